@@ -72,25 +72,29 @@ static inline void rested(estimator_t *est, bool good, ab_t emf)
     estimate->coasted = 1u;
 }
 
+/* What makes of the voltage [V] that of a winding with L_q in the direction of its L_d, whatever that is. */
+static inline ab_t at_rest(const estimator_t *est, ab_t current)
+{
+    const float rate = est->tracker.saliency_rate;
+    return (ab_t){rate * (current.alpha - est->current.alpha), rate * (current.beta - est->current.beta)};
+}
+
 /* One period, with the lag of this speed [rad/s]. */
 static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float omega_e, tracking_t tracking)
 {
     tracker_t *tracker = &est->tracker;
     estimate_t *estimate = &est->estimate;
-    tracker_motor_t motor;
-    ab_t known;
-    if (tracking == REST) {
-        const float rate = tracker->saliency_rate;
-        known.alpha = rate * (current.alpha - est->current.alpha);
-        known.beta = rate * (current.beta - est->current.beta);
-    } else {
-        motor = tracker_motor(tracker, current);
-        known = tracker_transient(tracker, &motor);
+    const bool salient = tracker->saliency != 0.0f;
+    const dq_t current_loop = frames_park(current, tracker->pll.rotation);
+    if (salient) {
+        const ab_t known =
+            tracking == REST ? at_rest(est, current) : tracker_transient(tracker, current_loop.d);
+        voltage.alpha += known.alpha;
+        voltage.beta += known.beta;
     }
-    const ab_t steady = {voltage.alpha + known.alpha, voltage.beta + known.beta};
     ab_t emf;
     float error_square;
-    const bool good = observer_step(&est->observer, steady, current, omega_e, &emf, &error_square);
+    const bool good = observer_step(&est->observer, voltage, current, omega_e, &emf, &error_square);
     if (good) {
         est->current = current;
         show_observer(est);
@@ -100,15 +104,18 @@ static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float
         rested(est, good, emf);
         return (position_t){estimate->frame.theta_e, estimate->frame.omega_e};
     }
+    if (salient && good) {
+        tracker_follow(tracker, current_loop);
+    }
     /* the last step has turned it to t_k */
     estimate->frame.rotation = (rotation_t){tracker->pll.rotation.sin, tracker->pll.rotation.cos};
     if (good && tracking == TRACK) {
-        const position_t position = tracker_step(tracker, emf, &motor, error_square);
+        const position_t position = tracker_step(tracker, emf, current_loop.q, error_square);
         show_tracker(est, position);
         estimate->coasted = 0u;
         return position;
     }
-    const position_t position = good ? tracker_watch(tracker, emf, &motor) : tracker_coast(tracker);
+    const position_t position = good ? tracker_watch(tracker, emf, current_loop.q) : tracker_coast(tracker);
     show_tracker(est, position);
     estimate->invalid |= good ? 0u : ESTIMATOR_SAMPLE;
     estimate->coasted = 1u;

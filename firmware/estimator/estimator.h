@@ -101,12 +101,10 @@ static inline void estimator_take(estimator_t *est, const estimator_tuning_t *tu
 /* Coefficients, and a start at angle 0, speed 0, no current. The set must be good (checked). */
 void estimator_init(estimator_t *est, const estimator_params_t *params);
 
-/* Another psi_f [Wb] from the next step on, until the next estimator_take(); not far from the last one. Its
- * reciprocal [rad/s/V] is for the fixed-point twin. */
+/* Another psi_f [Wb] and its reciprocal [rad/s/V] from the next step on, until the next estimator_take(). */
 static inline void estimator_set_flux(estimator_t *est, float flux_linkage, float speed_per_volt)
 {
-    (void)speed_per_volt;
-    est->tracker.flux_linkage = flux_linkage;
+    tracker_set_flux(&est->tracker, flux_linkage, speed_per_volt);
 }
 
 /* What carries the load, as a current of psi_f [A], until it is set anew: the torque of the rest accelerates.

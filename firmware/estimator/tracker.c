@@ -5,6 +5,7 @@ void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params)
     pll_prepare(&tuning->pll, &params->pll);
     validity_prepare(&tuning->validity, &params->validity, params->pll.period);
     tuning->flux_linkage = params->flux_linkage;
+    tuning->speed_per_volt = 1.0f / params->flux_linkage;
     tuning->saliency = params->saliency;
     tuning->saliency_rate = params->saliency / params->pll.period;
     tuning->torque_feedforward = params->torque_feedforward / params->flux_linkage;
@@ -20,12 +21,12 @@ void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amp
     validity_reset(&tracker->validity);
 
     tracker_motor_t *motor = &tracker->motor;
-    motor->current = current;
+    motor->i_d = current.d;
     motor->flux = tracker_flux(tracker, current.d);
     motor->flux_emf = motor->flux;
     motor->speed_per_volt = 1.0f / motor->flux;
     motor->lean = bounds_clamp(tracker->saliency * current.q * motor->speed_per_volt, TRACKER_LEAN_MOST);
     const float magnitude = bounds_magnitude(pll->omega_smooth);
     const float speed = magnitude > PLL_SIGN_SPEED ? magnitude : PLL_SIGN_SPEED;
-    tracker->damping_inverse = 1.0f / (speed + pll->tuning.kp * bounds_magnitude(motor->lean));
+    motor->inverse = 1.0f / (speed + pll->tuning.kp * bounds_magnitude(motor->lean));
 }

@@ -42,18 +42,20 @@ typedef struct {
     pll_tuning_t pll;
     validity_tuning_t validity;
     float flux_linkage;       /* psi_f [Wb] */
+    float speed_per_volt;     /* 1/psi_f [rad/s/V] */
     float saliency;           /* D [H] */
     float saliency_rate;      /* D/T [V/A] */
     float torque_feedforward; /* K = 1.5 p^2/J [rad/s^2 per Wb and A] */
 } tracker_tuning_t;
 
-/* The motor in a period, as the loop sees it. */
+/* The motor as the loop sees it. A round one: psi_f all the time. */
 typedef struct {
-    dq_t current;         /* [A] */
+    float i_d;            /* of the last step, in the loop's frame [A] */
     float flux;           /* psi_a [Wb] */
     float flux_emf;       /* the same, low-passed like the EMF in the loop [Wb] */
     float speed_per_volt; /* its reciprocal [rad/s/V] */
     float lean;           /* t [-] */
+    float inverse;        /* 1/(|omega| + kp |t|) [s/rad] */
 } tracker_motor_t;
 
 typedef struct {
@@ -62,8 +64,7 @@ typedef struct {
     float saliency_rate;      /* D/T, likewise [V/A] */
     float torque_feedforward; /* K, likewise [rad/s^2 per Wb and A] */
     float load;               /* i_L [A], as set from outside; 0: nothing is known of a load */
-    tracker_motor_t motor;    /* of the last step */
-    float damping_inverse;    /* 1/(|omega| + kp |t|), likewise [s/rad] */
+    tracker_motor_t motor;
     pll_t pll;
     validity_t validity;
 } tracker_t;
@@ -71,19 +72,31 @@ typedef struct {
 /* Coefficients of a set whose parts have passed their checks. Divisions: for the background. */
 void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params);
 
+/* Another psi_f [Wb] and its reciprocal [rad/s/V]. */
+static inline void tracker_set_flux(tracker_t *tracker, float flux_linkage, float speed_per_volt)
+{
+    tracker->flux_linkage = flux_linkage;
+    if (tracker->saliency == 0.0f) {
+        tracker->motor.flux = flux_linkage;
+        tracker->motor.flux_emf = flux_linkage;
+        tracker->motor.speed_per_volt = speed_per_volt;
+    }
+}
+
 /* The coefficients alone, psi_f among them; the state goes on. */
 static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuning)
 {
     pll_take(&tracker->pll, &tuning->pll);
     validity_take(&tracker->validity, &tuning->validity);
-    tracker->flux_linkage = tuning->flux_linkage;
     tracker->saliency = tuning->saliency;
     tracker->saliency_rate = tuning->saliency_rate;
     tracker->torque_feedforward = tuning->torque_feedforward;
+    tracker->motor.lean = tuning->saliency == 0.0f ? 0.0f : tracker->motor.lean;
+    tracker_set_flux(tracker, tuning->flux_linkage, tuning->speed_per_volt);
 }
 
 /* As if locked at t_k at `start` [rad], [rad/s] with this current [A] in its frame, on an EMF of this
- * amplitude [V]; the next step is that of t_k+1. Validity starts anew. A division. */
+ * amplitude [V]; the next step is that of t_k+1. Validity starts anew. Divisions. */
 void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amplitude);
 
 /* 1/`value`, from the reciprocal of a value near it: a step of Newton's method, which from a half to twice of
@@ -102,56 +115,55 @@ static inline float tracker_flux(const tracker_t *tracker, float i_d)
     return flux > least ? flux : least;
 }
 
-/* The motor at t_k, with this current [A]; the state stays. */
-static inline tracker_motor_t tracker_motor(const tracker_t *tracker, ab_t current)
-{
-    tracker_motor_t motor;
-    motor.current = frames_park(current, tracker->pll.rotation);
-    motor.flux = tracker_flux(tracker, motor.current.d);
-    motor.flux_emf = motor.flux + tracker->pll.tuning.emf_decay * (tracker->motor.flux_emf - motor.flux);
-    motor.speed_per_volt = tracker_reciprocal(motor.flux_emf, tracker->motor.speed_per_volt);
-    motor.lean = bounds_clamp(tracker->saliency * motor.current.q * motor.speed_per_volt, TRACKER_LEAN_MOST);
-    return motor;
-}
-
-/* What the change of psi_a since t_k-1 takes of the voltage [V], to be added to it: along the magnet as it
- * was in the middle of the period. */
-static inline ab_t tracker_transient(const tracker_t *tracker, const tracker_motor_t *motor)
+/* What the change of psi_a since t_k-1 takes of the voltage [V], to be added to it, with this i_d [A] at t_k:
+ * along the magnet as it was in the middle of the period. */
+static inline ab_t tracker_transient(const tracker_t *tracker, float i_d)
 {
     const pll_t *pll = &tracker->pll;
-    const float voltage = tracker->saliency_rate * (motor->current.d - tracker->motor.current.d);
+    const float voltage = tracker->saliency_rate * (i_d - tracker->motor.i_d);
     const float back = 0.5f * pll->tuning.period * pll->omega_e;
     return (ab_t){voltage * (pll->rotation.cos + back * pll->rotation.sin),
                   voltage * (pll->rotation.sin - back * pll->rotation.cos)};
 }
 
-/* The torque's share: K (psi_a i_q - psi_f i_L) [rad/s^2]. */
-static inline float tracker_acceleration(const tracker_t *tracker, const tracker_motor_t *motor)
+/* The motor with this current [A] in the loop's frame at t_k. */
+static inline void tracker_follow(tracker_t *tracker, dq_t current)
 {
-    return tracker->torque_feedforward *
-           (motor->flux * motor->current.q - tracker->flux_linkage * tracker->load);
+    const pll_t *pll = &tracker->pll;
+    tracker_motor_t *motor = &tracker->motor;
+    motor->i_d = current.d;
+    motor->flux = tracker_flux(tracker, current.d);
+    motor->flux_emf = motor->flux + pll->tuning.emf_decay * (motor->flux_emf - motor->flux);
+    motor->speed_per_volt = tracker_reciprocal(motor->flux_emf, motor->speed_per_volt);
+    motor->lean = bounds_clamp(tracker->saliency * current.q * motor->speed_per_volt, TRACKER_LEAN_MOST);
+}
+
+/* The torque's share: K (psi_a i_q - psi_f i_L) [rad/s^2]. */
+static inline float tracker_acceleration(const tracker_t *tracker, float i_q)
+{
+    return tracker->torque_feedforward * (tracker->motor.flux * i_q - tracker->flux_linkage * tracker->load);
 }
 
 /* f [-]. */
-static inline float tracker_share(tracker_t *tracker, float lean)
+static inline float tracker_share(tracker_t *tracker)
 {
     const pll_t *pll = &tracker->pll;
+    tracker_motor_t *motor = &tracker->motor;
     const float magnitude = bounds_magnitude(pll->omega_smooth);
     const float speed = magnitude > PLL_SIGN_SPEED ? magnitude : PLL_SIGN_SPEED;
-    tracker->damping_inverse =
-        tracker_reciprocal(speed + pll->tuning.kp * bounds_magnitude(lean), tracker->damping_inverse);
-    return lean * pll->omega_smooth < 0.0f ? speed * tracker->damping_inverse : 1.0f;
+    motor->inverse =
+        tracker_reciprocal(speed + pll->tuning.kp * bounds_magnitude(motor->lean), motor->inverse);
+    return motor->lean * pll->omega_smooth < 0.0f ? speed * motor->inverse : 1.0f;
 }
 
-/* Position at t_k from the EMF [V] and the motor then; judged with the square of the observer's current error
- * [A^2]. */
-static inline position_t tracker_step(tracker_t *tracker, ab_t emf, const tracker_motor_t *motor,
-                                      float error_square)
+/* Position at t_k from the EMF [V] and the i_q [A] then, of the motor that has been followed; judged with the
+ * square of the observer's current error [A^2]. */
+static inline position_t tracker_step(tracker_t *tracker, ab_t emf, float i_q, float error_square)
 {
     pll_t *pll = &tracker->pll;
-    const pll_motor_t loop = {motor->speed_per_volt, motor->lean, tracker_share(tracker, motor->lean),
-                              tracker_acceleration(tracker, motor)};
-    tracker->motor = *motor;
+    const tracker_motor_t *motor = &tracker->motor;
+    const float share = tracker->saliency != 0.0f ? tracker_share(tracker) : 1.0f;
+    const pll_motor_t loop = {motor->speed_per_volt, motor->lean, share, tracker_acceleration(tracker, i_q)};
     const position_t position = pll_step_inline(pll, emf, loop);
     validity_step(&tracker->validity, pll->omega_smooth, pll->amplitude * motor->speed_per_volt,
                   pll->detector, error_square);
@@ -159,10 +171,9 @@ static inline position_t tracker_step(tracker_t *tracker, ab_t emf, const tracke
 }
 
 /* A period whose EMF is in doubt: it goes into the loop's filter, the loop coasts on, nothing is judged. */
-static inline position_t tracker_watch(tracker_t *tracker, ab_t emf, const tracker_motor_t *motor)
+static inline position_t tracker_watch(tracker_t *tracker, ab_t emf, float i_q)
 {
-    tracker->motor = *motor;
-    return pll_watch(&tracker->pll, emf, tracker_acceleration(tracker, motor));
+    return pll_watch(&tracker->pll, emf, tracker_acceleration(tracker, i_q));
 }
 
 /* A period without an EMF: the loop coasts on the last speed, nothing is judged. */

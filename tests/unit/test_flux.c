@@ -141,9 +141,8 @@ static void test_retune_keeps_an_adapted_flux_while_it_is_meant(void)
     params.flux_linkage = 0.19f;
     retune(&params);
     TEST_ASSERT_TRUE(flux.flux_linkage == 0.19f);
-    (void)deviation(&rig, 20001, 50, 0);
-    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 1.0f / flux.flux_linkage, est.tracker.motor.speed_per_volt);
-    (void)deviation(&rig, 20051, 4950, 0);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 0.19f, est.tracker.motor.speed_per_volt);
+    (void)deviation(&rig, 20001, 5000, 0);
     TEST_ASSERT_FLOAT_WITHIN(2e-3f, (float)PSI, flux.flux_linkage);
     params.flux_adaptation = 0.0f;
     retune(&params);

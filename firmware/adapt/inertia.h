@@ -90,7 +90,7 @@ typedef struct {
 typedef struct {
     float omega_ref; /* of the speed, now [rad/s], electrical */
     float omega;     /* of the rotor now, estimated, smooth [rad/s], electrical */
-    float i_q;       /* mean in the rotor's frame, finite [A] */
+    float i_q;       /* mean in the rotor's frame, as a current of psi_f that makes the torque, finite [A] */
 } inertia_input_t;
 
 /* Coefficients. Divisions and an exponential: for the background. */

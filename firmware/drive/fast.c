@@ -128,9 +128,11 @@ static void follow_load(fast_t *fast, const setpoint_t *setpoint)
     if (fast->reference.tracking == 0u) {
         fast->load = 0.0f;
     } else {
-        const float i_q =
-            frames_park(fast->measure.measured.current, fast->estimator.estimate.frame.rotation).q;
-        fast->load = lowpass_step(fast->load, setpoint->models.load_share, i_q);
+        const estimate_t *estimate = &fast->estimator.estimate;
+        const float i_q = frames_park(fast->measure.measured.current, estimate->frame.rotation).q;
+        const float torque =
+            i_q * estimate->flux * setpoint->models.speed_per_volt; /* as a current of psi_f */
+        fast->load = lowpass_step(fast->load, setpoint->models.load_share, torque);
     }
     chosen_set_load(&fast->estimator, fast->load);
 }

@@ -172,7 +172,9 @@ static search_t accepted(const params_t *params, param_t param)
 static float thumb(const params_t *params, param_t param)
 {
     if (param == PARAM_observer_gain) {
-        return 1.75f * params->motor_flux_linkage * (float)params->motor_pole_pairs * params->overspeed_trip;
+        const believed_t believed = params_believed(params);
+        return 1.75f * params_flux_most(params, &believed) * (float)params->motor_pole_pairs *
+               params->overspeed_trip;
     }
     if (param == PARAM_observer_slope) {
         return 1.6f * params->motor_inductance_q / (params->observer_gain * DRIVE_PERIOD);

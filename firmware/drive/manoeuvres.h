@@ -82,7 +82,7 @@ typedef struct {
     float current_start;       /* of the forced frame in a start [A] */
     float current_inverse;     /* 1 over it [1/A] */
     float current_rise;        /* of the forced current a window [A] */
-    float current_max;         /* longest current vector [A] */
+    float current_retry;       /* of a start after one that has failed, at most [A] */
     float current_caught;      /* along the d axis of a rotor that is caught [A] */
     float doubtful;            /* current below which the loss of a leg is in doubt [A]; 0: never */
     float align_speed;         /* of the forced frame in an alignment [rad/s] electrical */

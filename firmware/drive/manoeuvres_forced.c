@@ -56,7 +56,7 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, se
     m->start_try++;
     m->forced.quickness = first ? 1.0f : RETRY_RAMP * m->forced.quickness;
     m->forced.wanted =
-        first ? limits->current_start : bounds_clamp(RETRY_CURRENT * m->forced.wanted, limits->current_max);
+        first ? limits->current_start : bounds_clamp(RETRY_CURRENT * m->forced.wanted, limits->current_retry);
     m->forced.needed = m->forced.wanted;
     m->forced.emf_length = 0.0f;
     manoeuvres_enter(m, MANOEUVRE_ALIGN);
@@ -95,7 +95,12 @@ static bool stalls(manoeuvres_t *m, const manoeuvres_input_t *input)
     if (!leg_dwells(m, input->sample)) {
         m->forced.emf_length = lowpass_step(m->forced.emf_length, LENGTH_SHARE, input->estimate->amplitude);
     }
-    const bool follows = m->forced.emf_length >= STALL_SHARE * m->limits.flux_linkage * speed;
+    /* along the magnet i_d > 0 takes from a salient rotor's flux; while nothing tracks the EMF is that of L_d
+     */
+    const float tracked = input->estimate->flux;
+    const bool less = m->tracking != 0u && tracked < m->limits.flux_linkage;
+    const float flux = less ? tracked : m->limits.flux_linkage;
+    const bool follows = m->forced.emf_length >= STALL_SHARE * flux * speed;
     m->forced.stalling = asked && !follows ? m->forced.stalling + 1u : 0u;
     return m->forced.stalling >= STALL_WINDOWS;
 }

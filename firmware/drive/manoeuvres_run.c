@@ -156,7 +156,7 @@ bool manoeuvres_is_locked(const manoeuvres_t *m, const estimate_t *estimate)
 {
     const dq_t emf = estimate->emf_loop;
     const float along = estimate->omega_smooth < 0.0f ? -emf.q : emf.q;
-    const float expected = m->limits.flux_linkage * bounds_magnitude(estimate->omega_smooth);
+    const float expected = estimate->flux * bounds_magnitude(estimate->omega_smooth);
     return !bounds_within(estimate->omega_smooth, m->limits.handover_speed) &&
            bounds_within(emf.d, LOCKED_ASIDE * along) &&
            bounds_within(along - expected, LOCKED_LENGTH * expected);

@@ -62,6 +62,10 @@ static run_tuning_t prepare_run(const params_t *params, const believed_t *believ
         .low_inverse = LOW_CURRENT_LOSS / handover_speed,
         .low_share = lowpass_share(LOW_CURRENT_CUTOFF, DRIVE_WINDOW_PERIOD),
         .fade = exponential(-DRIVE_WINDOW_PERIOD / FADE_TIME),
+        .saliency = params_salient(believed)
+                        ? (believed->inductance_q - believed->inductance_d) / believed->flux_linkage
+                        : 0.0f,
+        .mtpa = params->mtpa == (int32_t)MTPA_ON,
     };
 }
 
@@ -86,9 +90,10 @@ reference_tuning_t reference_prepare(const params_t *params, const believed_t *b
 {
     const start_params_t start = params_start(params, believed);
     const forced_params_t forced = forced_of(params, believed, &start);
-    const catch_params_t catching = {believed->flux_linkage,
-                                     (float)params->motor_pole_pairs * start.catch_speed,
-                                     params->doubtful_current, params->low_speed_current, DRIVE_PERIOD};
+    const catch_params_t catching = {
+        believed->flux_linkage,   (float)params->motor_pole_pairs * start.catch_speed,
+        params->doubtful_current, params->low_speed_current,
+        params_salient(believed), DRIVE_PERIOD};
     return (reference_tuning_t){
         .forced = forced_prepare(&forced),
         .catching = catch_prepare(&catching),
@@ -105,12 +110,12 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
 {
     const float psi_f = believed->flux_linkage;
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const handover_params_t handover = {start->current, DRIVE_WINDOW_PERIOD};
+    const handover_params_t handover = {start->current, params_salient(believed), DRIVE_WINDOW_PERIOD};
     const lock_params_t lock = {psi_f, pole_pairs * start->fallback_speed,
                                 SLOW_ASKED * pole_pairs * start->fallback_speed, DRIVE_WINDOW_PERIOD};
     tuning->handover = handover_prepare(&handover);
     tuning->lock = lock_prepare(&lock);
-    tuning->proof = proof_prepare(psi_f, DRIVE_WINDOW_PERIOD);
+    tuning->proof = proof_prepare(DRIVE_WINDOW_PERIOD);
     tuning->run = prepare_run(params, believed, pole_pairs * start->handover_speed);
 }
 
@@ -143,8 +148,9 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .current_start = start.current,
         .current_inverse = 1.0f / start.current,
         .current_rise = start.current * DRIVE_WINDOW_PERIOD / RISE_TIME,
-        .current_max = params->current_limit,
-        .current_caught = catch_current_along(params->doubtful_current, params->low_speed_current),
+        .current_retry = start.current_most,
+        .current_caught = catch_current_along(params->doubtful_current, params->low_speed_current,
+                                              params_salient(believed)),
         .doubtful = params->doubtful_current < DOUBT_SHARE * start.current ? params->doubtful_current : 0.0f,
         .align_speed = slowly < fallback_speed ? slowly : fallback_speed,
         .swing_square = SWING_SPEED * SWING_SPEED * natural * natural / start.current,

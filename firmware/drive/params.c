@@ -58,6 +58,21 @@ believed_t params_believed(const params_t *params)
 #define LOOP_BANDWIDTHS 4.0f   /* [-] of the loop over the feed-forward, least overshoot */
 #define LOOP_SLOW       0.6f   /* [-] of the bandwidth by the rule, without its least */
 
+#define SALIENT_NATURAL 0.403f /* [-] natural frequency of the loop over its bandwidth, damping 1 */
+#define SALIENT_SPEED   0.6f   /* [-] of ki over the product of cutoff and largest speed */
+#define SALIENT_LEAST   4.0f   /* [rad/s] */
+#define SALIENT_MOST    50.0f  /* [rad/s] */
+
+/* Cutoff of a salient rotor's feed-forward [rad/s], ki/(0.6 omega_max): an L_q that is wrong by a fifth then
+ * leaves the loop stable up to the largest speed (docs/theory.md, 26). */
+static float salient_cutoff(float bandwidth, float omega_max)
+{
+    const float natural = SALIENT_NATURAL * bandwidth;
+    const float cutoff = natural * natural / (SALIENT_SPEED * omega_max);
+    const float least = cutoff > SALIENT_LEAST ? cutoff : SALIENT_LEAST;
+    return least < SALIENT_MOST ? least : SALIENT_MOST;
+}
+
 loop_params_t params_loop(const params_t *params, const believed_t *believed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
@@ -68,10 +83,24 @@ loop_params_t params_loop(const params_t *params, const believed_t *believed)
     const float within = cutoff < most ? cutoff : most;
     if (params->pll_bandwidth == 0.0f && params->feedforward_cutoff == 0.0f) {
         const float by_rule = within > LOOP_LEAST ? within : LOOP_LEAST;
-        return (loop_params_t){LOOP_BANDWIDTHS * by_rule, by_rule, false};
+        const float bandwidth = LOOP_BANDWIDTHS * by_rule;
+        const float apart = pole_pairs * params->overspeed_trip;
+        return (loop_params_t){bandwidth,
+                               params_salient(believed) ? salient_cutoff(bandwidth, apart) : by_rule, false};
     }
     return (loop_params_t){params->pll_bandwidth, params->feedforward_cutoff,
                            params->pll_bandwidth < LOOP_SLOW * LOOP_BANDWIDTHS * within};
+}
+
+float params_flux_most(const params_t *params, const believed_t *believed)
+{
+    const float psi_f = believed->flux_linkage;
+    const float taken = (believed->inductance_q - believed->inductance_d) * params->current_limit;
+    if (!params_salient(believed) || params->mtpa == (int32_t)MTPA_OFF) {
+        return psi_f;
+    }
+    const float square = psi_f * psi_f + 8.0f * taken * taken;
+    return 0.75f * psi_f + 0.25f * square * inverse_root(square);
 }
 
 void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator)
@@ -93,6 +122,8 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
         .lag = (lag_mode_t)params->lag_compensation,
         .pll = {.amplitude_floor = psi_f * FLOOR_SPEED},
         .flux_linkage = psi_f,
+        .saliency = believed->inductance_q - believed->inductance_d,
+        .flux_most = params_flux_most(params, believed),
         .flux_adaptation = params->flux_adaptation,
         .torque_feedforward =
             params->torque_feedforward * 1.5f * pole_pairs * pole_pairs * psi_f / believed->inertia,
@@ -115,6 +146,7 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
     (void)pll_design(&estimator->pll, loop.bandwidth, params->pll_damping, loop.cutoff, DRIVE_PERIOD);
 }
 
+#define START_SALIENT      0.8f  /* [-] of psi_f/(L_q - L_d), by the rule */
 #define START_ACCELERATION 0.15f /* [-] of what the start's current could, by the rule */
 #define START_TIME         0.3f  /* [s] from standstill to hand-over at least, by the rule */
 #define HANDOVER_EMF       1.15f /* [-] over what dead time and resistance take, by the rule */
@@ -122,11 +154,23 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
 #define FALLBACK_SHARE     0.4f  /* [-] of the hand-over's speed, by the rule */
 #define CATCH_SHARE        0.5f  /* [-] likewise, for the slowest rotor that is caught */
 
+/* The largest current of a start [A]. Above psi_f/D a salient rotor does not rest on the current's axis any
+ * more, and on it has no EMF. */
+static float start_most(const params_t *params, const believed_t *believed)
+{
+    const float saliency = believed->inductance_q - believed->inductance_d;
+    const float most = START_SALIENT * believed->flux_linkage;
+    const bool less = params_salient(believed) && most < saliency * params->current_limit;
+    return less ? most / saliency : params->current_limit;
+}
+
 start_params_t params_start(const params_t *params, const believed_t *believed)
 {
     const float emf_per_speed = believed->flux_linkage * (float)params->motor_pole_pairs;
+    const float most = start_most(params, believed);
     start_params_t start = {
-        .current = params->start_current > 0.0f ? params->start_current : params->current_limit,
+        .current = params->start_current > 0.0f ? params->start_current : most,
+        .current_most = most,
         .ramp = params->start_ramp,
         .handover_speed = params->handover_speed,
         .fallback_speed = params->fallback_speed,
@@ -136,8 +180,8 @@ start_params_t params_start(const params_t *params, const believed_t *believed)
         const float resistive = believed->resistance * start.current;
         const float largest = start.dead_voltage > resistive ? start.dead_voltage : resistive;
         const float needed = HANDOVER_EMF * largest / emf_per_speed;
-        const float most = HANDOVER_SPEED_MAX * params->overspeed_trip;
-        start.handover_speed = needed < most ? needed : most;
+        const float fastest = HANDOVER_SPEED_MAX * params->overspeed_trip;
+        start.handover_speed = needed < fastest ? needed : fastest;
     }
     if (start.fallback_speed == 0.0f) {
         start.fallback_speed = FALLBACK_SHARE * start.handover_speed;

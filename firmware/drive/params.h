@@ -49,6 +49,7 @@ typedef enum { SPEED_SMOOTH, SPEED_WHOLE } speed_feedback_t;
 typedef enum { LOCK_NOT_JUDGED, LOCK_JUDGED } lock_judged_t;
 typedef enum { CURRENT_NOT_JUDGED, CURRENT_JUDGED } current_judged_t;
 typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
+typedef enum { MTPA_OFF, MTPA_ON } mtpa_t;
 typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNORED } encoder_fault_reaction_t;
 
 /* F(id, name, unit, default, min, max, access, text): float
@@ -190,6 +191,9 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     E(65, lock_judged, "off|on", LOCK_JUDGED, TABLE_LIVE,                                                    \
       "whether a rotor that the estimate has lost is reported at once (unlocked), whatever estimate_... "    \
       "judge, and caught again by itself; off: as in the paper, whose loop lags by more than that")          \
+    E(67, mtpa, "off|on", MTPA_ON, TABLE_LIVE,                                                               \
+      "i_d of a salient rotor for most torque per ampere; off, or motor_inductance_q up to 1.1 "             \
+      "motor_inductance_d: i_d_request alone")                                                               \
     F(70, stall_time, "s", 2.0f, 0.0f, 3600.0f, TABLE_LIVE,                                                  \
       "that the rotor may stand at the current limit while a speed is asked for; 0: not judged")             \
     F(71, speed_error_time, "s", 5.0f, 0.0f, 3600.0f, TABLE_LIVE,                                            \
@@ -264,6 +268,18 @@ typedef struct {
 
 loop_params_t params_loop(const params_t *params, const believed_t *believed);
 
+/* Above this L_q/L_d a rotor counts as salient [-]: its i_d is below zero, and L is not learnt. */
+#define PARAMS_SALIENT 1.1f
+
+static inline bool params_salient(const believed_t *believed)
+{
+    return believed->inductance_q > PARAMS_SALIENT * believed->inductance_d;
+}
+
+/* The largest active flux [Wb]: with the longest current at most torque per ampere. A round rotor's is psi_f.
+ */
+float params_flux_most(const params_t *params, const believed_t *believed);
+
 /* What a set of parameters says of all that could be learnt. */
 believed_t params_believed(const params_t *params);
 
@@ -271,6 +287,7 @@ believed_t params_believed(const params_t *params);
  * (docs/theory.md, 23). */
 typedef struct {
     float current;        /* [A] of the forced frame */
+    float current_most;   /* [A] of another try */
     float ramp;           /* [rad/s^2] mechanical */
     float handover_speed; /* [rad/s] mechanical */
     float fallback_speed; /* [rad/s] mechanical */

@@ -1,5 +1,6 @@
 #include "drive/rules.h"
 
+#include "estimator/chosen.h"
 #include "protect/link.h"
 
 /* Two numbers that keep a rule as they are typed, in decimals, keep it in binary too. */
@@ -80,12 +81,17 @@ const rule_t rules[RULES] = {
                       {PARAM_feedforward_cutoff, MORE_HELPS},
                       {PARAM_lag_compensation, IS_READ}}},
     [RULE_REACH] = {"observer_gain >= 1.1 times the largest EMF, motor_flux_linkage motor_pole_pairs "
-                    "overspeed_trip",
-                    4,
+                    "overspeed_trip, of a salient rotor with the flux that mtpa adds at "
+                    "current_limit, motor_inductance_q and motor_inductance_d",
+                    8,
                     {{PARAM_observer_gain, MORE_HELPS},
                      {PARAM_motor_flux_linkage, LESS_HELPS},
                      {PARAM_overspeed_trip, LESS_HELPS},
-                     {PARAM_motor_pole_pairs, LESS_HELPS}}},
+                     {PARAM_motor_pole_pairs, LESS_HELPS},
+                     {PARAM_current_limit, LESS_HELPS},
+                     {PARAM_motor_inductance_q, LESS_HELPS},
+                     {PARAM_motor_inductance_d, MORE_HELPS},
+                     {PARAM_mtpa, LESS_HELPS}}},
     [RULE_START] = {"start_current <= current_limit",
                     2,
                     {{PARAM_start_current, LESS_HELPS}, {PARAM_current_limit, MORE_HELPS}}},
@@ -116,14 +122,15 @@ const rule_t rules[RULES] = {
                    {{PARAM_dc_undervoltage, LESS_HELPS},
                     {PARAM_dc_overvoltage, MORE_HELPS},
                     {PARAM_ride_through_time, LESS_HELPS}}},
-    [RULE_SALIENT] = {"motor_inductance_q <= 1.2 motor_inductance_d where position_source or "
-                      "encoder_fault_reaction is sensorless, else the rotor is lost under load; use an "
-                      "encoder",
-                      4,
-                      {{PARAM_motor_inductance_q, LESS_HELPS},
-                       {PARAM_position_source, LESS_HELPS},
-                       {PARAM_motor_inductance_d, MORE_HELPS},
-                       {PARAM_encoder_fault_reaction, IS_READ}}},
+    [RULE_SALIENT] =
+        {"motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d where position_source or "
+         "encoder_fault_reaction is sensorless, for the estimator holds no rotor beyond that; use "
+         "an encoder",
+         4,
+         {{PARAM_motor_inductance_q, LESS_HELPS},
+          {PARAM_position_source, LESS_HELPS},
+          {PARAM_motor_inductance_d, MORE_HELPS},
+          {PARAM_encoder_fault_reaction, IS_READ}}},
 };
 
 /* A set of the estimator that breaks none of its rules, and of which no part does whatever the others are. */
@@ -184,6 +191,7 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     case RULE_REACH:
         observer->gain = of_all->gain;
         alone.flux_linkage = all.flux_linkage;
+        alone.flux_most = all.flux_most;
         alone.validity.speed_max = all.validity.speed_max;
         break;
     case RULE_TRIP:
@@ -225,16 +233,13 @@ static bool start_takes(rule_number_t rule, const params_t *params)
     return params->start_ramp * believed.inertia <= RAMP_SHARE * per_ampere * start.current;
 }
 
-/* L_q/L_d of a motor that runs on the estimator, at most [-]: with a larger ratio the EMF that is fed forward
- * makes the tracking loop unstable under load (docs/theory.md, 6). */
-#define SALIENT_MAX 1.2f
-
 /* RULE_SALIENT: a fault of the encoder may hand the motor over to the estimator. */
 static bool salient_takes(const params_t *params)
 {
     const bool estimated = params->position_source == (int32_t)POSITION_SENSORLESS ||
                            params->encoder_fault_reaction == (int32_t)ENCODER_FAULT_SENSORLESS;
-    return !estimated || params->motor_inductance_q <= SALIENT_MAX * params->motor_inductance_d * ROUNDING;
+    return !estimated ||
+           params->motor_inductance_q <= CHOSEN_SALIENT_MAX * params->motor_inductance_d * ROUNDING;
 }
 
 bool rules_hold(rule_number_t rule, const params_t *params)

@@ -30,6 +30,7 @@ typedef enum {
     RULE_RINGING,
     RULE_LOOP,
     RULE_FILTER,
+    RULE_SALIENT,
     RULE_REACH,
     RULE_START,
     RULE_LOW_SPEED,
@@ -38,7 +39,6 @@ typedef enum {
     RULE_HANDOVER,
     RULE_RAMP,
     RULE_RIDE,
-    RULE_SALIENT,
     RULES
 } rule_number_t;
 

@@ -8,6 +8,11 @@
 
 #include "estimator/fixed/fixed.h"
 
+/* L_q/L_d of a motor that it runs on, at most [-]: it takes the flux for psi_f, and with a larger ratio the
+ * EMF that is fed forward makes the tracking loop unstable under load (docs/theory.md, 6). */
+#define CHOSEN_SALIENT_MAX 1.2f
+#define CHOSEN_SALIENT     "1.2"
+
 typedef fixed_t chosen_t;
 typedef fixed_tuning_t chosen_tuning_t;
 #define chosen_params_check fixed_params_check
@@ -25,6 +30,10 @@ typedef fixed_tuning_t chosen_tuning_t;
 #else
 
 #include "estimator/estimator.h"
+
+/* L_q/L_d of a motor that it runs on, at most [-]: as far as it has been tried (docs/theory.md, 26). */
+#define CHOSEN_SALIENT_MAX  4.0f
+#define CHOSEN_SALIENT      "4"
 
 typedef estimator_t chosen_t;
 typedef estimator_tuning_t chosen_tuning_t;

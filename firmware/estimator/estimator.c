@@ -29,18 +29,21 @@ static inline void show_tracker(estimator_t *est, position_t position)
     estimate->emf_loop = (dq_t){pll->emf.d, pll->emf.q};
     estimate->amplitude = pll->amplitude;
     estimate->detector = pll->detector;
+    estimate->flux = est->tracker.motor.flux_emf;
     estimate->invalid = est->tracker.validity.debounce.invalid;
 }
 
 void estimator_reset(estimator_t *est, position_t start, ab_t current)
 {
-    const float length = est->tracker.flux_linkage * start.omega_e;
     const position_t rotor = {angle_wrap(start.theta_e), start.omega_e};
     const rotation_t rotation = trig_turn(rotor.theta_e);
+    const dq_t current_rotor = frames_park(current, rotation);
+    const float length = tracker_flux(&est->tracker, current_rotor.d) * start.omega_e;
     const ab_t emf = {-length * rotation.sin, length * rotation.cos};
     const float added = observer_reset(&est->observer, start.omega_e, current, emf);
-    tracker_reset(&est->tracker, (position_t){rotor.theta_e + added, start.omega_e},
+    tracker_reset(&est->tracker, (position_t){rotor.theta_e + added, start.omega_e}, current_rotor,
                   bounds_magnitude(length));
+    est->current = current;
     show_observer(est);
     show_tracker(est, rotor);
     est->estimate.gain_axis = est->observer.smo.axes.gain_axis;
@@ -69,15 +72,31 @@ static inline void rested(estimator_t *est, bool good, ab_t emf)
     estimate->coasted = 1u;
 }
 
+/* What makes of the voltage [V] that of a winding with L_q in the direction of its L_d, whatever that is. */
+static inline ab_t at_rest(const estimator_t *est, ab_t current)
+{
+    const float rate = est->tracker.saliency_rate;
+    return (ab_t){rate * (current.alpha - est->current.alpha), rate * (current.beta - est->current.beta)};
+}
+
 /* One period, with the lag of this speed [rad/s]. */
 static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float omega_e, tracking_t tracking)
 {
     tracker_t *tracker = &est->tracker;
     estimate_t *estimate = &est->estimate;
+    const bool salient = tracker->saliency != 0.0f;
+    const dq_t current_loop = frames_park(current, tracker->pll.rotation);
+    if (salient) {
+        const ab_t known =
+            tracking == REST ? at_rest(est, current) : tracker_transient(tracker, current_loop.d);
+        voltage.alpha += known.alpha;
+        voltage.beta += known.beta;
+    }
     ab_t emf;
     float error_square;
     const bool good = observer_step(&est->observer, voltage, current, omega_e, &emf, &error_square);
     if (good) {
+        est->current = current;
         show_observer(est);
         estimate->emf = emf;
     }
@@ -85,15 +104,18 @@ static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float
         rested(est, good, emf);
         return (position_t){estimate->frame.theta_e, estimate->frame.omega_e};
     }
+    if (salient && good) {
+        tracker_follow(tracker, current_loop);
+    }
     /* the last step has turned it to t_k */
     estimate->frame.rotation = (rotation_t){tracker->pll.rotation.sin, tracker->pll.rotation.cos};
     if (good && tracking == TRACK) {
-        const position_t position = tracker_step(tracker, emf, current, error_square);
+        const position_t position = tracker_step(tracker, emf, current_loop.q, error_square);
         show_tracker(est, position);
         estimate->coasted = 0u;
         return position;
     }
-    const position_t position = good ? tracker_watch(tracker, emf, current) : tracker_coast(tracker);
+    const position_t position = good ? tracker_watch(tracker, emf, current_loop.q) : tracker_coast(tracker);
     show_tracker(est, position);
     estimate->invalid |= good ? 0u : ESTIMATOR_SAMPLE;
     estimate->coasted = 1u;
@@ -118,10 +140,10 @@ void estimator_observe(estimator_t *est, ab_t voltage, ab_t current, float omega
 void estimator_lock(estimator_t *est, position_t start, float amplitude)
 {
     estimate_t *estimate = &est->estimate;
-    tracker_reset(&est->tracker, start, amplitude);
-    pll_reset_feedforward(&est->tracker.pll, est->tracker.speed_per_volt);
-    show_tracker(est, start);
     estimate->frame.rotation = trig_turn(start.theta_e);
+    tracker_reset(&est->tracker, start, frames_park(est->current, estimate->frame.rotation), amplitude);
+    pll_reset_feedforward(&est->tracker.pll, est->tracker.motor.speed_per_volt);
+    show_tracker(est, start);
 }
 
 uint16_t estimator_invalid(const estimator_t *est)

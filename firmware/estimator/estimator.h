@@ -12,13 +12,19 @@
  * With LAG_EXACT the EMF filter (11) acts in the frame of the loop (pll.h), with the paper's modes in the
  * stationary frame (smo.h).
  *
+ * A salient rotor, D = L_q - L_d: the observer has L_q, and what it sees is the EMF of the active flux
+ * (tracker.h), along the q axis whatever the current. What the flux's change takes of the voltage is known
+ * and added to it before the observer, D/T (i_d(k) - i_d(k-1)) along the d axis. While the loop rests the
+ * axis is not known, and D/T (i(k) - i(k-1)) makes of the observer one with L_d: current control that is fed
+ * its EMF would be unstable on the d axis with L_q.
+ *
  * Sample time: one step per T, in the timing of smo.h: the current of t_k, the voltage that acted on
  * [t_k-1, t_k) (dead time, drops and saturation accounted for), the position at t_k.
  *
  * What it knows after a step is in `estimate`; nobody outside reads the rest.
  *
  * Does not handle: standstill and very slow passages through zero (the EMF vanishes; the criterion of speed
- * says so), salient rotors, the choice of dead-time model. */
+ * says so), saturation of the iron, the choice of dead-time model. */
 #ifndef ESTIMATOR_ESTIMATOR_H
 #define ESTIMATOR_ESTIMATOR_H
 
@@ -48,6 +54,8 @@ typedef struct {
     lag_mode_t lag;
     pll_params_t pll;
     float flux_linkage;    /* psi_f [Wb], 1e-4..10; for the feed-forward (3) only */
+    float saliency;        /* D = L_q - L_d [H], -1..1; smo.inductance is L_q */
+    float flux_most;       /* largest psi_a [Wb], for the judgement of k_s; less than psi_f: psi_f */
     float flux_adaptation; /* [rad/s], 0..100; 0 = off; for adapt/flux.h, which works beside the estimator */
     float torque_feedforward; /* K = 1.5 p^2 psi_f/J [rad/s^2 per A], 0..1e7; 0 = off, as in the paper */
     validity_params_t validity;
@@ -61,13 +69,14 @@ typedef struct {
 typedef struct {
     observer_t observer;
     tracker_t tracker;
-    estimate_t estimate; /* after the last step or reset */
+    ab_t current;        /* of the last step or reset [A] */
+    estimate_t estimate; /* after it */
 } estimator_t;
 
 /* Whether the set can run: those of smo, pll and validity, equal periods, and the rules between them:
- * k_s >= ESTIMATOR_GAIN_MARGIN psi_f speed_max, and a torque feed-forward only with a feed-forward cutoff,
- * which forgets its error. false: the first violated rule in `why`, fields by the names they have in their
- * part. */
+ * k_s >= ESTIMATOR_GAIN_MARGIN flux_most speed_max, and a torque feed-forward only with a feed-forward
+ * cutoff, which forgets its error. false: the first violated rule in `why`, fields by the names they have in
+ * their part. */
 bool estimator_params_check(const estimator_params_t *params, params_error_t *why);
 
 /* Observer and loop as they run: with LAG_EXACT the EMF filter acts in the frame of the loop, in which the
@@ -95,11 +104,10 @@ void estimator_init(estimator_t *est, const estimator_params_t *params);
 /* Another psi_f [Wb] and its reciprocal [rad/s/V] from the next step on, until the next estimator_take(). */
 static inline void estimator_set_flux(estimator_t *est, float flux_linkage, float speed_per_volt)
 {
-    est->tracker.flux_linkage = flux_linkage;
-    est->tracker.speed_per_volt = speed_per_volt;
+    tracker_set_flux(&est->tracker, flux_linkage, speed_per_volt);
 }
 
-/* What of i_q carries the load [A], until it is told anew: the loop's acceleration is K times the rest.
+/* What carries the load, as a current of psi_f [A], until it is set anew: the torque of the rest accelerates.
  * Within the largest current. */
 static inline void estimator_set_load(estimator_t *est, float current)
 {

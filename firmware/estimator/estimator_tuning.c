@@ -9,6 +9,7 @@ estimator_parts_t estimator_parts(const estimator_params_t *params)
     parts.observer = (observer_params_t){.smo = params->smo, .lag = params->lag};
     parts.tracker = (tracker_params_t){.pll = params->pll,
                                        .flux_linkage = params->flux_linkage,
+                                       .saliency = params->saliency,
                                        .torque_feedforward = params->torque_feedforward,
                                        .validity = params->validity};
     if (params->lag == LAG_EXACT) {
@@ -24,6 +25,7 @@ bool estimator_params_check(const estimator_params_t *params, params_error_t *wh
     if (!smo_params_check(&params->smo, why) || !pll_params_check(&parts.tracker.pll, why) ||
         !params_within(why, "lag", PARAMS_RANGE, (float)params->lag, (float)LAG_NONE, (float)LAG_EXACT) ||
         !params_within(why, "flux_linkage", PARAMS_RANGE, params->flux_linkage, 1e-4f, 10.0f) ||
+        !params_within(why, "saliency", PARAMS_RANGE, params->saliency, -1.0f, 1.0f) ||
         !params_within(why, "flux_adaptation", PARAMS_RANGE, params->flux_adaptation, 0.0f, 100.0f) ||
         !params_within(why, "torque_feedforward", PARAMS_RANGE, params->torque_feedforward, 0.0f,
                        ESTIMATOR_TORQUE_FEEDFORWARD_MAX) ||
@@ -35,9 +37,12 @@ bool estimator_params_check(const estimator_params_t *params, params_error_t *wh
     if (params->pll.period != period) {
         return params_refuse(why, "period", "pll.period = smo.period", params->pll.period, period, period);
     }
-    float gain_min = ESTIMATOR_GAIN_MARGIN * params->flux_linkage * params->validity.speed_max;
+    const bool more = params->flux_most > params->flux_linkage;
+    const float flux = more ? params->flux_most : params->flux_linkage;
+    const float gain_min = ESTIMATOR_GAIN_MARGIN * flux * params->validity.speed_max;
     if (params->smo.gain < gain_min) {
-        return params_refuse(why, "gain", "gain >= 1.1 times the largest EMF, flux_linkage speed_max",
+        return params_refuse(why, "gain",
+                             "gain >= 1.1 times the largest EMF, flux_linkage speed_max, or flux_most",
                              params->smo.gain, gain_min, 1e4f);
     }
     if (params->torque_feedforward > 0.0f && params->pll.feedforward_cutoff == 0.0f) {

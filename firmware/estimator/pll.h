@@ -186,9 +186,20 @@ static inline void pll_turn(pll_t *pll, float omega_e)
     pll->rotation = trig_turn(pll->theta_e);
 }
 
-/* pll_step() itself, inline for the interrupt. */
-static inline position_t pll_step_inline(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
+/* What the loop knows of the motor in a step. A round rotor: 1/psi_f, 0, 1 and the torque's share. */
+typedef struct {
+    float speed_per_volt; /* 1/psi_a [rad/s/V] */
+    float lean;           /* t: by which the flux grows with the loop's error, d psi_a/(psi_a d err) [-] */
+    float share;          /* of kp and ki [-], above 0, at most 1 */
+    float acceleration;   /* the torque's share [rad/s^2] */
+} pll_motor_t;
+
+/* pll_step() itself for any rotor, inline for the interrupt. The EMF's length over psi_a is the speed times 1
+ * + t err, for the error turns the true current; t e_d takes that out of the feed-forward, which would feed
+ * the error back with w t. */
+static inline position_t pll_step_inline(pll_t *pll, ab_t emf, pll_motor_t motor)
 {
+    const float acceleration = motor.acceleration;
     const pll_tuning_t *tuning = &pll->tuning;
     dq_t e = pll_filtered(pll, emf);
     float square = e.d * e.d + e.q * e.q;
@@ -206,16 +217,17 @@ static inline position_t pll_step_inline(pll_t *pll, ab_t emf, float speed_per_v
     /* Speed from the EMF (3), feed-forward of Fig. 7; an F that would leave its limit, or is no number,
      * stays as it was; so does I. */
     float signed_emf = bounds_magnitude(pll->omega_smooth) < PLL_SIGNED_SPEED ? e.q : sign * amplitude;
+    const float omega_emf = (signed_emf - motor.lean * e.d) * motor.speed_per_volt;
     float feedforward =
-        lowpass_step(pll->feedforward, tuning->feedforward_share, signed_emf * speed_per_volt) +
-        tuning->period * acceleration;
+        lowpass_step(pll->feedforward, tuning->feedforward_share, omega_emf) + tuning->period * acceleration;
     if (!(bounds_magnitude(feedforward) <= tuning->speed_limit)) {
         feedforward = pll->feedforward;
     }
 
     /* Loop, eqs. (18), (19); its integrator acts from the next period on. */
-    position_t position = {pll->theta_e, pll->integral + tuning->kp * detector + feedforward};
-    float integral = pll->integral + tuning->ki_period * detector;
+    const float error = motor.share * detector;
+    position_t position = {pll->theta_e, pll->integral + tuning->kp * error + feedforward};
+    float integral = pll->integral + tuning->ki_period * error;
     if (bounds_magnitude(integral) <= 2.0f * tuning->speed_limit) {
         pll->integral = integral;
     }

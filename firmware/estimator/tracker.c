@@ -6,14 +6,27 @@ void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params)
     validity_prepare(&tuning->validity, &params->validity, params->pll.period);
     tuning->flux_linkage = params->flux_linkage;
     tuning->speed_per_volt = 1.0f / params->flux_linkage;
-    tuning->torque_feedforward = params->torque_feedforward;
+    tuning->saliency = params->saliency;
+    tuning->saliency_rate = params->saliency / params->pll.period;
+    tuning->torque_feedforward = params->torque_feedforward / params->flux_linkage;
 }
 
-void tracker_reset(tracker_t *tracker, position_t start, float amplitude)
+void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amplitude)
 {
+    pll_t *pll = &tracker->pll;
     tracker->load = 0.0f;
-    start.theta_e += tracker->pll.tuning.period * start.omega_e;
-    pll_reset(&tracker->pll, start);
-    pll_reset_emf(&tracker->pll, amplitude);
+    start.theta_e += pll->tuning.period * start.omega_e;
+    pll_reset(pll, start);
+    pll_reset_emf(pll, amplitude);
     validity_reset(&tracker->validity);
+
+    tracker_motor_t *motor = &tracker->motor;
+    motor->i_d = current.d;
+    motor->flux = tracker_flux(tracker, current.d);
+    motor->flux_emf = motor->flux;
+    motor->speed_per_volt = 1.0f / motor->flux;
+    motor->lean = bounds_clamp(tracker->saliency * current.q * motor->speed_per_volt, TRACKER_LEAN_MOST);
+    const float magnitude = bounds_magnitude(pll->omega_smooth);
+    const float speed = magnitude > PLL_SIGN_SPEED ? magnitude : PLL_SIGN_SPEED;
+    motor->inverse = 1.0f / (speed + pll->tuning.kp * bounds_magnitude(motor->lean));
 }

@@ -1,10 +1,21 @@
 /* Position and speed from the back-EMF: tracking loop (pll.h), speed of its feed-forward from the EMF's
  * length (3), and whether the result can be believed (validity.h).
  *
- * The torque's share of the acceleration, K (i_q - i_L) with i_q of the rotor as the loop sees it and what of
- * it carries the load, may help the loop along (K = 0: off, as in the paper).
+ * The EMF is that of the active flux psi_a = psi_f - D i_d, D = L_q - L_d, along the magnet: all of the flux
+ * that L_q i leaves (docs/theory.md, 6). A round rotor has D = 0, and psi_a is its psi_f. With i_d, i_q in
+ * the frame of the loop
  *
- * Sample time: one step per T; the EMF is that of t_k and so is the result. */
+ *     t = D i_q/psi_a              by which an error of the angle changes psi_a: the current that the loop
+ * holds turns with it f = 1/(1 + kp |t/omega|)     on kp and ki where t omega < 0, braking: there the loop's
+ * own motion moves psi_a against it
+ *
+ * The speed from the EMF's length is that over a psi_a which is low-passed like the EMF. The torque's share
+ * of the acceleration, K (psi_a i_q - psi_f i_L) with the load as a current of psi_f, may help the loop along
+ * (K = 0: off, as in the paper).
+ *
+ * Sample time: one step per T; the EMF is that of t_k and so is the result. No division: reciprocals follow
+ * by a step of Newton's method in each period. Does not handle: a flux below a tenth of psi_f, taken as that.
+ */
 #ifndef ESTIMATOR_TRACKER_H
 #define ESTIMATOR_TRACKER_H
 
@@ -15,10 +26,15 @@
 #include "estimator/validity.h"
 #include "math/frames.h"
 
+/* Least psi_a [-] of psi_f, and largest |t| [-], that the loop goes by. */
+#define TRACKER_FLUX_LEAST 0.1f
+#define TRACKER_LEAN_MOST  3.0f
+
 typedef struct {
     pll_params_t pll;
     float flux_linkage;       /* psi_f [Wb], 1e-4..10 */
-    float torque_feedforward; /* K = 1.5 p^2 psi_f/J [rad/s^2 per A] */
+    float saliency;           /* D = L_q - L_d [H] */
+    float torque_feedforward; /* 1.5 p^2 psi_f/J [rad/s^2 per A] */
     validity_params_t validity;
 } tracker_params_t;
 
@@ -27,14 +43,28 @@ typedef struct {
     validity_tuning_t validity;
     float flux_linkage;       /* psi_f [Wb] */
     float speed_per_volt;     /* 1/psi_f [rad/s/V] */
-    float torque_feedforward; /* K [rad/s^2 per A] */
+    float saliency;           /* D [H] */
+    float saliency_rate;      /* D/T [V/A] */
+    float torque_feedforward; /* K = 1.5 p^2/J [rad/s^2 per Wb and A] */
 } tracker_tuning_t;
+
+/* The motor as the loop sees it. A round one: psi_f all the time. */
+typedef struct {
+    float i_d;            /* of the last step, in the loop's frame [A] */
+    float flux;           /* psi_a [Wb] */
+    float flux_emf;       /* the same, low-passed like the EMF in the loop [Wb] */
+    float speed_per_volt; /* its reciprocal [rad/s/V] */
+    float lean;           /* t [-] */
+    float inverse;        /* 1/(|omega| + kp |t|) [s/rad] */
+} tracker_motor_t;
 
 typedef struct {
     float flux_linkage;       /* psi_f, of the tuning or as adapted [Wb] */
-    float speed_per_volt;     /* 1/psi_f [rad/s/V] */
-    float torque_feedforward; /* K, of the tuning [rad/s^2 per A] */
-    float load;               /* i_L [A], as told; 0: nothing is known of a load */
+    float saliency;           /* D, of the tuning [H] */
+    float saliency_rate;      /* D/T, likewise [V/A] */
+    float torque_feedforward; /* K, likewise [rad/s^2 per Wb and A] */
+    float load;               /* i_L [A], as set from outside; 0: nothing is known of a load */
+    tracker_motor_t motor;
     pll_t pll;
     validity_t validity;
 } tracker_t;
@@ -42,42 +72,108 @@ typedef struct {
 /* Coefficients of a set whose parts have passed their checks. Divisions: for the background. */
 void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params);
 
+/* Another psi_f [Wb] and its reciprocal [rad/s/V]. */
+static inline void tracker_set_flux(tracker_t *tracker, float flux_linkage, float speed_per_volt)
+{
+    tracker->flux_linkage = flux_linkage;
+    if (tracker->saliency == 0.0f) {
+        tracker->motor.flux = flux_linkage;
+        tracker->motor.flux_emf = flux_linkage;
+        tracker->motor.speed_per_volt = speed_per_volt;
+    }
+}
+
 /* The coefficients alone, psi_f among them; the state goes on. */
 static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuning)
 {
     pll_take(&tracker->pll, &tuning->pll);
     validity_take(&tracker->validity, &tuning->validity);
-    tracker->flux_linkage = tuning->flux_linkage;
-    tracker->speed_per_volt = tuning->speed_per_volt;
+    tracker->saliency = tuning->saliency;
+    tracker->saliency_rate = tuning->saliency_rate;
     tracker->torque_feedforward = tuning->torque_feedforward;
+    tracker->motor.lean = tuning->saliency == 0.0f ? 0.0f : tracker->motor.lean;
+    tracker_set_flux(tracker, tuning->flux_linkage, tuning->speed_per_volt);
 }
 
-/* As if locked at t_k at `start` [rad], [rad/s] on an EMF of this amplitude [V]; the next step is that of
- * t_k+1. Validity starts anew. */
-void tracker_reset(tracker_t *tracker, position_t start, float amplitude);
+/* As if locked at t_k at `start` [rad], [rad/s] with this current [A] in its frame, on an EMF of this
+ * amplitude [V]; the next step is that of t_k+1. Validity starts anew. Divisions. */
+void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amplitude);
 
-/* The torque's share: K (i_q - i_L) [rad/s^2]. */
-static inline float tracker_acceleration(const tracker_t *tracker, ab_t current)
+/* 1/`value`, from the reciprocal of a value near it: a step of Newton's method, which from a half to twice of
+ * it comes nearer. */
+static inline float tracker_reciprocal(float value, float last)
 {
-    return tracker->torque_feedforward * (frames_park(current, tracker->pll.rotation).q - tracker->load);
+    const float product = value * last;
+    return last * (2.0f - (product < 1.5f ? product : 1.5f));
 }
 
-/* Position at t_k from the EMF [V] and the current [A]; judged with the square of the observer's current
- * error [A^2]. */
-static inline position_t tracker_step(tracker_t *tracker, ab_t emf, ab_t current, float error_square)
+/* psi_a [Wb] at this i_d [A]. */
+static inline float tracker_flux(const tracker_t *tracker, float i_d)
+{
+    const float flux = tracker->flux_linkage - tracker->saliency * i_d;
+    const float least = TRACKER_FLUX_LEAST * tracker->flux_linkage;
+    return flux > least ? flux : least;
+}
+
+/* What the change of psi_a since t_k-1 takes of the voltage [V], to be added to it, with this i_d [A] at t_k:
+ * along the magnet as it was in the middle of the period. */
+static inline ab_t tracker_transient(const tracker_t *tracker, float i_d)
+{
+    const pll_t *pll = &tracker->pll;
+    const float voltage = tracker->saliency_rate * (i_d - tracker->motor.i_d);
+    const float back = 0.5f * pll->tuning.period * pll->omega_e;
+    return (ab_t){voltage * (pll->rotation.cos + back * pll->rotation.sin),
+                  voltage * (pll->rotation.sin - back * pll->rotation.cos)};
+}
+
+/* The motor with this current [A] in the loop's frame at t_k. */
+static inline void tracker_follow(tracker_t *tracker, dq_t current)
+{
+    const pll_t *pll = &tracker->pll;
+    tracker_motor_t *motor = &tracker->motor;
+    motor->i_d = current.d;
+    motor->flux = tracker_flux(tracker, current.d);
+    motor->flux_emf = motor->flux + pll->tuning.emf_decay * (motor->flux_emf - motor->flux);
+    motor->speed_per_volt = tracker_reciprocal(motor->flux_emf, motor->speed_per_volt);
+    motor->lean = bounds_clamp(tracker->saliency * current.q * motor->speed_per_volt, TRACKER_LEAN_MOST);
+}
+
+/* The torque's share: K (psi_a i_q - psi_f i_L) [rad/s^2]. */
+static inline float tracker_acceleration(const tracker_t *tracker, float i_q)
+{
+    return tracker->torque_feedforward * (tracker->motor.flux * i_q - tracker->flux_linkage * tracker->load);
+}
+
+/* f [-]. */
+static inline float tracker_share(tracker_t *tracker)
+{
+    const pll_t *pll = &tracker->pll;
+    tracker_motor_t *motor = &tracker->motor;
+    const float magnitude = bounds_magnitude(pll->omega_smooth);
+    const float speed = magnitude > PLL_SIGN_SPEED ? magnitude : PLL_SIGN_SPEED;
+    motor->inverse =
+        tracker_reciprocal(speed + pll->tuning.kp * bounds_magnitude(motor->lean), motor->inverse);
+    return motor->lean * pll->omega_smooth < 0.0f ? speed * motor->inverse : 1.0f;
+}
+
+/* Position at t_k from the EMF [V] and the i_q [A] then, of the motor that has been followed; judged with the
+ * square of the observer's current error [A^2]. */
+static inline position_t tracker_step(tracker_t *tracker, ab_t emf, float i_q, float error_square)
 {
     pll_t *pll = &tracker->pll;
-    const position_t position =
-        pll_step_inline(pll, emf, tracker->speed_per_volt, tracker_acceleration(tracker, current));
-    validity_step(&tracker->validity, pll->omega_smooth, pll->amplitude * tracker->speed_per_volt,
+    const tracker_motor_t *motor = &tracker->motor;
+    const float share = tracker->saliency != 0.0f ? tracker_share(tracker) : 1.0f;
+    const pll_motor_t loop = {motor->speed_per_volt, motor->lean, share, tracker_acceleration(tracker, i_q)};
+    const position_t position = pll_step_inline(pll, emf, loop);
+    validity_step(&tracker->validity, pll->omega_smooth, pll->amplitude * motor->speed_per_volt,
                   pll->detector, error_square);
     return position;
 }
 
 /* A period whose EMF is in doubt: it goes into the loop's filter, the loop coasts on, nothing is judged. */
-static inline position_t tracker_watch(tracker_t *tracker, ab_t emf, ab_t current)
+static inline position_t tracker_watch(tracker_t *tracker, ab_t emf, float i_q)
 {
-    return pll_watch(&tracker->pll, emf, tracker_acceleration(tracker, current));
+    return pll_watch(&tracker->pll, emf, tracker_acceleration(tracker, i_q));
 }
 
 /* A period without an EMF: the loop coasts on the last speed, nothing is judged. */

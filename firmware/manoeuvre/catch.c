@@ -25,10 +25,11 @@
 #define SURE_TURN     1.0f     /* [rad] since the direction is known */
 #define BEYOND_TIME   1.0e-3f  /* [s] */
 
-float catch_current_along(float doubtful, float current_d)
+float catch_current_along(float doubtful, float current_d, bool salient)
 {
     const float clear = CLEAR_OF_ZONE * doubtful;
-    return current_d > clear ? current_d : clear;
+    const float along = current_d > clear ? current_d : clear;
+    return salient ? -along : along;
 }
 
 catch_tuning_t catch_prepare(const catch_params_t *params)
@@ -45,7 +46,7 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
         .speed_min = params->speed_min,
         .emf_min_square = STEADY_PART * STEADY_PART * slowest * slowest,
         .current = clear,
-        .current_d = catch_current_along(params->doubtful, params->current_d),
+        .current_d = catch_current_along(params->doubtful, params->current_d, params->salient),
         .lead = 1.5f * params->period,
         .seen = periods_of(SEEN_TIME, params->period),
         .settled = periods_of(SETTLED_TIME, params->period),

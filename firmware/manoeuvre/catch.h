@@ -24,6 +24,7 @@
 #ifndef MANOEUVRE_CATCH_H
 #define MANOEUVRE_CATCH_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "estimator/position.h"
@@ -34,6 +35,7 @@ typedef struct {
     float speed_min;    /* slower rotors stand [rad/s], electrical */
     float doubtful;     /* current below which the loss of a leg is in doubt [A] */
     float current_d;    /* along the d axis of a rotor that is seen [A]; at least what phase a gets */
+    bool salient;       /* L_q > L_d by so much that i_d shall be below zero */
     float period;       /* T [s] */
 } catch_params_t;
 
@@ -74,8 +76,8 @@ typedef struct {
 typedef enum { CATCH_GOES_ON, CATCH_TURNING, CATCH_STANDING, CATCH_TOO_FAST } catch_outcome_t;
 
 /* The current along the d axis of a rotor that is caught [A]: as wished for, but at least clear of what is
- * doubtful [A]. */
-float catch_current_along(float doubtful, float current_d);
+ * doubtful [A]; of a salient one against the magnet, where its EMF grows. */
+float catch_current_along(float doubtful, float current_d, bool salient);
 
 /* Coefficients. Division and exponentials: for the background. */
 catch_tuning_t catch_prepare(const catch_params_t *params);

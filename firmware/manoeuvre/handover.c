@@ -11,6 +11,10 @@
 #define WANTED_TIME    0.15f /* [s] */
 #define LONGEST_TIME   1.0f  /* [s] */
 
+#define SALIENT_TIME  40e-3f /* [s] of a salient rotor */
+#define SALIENT_APART 0.7f   /* [-] likewise */
+#define EXCESS_ANY    1e6f   /* [A] likewise: any i_d may be left */
+
 #define SPEED_APART  0.2f  /* [-] */
 #define LENGTH_MIN   0.75f /* [-] */
 #define LENGTH_MAX   1.3f  /* [-] */
@@ -23,8 +27,9 @@ handover_tuning_t handover_prepare(const handover_params_t *params)
         .current_share = lowpass_share(CURRENT_CUTOFF, params->period),
         .mean_share = lowpass_share(MEAN_CUTOFF, params->period),
         .current_margin = MARGIN * params->current,
-        .current_excess = EXCESS * params->current,
-        .wanted = periods_of(WANTED_TIME, params->period),
+        .current_excess = params->salient ? EXCESS_ANY : EXCESS * params->current,
+        .speed_apart = params->salient ? SALIENT_APART : SPEED_APART,
+        .wanted = periods_of(params->salient ? SALIENT_TIME : WANTED_TIME, params->period),
         .longest = periods_of(LONGEST_TIME, params->period),
     };
 }
@@ -39,7 +44,7 @@ static bool holds(const handover_tuning_t *tuning, const estimate_t *estimate, c
                   float omega_forced, dq_t current)
 {
     const float apart = estimate->omega_smooth - omega_forced;
-    return bounds_magnitude(apart) < SPEED_APART * bounds_magnitude(omega_forced) &&
+    return bounds_magnitude(apart) < tuning->speed_apart * bounds_magnitude(omega_forced) &&
            lock->projection > LENGTH_MIN * lock->expected && lock->projection < LENGTH_MAX * lock->expected &&
            lock->scatter < SCATTER_MAX &&
            bounds_magnitude(current.d) < EXCESS_SHARE * bounds_magnitude(current.q) + tuning->current_excess;

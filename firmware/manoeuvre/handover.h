@@ -11,10 +11,14 @@
  * current is brought down from that of a start I to what the load needs, for what R and dead time leave of
  * error goes with it.
  *
+ * A salient rotor on a current along its magnet has next to no EMF and swings for long: it is taken over as
+ * soon as the loop has been locked for 40 ms, within 0.7 omega_forced and whatever its i_d.
+ *
  * One step per window. */
 #ifndef MANOEUVRE_HANDOVER_H
 #define MANOEUVRE_HANDOVER_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "estimator/estimate.h"
@@ -25,6 +29,7 @@
 
 typedef struct {
     float current; /* I of a start [A] */
+    bool salient;  /* the rotor is */
     float period;  /* from one step to the next [s] */
 } handover_params_t;
 
@@ -32,6 +37,7 @@ typedef struct {
     float current_share;  /* of the way down [-] */
     float current_margin; /* over what the load needs [A] */
     float current_excess; /* i_d that may be left [A] */
+    float speed_apart;    /* [-] of the forced frame's */
     float mean_share;     /* of the mean of the current [-] */
     uint32_t wanted;      /* [steps] that it must hold */
     uint32_t longest;     /* [steps] that it may take */

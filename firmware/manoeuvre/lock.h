@@ -1,6 +1,6 @@
 /* Lock: is the loop that control turns with on the rotor? Three signs that fail for different reasons:
  *
- *     projection   LP(e_q sign(omega)) < 0.5 psi_f LP(|omega|)   the EMF along the estimated axis: 1 on the
+ *     projection   LP(e_q sign(omega)) < 0.5 LP(psi_a |omega|)   the EMF along the estimated axis: 1 on the
  *                                                               rotor, -1 half a turn off, 0 blocked
  *     scatter      LP(eps^2) > 0.12                             the loop's error: 0.35 rad rms
  *     standing     |omega| slow, |omega_ref| not                what the other two do not see
@@ -31,7 +31,7 @@ typedef struct {
 
 typedef struct {
     float share;        /* of the low-passes [-] */
-    float flux_linkage; /* psi_f [Wb] */
+    float flux_linkage; /* psi_f, for a lock that is reset [Wb] */
     float speed_floor;  /* |omega| in the projection is at least this [rad/s] */
     float speed_slow;   /* [rad/s] electrical */
     float speed_asked;  /* [rad/s] electrical */
@@ -40,7 +40,7 @@ typedef struct {
 typedef struct {
     lock_tuning_t tuning;
     float projection; /* LP of the EMF along the axis in the direction of rotation [V] */
-    float expected;   /* LP of psi_f |omega| [V] */
+    float expected;   /* LP of psi_a |omega| [V] */
     float scatter;    /* LP of the detector's square [-] */
 } lock_t;
 
@@ -67,7 +67,7 @@ static inline void lock_step(lock_t *lock, const estimate_t *estimate, float sca
     const float across = frames_park(estimate->emf, estimate->frame.rotation).q;
     const float speed = bounds_magnitude(estimate->omega_smooth);
     const float along = estimate->omega_smooth < 0.0f ? -across : across;
-    const float length = tuning->flux_linkage * (speed > tuning->speed_floor ? speed : tuning->speed_floor);
+    const float length = estimate->flux * (speed > tuning->speed_floor ? speed : tuning->speed_floor);
     lock->projection = lowpass_step(lock->projection, tuning->share, along);
     lock->expected = lowpass_step(lock->expected, tuning->share, length);
     lock->scatter = lowpass_step(lock->scatter, tuning->share, scatter);

@@ -7,10 +7,9 @@
 #define LENGTH_MIN  0.5f /* [-] of psi_f |omega| */
 #define LENGTH_MAX  2.0f /* [-] */
 
-proof_tuning_t proof_prepare(float flux_linkage, float period)
+proof_tuning_t proof_prepare(float period)
 {
     return (proof_tuning_t){
-        .flux_linkage = flux_linkage,
         .window = periods_of(PROOF_TIME, period),
         .longest = periods_of(PROOF_LONGEST, period),
     };
@@ -52,7 +51,7 @@ proof_outcome_t proof_step(proof_t *proof, const estimate_t *estimate)
         const dq_t emf = frames_park(estimate->emf, estimate->frame.rotation);
         proof->emf.d += emf.d;
         proof->emf.q += estimate->omega_smooth < 0.0f ? -emf.q : emf.q;
-        proof->expected += tuning->flux_linkage * bounds_magnitude(estimate->omega_smooth);
+        proof->expected += estimate->flux * bounds_magnitude(estimate->omega_smooth);
         proof->tracked++;
     }
     if (proof->tracked >= tuning->window) {

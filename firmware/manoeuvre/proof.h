@@ -2,7 +2,7 @@
  * have to agree, one after the other, before control has torque by this angle:
  *
  *     |sum e_d| < 0.5 sum e_q sign(omega)                        its mean lies along the estimated axis,
- *     0.5 < sum e_q sign(omega) / sum psi_f |omega| < 2.0        with the length that the speed makes of it
+ *     0.5 < sum e_q sign(omega) / sum psi_a |omega| < 2.0        with the length that the speed makes of it
  *
  * A window has PROOF_TIME of periods in which the loop tracks; what acted in the others is in doubt. One that
  * does not agree begins the count anew, and PROOF_LONGEST without enough of them is a failure.
@@ -22,15 +22,14 @@
 #define PROOF_LONGEST 50e-3f /* [s] */
 
 typedef struct {
-    float flux_linkage; /* psi_f [Wb] */
-    uint32_t window;    /* [periods] of a window */
-    uint32_t longest;   /* [periods] that the proof may take */
+    uint32_t window;  /* [periods] of a window */
+    uint32_t longest; /* [periods] that the proof may take */
 } proof_tuning_t;
 
 typedef struct {
     proof_tuning_t tuning;
     dq_t emf;         /* sum in this window, q in the direction of rotation [V] */
-    float expected;   /* sum of psi_f |omega| [V] */
+    float expected;   /* sum of psi_a |omega| [V] */
     uint32_t tracked; /* [periods] of this window */
     uint32_t agreed;  /* [windows] so far, without a break */
     uint32_t periods; /* [periods] so far */
@@ -38,8 +37,8 @@ typedef struct {
 
 typedef enum { PROOF_GOES_ON, PROOF_GOOD, PROOF_FAILED } proof_outcome_t;
 
-/* psi_f [Wb], T [s]. Divisions: for the background. */
-proof_tuning_t proof_prepare(float flux_linkage, float period);
+/* T [s]. Divisions: for the background. */
+proof_tuning_t proof_prepare(float period);
 
 /* These coefficients; nothing has been seen. */
 void proof_init(proof_t *proof, const proof_tuning_t *tuning);

@@ -16,10 +16,18 @@ void run_init(run_t *run, const run_tuning_t *tuning)
 
 void run_enter(run_t *run, dq_t current, float omega_m)
 {
-    speed_control_reset(&run->speed, current.q, omega_m);
+    const float kept = run->low_kept * run->tuning.low_current;
     run->omega_m_ref = omega_m;
-    run->i_d_left = current.d;
-    run->i_d_low = bounds_clamp(current.d, run->low_kept * run->tuning.low_current);
+    run->i_d = current.d;
+    run->i_d_mtpa = 0.0f;
+    if (run->tuning.saliency > 0.0f) {
+        run->i_d_low = current.d < 0.0f ? -bounds_clamp(current.d, kept) : 0.0f;
+        run->i_d_left = current.d + run->i_d_low;
+    } else {
+        run->i_d_low = bounds_clamp(current.d, kept);
+        run->i_d_left = current.d;
+    }
+    speed_control_reset(&run->speed, run_torque(run) * current.q, omega_m);
 }
 
 void run_calm(run_t *run, bool whole)

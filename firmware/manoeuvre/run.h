@@ -7,11 +7,17 @@
  *                       what keeps i_d + |i_q| at `low_current` at low speed, where the loss of a leg
  *                       without current is a voltage that nobody knows (docs/theory.md, 23)
  *
+ * A salient rotor, D = L_q - L_d above 0, has i_d below zero, where the active flux psi_a = psi_f - D i_d and
+ * with it EMF and torque grow: the i_d of most torque per ampere, or that of the low speed if that is more.
+ * The speed control then gives the current of psi_f that would make the torque, and i_q is psi_f/psi_a of it
+ * (docs/theory.md, 26).
+ *
  * One step per window. Does not handle: starting, standing without an encoder, a lost rotor. */
 #ifndef MANOEUVRE_RUN_H
 #define MANOEUVRE_RUN_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "control/speed_control.h"
 #include "math/bounds.h"
@@ -22,6 +28,11 @@
 /* What is less than this of a fading current is none [A]. */
 #define RUN_NOTHING 1e-3f
 
+/* Least psi_a/psi_f [-], and how the i_d of most torque per ampere goes to what i_q makes of it, a step [-]:
+ * i_q goes with its inverse, and would swing with the whole of it. */
+#define RUN_TORQUE_LEAST 0.1f
+#define RUN_MTPA_SHARE   0.5f
+
 typedef struct {
     speed_control_tuning_t speed;
     float ramp;        /* of the speed reference a step [rad/s], mechanical; 0: at once */
@@ -31,6 +42,8 @@ typedef struct {
                           that speed it is kept whole */
     float low_share;   /* low-pass of that i_d, for i_q is noisy [-] */
     float fade;        /* share of a hand-over's i_d that is left a step later [-] */
+    float saliency;    /* D/psi_f of a salient rotor [1/A]; 0: a round one, or nearly */
+    uint32_t mtpa;     /* [-] 1: i_d of a salient rotor for most torque per ampere */
 } run_tuning_t;
 
 typedef struct {
@@ -40,7 +53,9 @@ typedef struct {
     float calm;         /* factor on the bandwidth of the speed control [-]; 1: as the set says */
     float low_kept;     /* [-] 1: low_current is kept; 0: who has an encoder needs none */
     float i_d_left;     /* of a hand-over [A] */
-    float i_d_low;      /* for the low-speed current [A] */
+    float i_d_low;      /* for the low-speed current, its size [A] */
+    float i_d_mtpa;     /* for most torque per ampere, its size [A] */
+    float i_d;          /* of the last step, but for what is wished for [A] */
     float lower;        /* of i_q [A]: what heat and DC link leave of the limit */
     float upper;        /* likewise, not below `lower` */
     float i_q_standing; /* i_q at speed zero, not limited [A] */
@@ -102,6 +117,33 @@ static inline float run_reference(const run_t *run, float wanted, float ramp)
     return ramp > 0.0f ? run->omega_m_ref + bounds_clamp(wanted - run->omega_m_ref, ramp) : wanted;
 }
 
+/* psi_a/psi_f at the i_d of the last step [-]: torque per i_q. */
+static inline float run_torque(const run_t *run)
+{
+    const float torque = 1.0f - run->tuning.saliency * run->i_d;
+    return torque > RUN_TORQUE_LEAST ? torque : RUN_TORQUE_LEAST;
+}
+
+/* Size of the i_d of most torque per ampere beside this i_q [A]: 2 D i_q^2/(psi_f + sqrt(psi_f^2 + 4 D^2
+ * i_q^2)).
+ */
+static inline float run_mtpa(const run_t *run, float i_q)
+{
+    const float lean = 2.0f * run->tuning.saliency * i_q;
+    const float square = 1.0f + lean * lean;
+    return lean * i_q / (1.0f + square * inverse_root(square));
+}
+
+/* i_d of a salient rotor [A]. It follows i_q in some steps, for i_q follows it. */
+static inline float run_i_d_salient(run_t *run, float i_q, float low)
+{
+    const run_tuning_t *tuning = &run->tuning;
+    const float wanted = tuning->mtpa != 0u ? run_mtpa(run, i_q) : 0.0f;
+    run->i_d_mtpa = lowpass_step(run->i_d_mtpa, RUN_MTPA_SHARE, wanted);
+    run->i_d_low = lowpass_step(run->i_d_low, tuning->low_share, low);
+    return run->i_d_left - (run->i_d_low > run->i_d_mtpa ? run->i_d_low : run->i_d_mtpa);
+}
+
 /* i_d that is not wished for [A] beside the last i_q [A]. */
 static inline float run_i_d(run_t *run, float i_q, float omega_e)
 {
@@ -109,9 +151,13 @@ static inline float run_i_d(run_t *run, float i_q, float omega_e)
     const float slower = 1.2f - bounds_magnitude(omega_e) * tuning->low_inverse;
     const float kept = slower < 1.0f ? (slower > 0.2f ? slower : 0.2f) : 1.0f;
     const float short_of = kept * run->low_kept * tuning->low_current - bounds_magnitude(i_q);
-    run->i_d_low = lowpass_step(run->i_d_low, tuning->low_share, short_of > 0.0f ? short_of : 0.0f);
+    const float low = short_of > 0.0f ? short_of : 0.0f;
     const float left = tuning->fade * run->i_d_left;
     run->i_d_left = bounds_within(left, RUN_NOTHING) ? 0.0f : left;
+    if (tuning->saliency > 0.0f) {
+        return run_i_d_salient(run, i_q, low);
+    }
+    run->i_d_low = lowpass_step(run->i_d_low, tuning->low_share, low);
     return run->i_d_left > run->i_d_low ? run->i_d_left : run->i_d_low;
 }
 
@@ -122,12 +168,14 @@ static inline float run_within(const run_t *run, float i_q)
     return below > run->lower ? below : run->lower;
 }
 
-/* What the longest vector leaves for i_q beside what fades of i_d [A], heat and DC link apart. */
+/* What the longest vector leaves for i_q beside what fades of i_d, of a salient rotor all of it [A]; heat and
+ * DC link apart. */
 static inline float run_room(const run_t *run)
 {
     const float limit = run->speed.current_limit;
-    const float square = limit * limit - run->i_d_left * run->i_d_left;
-    if (run->i_d_left == 0.0f) {
+    const float i_d = run->tuning.saliency > 0.0f ? run->i_d : run->i_d_left;
+    const float square = limit * limit - i_d * i_d;
+    if (i_d == 0.0f) {
         return limit;
     }
     return square > 0.0f ? square * inverse_root(square) : 0.0f;
@@ -136,10 +184,17 @@ static inline float run_room(const run_t *run)
 /* i_q of the speed control [A] at this mechanical speed [rad/s]: within its limits, and that room. */
 static inline float run_i_q(run_t *run, float omega_m)
 {
-    const bool fades = run->i_d_left != 0.0f;
     const float room = run_room(run);
-    const float lower = fades ? bounds_clamp(run->lower, room) : run->lower;
-    const float upper = fades ? bounds_clamp(run->upper, room) : run->upper;
+    const float lower = bounds_clamp(run->lower, room);
+    const float upper = bounds_clamp(run->upper, room);
+    if (run->tuning.saliency > 0.0f) {
+        const float torque = run_torque(run);
+        const float share = 1.0f / torque;
+        run->i_q_standing = share * speed_control_standing(&run->speed, run->omega_m_ref);
+        run->stiffness = share * run->speed.pi.tuning.kp;
+        return share *
+               speed_control_step(&run->speed, run->omega_m_ref, omega_m, torque * lower, torque * upper);
+    }
     run->i_q_standing = speed_control_standing(&run->speed, run->omega_m_ref);
     run->stiffness = run->speed.pi.tuning.kp;
     return speed_control_step(&run->speed, run->omega_m_ref, omega_m, lower, upper);
@@ -147,7 +202,7 @@ static inline float run_i_q(run_t *run, float omega_m)
 
 /* Current [A] and speed reference [rad/s] of this step in the rotor's frame, at this electrical and
  * mechanical speed [rad/s]. While currents are wished for, the speed control follows them, so that a change
- * of mode does not jump. No division. */
+ * of mode does not jump. A division where the rotor is salient. */
 static inline void run_step(run_t *run, const run_wish_t *wish, float omega_e, float omega_m, dq_t *current,
                             float *omega_m_ref)
 {
@@ -164,7 +219,8 @@ static inline void run_step(run_t *run, const run_wish_t *wish, float omega_e, f
         *current = (dq_t){wish->current.d, run_within(run, wish->current.q)};
         run->i_q_standing = current->q;
         run->stiffness = 0.0f;
-        speed_control_reset(&run->speed, current->q, omega_m);
+        run->i_d = current->d;
+        speed_control_reset(&run->speed, run_torque(run) * current->q, omega_m);
         *omega_m_ref = omega_m;
         break;
     case RUN_SPEED:
@@ -172,7 +228,8 @@ static inline void run_step(run_t *run, const run_wish_t *wish, float omega_e, f
         run->omega_m_ref = wish->mode == RUN_SPEED ? run_reference(run, wish->omega_m_ref, run->tuning.ramp)
                                                    : run_reference(run, 0.0f, run->tuning.stop_ramp);
         current->q = run_i_q(run, omega_m);
-        current->d = wish->current.d + run_i_d(run, current->q, omega_e);
+        run->i_d = run_i_d(run, current->q, omega_e);
+        current->d = wish->current.d + run->i_d;
         *omega_m_ref = run->omega_m_ref;
         break;
     }

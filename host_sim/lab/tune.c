@@ -17,7 +17,7 @@
 #define CURRENT_RESERVE   2.0           /* 23: a start with 0.7 of its torque for the load */
 #define RESISTIVE_MOST    0.5           /* R I at current_limit, of the voltage that the link gives */
 #define CURRENT_LEAST     1.3           /* of the rated current, whatever R I */
-#define SALIENT_MOST      0.2           /* of psi_f that (L_q - L_d) I may take away in a start */
+#define SALIENT_MOST      0.8           /* 26: of psi_f that (L_q - L_d) I may take away in a start */
 #define TRIP_SHARE        1.5           /* the board's own: 15 A over 10 A */
 #define TRIP_LEAST        1.2           /* the firmware's rule */
 #define LINK_OVER         1.286         /* the board's own: 400 V over 311 V */
@@ -41,15 +41,18 @@
 #define ANSWER            14.0          /* 23: the speed control is so many times slower than pll_bandwidth */
 #define LOAD_DIP          0.03          /* of the speed, while a load comes */
 #define LOAD_TIME         0.05          /* [s] of it at least */
-#define RIPPLE_MOST       0.25 /* of the rated current: beyond, the legs' signs at their edges are a guess */
-#define RIPPLE_JUDGED     0.1  /* of the range, likewise: the winding is no judge of the sensors any more */
-#define HANDOVER_EMF      1.15 /* 23: the drive's own rule, over dead time and R I ... */
-#define HANDOVER_SHARE    0.3  /* ... and no more than this of overspeed_trip */
-#define FALLBACK_SHARE    0.4  /* 23: of the hand-over, below which the frame is forced again */
-#define WINDING_LEAST     2.0  /* [periods] of L_q/R, the firmware's rule */
-#define ESTIMATED_MOST    1.2  /* 6: L_q/L_d without an encoder, the firmware's rule */
-#define ENCODER           0.0  /* position_source */
-#define SENSORLESS        1.0  /* likewise */
+#define RIPPLE_MOST       0.25  /* of the rated current: beyond, the legs' signs at their edges are a guess */
+#define RIPPLE_JUDGED     0.1   /* of the range, likewise: the winding is no judge of the sensors any more */
+#define HANDOVER_EMF      1.15  /* 23: the drive's own rule, over dead time and R I ... */
+#define HANDOVER_SHARE    0.3   /* ... and no more than this of overspeed_trip */
+#define FALLBACK_SHARE    0.4   /* 23: of the hand-over, below which the frame is forced again */
+#define WINDING_LEAST     2.0   /* [periods] of L_q/R, the firmware's rule */
+#define ESTIMATED_MOST    4.0   /* 6: L_q/L_d without an encoder, the firmware's rule */
+#define SALIENT_FROM      1.1   /* 26: L_q/L_d from which on a rotor counts as salient, the firmware's rule */
+#define SALIENT_NATURAL   0.403 /* 26: natural frequency of the loop over its bandwidth */
+#define SALIENT_SPEED     0.6   /* 26: of ki over the product of cutoff and largest speed */
+#define ENCODER           0.0   /* position_source */
+#define SENSORLESS        1.0   /* likewise */
 #define DEVICE_RESISTANCE ((BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6) /* [ohm] of a leg */
 #define DERIVED_SPEED     0.9 /* of what the link reaches, where no rated speed is given */
 
@@ -285,7 +288,7 @@ static void judge_winding(tune_t *tune, const given_t *g)
     if (tune->needs_encoder) {
         warn(tune,
              "L_q is %.3g L_d: without an encoder the drive accepts %.2g L_d at most, so position_source is "
-             "encoder; i_d is held at 0, reluctance torque is not used",
+             "encoder",
              g->l_q / g->l_d, ESTIMATED_MOST);
     }
 }
@@ -335,9 +338,10 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
         g->resistive ? "R I half of the link's voltage, at least 1.3 of the rated current"
                      : "twice the rated current, as far as the board goes");
     add(tune, "start_current", g->start < g->limit ? g->start : 0.0, "%s",
-        g->by_module          ? "[A] what a leg of the board's module stands while the rotor is aligned"
-        : g->start < g->limit ? "[A] on the d axis it takes (L_q - L_d) I from psi_f: a fifth"
-                              : "current_limit (theory, 23)");
+        g->by_module ? "[A] what a leg of the board's module stands while the rotor is aligned"
+        : g->start < g->limit
+            ? "[A] 0.8 psi_f/(L_q - L_d): from there on a salient rotor does not rest on it (theory, 26)"
+            : "current_limit (theory, 23)");
     add(tune, "overcurrent_trip", g->trip, "[A] 1.5 current_limit, at least 1.2 of it and the ripple");
     add(tune, "motor_current_continuous", g->rated_current, "[A] rated, length of the vector");
     if (motor->has[MOTOR_WARMING]) {
@@ -361,9 +365,13 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
 
 static void add_estimator(tune_t *tune, const given_t *g)
 {
-    const double gain = four_digits(GAIN_RULE * g->psi * g->p * g->free);
+    const bool salient = g->l_q > SALIENT_FROM * g->l_d;
+    const double taken = salient ? (g->l_q - g->l_d) * g->limit : 0.0;
+    const double flux = 0.75 * g->psi + 0.25 * sqrt(g->psi * g->psi + 8.0 * taken * taken);
+    const double gain = four_digits(GAIN_RULE * flux * g->p * g->free);
     const double slope = four_digits(SLOPE_RULE * g->l_q / (gain * T_S));
-    add(tune, "observer_gain", gain, "[V] 1.75 times the EMF at %.0f r/min (theory, 3)", g->free / RPM);
+    add(tune, "observer_gain", gain, "[V] 1.75 times the EMF at %.0f r/min%s", g->free / RPM,
+        salient ? " with i_d at current_limit (theory, 3, 26)" : " (theory, 3)");
     add(tune, "observer_slope", slope, "[1/A] 1.6 L_q/(observer_gain T_s) (theory, 3)");
     add(tune, "estimate_current_max", smaller(four_digits(4.0 / slope), most("estimate_current_max")),
         "[A] 4/observer_slope (theory, 3)");
@@ -372,9 +380,18 @@ static void add_estimator(tune_t *tune, const given_t *g)
     const double wanted = CUTOFF_RULE * sqrt(g->p * g->rated_torque / g->inertia);
     const double cutoff = floor(smaller(larger(wanted, CUTOFF_LEAST), CUTOFF_MOST));
     const double bandwidth = BANDWIDTHS * cutoff;
-    add(tune, "feedforward_cutoff", cutoff, "[rad/s] 1.6 sqrt(p T/J) = %.3g, from 50 to %.3g (theory, 7)",
-        wanted, CUTOFF_MOST);
-    add(tune, "pll_bandwidth", bandwidth, "[rad/s] 4 feedforward_cutoff: least overshoot (theory, 7)");
+    if (salient) {
+        const double natural = SALIENT_NATURAL * bandwidth;
+        const double by_speed = natural * natural / (SALIENT_SPEED * g->p * g->overspeed);
+        add(tune, "feedforward_cutoff", four_digits(smaller(larger(by_speed, 4.0), 50.0)),
+            "[rad/s] ki/(0.6 p overspeed_trip), from 4 to 50 (theory, 26)");
+        add(tune, "pll_bandwidth", bandwidth, "[rad/s] 6.4 sqrt(p T/J), from 200 to %.3g (theory, 7)",
+            BANDWIDTHS * CUTOFF_MOST);
+    } else {
+        add(tune, "feedforward_cutoff", cutoff, "[rad/s] 1.6 sqrt(p T/J) = %.3g, from 50 to %.3g (theory, 7)",
+            wanted, CUTOFF_MOST);
+        add(tune, "pll_bandwidth", bandwidth, "[rad/s] 4 feedforward_cutoff: least overshoot (theory, 7)");
+    }
     add(tune, "torque_feedforward", 1.0, "K i_q with motor_inertia (theory, 9)");
     const double answer = ANSWER / bandwidth;
     const double stop = g->speed * g->inertia / g->rated_torque;

@@ -61,9 +61,9 @@ static inline void twin_show(twin_t *est)
     pll->direction = (float)from_pll->direction;
     pll->detector = fixed->estimate.detector;
     pll->amplitude = fixed->estimate.amplitude;
-    est->tracker.speed_per_volt =
+    est->tracker.motor.speed_per_volt =
         (float)fixed->q.speed_per_volt * one / fixed->scale.base.voltage / fixed->scale.base.turn_per_rad;
-    est->tracker.flux_linkage = 1.0f / est->tracker.speed_per_volt;
+    est->tracker.flux_linkage = 1.0f / est->tracker.motor.speed_per_volt;
     est->tracker.validity.debounce = fixed->q.debounce;
 }
 

@@ -275,7 +275,7 @@ static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_
 /* A board that asks for less along the d axis than what clears the zone gets that. */
 static void test_current_along_the_d_axis_is_never_the_smaller_one(void)
 {
-    const catch_params_t params = {(float)PSI, (float)SPEED_MIN, 0.1f, 0.0f, (float)T};
+    const catch_params_t params = {(float)PSI, (float)SPEED_MIN, 0.1f, 0.0f, false, (float)T};
     tuning = catch_prepare(&params);
     TEST_ASSERT_EQUAL_FLOAT(tuning.current, tuning.current_d);
 }
@@ -297,7 +297,7 @@ static void test_new_coefficients_act_and_what_was_seen_stays(void)
         (void)step(emf_of(100.0, 100.0 * T * n), LINK);
     }
     const catch_t before = catching;
-    const catch_params_t params = {(float)(2.0 * PSI), (float)SPEED_MIN, 0.2f, 2.0f, (float)T};
+    const catch_params_t params = {(float)(2.0 * PSI), (float)SPEED_MIN, 0.2f, 2.0f, false, (float)T};
     tuning = catch_prepare(&params);
     TEST_ASSERT_TRUE(catching.cross == before.cross && catching.length == before.length &&
                      catching.periods == before.periods && catching.omega_e == before.omega_e);

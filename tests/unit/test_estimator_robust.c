@@ -13,7 +13,7 @@ static void check_finite(position_t position)
                      isfinite(est.observer.smo.current_hat.beta) &&
                      isfinite(est.observer.smo.emf_hat.alpha) && isfinite(est.observer.smo.emf_hat.beta));
     TEST_ASSERT_TRUE(isfinite(smo_equivalent_gain(&est.observer.smo)) && isfinite(flux.flux_linkage) &&
-                     isfinite(est.tracker.speed_per_volt) && isfinite(est.estimate.emf.alpha) &&
+                     isfinite(est.tracker.motor.speed_per_volt) && isfinite(est.estimate.emf.alpha) &&
                      isfinite(est.estimate.emf.beta));
     float limit = 1.0f / (float)T; /* PLL_TURN_LIMIT is 1 rad */
     TEST_ASSERT_TRUE(fabsf(est.tracker.pll.feedforward) <= limit &&

@@ -102,7 +102,7 @@ static void test_at_its_limit_a_criterion_still_holds(void)
         estimator_t before = est;
         (void)step(&rig, JUDGED);
         double speed = (double)est.tracker.pll.omega_smooth;
-        double amplitude = (double)est.tracker.pll.amplitude * (double)est.tracker.speed_per_volt;
+        double amplitude = (double)est.tracker.pll.amplitude * (double)est.tracker.motor.speed_per_volt;
         const double values[] = {(amplitude + ALLOWANCE) / speed,
                                  (amplitude - ALLOWANCE) / speed,
                                  fabs((double)est.tracker.pll.detector),

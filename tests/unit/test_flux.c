@@ -22,7 +22,7 @@ static void test_adapted_flux_leaves_little(void)
         (void)deviation(&rig, -19999, 20000 + RAMP_START - 1, 0);
         double left = slow ? 0.01 : 0.1 * exp(-share * 2.0) + 5e-4;
         TEST_ASSERT_DOUBLE_WITHIN(left * PSI, PSI, (double)flux.flux_linkage);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)(flux.flux_linkage * est.tracker.speed_per_volt));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)(flux.flux_linkage * est.tracker.motor.speed_per_volt));
         ramp_t r = ramp_from(&rig, RAMP_START);
         check_below(fabs(r.steady), 15.0, "steady");
         TEST_ASSERT_DOUBLE_WITHIN(1e-2 * PSI, PSI, (double)flux.flux_linkage);
@@ -141,7 +141,7 @@ static void test_retune_keeps_an_adapted_flux_while_it_is_meant(void)
     params.flux_linkage = 0.19f;
     retune(&params);
     TEST_ASSERT_TRUE(flux.flux_linkage == 0.19f);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 0.19f, est.tracker.speed_per_volt);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 1.0f / 0.19f, est.tracker.motor.speed_per_volt);
     (void)deviation(&rig, 20001, 5000, 0);
     TEST_ASSERT_FLOAT_WITHIN(2e-3f, (float)PSI, flux.flux_linkage);
     params.flux_adaptation = 0.0f;

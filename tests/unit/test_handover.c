@@ -36,7 +36,7 @@ static void make_good(float way)
 
 void setUp(void)
 {
-    const handover_params_t params = {CURRENT, T};
+    const handover_params_t params = {CURRENT, false, T};
     const handover_tuning_t tuning = handover_prepare(&params);
     memset(&handover, 0x55, sizeof handover);
     handover_init(&handover, &tuning);
@@ -176,7 +176,7 @@ static void test_new_coefficients_act_and_the_count_goes_on(void)
     for (uint32_t n = 0u; n < 700u; n++) {
         (void)step();
     }
-    const handover_params_t params = {1.0f, 2.0f * T};
+    const handover_params_t params = {1.0f, false, 2.0f * T};
     const handover_tuning_t tuning = handover_prepare(&params);
     handover_take(&handover, &tuning);
     for (uint32_t n = 701u; n < HELD / 2u; n++) {

@@ -15,12 +15,13 @@
 static lock_t lock;
 static estimate_t estimate;
 
-/* On a rotor at this speed; the EMF's share of psi_f omega along the estimated axis, and across it. */
+/* On a round rotor at this speed; the EMF's share of psi_f omega along the estimated axis, and across it. */
 static void make_estimate(float omega_e, float along, float across)
 {
     const double theta = 0.7;
     memset(&estimate, 0, sizeof estimate);
     estimate.omega_smooth = omega_e;
+    estimate.flux = PSI;
     estimate.frame.theta_e = (float)theta;
     estimate.frame.rotation = (rotation_t){(float)sin(theta), (float)cos(theta)};
     estimate.emf =

@@ -1,4 +1,5 @@
 #include "drive/params.h"
+#include "estimator/chosen.h"
 
 #include <math.h>
 #include <string.h>
@@ -221,20 +222,23 @@ static void test_observer_reaches_the_largest_emf_and_does_not_ring(void)
     expect_accepted_at("observer_gain", 1.001f * ringing);
 }
 
-/* On the estimator L_q is 1.2 L_d at most: 15 mH of 12.5 mH. The default observer does not ring with a slope
- * of 1 and 200 V from where (1 - exp(-R T/L))/R is 12 mA/V. */
-static void test_a_salient_rotor_runs_on_an_encoder_only(void)
+/* On the estimator L_q is 4 L_d at most, 50 mH of 12.5 mH; the fixed-point twin takes 1.2. The default
+ * observer does not ring with a slope of 1 and 200 V from where (1 - exp(-R T/L))/R is 12 mA/V. */
+static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(void)
 {
     const double resistance = 0.95 + 0.0215;
     const double x =
         0.012 * resistance; /* its logarithm as a series, which a double of 32 bits has exactly, too */
     const float ringing = (float)(1e-4 / 0.012 / (1.0 + x * (1.0 / 2.0 + x * (1.0 / 3.0 + x / 4.0))));
+    const float most = CHOSEN_SALIENT_MAX;
     const rule_t on_the_estimator = {
-        "motor_inductance_q", 1.19f * 12.5e-3f, 1.21f * 12.5e-3f, ringing, 15e-3f, {{NULL, 0.0f}}};
+        "motor_inductance_q", 0.99f * most * 12.5e-3f, 1.01f * most * 12.5e-3f, ringing,
+        most * 12.5e-3f,      {{"mtpa", MTPA_OFF}}}; /* i_d would ask more of observer_gain */
     check_rule(&on_the_estimator);
-    params.motor_inductance_q = 1.21f * 12.5e-3f;
+    params.mtpa = MTPA_OFF;
+    params.motor_inductance_q = 1.01f * most * 12.5e-3f;
     TEST_ASSERT_FALSE(params_check(&params, &why));
-    TEST_ASSERT_NOT_NULL(strstr(why.rule, "motor_inductance_q <= 1.2 motor_inductance_d"));
+    TEST_ASSERT_NOT_NULL(strstr(why.rule, "motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d"));
     TEST_ASSERT_NOT_NULL(strstr(why.rule, "use an encoder"));
 
     params.position_source = POSITION_ENCODER;
@@ -242,15 +246,16 @@ static void test_a_salient_rotor_runs_on_an_encoder_only(void)
     params.encoder_fault_reaction = ENCODER_FAULT_IGNORED;
     TEST_ASSERT_TRUE(params_check(&params, &why));
     params.encoder_fault_reaction = ENCODER_FAULT_SENSORLESS; /* leads back to the estimator */
-    expect_rule("motor_inductance_q", ringing, 15e-3f);
+    expect_rule("motor_inductance_q", ringing, most * 12.5e-3f);
 }
 
-/* With L_d = 5 mH L_q is 6 mH at most, and 8.3 mH at least are needed for the observer: an encoder makes
+/* With an L_d whose largest L_q is 6 mH, and 8.3 mH at least are needed for the observer: an encoder makes
  * room.
  */
 static void test_a_salient_rotor_is_advised_an_encoder(void)
 {
-    params.motor_inductance_d = 5e-3f;
+    params.motor_inductance_d = 6e-3f / CHOSEN_SALIENT_MAX;
+    params.mtpa = MTPA_OFF;
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_EQUAL_STRING("motor_inductance_q", why.field);
     TEST_ASSERT_TRUE(params_none_accepted(&why));
@@ -443,7 +448,7 @@ static void test_estimators_set_is_made_of_the_rows(void)
     params.torque_feedforward = 0.5f;
     params.inertia_adaptation = INERTIA_OFF; /* J is what the row says */
     params.estimate_amplitude_max = 1.0f;
-    params.motor_inductance_d = 10e-3f; /* the observer lives on L_q */
+    params.motor_inductance_d = 12e-3f; /* the observer lives on L_q */
     params.lag_compensation = LAG_PRINTED;
     params.observer_switching = SMO_SIGMOID;
     params.observer_emf_cutoff = 1800.0f;
@@ -475,6 +480,8 @@ static void test_estimators_set_is_made_of_the_rows(void)
     TEST_ASSERT_EQUAL_FLOAT(1e-4f, estimator.pll.period);
     TEST_ASSERT_FLOAT_WITHIN(0.02f, 2.0f, estimator.pll.amplitude_floor); /* 0.183 Wb at 11 rad/s */
     TEST_ASSERT_EQUAL_FLOAT(0.183f, estimator.flux_linkage);
+    TEST_ASSERT_FLOAT_WITHIN(1e-8f, 0.5e-3f, estimator.saliency);
+    TEST_ASSERT_EQUAL_FLOAT(0.183f, estimator.flux_most); /* i_d stays at 0: nearly a round rotor */
     TEST_ASSERT_EQUAL_FLOAT(2.0f, estimator.flux_adaptation);
     TEST_ASSERT_EQUAL_FLOAT(0.5f * 4.392f / 0.0636f, estimator.torque_feedforward);
     TEST_ASSERT_EQUAL_FLOAT(0.4f, estimator.validity.amplitude_min);
@@ -490,6 +497,32 @@ static void test_estimators_set_is_made_of_the_rows(void)
     params.estimate_amplitude_max = 1.01f;
     params_estimator(&params, &believed, &estimator);
     TEST_ASSERT_EQUAL_FLOAT(1.01f, estimator.validity.amplitude_max);
+}
+
+/* psi_f 0.1 Wb, D 10 mH, 10 A: i_d of most torque per ampere is -2 D I^2/(psi_f + sqrt(psi_f^2 + 8 D^2 I^2))
+ * = -5 A, so that psi_a is 0.15 Wb. With p 4, 200 rad/s and J 0.01 the torque at half of the limit is 3 N m,
+ * the bandwidth 6.4 sqrt(1200) = 221.7 rad/s, ki its 0.403 squared, and the cutoff ki/(0.6 800). */
+static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
+{
+    params.motor_inductance_q = 20e-3f;
+    params.motor_inductance_d = 10e-3f;
+    params.motor_flux_linkage = 0.1f;
+    params.motor_inertia = 0.01f;
+    params.current_limit = 10.0f;
+    params.overspeed_trip = 200.0f;
+    const believed_t believed = params_believed(&params);
+    estimator_params_t estimator;
+    params_estimator(&params, &believed, &estimator);
+    TEST_ASSERT_FLOAT_WITHIN(1e-8f, 10e-3f, estimator.saliency);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.15f, estimator.flux_most);
+    TEST_ASSERT_FLOAT_WITHIN(0.05f, 16.63f, estimator.pll.feedforward_cutoff);
+    params.observer_gain = 1.1f * 0.15f * 800.0f * 1.001f;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params.observer_gain = 1.1f * 0.15f * 800.0f * 0.999f;
+    TEST_ASSERT_FALSE(params_check(&params, &why));
+    TEST_ASSERT_EQUAL_STRING("observer_gain", why.field);
+    params.mtpa = MTPA_OFF;
+    TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
 static void test_only_live_rows_change_while_the_bridge_is_on(void)

@@ -15,7 +15,7 @@ static estimate_t estimate;
 
 void setUp(void)
 {
-    const proof_tuning_t tuning = proof_prepare((float)PSI, T);
+    const proof_tuning_t tuning = proof_prepare(T);
     memset(&proof, 0x55, sizeof proof);
     memset(&estimate, 0, sizeof estimate);
     proof_init(&proof, &tuning);
@@ -32,6 +32,7 @@ static void given(double omega, double off, double share)
     const double emf = share * PSI * omega;
     estimate.frame.rotation = (rotation_t){(float)sin(0.7), (float)cos(0.7)};
     estimate.omega_smooth = (float)omega;
+    estimate.flux = (float)PSI;
     estimate.emf = (ab_t){(float)(-emf * sin(0.7 + off)), (float)(emf * cos(0.7 + off))};
 }
 
@@ -137,7 +138,7 @@ static void test_periods_that_coast_do_not_count(void)
 static void test_new_coefficients_keep_what_was_seen(void)
 {
     int taken;
-    const proof_tuning_t tuning = proof_prepare((float)PSI, T);
+    const proof_tuning_t tuning = proof_prepare(T);
     given(100.0, 0.0, 1.0);
     TEST_ASSERT_EQUAL_INT(PROOF_GOES_ON, outcome(3 * WINDOW, &taken));
     proof_take(&proof, &tuning);

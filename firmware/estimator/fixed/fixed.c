@@ -37,6 +37,7 @@ void fixed_prepare(fixed_tuning_t *tuning, const estimator_params_t *params)
     const bases_t base = per_unit_bases(params);
     prepare_scale(&tuning->scale, &base);
     tuning->q = per_unit_of(params, &base);
+    tuning->flux_linkage = params->flux_linkage;
 }
 
 /* ---- the state in other bases ---- */
@@ -95,6 +96,7 @@ void fixed_take(fixed_t *fixed, const fixed_tuning_t *tuning)
                before.speed / now.speed);
     }
     fixed->scale = tuning->scale;
+    fixed->flux_linkage = tuning->flux_linkage;
     estimator_take_q(&fixed->q, &tuning->q);
 }
 
@@ -113,7 +115,7 @@ void fixed_init(fixed_t *fixed, const estimator_params_t *params)
 
 void fixed_set_flux(fixed_t *fixed, float flux_linkage, float speed_per_volt)
 {
-    (void)flux_linkage;
+    fixed->flux_linkage = flux_linkage;
     fixed->q.speed_per_volt = per_unit_speed_per_volt(speed_per_volt, &fixed->scale.base);
 }
 
@@ -167,6 +169,7 @@ static void publish(fixed_t *fixed, position_q_t position, rotation_q_t rotation
         .emf = pair_of(q->emf, units->voltage),
         .emf_loop = {(float)q->pll.emf.d * units->voltage, (float)q->pll.emf.q * units->voltage},
         .amplitude = (float)q->pll.amplitude * units->voltage,
+        .flux = fixed->flux_linkage,
         .detector = (float)q->pll.detector * (1.0f / TWO_TO_30),
         .current_err = pair_of(q->smo.current_err, units->current),
         .gain_axis = pair_of(q->smo.gain_axis, 16.0f * units->gain),

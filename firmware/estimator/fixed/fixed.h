@@ -34,11 +34,13 @@ typedef struct {
 typedef struct {
     fixed_scale_t scale;
     estimator_tuning_q_t q;
+    float flux_linkage; /* psi_f [Wb] */
 } fixed_tuning_t;
 
 typedef struct {
     fixed_scale_t scale; /* of the tuning */
     estimator_q_t q;
+    float flux_linkage;  /* psi_f, of the tuning or as adapted [Wb] */
     estimate_t estimate; /* after the last step or reset, in SI */
 } fixed_t;
 

@@ -1,0 +1,277 @@
+/* The estimator on exact data of salient rotors (salient_oracle.h) that turn at a constant speed, their
+ * current held in the frame of the estimator as a drive does: the active flux leaves no error, data that are
+ * wrong leave the error of the closed law, a step of the current leaves none that its known transient would.
+ *
+ * Family F(s): p 4, R 0.95 ohm, L_q 20 mH, L_d = L_q/s, psi_f 0.1 Wb, 10 A; tracking loop by the rule for J
+ * 0.01 kg m^2 and 800 rad/s. */
+#include <complex.h>
+
+#include "math/frames.h"
+#include "tests/oracle/salient_oracle.h"
+#include "tests/unit/estimator_bench.h"
+
+#define J           ((double complex)I)
+#define L_Q         0.02
+#define R           0.95
+#define FLUX        0.1
+#define CURRENT     10.0
+#define OMEGA_TOP   (4800.0 * RAD_PER_RPM)
+#define OMEGA_RATED (2400.0 * RAD_PER_RPM)
+#define GAIN_TOP    (1.75 * 0.3) /* of k_s: the largest active flux of s = 4, at 15 A [Wb] */
+
+/* What the estimator takes the motor for, over what it is. */
+typedef struct {
+    double inductance_d, inductance_q, resistance, flux_linkage;
+} belief_t;
+
+static const belief_t RIGHT = {1.0, 1.0, 1.0, 1.0};
+
+static salient_oracle_case_t rotor;
+static double theta;           /* of the magnet at t_k [rad] */
+static double complex flows;   /* current at t_k, stationary [A] */
+static double noise_of_sample; /* rms [A] */
+static uint32_t seed;
+
+static double complex pair_of(const double value[2])
+{
+    return value[0] + J * value[1];
+}
+
+/* Nearly normal, of variance one. */
+static double noise(void)
+{
+    double sum = -6.0;
+    for (int n = 0; n < 12; n++) {
+        seed = seed * 1664525u + 1013904223u;
+        sum += (double)(seed >> 8) / 16777216.0;
+    }
+    return sum;
+}
+
+/* i_d of most torque per ampere with a current of this length. */
+static double most_torque(double saliency, double current)
+{
+    const double taken = saliency * current;
+    return -2.0 * taken * current / (FLUX + sqrt(FLUX * FLUX + 8.0 * taken * taken));
+}
+
+static void given(double ratio, double omega, const belief_t *belief)
+{
+    rotor = (salient_oracle_case_t){R, L_Q / ratio, L_Q, FLUX, T, omega};
+    theta = 0.3;
+    flows = 0.0;
+    noise_of_sample = 0.0;
+    seed = 1u;
+    const double inductance = belief->inductance_q * L_Q;
+    estimator_params_t params = {.smo = {.resistance = (float)(belief->resistance * R),
+                                         .inductance = (float)inductance,
+                                         .gain = (float)(GAIN_TOP * OMEGA_TOP),
+                                         .slope = (float)(1.6 * inductance / (GAIN_TOP * OMEGA_TOP * T)),
+                                         .emf_cutoff = 2500.0f,
+                                         .period = (float)T,
+                                         .switching = SMO_SIGMOID_VECTOR},
+                                 .lag = LAG_EXACT,
+                                 .pll = {.amplitude_floor = (float)(11.0 * FLUX)},
+                                 .flux_linkage = (float)(belief->flux_linkage * FLUX),
+                                 .saliency = (float)(inductance - belief->inductance_d * rotor.inductance_d)};
+    tune(&params, 313.0, 31.0);
+    init(&params);
+}
+
+/* One period with this current in the frame of the estimator [A]; error of the angle [mrad]. */
+static double period(double i_d, double i_q)
+{
+    const double before[2] = {creal(flows), cimag(flows)};
+    const double complex next = (i_d + J * i_q) * cexp(J * (double)est.tracker.pll.theta_e);
+    const double now[2] = {creal(next), cimag(next)};
+    double voltage[2];
+    salient_oracle_voltage(&rotor, theta, before, now, voltage);
+    flows = next;
+    theta += rotor.omega * T;
+    const double sample[2] = {now[0] + noise_of_sample * noise(), now[1] + noise_of_sample * noise()};
+    const position_t position = estimator_step(&est, as_float(voltage), as_float(sample));
+    return 1e3 * circle((double)position.theta_e - theta);
+}
+
+/* On the rotor, with this current in its frame. */
+static void locked(double i_d, double i_q)
+{
+    flows = (i_d + J * i_q) * cexp(J * theta);
+    const double now[2] = {creal(flows), cimag(flows)};
+    estimator_reset(&est, (position_t){(float)circle(theta), (float)rotor.omega}, as_float(now));
+}
+
+static deviation_t held(double i_d, double i_q, int settle, int count)
+{
+    deviation_t d = {0.0, 0.0, 0.0, 0.0};
+    double squares = 0.0;
+    for (int n = 0; n < settle + count; n++) {
+        const double error = period(i_d, i_q);
+        if (n >= settle) {
+            d.mean += error;
+            squares += error * error;
+            d.peak = fmax(d.peak, fabs(error));
+        }
+    }
+    d.mean /= (double)count;
+    d.sd = sqrt(fmax(0.0, squares / (double)count - d.mean * d.mean));
+    return d;
+}
+
+static const double RATIOS[] = {1.0, 1.5, 2.0, 3.0, 4.0};
+#define RATIO_COUNT 5
+
+/* Right data, from none to half more than the rated current, and 2 to 100 % of the speed: no error but what
+ * the ripple of i_d between the samples leaves, (R T/L_q)(D/L_d) x/12 with x = omega T the angle of a period,
+ * and float arithmetic. A brake is held from 4 % on: below it the loop's own motion moves the flux faster
+ * than the loop. */
+static void test_right_data_leave_no_error_whatever_the_saliency(void)
+{
+    static const double shares[] = {0.02, 0.04, 0.5, 1.0};
+    for (int n = 0; n < RATIO_COUNT; n++) {
+        for (int m = 0; m < 4; m++) {
+            for (int load = m == 0 ? 0 : -3; load <= 3; load++) {
+                given(RATIOS[n], shares[m] * OMEGA_RATED, &RIGHT);
+                const double current = 0.5 * fabs((double)load) * CURRENT;
+                const double i_d = most_torque(L_Q - rotor.inductance_d, current);
+                const double size = sqrt(current * current - i_d * i_d);
+                const double i_q = load < 0 ? -size : size;
+                locked(i_d, i_q);
+                const deviation_t d = held(i_d, i_q, 2000, 1000);
+                const double ripple =
+                    1e3 * R * T / L_Q * (L_Q / rotor.inductance_d - 1.0) * rotor.omega * T / 12.0;
+                check_below(fabs(d.mean), 1.2 * ripple + FLOAT_PEAK, "mean");
+                check_below(fabs(d.mean), 0.3, "mean");
+                check_below(d.sd, 0.1, "scatter");
+            }
+        }
+    }
+}
+
+/* Steady angle with wrong data and this current in the loop's frame:
+ *     psi_a(err) sin(err) = -dL_q i_q + dR i_d/omega,    psi_a(err) = psi_f - D (i_d cos err - i_q sin err)
+ */
+static double by_law(const belief_t *belief, double i_d, double i_q)
+{
+    const double saliency = rotor.inductance_q - rotor.inductance_d;
+    const double pulls =
+        -(belief->inductance_q - 1.0) * L_Q * i_q + (belief->resistance - 1.0) * R * i_d / rotor.omega;
+    double error = 0.0;
+    for (int n = 0; n < 200; n++) {
+        const double active = FLUX - saliency * (i_d * cos(error) - i_q * sin(error));
+        error += 0.5 * (asin(fmax(-1.0, fmin(1.0, pulls / active))) - error);
+    }
+    return 1e3 * error;
+}
+
+static void test_wrong_data_leave_the_error_of_the_law(void)
+{
+    static const belief_t beliefs[] = {{1.0, 1.2, 1.0, 1.0}, {1.0, 0.8, 1.0, 1.0}, {1.0, 1.0, 1.3, 1.0},
+                                       {1.0, 1.0, 0.7, 1.0}, {1.2, 1.0, 1.0, 1.0}, {0.8, 1.0, 1.0, 1.0},
+                                       {1.0, 1.0, 1.0, 1.1}, {1.0, 1.0, 1.0, 0.9}};
+    static const double speeds[] = {240.0, 1200.0};
+    for (int n = 1; n < RATIO_COUNT; n++) {
+        for (int m = 0; m < 8; m++) {
+            for (int k = 0; k < 4; k++) {
+                given(RATIOS[n], speeds[k / 2] * RAD_PER_RPM, &beliefs[m]);
+                const double i_d = most_torque(L_Q - rotor.inductance_d, CURRENT);
+                const double i_q = (k % 2 == 0 ? 1.0 : -1.0) * sqrt(CURRENT * CURRENT - i_d * i_d);
+                locked(i_d, i_q);
+                const deviation_t d = held(i_d, i_q, 6000, 1000);
+                const double law = by_law(&beliefs[m], i_d, i_q);
+                check_below(fabs(d.mean - law), m < 4 ? 3.0 : 0.5, "beside the law");
+                check_below(d.sd, 1.0, "scatter");
+            }
+        }
+    }
+}
+
+/* With 10 mA of noise in each sample, down to 100 r/min and up to twice the rated speed. Salient rotors: a
+ * round one has less EMF for the same noise. */
+static void test_full_torque_is_held_both_ways_with_noise(void)
+{
+    static const double speeds[] = {100.0, 120.0, 600.0, 2400.0, 4800.0};
+    for (int n = 1; n < RATIO_COUNT; n++) {
+        for (int m = 0; m < 5; m++) {
+            for (int way = -1; way <= 1; way += 2) {
+                given(RATIOS[n], speeds[m] * RAD_PER_RPM, &RIGHT);
+                const double i_d = most_torque(L_Q - rotor.inductance_d, CURRENT);
+                const double i_q = way * sqrt(CURRENT * CURRENT - i_d * i_d);
+                noise_of_sample = 0.01;
+                locked(i_d, i_q);
+                const deviation_t d = held(i_d, i_q, 3000, 5000);
+                check_below(fabs(d.mean), 1.0, "mean");
+                check_below(d.sd, m == 0 ? 3.0 : 1.5, "scatter");
+            }
+        }
+    }
+}
+
+/* All of the torque within one sample, and off again: the flux that i_d makes is known, and no EMF. */
+static void test_a_step_of_torque_is_no_error(void)
+{
+    static const double speeds[] = {240.0, 1200.0, 2400.0};
+    for (int n = 1; n < RATIO_COUNT; n++) {
+        for (int m = 0; m < 3; m++) {
+            given(RATIOS[n], speeds[m] * RAD_PER_RPM, &RIGHT);
+            const double i_d = most_torque(L_Q - rotor.inductance_d, CURRENT);
+            const double i_q = sqrt(CURRENT * CURRENT - i_d * i_d);
+            locked(0.0, 0.0);
+            (void)held(0.0, 0.0, 500, 0);
+            check_below(held(i_d, i_q, 0, 1000).peak, 9.0, "peak of the step");
+            check_below(held(0.0, 0.0, 0, 1000).peak, 9.0, "peak of the step back");
+        }
+    }
+}
+
+/* The same with a D that is taken for none: the EMF of the flux's change is an error of the angle. The test
+ * above sees the difference. */
+static void test_a_step_of_torque_of_an_unknown_saliency_is_one(void)
+{
+    given(4.0, 240.0 * RAD_PER_RPM, &RIGHT);
+    est.tracker.saliency_rate = 0.0f;
+    const double i_d = most_torque(L_Q - rotor.inductance_d, CURRENT);
+    locked(0.0, 0.0);
+    (void)held(0.0, 0.0, 500, 0);
+    TEST_ASSERT_TRUE(held(i_d, sqrt(CURRENT * CURRENT - i_d * i_d), 0, 1000).peak > 43.0);
+}
+
+/* While the loop rests the observer is one with L_d, whatever the direction of the magnet: with a current
+ * that pulses along it the EMF is that of the magnet alone, psi_f omega. */
+static void test_at_rest_the_observer_goes_by_l_d(void)
+{
+    given(3.0, 100.0, &RIGHT);
+    locked(0.0, 0.0);
+    for (int n = 0; n < 400; n++) {
+        const double before[2] = {creal(flows), cimag(flows)};
+        theta += rotor.omega * T;
+        flows = (n % 20 < 10 ? 2.0 : -2.0) * cexp(J * theta);
+        const double now[2] = {creal(flows), cimag(flows)};
+        double voltage[2];
+        salient_oracle_voltage(&rotor, theta - rotor.omega * T, before, now, voltage);
+        estimator_observe(&est, as_float(voltage), as_float(now), (float)rotor.omega);
+        if (n > 20 && n % 10 >= 4) { /* a filtered sample is settled */
+            const double emf[2] = {(double)est.estimate.emf.alpha, (double)est.estimate.emf.beta};
+            const double complex in_rotor = pair_of(emf) * cexp(-J * theta);
+            TEST_ASSERT_DOUBLE_WITHIN(0.05 * FLUX * rotor.omega, FLUX * rotor.omega, cimag(in_rotor));
+            TEST_ASSERT_DOUBLE_WITHIN(0.05 * FLUX * rotor.omega, 0.0, creal(in_rotor));
+        }
+    }
+}
+
+/* No sample leads to a state that is no number. */
+static void test_samples_that_are_none_leave_the_flux_as_it_was(void)
+{
+    given(3.0, 500.0, &RIGHT);
+    locked(-2.0, 3.0);
+    (void)held(-2.0, 3.0, 100, 0);
+    const float flux_before = est.tracker.motor.flux;
+    static const ab_t none[] = {{NAN, 0.0f}, {0.0f, INFINITY}, {-INFINITY, 1.0f}, {3e38f, -3e38f}};
+    for (int n = 0; n < 4; n++) {
+        (void)estimator_step(&est, (ab_t){1.0f, 2.0f}, none[n]);
+        TEST_ASSERT_EQUAL_FLOAT(flux_before, est.tracker.motor.flux);
+        (void)estimator_step(&est, none[n], (ab_t){1.0f, 2.0f});
+        TEST_ASSERT_EQUAL_FLOAT(flux_before, est.tracker.motor.flux);
+        TEST_ASSERT_TRUE(isfinite(est.tracker.pll.theta_e) && isfinite(est.tracker.motor.speed_per_volt));
+    }
+}

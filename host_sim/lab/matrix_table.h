@@ -350,7 +350,7 @@
  *   Cells whose promise stands, and that are red. Whoever mends one takes its row away. */
 
 #define MATRIX_NOT_YET(N) \
-    N("offset_a/ramp/sensorless/h", "reported as start_unlocked, not as lock_lost")
+    N("offset_a/reversal/sensorless/h", "the rotor turns at another speed than the estimate, without a report")
 /* clang-format on */
 
 /* Index of each. */

@@ -8,7 +8,7 @@
 #include "host_sim/lab/map.h"
 #include "unity.h"
 
-#define POINTS_MAX 450u
+#define POINTS_MAX 600u
 
 static map_setup_t setup;
 static map_point_t points[POINTS_MAX];

@@ -203,11 +203,12 @@ static bool witnessed(const campaign_truth_t *truth, witness_t witness, uint32_t
     return false;
 }
 
-static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t period)
+/* Is a reason true that has been shown since this period? */
+static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t since, uint32_t period)
 {
     uint32_t what = 0u;
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
-        what |= campaign_is_there(watch, n, period) ? what_of(&watch->drawn->faults[n]) : 0u;
+        what |= campaign_is_there(watch, n, since) ? what_of(&watch->drawn->faults[n]) : 0u;
     }
     for (size_t n = 0; n < sizeof truths / sizeof truths[0]; n++) {
         if (truths[n].reason == reason) {
@@ -247,7 +248,7 @@ static void judge_reason(campaign_watch_t *watch, uint32_t period, const uint32_
     if (reason == truth->reason || period - truth->shown_at < NAMED_PERIODS) {
         return;
     }
-    if (reason != 0 && !is_true(watch, reason, truth->shown_at)) {
+    if (reason != 0 && !is_true(watch, reason, truth->shown_at, period)) {
         campaign_violated(watch, CAMPAIGN_I_REASON_TRUE, period, period - truth->shown_at, "fault_reason");
     }
     truth->reason = reason;

@@ -5,5 +5,7 @@
 
 unsigned long __f32_bits_as_u32(float value);
 float __u32_bits_as_f32(unsigned long bits);
+float __fmin(float x, float y);
+float __fmax(float x, float y);
 
 #endif

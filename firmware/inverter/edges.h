@@ -19,6 +19,7 @@
 
 #include <stdbool.h>
 
+#include "math/bounds.h"
 #include "math/frames.h"
 
 typedef struct {
@@ -37,7 +38,7 @@ static inline edges_tuning_t edges_prepare(float period, float inductance, bool 
 /* What the voltage of a leg is ahead of another's, or nothing. */
 static inline float edges_ahead(float difference)
 {
-    return difference > 0.0f ? difference : 0.0f;
+    return bounds_more(difference, 0.0f);
 }
 
 /* Half of the current's way from the one edge to the other of each leg, +-a_j [A]. `duty` of the upper

@@ -15,11 +15,30 @@ static inline float bounds_magnitude(float value)
     return fabsf(value);
 }
 
+/* The smaller of two: MINF32 of a C28x. NaN in `value`: `limit`. */
+static inline float bounds_less(float value, float limit)
+{
+#if defined(__TMS320C2000__)
+    return __fmin(value, limit);
+#else
+    return value < limit ? value : limit;
+#endif
+}
+
+/* The larger of two: MAXF32. NaN in `value`: `limit`. */
+static inline float bounds_more(float value, float limit)
+{
+#if defined(__TMS320C2000__)
+    return __fmax(value, limit);
+#else
+    return value > limit ? value : limit;
+#endif
+}
+
 /* `value`, but not beyond +-`limit`. */
 static inline float bounds_clamp(float value, float limit)
 {
-    const float below = value < limit ? value : limit;
-    return below > -limit ? below : -limit;
+    return bounds_more(bounds_less(value, limit), -limit);
 }
 
 /* Is `value` inside +-`limit`, the limits excluded? */
@@ -35,9 +54,13 @@ typedef struct {
 /* The largest and the smallest of three numbers. */
 static inline bounds_span_t bounds_span(float a, float b, float c)
 {
-    const float more = a > b ? a : b;
+#if defined(__TMS320C2000__)
+    return (bounds_span_t){bounds_more(c, bounds_more(a, b)), bounds_less(c, bounds_less(a, b))};
+#else
+    const float more = a > b ? a : b; /* one compare for both */
     const float less = a > b ? b : a;
     return (bounds_span_t){c > more ? c : more, c < less ? c : less};
+#endif
 }
 
 #endif

@@ -6,4 +6,10 @@
 unsigned long __f32_bits_as_u32(float value);
 float __u32_bits_as_f32(unsigned long bits);
 
+/* glibc has functions of these names, with double: a graph of calls is the same with them. */
+#if !defined(__linux__)
+float __fmin(float x, float y);
+float __fmax(float x, float y);
+#endif
+
 #endif

@@ -64,7 +64,7 @@ believed_t params_believed(const params_t *params)
 #define SALIENT_MOST    50.0f  /* [rad/s] */
 
 /* Cutoff of a salient rotor's feed-forward [rad/s], ki/(0.6 omega_max): an L_q that is wrong by a fifth then
- * leaves the loop stable up to the largest speed (docs/theory.md, 26). */
+ * leaves the loop stable up to the largest speed (docs/theory.md, 30). */
 static float salient_cutoff(float bandwidth, float omega_max)
 {
     const float natural = SALIENT_NATURAL * bandwidth;

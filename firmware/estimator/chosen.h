@@ -31,7 +31,7 @@ typedef fixed_tuning_t chosen_tuning_t;
 
 #include "estimator/estimator.h"
 
-/* L_q/L_d of a motor that it runs on, at most [-]: as far as it has been tried (docs/theory.md, 26). */
+/* L_q/L_d of a motor that it runs on, at most [-]: as far as it has been tried (docs/theory.md, 30). */
 #define CHOSEN_SALIENT_MAX  4.0f
 #define CHOSEN_SALIENT      "4"
 

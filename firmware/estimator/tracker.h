@@ -2,7 +2,7 @@
  * length (3), and whether the result can be believed (validity.h).
  *
  * The EMF is that of the active flux psi_a = psi_f - D i_d, D = L_q - L_d, along the magnet: all of the flux
- * that L_q i leaves (docs/theory.md, 6). A round rotor has D = 0, and psi_a is its psi_f. With i_d, i_q in
+ * that L_q i leaves (docs/theory.md, 30). A round rotor has D = 0, and psi_a is its psi_f. With i_d, i_q in
  * the frame of the loop
  *
  *     t = D i_q/psi_a              by which an error of the angle changes psi_a: the current that the loop

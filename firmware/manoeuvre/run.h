@@ -10,7 +10,7 @@
  * A salient rotor, D = L_q - L_d above 0, has i_d below zero, where the active flux psi_a = psi_f - D i_d and
  * with it EMF and torque grow: the i_d of most torque per ampere, or that of the low speed if that is more.
  * The speed control then gives the current of psi_f that would make the torque, and i_q is psi_f/psi_a of it
- * (docs/theory.md, 26).
+ * (docs/theory.md, 30).
  *
  * One step per window. Does not handle: starting, standing without an encoder, a lost rotor. */
 #ifndef MANOEUVRE_RUN_H

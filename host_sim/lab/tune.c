@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "estimator/chosen.h"
 #include "host_sim/lab/board_facts.h"
 #include "host_sim/lab/scenario_parts.h"
 
@@ -17,7 +18,7 @@
 #define CURRENT_RESERVE   2.0           /* 23: a start with 0.7 of its torque for the load */
 #define RESISTIVE_MOST    0.5           /* R I at current_limit, of the voltage that the link gives */
 #define CURRENT_LEAST     1.3           /* of the rated current, whatever R I */
-#define SALIENT_MOST      0.8           /* 26: of psi_f that (L_q - L_d) I may take away in a start */
+#define SALIENT_MOST      0.8           /* 30: of psi_f that (L_q - L_d) I may take away in a start */
 #define TRIP_SHARE        1.5           /* the board's own: 15 A over 10 A */
 #define TRIP_LEAST        1.2           /* the firmware's rule */
 #define LINK_OVER         1.286         /* the board's own: 400 V over 311 V */
@@ -41,16 +42,16 @@
 #define ANSWER            14.0          /* 23: the speed control is so many times slower than pll_bandwidth */
 #define LOAD_DIP          0.03          /* of the speed, while a load comes */
 #define LOAD_TIME         0.05          /* [s] of it at least */
-#define RIPPLE_MOST       0.25  /* of the rated current: beyond, the legs' signs at their edges are a guess */
-#define RIPPLE_JUDGED     0.1   /* of the range, likewise: the winding is no judge of the sensors any more */
-#define HANDOVER_EMF      1.15  /* 23: the drive's own rule, over dead time and R I ... */
-#define HANDOVER_SHARE    0.3   /* ... and no more than this of overspeed_trip */
-#define FALLBACK_SHARE    0.4   /* 23: of the hand-over, below which the frame is forced again */
-#define WINDING_LEAST     2.0   /* [periods] of L_q/R, the firmware's rule */
-#define ESTIMATED_MOST    4.0   /* 6: L_q/L_d without an encoder, the firmware's rule */
-#define SALIENT_FROM      1.1   /* 26: L_q/L_d from which on a rotor counts as salient, the firmware's rule */
-#define SALIENT_NATURAL   0.403 /* 26: natural frequency of the loop over its bandwidth */
-#define SALIENT_SPEED     0.6   /* 26: of ki over the product of cutoff and largest speed */
+#define RIPPLE_MOST       0.25 /* of the rated current: beyond, the legs' signs at their edges are a guess */
+#define RIPPLE_JUDGED     0.1  /* of the range, likewise: the winding is no judge of the sensors any more */
+#define HANDOVER_EMF      1.15 /* 23: the drive's own rule, over dead time and R I ... */
+#define HANDOVER_SHARE    0.3  /* ... and no more than this of overspeed_trip */
+#define FALLBACK_SHARE    0.4  /* 23: of the hand-over, below which the frame is forced again */
+#define WINDING_LEAST     2.0  /* [periods] of L_q/R, the firmware's rule */
+#define ESTIMATED_MOST    ((double)CHOSEN_SALIENT_MAX) /* 6: L_q/L_d without an encoder, the firmware's rule */
+#define SALIENT_FROM      1.1   /* 30: L_q/L_d from which on a rotor counts as salient, the firmware's rule */
+#define SALIENT_NATURAL   0.403 /* 30: natural frequency of the loop over its bandwidth */
+#define SALIENT_SPEED     0.6   /* 30: of ki over the product of cutoff and largest speed */
 #define ENCODER           0.0   /* position_source */
 #define SENSORLESS        1.0   /* likewise */
 #define DEVICE_RESISTANCE ((BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6) /* [ohm] of a leg */
@@ -340,7 +341,7 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
     add(tune, "start_current", g->start < g->limit ? g->start : 0.0, "%s",
         g->by_module ? "[A] what a leg of the board's module stands while the rotor is aligned"
         : g->start < g->limit
-            ? "[A] 0.8 psi_f/(L_q - L_d): from there on a salient rotor does not rest on it (theory, 26)"
+            ? "[A] 0.8 psi_f/(L_q - L_d): from there on a salient rotor does not rest on it (theory, 30)"
             : "current_limit (theory, 23)");
     add(tune, "overcurrent_trip", g->trip, "[A] 1.5 current_limit, at least 1.2 of it and the ripple");
     add(tune, "motor_current_continuous", g->rated_current, "[A] rated, length of the vector");
@@ -371,7 +372,7 @@ static void add_estimator(tune_t *tune, const given_t *g)
     const double gain = four_digits(GAIN_RULE * flux * g->p * g->free);
     const double slope = four_digits(SLOPE_RULE * g->l_q / (gain * T_S));
     add(tune, "observer_gain", gain, "[V] 1.75 times the EMF at %.0f r/min%s", g->free / RPM,
-        salient ? " with i_d at current_limit (theory, 3, 26)" : " (theory, 3)");
+        salient ? " with i_d at current_limit (theory, 3, 30)" : " (theory, 3)");
     add(tune, "observer_slope", slope, "[1/A] 1.6 L_q/(observer_gain T_s) (theory, 3)");
     add(tune, "estimate_current_max", smaller(four_digits(4.0 / slope), most("estimate_current_max")),
         "[A] 4/observer_slope (theory, 3)");
@@ -384,7 +385,7 @@ static void add_estimator(tune_t *tune, const given_t *g)
         const double natural = SALIENT_NATURAL * bandwidth;
         const double by_speed = natural * natural / (SALIENT_SPEED * g->p * g->overspeed);
         add(tune, "feedforward_cutoff", four_digits(smaller(larger(by_speed, 4.0), 50.0)),
-            "[rad/s] ki/(0.6 p overspeed_trip), from 4 to 50 (theory, 26)");
+            "[rad/s] ki/(0.6 p overspeed_trip), from 4 to 50 (theory, 30)");
         add(tune, "pll_bandwidth", bandwidth, "[rad/s] 6.4 sqrt(p T/J), from 200 to %.3g (theory, 7)",
             BANDWIDTHS * CUTOFF_MOST);
     } else {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "drive/params.h" /* position_source_t */
+#include "estimator/chosen.h"
 #include "host_sim/lab/motor.h"
 #include "host_sim/lab/runner.h"
 #include "host_sim/lab/scenario.h"
@@ -14,8 +15,9 @@
 
 #define PI 3.14159265358979323846
 
-/* What a scenario says of a motor that is too salient for the estimator. */
-#define SALIENT "[params]\nposition_source = \"encoder\"\n"
+/* What a scenario says of a motor that is too salient for the estimator, and of one on an encoder. */
+#define TOO_SALIENT "[params]\nmotor_inductance_d = 0.0125\n"
+#define ON_ENCODER  "position_source = \"encoder\"\n"
 
 static scenario_error_t error;
 static motor_sheet_t sheet;
@@ -299,7 +301,7 @@ static void test_every_motor_starts_from_wherever_it_stands(void)
             "schema = 1\ntitle = \"start\"\nmotor = \"%s\"\n[run]\nduration = 0.35\n%s[start]\nangle = %.3f\n"
             "[requests]\nenable = \"on\"\nspeed_request = 50\n[[expect]]\nsignal = \"fault_reason\"\n"
             "statistic = \"max\"\nat_most = 0\n",
-            name, tune.needs_encoder ? SALIENT : "", place);
+            name, tune.needs_encoder ? "[params]\n" ON_ENCODER : "", place);
         scenario_t *scenario = scenario_read_text(name, text, strlen(text), &error);
         TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
         const runner_options_t options = {.has_seed = false};
@@ -346,7 +348,7 @@ static void test_a_motor_fills_params_and_plant_and_both_count_over_it(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.25, initial(scenario, "plant.friction_coulomb"));
     scenario_free(scenario);
     /* every row as tune has it */
-    TEST_ASSERT_NOT_NULL(scenario = read_text("motor = \"awan-2kw2-ipm\"\n" HEAD SALIENT));
+    TEST_ASSERT_NOT_NULL(scenario = read_text("motor = \"awan-2kw2-ipm\"\n" HEAD "[params]\n" ON_ENCODER));
     TEST_ASSERT_TRUE(motor_read_library("awan-2kw2-ipm", &sheet, &error) &&
                      motor_make(&sheet, &motor, &error) && tune_motor(&motor, &tune, &error));
     for (uint32_t n = 0; n < tune.count; n++) {
@@ -356,39 +358,39 @@ static void test_a_motor_fills_params_and_plant_and_both_count_over_it(void)
     scenario_free(scenario);
 }
 
-/* L_q of the library's motor is 1.42 L_d: the drive names both rows, their values and what to do, and [motor]
+/* L_q of 51 mH is 4.08 times 12.5 mH: the drive names both rows, their values and what to do, and [motor]
  * does not change over to an encoder by itself. With one the same motor is taken. */
-static void test_a_salient_motor_without_encoder_is_refused_with_both_rows(void)
+static void test_a_motor_too_salient_without_encoder_is_refused_with_both_rows(void)
 {
-    static const char *const told[] = {"0.051 H: accepted", "motor_inductance_q <= 1.2 motor_inductance_d",
-                                       "motor_inductance_d = 0.036 H", "use an encoder"};
-    TEST_ASSERT_NULL(read_text("motor = \"awan-2kw2-ipm\"\n" HEAD));
+    static const char *const told[] = {"0.051 H: accepted",
+                                       "motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d",
+                                       "motor_inductance_d = 0.0125 H", "use an encoder"};
+    TEST_ASSERT_NULL(read_text("motor = \"awan-2kw2-ipm\"\n" HEAD TOO_SALIENT));
     TEST_ASSERT_EQUAL_STRING("motor_inductance_q", error.name);
     for (size_t n = 0; n < sizeof told / sizeof told[0]; n++) {
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.message, told[n]), error.message);
     }
-    scenario_t *scenario = read_text("motor = \"awan-2kw2-ipm\"\n" HEAD SALIENT);
+    scenario_t *scenario = read_text("motor = \"awan-2kw2-ipm\"\n" HEAD TOO_SALIENT ON_ENCODER);
     TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
     scenario_free(scenario);
 }
 
-/* Up to 1.2 L_d tune goes without an encoder, beyond that with one, and says so. */
-static void test_tune_takes_an_encoder_for_a_salient_motor(void)
+/* Up to what the estimator takes tune goes without an encoder, beyond that with one, and says so. */
+static void test_tune_takes_an_encoder_for_a_motor_too_salient(void)
 {
-    static const struct {
-        const char *inductance_q;
-        bool encoder;
-    } cases[] = {
-        {"inductance_q=5.95 mH", false}, {"inductance_q=6.05 mH", true}, {"inductance_q=9.2 mH", true}};
-    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    static const double shares[] = {0.99, 1.01, 1.5};
+    for (size_t n = 0; n < sizeof shares / sizeof shares[0]; n++) {
+        char inductance_q[40];
+        snprintf(inductance_q, sizeof inductance_q, "inductance_q=%.6g mH",
+                 5.0 * shares[n] * (double)CHOSEN_SALIENT_MAX);
         TEST_ASSERT_TRUE_MESSAGE(GIVEN("pole_pairs=4", "resistance=1 ohm", "inductance_d=5 mH",
                                        "rated_current_peak=5 A", "flux_linkage=0.1", "rated_speed=1500 r/min",
-                                       "inertia=1e-3", cases[n].inductance_q),
+                                       "inertia=1e-3", inductance_q),
                                  error.message);
         TEST_ASSERT_TRUE_MESSAGE(tune_motor(&motor, &tune, &error), error.message);
-        TEST_ASSERT_EQUAL_DOUBLE(cases[n].encoder ? POSITION_ENCODER : POSITION_SENSORLESS,
-                                 row_of("position_source"));
-        TEST_ASSERT_TRUE(warns_of("position_source is encoder") == cases[n].encoder);
+        const bool encoder = shares[n] > 1.0;
+        TEST_ASSERT_EQUAL_DOUBLE(encoder ? POSITION_ENCODER : POSITION_SENSORLESS, row_of("position_source"));
+        TEST_ASSERT_TRUE(warns_of("position_source is encoder") == encoder);
     }
 }
 

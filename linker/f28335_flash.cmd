@@ -80,9 +80,7 @@ SECTIONS
                       *(.text:judge_trips) *(.text:moments) *(.text:still_watch_count) *(.text:trip_input)
                       *(.text:watch_jump) *(.text:watch_still)
                       /* firmware/drive/guard.c */
-                      *(.text:counting) *(.text:fault_set_common) *(.text:fault_set_has) *(.text:guard_step_each)
-                      *(.text:judge) *(.text:rows_at) *(.text:rows_that_fail) *(.text:rows_that_hold) *(.text:rows_with)
-                      *(.text:waits)
+                      *(.text:fault_set_common) *(.text:fault_set_has)
                       /* firmware/drive/measure.c */
                       *(.text:measure_begin_rest)
                       /* firmware/estimator/estimator.c */
@@ -104,6 +102,8 @@ SECTIONS
                       *(.text:switch_axes)
                       /* firmware/estimator/tracker.c */
                       *(.text:debounce_reset) *(.text:validity_reset)
+                      /* firmware/manoeuvre/catch.c */
+                      *(.text:catch_step) *(.text:is_steady) *(.text:slip_of) *(.text:turned_on)
                       /* firmware/manoeuvre/reference.c */
                       *(.text:catch_rotor) *(.text:caught) *(.text:force) *(.text:forced_step) *(.text:lock_to) *(.text:obey)
                       *(.text:reference_rest) *(.text:reference_step) *(.text:reference_take) *(.text:run_on_estimate)

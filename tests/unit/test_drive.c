@@ -381,6 +381,32 @@ static void test_an_offer_in_each_period_of_a_window_is_taken_at_its_end(void)
     }
 }
 
+/* The medium task has not begun with its window, or is not through with it: it may read the tuning in force,
+ * which must not become the background's. The offer waits until it is. */
+static void test_an_offer_waits_for_a_medium_task_that_is_late(void)
+{
+    bring_to_run();
+    windows(1);
+    for (uint32_t n = 0; n + 1u < DRIVE_WINDOW; n++) {
+        TEST_ASSERT_FALSE(drive_step(&drive, &samples, &command));
+    }
+    TEST_ASSERT_TRUE(drive_step(&drive, &samples, &command)); /* a window that the medium task leaves alone */
+    const uint32_t before = drive.in_force;
+    params.dc_undervoltage = 100.0f;
+    offer_params();
+    for (uint32_t n = 0; n < DRIVE_WINDOW; n++) {
+        TEST_ASSERT_FALSE(drive_step(&drive, &samples, &command));
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, drive.offered);
+    TEST_ASSERT_EQUAL_UINT32(before, drive.in_force);
+    drive_medium_step(&drive);
+    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.medium.sequence.tuning.dc_undervoltage);
+    windows(1);
+    TEST_ASSERT_EQUAL_UINT32(0u, drive.offered);
+    TEST_ASSERT_EQUAL_UINT32(before ^ 1u, drive.in_force);
+    TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.medium.sequence.tuning.dc_undervoltage);
+}
+
 static void test_an_offer_withdrawn_is_not_taken(void)
 {
     bring_to_run();

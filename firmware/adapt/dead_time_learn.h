@@ -57,7 +57,7 @@
 
 /* [-] of the rate it began with: so slow, it has seen enough. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f
-#define DEAD_TIME_LEARN_CHANCE  0.016f /* [-] of the dead band, that noise may make of it at the first rate  \
+#define DEAD_TIME_LEARN_CHANCE  0.028f /* [-] of the dead band, that noise may make of it at the first rate  \
                                         */
 
 typedef struct {

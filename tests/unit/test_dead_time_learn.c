@@ -226,11 +226,11 @@ static void test_an_uneven_current_teaches_the_same(void)
  * rate it is 0.005, and what is learnt takes their place, unless it is less than that. */
 static void test_only_what_is_more_than_chance_is_used(void)
 {
-    world.learn.tuning.effective = (float)(TRUE - 0.01 * BAND);
+    world.learn.tuning.effective = (float)(TRUE - 0.012 * BAND);
     world.learn.effective = world.learn.tuning.effective;
     world.learn.learnt = world.learn.effective;
     turn(0.5);
-    TEST_ASSERT_TRUE((double)world.learn.learnt > TRUE - 0.005 * BAND);
+    TEST_ASSERT_TRUE((double)world.learn.learnt > TRUE - 0.006 * BAND);
     TEST_ASSERT_EQUAL_FLOAT(world.learn.tuning.effective, world.learn.effective);
     TEST_ASSERT_FALSE(dead_time_learn_is_settled(&world.learn));
     turn(10.0);

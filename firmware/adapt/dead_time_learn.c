@@ -74,7 +74,7 @@ static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_lear
     const float due = tuning->flux_linkage * bounds_magnitude(input->omega_e_ref);
     const float least = DEAD_TIME_LEARN_EMF_LEAST * due;
     const float seen = square_of(input->emf);
-    return due > DEAD_TIME_LEARN_EMF_MIN * band && due < DEAD_TIME_LEARN_EMF_MAX * band &&
+    return due > DEAD_TIME_LEARN_EMF_MIN * band && due < DEAD_TIME_LEARN_EMF_SEEN * band &&
            seen > least * least && seen < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT &&
            square > tuning->current_square && square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
 }
@@ -131,13 +131,14 @@ static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
 }
 
-/* From the parameters' value on, that is used which is more than chance. */
+/* The parameters hold until what is learnt differs by more than noise makes of it. */
 static void use(dead_time_learn_t *learn)
 {
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
-    const float chance = gain_chance(DEAD_TIME_LEARN_CHANCE * tuning->band, learn->rate * tuning->per_rate,
-                                     DEAD_TIME_LEARN_SETTLED);
-    learn->effective = tuning->effective + gain_beyond(learn->learnt - tuning->effective, chance);
+    const float share = learn->rate * tuning->per_rate;
+    const float chance = DEAD_TIME_LEARN_CHANCE * tuning->band * share * inverse_root(share);
+    const bool differs = !bounds_within(learn->learnt - tuning->effective, chance);
+    learn->effective = differs ? learn->learnt : tuning->effective;
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
@@ -164,6 +165,9 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     const float emf_share = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
     const float time = emf_share < 1.0f ? emf_share * emf_share * tuning->period : tuning->period;
     learn->seen = time;
+    if (emf_share > DEAD_TIME_LEARN_EMF_MAX / DEAD_TIME_LEARN_EMF_FULL) {
+        return;
+    }
     const float seen = across * twelfth(along) * learn->way * per_volt;
     const float missed = (1.0f / (ALONG * POWER)) * seen;
     const float wanted = learn->learnt + learn->rate * time * (learn->effective + missed - learn->learnt);

@@ -18,10 +18,11 @@
  *     d(T_e/T)/dt = g/((4/pi) <q s>) [u x (e - m(e))] s w/u_dc,   s = sin 12 phi,   w = 1/2 + dphi/(2
  * dphi_ref)
  *
- * whereby V_hat follows V with the rate g (adapt/gain.h; docs/theory.md, 25). Of that, as long as g is high,
- * only what noise does not make is used. Nothing in it needs the rotor's angle: it learns in a forced frame
- * as well, and when the estimate is lost. What is learnt is a time, for it is delays that nobody knows; the
- * voltage then follows the link. An error of the drop is learnt as if it were time.
+ * whereby V_hat follows V with the rate g (adapt/gain.h; docs/theory.md, 25). It is used once it differs from
+ * the parameters by more than noise makes of it, which falls with the square root of g. Nothing in it needs
+ * the rotor's angle: it learns in a forced frame as well, and when the estimate is lost. What is learnt is a
+ * time, for it is delays that nobody knows; the voltage then follows the link. An error of the drop is learnt
+ * as if it were time.
  *
  * What is more across the current than the whole dead band's voltage is not it, and while there is more
  * against the current than legs that differ make, the currents are not what the sensors say. It learns while
@@ -41,7 +42,8 @@
 
 #define DEAD_TIME_LEARN_EMF_MIN   0.45f /* [-] EMF of the speed over the dead band's voltage, at least ... */
 #define DEAD_TIME_LEARN_EMF_FULL  0.85f /* [-] below this EMF it is slower, by the square */
-#define DEAD_TIME_LEARN_EMF_MAX   3.3f  /* [-] ... and at most */
+#define DEAD_TIME_LEARN_EMF_MAX   2.2f  /* [-] ... and at most */
+#define DEAD_TIME_LEARN_EMF_SEEN  3.3f  /* [-] likewise, for the shape of the EMF and the legs */
 #define DEAD_TIME_LEARN_MISS      0.35f /* [-] EMF of the speed that is missing over the same, at most */
 #define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] EMF of a period over that of the speed, at least */
 #define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] current over the zone, at least */
@@ -55,7 +57,8 @@
 
 /* [-] of the rate it began with: so slow, it has seen enough. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f
-#define DEAD_TIME_LEARN_CHANCE  0.02f /* [-] of the dead band: what noise makes of it at the first rate */
+#define DEAD_TIME_LEARN_CHANCE  0.028f /* [-] of the dead band, that noise may make of it at the first rate  \
+                                        */
 
 typedef struct {
     float rate;         /* at which it begins [1/s]; 0: off */

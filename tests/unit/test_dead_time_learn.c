@@ -190,7 +190,7 @@ static void test_error_falls_with_the_rate(void)
 static void test_harmonics_of_the_emf_are_no_dead_time(void)
 {
     static const double harmonics[][2] = {{0.03, 0.02}, {-0.03, -0.02}, {-0.03, 0.02}, {0.01, 0.005}};
-    static const double speeds[] = {34.0, -42.0, 70.0, 125.0};
+    static const double speeds[] = {34.0, -42.0, 70.0, 92.0};
     static const double ahead[] = {0.5, -0.5, 0.0, 0.8};
     for (int32_t n = 0; n < 64; n++) {
         setUp();
@@ -222,15 +222,15 @@ static void test_an_uneven_current_teaches_the_same(void)
     }
 }
 
-/* While it learns quickly, noise may make 0.02 of the band of it: so much of a difference is not used, and
- * later nothing is left out. */
+/* While it learns quickly, noise may make 0.016 of the band of it: the parameters hold. At a tenth of the
+ * rate it is 0.005, and what is learnt takes their place, unless it is less than that. */
 static void test_only_what_is_more_than_chance_is_used(void)
 {
-    world.learn.tuning.effective = (float)(TRUE - 0.01 * BAND);
+    world.learn.tuning.effective = (float)(TRUE - 0.012 * BAND);
     world.learn.effective = world.learn.tuning.effective;
     world.learn.learnt = world.learn.effective;
     turn(0.5);
-    TEST_ASSERT_TRUE((double)world.learn.learnt > TRUE - 0.005 * BAND);
+    TEST_ASSERT_TRUE((double)world.learn.learnt > TRUE - 0.006 * BAND);
     TEST_ASSERT_EQUAL_FLOAT(world.learn.tuning.effective, world.learn.effective);
     TEST_ASSERT_FALSE(dead_time_learn_is_settled(&world.learn));
     turn(10.0);
@@ -288,6 +288,7 @@ static void test_what_is_no_lesson_leaves_it_alone(void)
         {"small current", 1.0f, 0.1f, 42.0f, 42.0f, (float)LINK},
         {"too slow", 1.0f, 1.0f, 42.0f, 18.0f, (float)LINK},
         {"too fast", 1.0f, 1.0f, 42.0f, 150.0f, (float)LINK},
+        {"fast", 1.0f, 1.0f, 96.0f, 96.0f, (float)LINK},
         {"reference apart", 1.0f, 1.0f, 22.0f, 42.0f, (float)LINK},
     };
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {

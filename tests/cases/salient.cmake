@@ -3,10 +3,8 @@
 if(LAGLESS_ESTIMATOR STREQUAL "fixed")
     return()
 endif()
-foreach(name ipm_learns_itself_astray salient_pll salient_start salient_119_starts salient_119_full_load salient_with_encoder salient_115_learns_no_inductance salient_105_learns_inductance)
-    add_test(NAME case_${name} COMMAND run_scenario ${CMAKE_CURRENT_SOURCE_DIR}/${name}.toml)
-    set_tests_properties(case_${name} PROPERTIES LABELS scenario TIMEOUT 300)
-endforeach()
+scenario_cases(ipm_learns_itself_astray salient_pll salient_start salient_119_starts salient_119_full_load salient_with_encoder
+        salient_115_learns_no_inductance salient_105_learns_inductance)
 # Family F of L_q/L_d 1 to 4: half and full load, driving and braking, put on after a catch; cold starts. A random share of
 # the grid in every check, all of it with --long.
 add_test(NAME salient_grid COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/salient_grid.py $<TARGET_FILE:lagless>

@@ -1,5 +1,5 @@
 # Scenarios of a report each, and their siblings: what watches the motor, and what follows from it.
-foreach(name
+scenario_cases(
         relock_hands_over_too_early relock_sensor_a relock_sensor_a_much relock_backwards
         bare_motor_loses_its_rotor bare_motor_backwards bare_motor_lighter bare_motor_doubled
         elastic_shaft elastic_shaft_softer elastic_shaft_heavy_load elastic_shaft_heavy_stiff quiet_shaft
@@ -9,6 +9,3 @@ foreach(name
         found_healthy_motor_told_as_stuck_sensor found_offset_drift_told_as_gain found_offset_drift_with_encoder
         found_broken_wire_told_as_encoder found_wrong_flux_told_as_overspeed found_catch_told_as_stuck_sensor
         found_large_flux_drives_a_light_rotor found_quick_stop_in_the_alignment found_small_offset_told_as_wrong_encoder)
-    add_test(NAME case_${name} COMMAND run_scenario ${CMAKE_CURRENT_SOURCE_DIR}/${name}.toml)
-    set_tests_properties(case_${name} PROPERTIES LABELS scenario TIMEOUT 300)
-endforeach()

@@ -28,6 +28,7 @@ typedef struct {
     forced_tuning_t forced;
     catch_tuning_t catching;
     float flux_linkage;       /* psi_f, for the EMF of the encoder's speed [Wb] */
+    float saliency;           /* D = L_q - L_d [H] */
     float pole_pairs_inverse; /* 1/p [-] */
     float periods;            /* of a window [-] */
     float per_period;         /* one over them [-] */
@@ -35,6 +36,7 @@ typedef struct {
 
 typedef struct {
     float flux_linkage;       /* of the tuning [Wb] */
+    float saliency;           /* of the tuning [H] */
     float pole_pairs_inverse; /* of the tuning [-] */
     float periods;            /* of the tuning [-] */
     float per_period;         /* of the tuning [-] */

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "estimator/chosen.h"
 #include "host_sim/lab/board_facts.h"
 #include "host_sim/lab/scenario_parts.h"
 
@@ -42,13 +41,12 @@
 #define ANSWER            14.0          /* 23: the speed control is so many times slower than pll_bandwidth */
 #define LOAD_DIP          0.03          /* of the speed, while a load comes */
 #define LOAD_TIME         0.05          /* [s] of it at least */
-#define RIPPLE_MOST       0.25 /* of the rated current: beyond, the legs' signs at their edges are a guess */
-#define RIPPLE_JUDGED     0.1  /* of the range, likewise: the winding is no judge of the sensors any more */
-#define HANDOVER_EMF      1.15 /* 23: the drive's own rule, over dead time and R I ... */
-#define HANDOVER_SHARE    0.3  /* ... and no more than this of overspeed_trip */
-#define FALLBACK_SHARE    0.4  /* 23: of the hand-over, below which the frame is forced again */
-#define WINDING_LEAST     2.0  /* [periods] of L_q/R, the firmware's rule */
-#define ESTIMATED_MOST    ((double)CHOSEN_SALIENT_MAX) /* 6: L_q/L_d without an encoder, the firmware's rule */
+#define RIPPLE_MOST       0.25  /* of the rated current: beyond, the legs' signs at their edges are a guess */
+#define RIPPLE_JUDGED     0.1   /* of the range, likewise: the winding is no judge of the sensors any more */
+#define HANDOVER_EMF      1.15  /* 23: the drive's own rule, over dead time and R I ... */
+#define HANDOVER_SHARE    0.3   /* ... and no more than this of overspeed_trip */
+#define FALLBACK_SHARE    0.4   /* 23: of the hand-over, below which the frame is forced again */
+#define WINDING_LEAST     2.0   /* [periods] of L_q/R, the firmware's rule */
 #define SALIENT_FROM      1.1   /* 30: L_q/L_d from which on a rotor counts as salient, the firmware's rule */
 #define SALIENT_NATURAL   0.403 /* 30: natural frequency of the loop over its bandwidth */
 #define SALIENT_SPEED     0.6   /* 30: of ki over the product of cutoff and largest speed */
@@ -56,6 +54,13 @@
 #define SENSORLESS        1.0   /* likewise */
 #define DEVICE_RESISTANCE ((BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6) /* [ohm] of a leg */
 #define DERIVED_SPEED     0.9 /* of what the link reaches, where no rated speed is given */
+
+/* 30, 6: L_q/L_d without an encoder, the rule of the firmware's estimator. */
+#ifdef LAGLESS_ESTIMATOR_FIXED
+#define ESTIMATED_MOST 1.2
+#else
+#define ESTIMATED_MOST 4.0
+#endif
 
 static void warn(tune_t *tune, const char *format, ...) __attribute__((format(printf, 2, 3)));
 static void warn(tune_t *tune, const char *format, ...)

@@ -98,6 +98,7 @@ reference_tuning_t reference_prepare(const params_t *params, const believed_t *b
         .forced = forced_prepare(&forced),
         .catching = catch_prepare(&catching),
         .flux_linkage = known_emf(params, believed) * believed->flux_linkage,
+        .saliency = believed->inductance_q - believed->inductance_d,
         .pole_pairs_inverse = 1.0f / (float)params->motor_pole_pairs,
         .periods = (float)DRIVE_WINDOW,
         .per_period = 1.0f / (float)DRIVE_WINDOW,

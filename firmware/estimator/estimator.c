@@ -72,11 +72,12 @@ static inline void rested(estimator_t *est, bool good, ab_t emf)
     estimate->coasted = 1u;
 }
 
-/* What makes of the voltage [V] that of a winding with L_q in the direction of its L_d, whatever that is. */
-static inline ab_t at_rest(const estimator_t *est, ab_t current)
+/* Makes of the voltage [V] that of a winding with L_q in the direction of its L_d, whatever that is. */
+static inline void at_rest(const estimator_t *est, ab_t current, ab_t *voltage)
 {
     const float rate = est->tracker.saliency_rate;
-    return (ab_t){rate * (current.alpha - est->current.alpha), rate * (current.beta - est->current.beta)};
+    voltage->alpha += rate * (current.alpha - est->current.alpha);
+    voltage->beta += rate * (current.beta - est->current.beta);
 }
 
 /* One period, with the lag of this speed [rad/s]. */
@@ -87,10 +88,11 @@ static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float
     const bool salient = tracker->saliency != 0.0f;
     const dq_t current_loop = frames_park(current, tracker->pll.rotation);
     if (salient) {
-        const ab_t known =
-            tracking == REST ? at_rest(est, current) : tracker_transient(tracker, current_loop.d);
-        voltage.alpha += known.alpha;
-        voltage.beta += known.beta;
+        if (tracking == REST) {
+            at_rest(est, current, &voltage);
+        } else {
+            tracker_transient(tracker, current_loop.d, &voltage);
+        }
     }
     ab_t emf;
     float error_square;

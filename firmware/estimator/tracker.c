@@ -28,5 +28,6 @@ void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amp
     motor->lean = bounds_clamp(tracker->saliency * current.q * motor->speed_per_volt, TRACKER_LEAN_MOST);
     const float magnitude = bounds_magnitude(pll->omega_smooth);
     const float speed = magnitude > PLL_SIGN_SPEED ? magnitude : PLL_SIGN_SPEED;
+    motor->share = 1.0f;
     motor->inverse = 1.0f / (speed + pll->tuning.kp * bounds_magnitude(motor->lean));
 }

@@ -55,6 +55,7 @@ typedef struct {
     float flux_emf;       /* the same, low-passed like the EMF in the loop [Wb] */
     float speed_per_volt; /* its reciprocal [rad/s/V] */
     float lean;           /* t [-] */
+    float share;          /* f [-] */
     float inverse;        /* 1/(|omega| + kp |t|) [s/rad] */
 } tracker_motor_t;
 
@@ -91,21 +92,16 @@ static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuni
     tracker->saliency = tuning->saliency;
     tracker->saliency_rate = tuning->saliency_rate;
     tracker->torque_feedforward = tuning->torque_feedforward;
-    tracker->motor.lean = tuning->saliency == 0.0f ? 0.0f : tracker->motor.lean;
+    if (tuning->saliency == 0.0f) {
+        tracker->motor.lean = 0.0f;
+        tracker->motor.share = 1.0f;
+    }
     tracker_set_flux(tracker, tuning->flux_linkage, tuning->speed_per_volt);
 }
 
 /* As if locked at t_k at `start` [rad], [rad/s] with this current [A] in its frame, on an EMF of this
  * amplitude [V]; the next step is that of t_k+1. Validity starts anew. Divisions. */
 void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amplitude);
-
-/* 1/`value`, from the reciprocal of a value near it: a step of Newton's method, which from a half to twice of
- * it comes nearer. */
-static inline float tracker_reciprocal(float value, float last)
-{
-    const float product = value * last;
-    return last * (2.0f - (product < 1.5f ? product : 1.5f));
-}
 
 /* psi_a [Wb] at this i_d [A]. */
 static inline float tracker_flux(const tracker_t *tracker, float i_d)
@@ -115,45 +111,17 @@ static inline float tracker_flux(const tracker_t *tracker, float i_d)
     return flux > least ? flux : least;
 }
 
-/* What the change of psi_a since t_k-1 takes of the voltage [V], to be added to it, with this i_d [A] at t_k:
- * along the magnet as it was in the middle of the period. */
-static inline ab_t tracker_transient(const tracker_t *tracker, float i_d)
-{
-    const pll_t *pll = &tracker->pll;
-    const float voltage = tracker->saliency_rate * (i_d - tracker->motor.i_d);
-    const float back = 0.5f * pll->tuning.period * pll->omega_e;
-    return (ab_t){voltage * (pll->rotation.cos + back * pll->rotation.sin),
-                  voltage * (pll->rotation.sin - back * pll->rotation.cos)};
-}
+/* Adds to the voltage [V] what the change of psi_a since t_k-1 takes of it, with this i_d [A] at t_k: along
+ * the magnet as it was in the middle of the period. For a salient rotor. */
+void tracker_transient(const tracker_t *tracker, float i_d, ab_t *voltage);
 
-/* The motor with this current [A] in the loop's frame at t_k. */
-static inline void tracker_follow(tracker_t *tracker, dq_t current)
-{
-    const pll_t *pll = &tracker->pll;
-    tracker_motor_t *motor = &tracker->motor;
-    motor->i_d = current.d;
-    motor->flux = tracker_flux(tracker, current.d);
-    motor->flux_emf = motor->flux + pll->tuning.emf_decay * (motor->flux_emf - motor->flux);
-    motor->speed_per_volt = tracker_reciprocal(motor->flux_emf, motor->speed_per_volt);
-    motor->lean = bounds_clamp(tracker->saliency * current.q * motor->speed_per_volt, TRACKER_LEAN_MOST);
-}
+/* The motor with this current [A] in the loop's frame at t_k. For a salient rotor. */
+void tracker_follow(tracker_t *tracker, dq_t current);
 
 /* The torque's share: K (psi_a i_q - psi_f i_L) [rad/s^2]. */
 static inline float tracker_acceleration(const tracker_t *tracker, float i_q)
 {
     return tracker->torque_feedforward * (tracker->motor.flux * i_q - tracker->flux_linkage * tracker->load);
-}
-
-/* f [-]. */
-static inline float tracker_share(tracker_t *tracker)
-{
-    const pll_t *pll = &tracker->pll;
-    tracker_motor_t *motor = &tracker->motor;
-    const float magnitude = bounds_magnitude(pll->omega_smooth);
-    const float speed = magnitude > PLL_SIGN_SPEED ? magnitude : PLL_SIGN_SPEED;
-    motor->inverse =
-        tracker_reciprocal(speed + pll->tuning.kp * bounds_magnitude(motor->lean), motor->inverse);
-    return motor->lean * pll->omega_smooth < 0.0f ? speed * motor->inverse : 1.0f;
 }
 
 /* Position at t_k from the EMF [V] and the i_q [A] then, of the motor that has been followed; judged with the
@@ -162,8 +130,8 @@ static inline position_t tracker_step(tracker_t *tracker, ab_t emf, float i_q, f
 {
     pll_t *pll = &tracker->pll;
     const tracker_motor_t *motor = &tracker->motor;
-    const float share = tracker->saliency != 0.0f ? tracker_share(tracker) : 1.0f;
-    const pll_motor_t loop = {motor->speed_per_volt, motor->lean, share, tracker_acceleration(tracker, i_q)};
+    const pll_motor_t loop = {motor->speed_per_volt, motor->lean, motor->share,
+                              tracker_acceleration(tracker, i_q)};
     const position_t position = pll_step_inline(pll, emf, loop);
     validity_step(&tracker->validity, pll->omega_smooth, pll->amplitude * motor->speed_per_volt,
                   pll->detector, error_square);

@@ -175,7 +175,8 @@ static void run(reference_t *reference, const setpoint_t *setpoint, const frame_
 }
 
 /* With the EMF that is observed, as the loop filters it: within a period or two it is right whatever the
- * angle, so that an angle that is lost sets no current free. */
+ * angle, so that an angle that is lost sets no current free. Of a salient rotor it is that of the active
+ * flux, beside omega L_q i_d; current control goes by omega L_d i_d, and D of it is added. */
 static void run_on_estimate(reference_t *reference, const reference_tuning_t *tuning,
                             const setpoint_t *setpoint, const reference_input_t *input, demand_t *demand)
 {
@@ -186,7 +187,9 @@ static void run_on_estimate(reference_t *reference, const reference_tuning_t *tu
         run(reference, setpoint, &frame, at.omega_e * tuning->pole_pairs_inverse,
             (dq_t){0.0f, at.omega_e * setpoint->models.flux_linkage}, demand);
     } else {
-        run(reference, setpoint, &estimate->frame, input->omega_m, estimate->emf_loop, demand);
+        const float of_axes = estimate->frame.omega_e * tuning->saliency * reference->current.d;
+        run(reference, setpoint, &estimate->frame, input->omega_m,
+            (dq_t){estimate->emf_loop.d, estimate->emf_loop.q + of_axes}, demand);
     }
 }
 

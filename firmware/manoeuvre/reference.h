@@ -28,6 +28,7 @@ typedef struct {
     forced_tuning_t forced;
     catch_tuning_t catching;
     float flux_linkage;       /* for the EMF of the encoder's speed: psi_f, or a share of it [Wb] */
+    float saliency;           /* D = L_q - L_d [H] */
     float pole_pairs_inverse; /* 1/p [-] */
     float periods;            /* of a window [-] */
     float per_period;         /* one over them [-] */

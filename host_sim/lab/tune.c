@@ -55,8 +55,8 @@
 #define DEVICE_RESISTANCE ((BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6) /* [ohm] of a leg */
 #define DERIVED_SPEED     0.9 /* of what the link reaches, where no rated speed is given */
 
-/* 6: L_q/L_d without an encoder, the firmware's rule. */
-#if defined(LAGLESS_ESTIMATOR_FIXED)
+/* 30, 6: L_q/L_d without an encoder, the rule of the firmware's estimator. */
+#ifdef LAGLESS_ESTIMATOR_FIXED
 #define ESTIMATED_MOST 1.2
 #else
 #define ESTIMATED_MOST 4.0

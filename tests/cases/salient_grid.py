@@ -4,7 +4,7 @@
 usage: salient_grid.py [--long] LAGLESS FOLDER
 
 Loads: after a catch at speed an active load of a half and of all of the rated torque is put on within 0.5 s, driving and
-braking, in both directions. The angle is held with a mean of 3 mrad at most, 0.02 % of L_q and 1 % of the dead time at most,
+braking, in both directions. The angle is held with a mean of 5 mrad at most, a quarter of a percent of L_q in the closed law,
 and a standard deviation of 3 mrad. Wrong L_q: the error of the closed law, psi_a(err) sin(err) = -dL_q i_q, within 6 mrad.
 Starts: from any angle, no load and a passive one, at the first try."""
 import itertools
@@ -118,7 +118,7 @@ class Grid(unittest.TestCase):
             with self.subTest(cell=cell):
                 seen = loaded(*cell)
                 self.assertEqual((seen["losses"], seen["fault"]), (0, 0), seen)
-                self.assertLess(abs(seen["mean"]), 3e-3, seen)
+                self.assertLess(abs(seen["mean"]), 5e-3, seen)
                 self.assertLess(seen["sd"], 3e-3, seen)
 
     def test_a_wrong_l_q_leaves_the_error_of_the_law(self):

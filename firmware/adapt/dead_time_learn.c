@@ -74,7 +74,7 @@ static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_lear
     const float due = tuning->flux_linkage * bounds_magnitude(input->omega_e_ref);
     const float least = DEAD_TIME_LEARN_EMF_LEAST * due;
     const float seen = square_of(input->emf);
-    return due > DEAD_TIME_LEARN_EMF_MIN * band && due < DEAD_TIME_LEARN_EMF_SEEN * band &&
+    return due > DEAD_TIME_LEARN_EMF_MIN * band && due < DEAD_TIME_LEARN_EMF_MAX * band &&
            seen > least * least && seen < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT &&
            square > tuning->current_square && square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
 }
@@ -165,9 +165,6 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     const float emf_share = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
     const float time = emf_share < 1.0f ? emf_share * emf_share * tuning->period : tuning->period;
     learn->seen = time;
-    if (emf_share > DEAD_TIME_LEARN_EMF_MAX / DEAD_TIME_LEARN_EMF_FULL) {
-        return;
-    }
     const float seen = across * twelfth(along) * learn->way * per_volt;
     const float missed = (1.0f / (ALONG * POWER)) * seen;
     const float wanted = learn->learnt + learn->rate * time * (learn->effective + missed - learn->learnt);

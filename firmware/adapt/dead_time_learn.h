@@ -42,8 +42,7 @@
 
 #define DEAD_TIME_LEARN_EMF_MIN   0.45f /* [-] EMF of the speed over the dead band's voltage, at least ... */
 #define DEAD_TIME_LEARN_EMF_FULL  0.85f /* [-] below this EMF it is slower, by the square */
-#define DEAD_TIME_LEARN_EMF_MAX   2.2f  /* [-] ... and at most */
-#define DEAD_TIME_LEARN_EMF_SEEN  3.3f  /* [-] likewise, for the shape of the EMF and the legs */
+#define DEAD_TIME_LEARN_EMF_MAX   3.3f  /* [-] ... and at most */
 #define DEAD_TIME_LEARN_MISS      0.35f /* [-] EMF of the speed that is missing over the same, at most */
 #define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] EMF of a period over that of the speed, at least */
 #define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] current over the zone, at least */
@@ -57,8 +56,9 @@
 
 /* [-] of the rate it began with: so slow, it has seen enough. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f
-#define DEAD_TIME_LEARN_CHANCE  0.028f /* [-] of the dead band, that noise may make of it at the first rate  \
-                                        */
+#define DEAD_TIME_LEARN_CHANCE                                                                               \
+    0.028f /* [-] of the dead band, that noise may make of it at the first rate                              \
+            */
 
 typedef struct {
     float rate;         /* at which it begins [1/s]; 0: off */

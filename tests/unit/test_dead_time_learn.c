@@ -190,7 +190,7 @@ static void test_error_falls_with_the_rate(void)
 static void test_harmonics_of_the_emf_are_no_dead_time(void)
 {
     static const double harmonics[][2] = {{0.03, 0.02}, {-0.03, -0.02}, {-0.03, 0.02}, {0.01, 0.005}};
-    static const double speeds[] = {34.0, -42.0, 70.0, 92.0};
+    static const double speeds[] = {34.0, -42.0, 70.0, 125.0};
     static const double ahead[] = {0.5, -0.5, 0.0, 0.8};
     for (int32_t n = 0; n < 64; n++) {
         setUp();
@@ -288,7 +288,6 @@ static void test_what_is_no_lesson_leaves_it_alone(void)
         {"small current", 1.0f, 0.1f, 42.0f, 42.0f, (float)LINK},
         {"too slow", 1.0f, 1.0f, 42.0f, 18.0f, (float)LINK},
         {"too fast", 1.0f, 1.0f, 42.0f, 150.0f, (float)LINK},
-        {"fast", 1.0f, 1.0f, 96.0f, 96.0f, (float)LINK},
         {"reference apart", 1.0f, 1.0f, 22.0f, 42.0f, (float)LINK},
     };
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {

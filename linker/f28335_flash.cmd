@@ -38,8 +38,7 @@ SECTIONS
                       /* firmware/control/current_control.c */
                       *(.text:current_control_reset)
                       /* firmware/drive/drive.c */
-                      *(.text:drive_bridge_on) *(.text:drive_step) *(.text:fast_bridge_on) *(.text:orders_of) *(.text:show)
-                      *(.text:show_fault) *(.text:turn_window)
+                      *(.text:drive_step) *(.text:fast_bridge_on) *(.text:orders_of) *(.text:turn_window)
                       /* firmware/drive/fast.c */
                       *(.text:angle_turn_back) *(.text:begin_estimate) *(.text:begin_sums) *(.text:begin_window)
                       *(.text:bound) *(.text:bounds_clamp) *(.text:bounds_less) *(.text:bounds_magnitude)
@@ -60,7 +59,8 @@ SECTIONS
                       *(.text:reference_rotor) *(.text:reference_speed) *(.text:reference_stationary)
                       *(.text:reference_tracks) *(.text:rest) *(.text:run) *(.text:see) *(.text:see_catch) *(.text:smo_take)
                       *(.text:still_watch_moved) *(.text:sum_up) *(.text:svpwm_modulate) *(.text:tell_models)
-                      *(.text:tracker_take) *(.text:trig_advance) *(.text:trig_turn) *(.text:validity_take)
+                      *(.text:tracker_set_flux) *(.text:tracker_take) *(.text:trig_advance) *(.text:trig_turn)
+                      *(.text:validity_take)
                       /* firmware/drive/fast_trips.c */
                       *(.text:encoder_watch_jumped) *(.text:fast_open_bridge) *(.text:fast_trip) *(.text:fault_set_any)
                       *(.text:fault_set_both) *(.text:guard_background_stalled) *(.text:guard_bad_sample)
@@ -81,16 +81,15 @@ SECTIONS
                       *(.text:watch_jump) *(.text:watch_still)
                       /* firmware/drive/guard.c */
                       *(.text:fault_set_common) *(.text:fault_set_has)
-                      /* firmware/drive/measure.c */
-                      *(.text:measure_begin_rest)
                       /* firmware/estimator/estimator.c */
-                      *(.text:angle_wrap) *(.text:debounce_one) *(.text:debounce_step) *(.text:estimator_coast)
-                      *(.text:estimator_observe) *(.text:estimator_step) *(.text:float_bits) *(.text:inverse_root)
-                      *(.text:lag_impedance) *(.text:lag_undone) *(.text:observer_step) *(.text:one_period)
-                      *(.text:pll_filtered) *(.text:pll_is_emf) *(.text:pll_soft_sign) *(.text:pll_step_inline)
-                      *(.text:pll_turn) *(.text:rested) *(.text:show_observer) *(.text:show_tracker) *(.text:smo_predict)
-                      *(.text:smo_switch_vector) *(.text:smo_vector_gain) *(.text:tanh_ratio) *(.text:tracker_acceleration)
-                      *(.text:tracker_coast) *(.text:tracker_step) *(.text:tracker_watch) *(.text:validity_step)
+                      *(.text:angle_wrap) *(.text:at_rest) *(.text:debounce_one) *(.text:debounce_step)
+                      *(.text:estimator_coast) *(.text:estimator_observe) *(.text:estimator_step) *(.text:float_bits)
+                      *(.text:inverse_root) *(.text:lag_impedance) *(.text:lag_undone) *(.text:observer_step)
+                      *(.text:one_period) *(.text:pll_filtered) *(.text:pll_is_emf) *(.text:pll_soft_sign)
+                      *(.text:pll_step_inline) *(.text:pll_turn) *(.text:rested) *(.text:show_observer) *(.text:show_tracker)
+                      *(.text:smo_predict) *(.text:smo_switch_vector) *(.text:smo_vector_gain) *(.text:tanh_ratio)
+                      *(.text:tracker_acceleration) *(.text:tracker_coast) *(.text:tracker_flux) *(.text:tracker_step)
+                      *(.text:tracker_watch) *(.text:validity_step)
                       /* firmware/estimator/lag.c */
                       *(.text:conductance_of) *(.text:filter_of) *(.text:lag_angle) *(.text:lag_attenuation) *(.text:lag_emf)
                       *(.text:lag_error) *(.text:lag_filtered) *(.text:lag_switched) *(.text:over) *(.text:speed_within)
@@ -102,6 +101,8 @@ SECTIONS
                       *(.text:switch_axes)
                       /* firmware/estimator/tracker.c */
                       *(.text:debounce_reset) *(.text:validity_reset)
+                      /* firmware/estimator/tracker_salient.c */
+                      *(.text:share_of) *(.text:tracker_follow) *(.text:tracker_reciprocal) *(.text:tracker_transient)
                       /* firmware/manoeuvre/catch.c */
                       *(.text:catch_step) *(.text:is_steady) *(.text:slip_of) *(.text:turned_on)
                       /* firmware/manoeuvre/reference.c */

@@ -349,8 +349,7 @@
  * N("fault/manoeuvre/source/shaft", "what is seen instead, and why")
  *   Cells whose promise stands, and that are red. Whoever mends one takes its row away. */
 
-#define MATRIX_NOT_YET(N) \
-    N("offset_a/reversal/sensorless/h", "the rotor turns at another speed than the estimate, without a report")
+#define MATRIX_NOT_YET(N)
 /* clang-format on */
 
 /* Index of each. */

@@ -40,8 +40,8 @@ void salient_oracle_voltage(const salient_oracle_case_t *rig, double theta, cons
     Matrix rate = Matrix::Zero();
     rate.row(0) << -rig->resistance / rig->inductance_d, rig->omega * rig->inductance_q / rig->inductance_d,
         1.0 / rig->inductance_d, 0.0, 0.0;
-    rate.row(1) << -rig->omega * rig->inductance_d / rig->inductance_q, -rig->resistance / rig->inductance_q, 0.0,
-        1.0 / rig->inductance_q, -rig->omega * rig->flux_linkage / rig->inductance_q;
+    rate.row(1) << -rig->omega * rig->inductance_d / rig->inductance_q, -rig->resistance / rig->inductance_q,
+        0.0, 1.0 / rig->inductance_q, -rig->omega * rig->flux_linkage / rig->inductance_q;
     rate(2, 3) = rig->omega; /* u' = -j omega u */
     rate(3, 2) = -rig->omega;
     const Matrix period = exponential(rate * rig->period);

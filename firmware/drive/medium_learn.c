@@ -8,7 +8,7 @@
 #define TO_MIDDLE (0.5f * (float)(DRIVE_WINDOW - 1u) * DRIVE_PERIOD)
 
 /* From the end of a window to the middle of the time in which its setpoint acts, as a voltage [s]. */
-#define TO_ACTING (((float)DRIVE_LATENCY + 0.5f) * DRIVE_WINDOW_PERIOD)
+#define TO_ACTING (0.5f * (float)(DRIVE_WINDOW * (2u * DRIVE_LATENCY + 1u)) * DRIVE_PERIOD)
 
 /* The means of the window, in the stationary frame and in the rotor's; medium->estimate: the estimate at its
  * end with the mean of the EMF, turned there. */
@@ -105,7 +105,12 @@ static void learn_ripple(medium_t *medium, const window_t *window)
             .time = learn->seen,
             .taken = share,
         };
-        const unequal_legs_input_t legs = {learn->rest, learn->current, learn->seen, legs_share};
+        const unequal_legs_input_t legs = {
+            .rest = learn->rest,
+            .current = learn->current,
+            .time = learn->seen,
+            .taken = legs_share,
+        };
         emf_shape_step(&medium->emf_shape, &shape);
         unequal_legs_step(&medium->unequal_legs, &legs);
     }

@@ -7,8 +7,8 @@
 /* From the middle of the periods of a mean to their end [s]. */
 #define TO_MIDDLE (0.5f * (float)(DRIVE_WINDOW - 1u) * DRIVE_PERIOD)
 
-/* From the end of a window to the middle of the time in which its setpoint acts, as a voltage [s]. */
-#define TO_ACTING (0.5f * (float)(DRIVE_WINDOW * (2u * DRIVE_LATENCY + 1u)) * DRIVE_PERIOD)
+/* From the end of a window to the middle of the time in which its setpoint acts, as a voltage [windows]. */
+#define TO_ACTING 1.5f
 
 /* The means of the window, in the stationary frame and in the rotor's; medium->estimate: the estimate at its
  * end with the mean of the EMF, turned there. */
@@ -114,9 +114,11 @@ static void learn_ripple(medium_t *medium, const window_t *window)
         emf_shape_step(&medium->emf_shape, &shape);
         unequal_legs_step(&medium->unequal_legs, &legs);
     }
-    const ab_t shape = emf_shape_voltage(&medium->emf_shape, share * omega,
-                                         trig_advance(window->estimate.frame.rotation, TO_ACTING * omega));
-    const float turns = (TO_MIDDLE + TO_ACTING) * bounds_clamp(omega, UNEQUAL_LEGS_SPEED_MOST);
+    const float period = DRIVE_WINDOW_PERIOD;
+    const float ahead = TO_ACTING * period;
+    const rotation_t rotor = trig_advance(window->estimate.frame.rotation, ahead * omega);
+    const ab_t shape = emf_shape_voltage(&medium->emf_shape, share * omega, rotor);
+    const float turns = (TO_MIDDLE + ahead) * bounds_clamp(omega, UNEQUAL_LEGS_SPEED_MOST);
     const ab_t current = frames_inverse_park((dq_t){medium->means.current.alpha, medium->means.current.beta},
                                              trig_turn(turns));
     const ab_t legs = unequal_legs_voltage(&medium->unequal_legs, legs_share, current);

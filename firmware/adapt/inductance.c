@@ -61,8 +61,8 @@ static void start(inductance_t *x)
     x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
     x->rate = x->tuning.rate;
     x->resistance_rate = x->tuning.rate;
-    x->looked = 0u;
-    x->rests = 0u;
+    x->look.looked = 0u;
+    x->look.rests = 0u;
     inductance_rest(x);
 }
 
@@ -82,7 +82,7 @@ void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
     } else if (other_rate) {
         x->rate = tuning->rate;
         x->resistance_rate = tuning->rate;
-        x->rests = 0u;
+        x->look.rests = 0u;
     }
 }
 
@@ -122,25 +122,25 @@ static bool looks_for_resistance(const inductance_t *x, float speed)
 static void look(inductance_t *x, bool said, float speed)
 {
     const inductance_tuning_t *tuning = &x->tuning;
-    x->looked += said ? tuning->wave[x->which].steps : 0u;
-    if (x->looked >= tuning->look && x->rate <= INDUCTANCE_LOOKED * tuning->rate &&
+    x->look.looked += said ? tuning->wave[x->which].steps : 0u;
+    if (x->look.looked >= tuning->look && x->rate <= INDUCTANCE_LOOKED * tuning->rate &&
         !looks_for_resistance(x, speed)) {
-        x->looked = 0u;
-        x->rests = tuning->rest;
-        x->looked_at = x->mean.q;
+        x->look.looked = 0u;
+        x->look.rests = tuning->rest;
+        x->look.looked_at = x->mean.q;
     }
 }
 
 /* Does the dither rest, at this i_q [A]? */
 static bool rests(inductance_t *x, float i_q)
 {
-    if (x->rests == 0u) {
+    if (x->look.rests == 0u) {
         return false;
     }
-    x->rests = bounds_within(i_q - x->looked_at, x->tuning.moved) ? x->rests - 1u : 0u;
+    x->look.rests = bounds_within(i_q - x->look.looked_at, x->tuning.moved) ? x->look.rests - 1u : 0u;
     x->follows = 0u;
     x->dither = (dq_t){0.0f, 0.0f};
-    return x->rests != 0u;
+    return x->look.rests != 0u;
 }
 
 /* A cycle begins. false: there is nothing to see. */
@@ -169,12 +169,12 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     x->voltage_known = input->voltage_known ? 1u : 0u;
     x->t = -1.0f;
     x->omega = input->omega_smooth;
-    x->emf_sum = 0.0f;
-    x->answer_sum = 0.0f;
-    x->drop_sum = 0.0f;
-    x->swing_s = 0.0f;
-    x->swing_c = 0.0f;
-    x->detector_sum = 0.0f;
+    x->sum.emf = 0.0f;
+    x->sum.answer = 0.0f;
+    x->sum.drop = 0.0f;
+    x->swing.s = 0.0f;
+    x->swing.c = 0.0f;
+    x->sum.detector = 0.0f;
     return true;
 }
 
@@ -183,7 +183,7 @@ static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, floa
 {
     const bool turns = speed > INDUCTANCE_SPEED_MIN &&
                        bounds_magnitude(x->emf_mean) > EMF_MIN * x->tuning.flux_linkage * speed;
-    return turns && x->detector_sum < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
+    return turns && x->sum.detector < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
 }
 
 /* L_q as the cycle that ends now says [H]; 0: it says nothing. */
@@ -193,7 +193,7 @@ static float said_by(const inductance_t *x, const inductance_wave_t *wave, float
         return 0.0f;
     }
     const inductance_tuning_t *tuning = &x->tuning;
-    const float miss = x->emf_sum / (omega * x->answer_sum) - tuning->saliency;
+    const float miss = x->sum.emf / (omega * x->sum.answer) - tuning->saliency;
     const float said = tuning->inductance_q + tuning->ratio * miss;
     return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
 }
@@ -212,8 +212,8 @@ static void oppose(inductance_t *x, const inductance_wave_t *wave)
 {
     const float most = x->tuning.current;
     const float part = OPPOSED * wave->per_sum;
-    x->against_s = bounds_clamp(x->against_s - part * x->swing_s, most);
-    x->against_c = bounds_clamp(x->against_c - part * x->swing_c, most);
+    x->swing.against_s = bounds_clamp(x->swing.against_s - part * x->swing.s, most);
+    x->swing.against_c = bounds_clamp(x->swing.against_c - part * x->swing.c, most);
 }
 
 /* A value follows what a cycle of this time [s] says of it, by its rate, which falls; it stays within half
@@ -232,7 +232,7 @@ static void learn(const inductance_tuning_t *tuning, float time, float said, lea
 /* R as the cycle says, from what of e_d stands in step with i_d [ohm]. */
 static float resistance_said(const inductance_t *x)
 {
-    return x->tuning.resistance + bounds_clamp(x->drop_sum / x->answer_sum, x->resistance.from);
+    return x->tuning.resistance + bounds_clamp(x->sum.drop / x->sum.answer, x->resistance.from);
 }
 
 /* How steady the speed was in a cycle: as all need it, or as it may be of a light rotor. */
@@ -254,7 +254,7 @@ static void end(inductance_t *x, float omega_smooth)
 {
     const inductance_wave_t *wave = &x->tuning.wave[x->which];
     const float told = x->tuning.current;
-    const float answer = wave->per_sum * x->answer_sum;
+    const float answer = wave->per_sum * x->sum.answer;
     const steadiness_t steady = steadiness(x, omega_smooth);
     x->follows = x->sound != 0u && answer > ANSWER_MIN * told && answer < ANSWER_MAX * told;
     const float said = steady != UNSTEADY ? said_by(x, wave, omega_smooth) : 0.0f;
@@ -298,19 +298,19 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     const float c = wave_at(later(x->t, 0.5f));
     const float t = later(x->t, x->tuning.ahead * x->tuning.wave[x->which].step);
     const float given = wave_at(t);
-    x->dither =
-        (dq_t){x->tuning.current * given, x->against_s * given + x->against_c * wave_at(later(t, 0.5f))};
+    x->dither = (dq_t){x->tuning.current * given,
+                       x->swing.against_s * given + x->swing.against_c * wave_at(later(t, 0.5f))};
     const float i_q = input->current.q - x->mean.q;
-    x->emf_sum += (input->emf.q - x->emf_mean) * s;
-    x->answer_sum += (input->current.d - x->mean.d) * s;
-    x->swing_s += i_q * s;
-    x->swing_c += i_q * c;
+    x->sum.emf += (input->emf.q - x->emf_mean) * s;
+    x->sum.answer += (input->current.d - x->mean.d) * s;
+    x->swing.s += i_q * s;
+    x->swing.c += i_q * c;
     const float moved = angle_wrap(input->theta - x->theta) - x->tuning.time * x->omega;
     x->theta = input->theta;
     x->turned = (1.0f - share) * (x->turned + moved);
     x->emf_d_mean = lowpass_step(x->emf_d_mean, share, input->emf.d);
-    x->drop_sum += (input->emf.d - x->emf_d_mean - x->tuning.flux_linkage * x->omega * x->turned) * s;
-    x->detector_sum += bounds_magnitude(input->detector);
+    x->sum.drop += (input->emf.d - x->emf_d_mean - x->tuning.flux_linkage * x->omega * x->turned) * s;
+    x->sum.detector += bounds_magnitude(input->detector);
     if (!input->sound) {
         x->sound = 0u;
     }

@@ -114,6 +114,29 @@ typedef struct {
     float ahead;           /* [steps] that the dither acts later than in the next one */
 } inductance_tuning_t;
 
+/* Of looks and rests. */
+typedef struct {
+    uint32_t looked; /* steps of the present look's cycles that said something [-] */
+    uint32_t rests;  /* steps that are left of a rest [-]; 0: a look */
+    float looked_at; /* i_q of the last look [A] */
+} inductance_look_t;
+
+/* Over a cycle, s being the wave. */
+typedef struct {
+    float detector; /* sum(|detector|) [-] */
+    float drop;     /* sum((e_d - mean - psi_f omega turned) s) [V] */
+    float emf;      /* sum((e_q - mean) s) [V] */
+    float answer;   /* sum((i_d - mean) s) [A] */
+} inductance_sums_t;
+
+/* Of i_q with the wave and a quarter of a cycle ahead, and what opposes it in the next cycle. */
+typedef struct {
+    float s;         /* sum((i_q - mean) s) [A] */
+    float c;         /* sum((i_q - mean) c) [A] */
+    float against_s; /* of i_q, against that swing, in step [A] */
+    float against_c; /* the same, a quarter of a cycle ahead [A] */
+} inductance_swing_t;
+
 typedef struct {
     inductance_tuning_t tuning;
     learnt_value_t learnt;     /* L_q [H] */
@@ -122,10 +145,7 @@ typedef struct {
     float resistance_rate;     /* likewise R [1/s] */
     float confidence;          /* share of the last cycles that agreed with the one before them [-] */
     float said;                /* by the last one [H] */
-    /* of looks and rests */
-    uint32_t looked; /* steps of the present look's cycles that said something [-] */
-    uint32_t rests;  /* steps that are left of a rest [-]; 0: a look */
-    float looked_at; /* i_q of the last look [A] */
+    inductance_look_t look;
     /* of the cycle */
     uint32_t left;          /* steps that are left of it [-]; 0: none */
     uint32_t sound;         /* [-] 1: nothing has spoilt it */
@@ -134,20 +154,14 @@ typedef struct {
     uint32_t which;         /* [-] of the frequencies it has */
     float t;                /* place in the wave [-], -1..1 */
     float omega;            /* when it began [rad/s] */
-    float detector_sum;     /* sum(|detector|) [-] */
     float theta;            /* of the last step [rad] */
     float turned;           /* of the loop, to and fro: its high-pass [rad] */
-    float drop_sum;         /* sum((e_d - mean - psi_f omega turned) s) [V] */
     float emf_d_mean;       /* low-pass of e_d [V] */
     float emf_mean;         /* low-pass of e_q [V] */
     dq_t mean;              /* low-pass of the current [A] */
-    float emf_sum;          /* sum((e_q - mean) s) [V] */
-    float answer_sum;       /* sum((i_d - mean) s) [A] */
-    float swing_s;          /* sum((i_q - mean) s) [A] */
-    float swing_c;          /* sum((i_q - mean) c) [A] */
-    float against_s;        /* of i_q, against that swing, in step [A] */
-    float against_c;        /* likewise, a quarter of a cycle ahead [A] */
-    dq_t dither;            /* to be added to the references until the next step [A] */
+    inductance_sums_t sum;  /* of the cycle */
+    inductance_swing_t swing;
+    dq_t dither; /* to be added to the references until the next step [A] */
 } inductance_t;
 
 /* What the periods since the last step bring. */
@@ -178,8 +192,8 @@ static inline void inductance_rest(inductance_t *x)
     x->follows = 0u;
     x->confidence = 0.0f;
     x->said = 0.0f;
-    x->against_s = 0.0f;
-    x->against_c = 0.0f;
+    x->swing.against_s = 0.0f;
+    x->swing.against_c = 0.0f;
     x->dither = (dq_t){0.0f, 0.0f};
 }
 

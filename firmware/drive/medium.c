@@ -54,7 +54,7 @@ static bool is_by_length(const medium_t *medium, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
     const float least = CONFIRMED_LEAST * window->omega_m;
-    return m->sensorless != 0u && m->tracking == 0u && bounds_within(least, medium->overspeed);
+    return m->sensorless != 0u && m->tracking == 0u && bounds_within(least, medium->speed.trip);
 }
 
 /* What is seen at the end of the window. */
@@ -254,15 +254,15 @@ manoeuvres_input_t medium_manoeuvres_input(medium_t *medium, const window_t *win
 static float load_share(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
 {
     const inertia_t *inertia = &medium->inertia;
-    const bool moves = medium->setpoint.omega_m_ref != medium->omega_m_ref;
-    medium->omega_m_ref = medium->setpoint.omega_m_ref;
-    medium->still = moves ? 0u : medium->still + (medium->still <= DRIVE_LATENCY ? 1u : 0u);
+    const bool moves = medium->setpoint.omega_m_ref != medium->speed.reference;
+    medium->speed.reference = medium->setpoint.omega_m_ref;
+    medium->speed.still = moves ? 0u : medium->speed.still + (medium->speed.still <= DRIVE_LATENCY ? 1u : 0u);
     if (inertia->tuning.on == 0u || window->tracking == 0u) {
         return 0.0f;
     }
     const float share = inertia_load_share(inertia, tuning->load_follows, tuning->load_most);
     /* the setpoint that has moved the reference is not in a window yet */
-    return medium->still <= DRIVE_LATENCY && share < 1.0f ? 0.0f : share;
+    return medium->speed.still <= DRIVE_LATENCY && share < 1.0f ? 0.0f : share;
 }
 
 /* What the fast task shall do, beside the manoeuvre's part. */
@@ -291,7 +291,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->models.flux_linkage = medium->flux.flux_linkage;
     setpoint->models.speed_per_volt = medium->flux.speed_per_volt;
     setpoint->models.dead_time = medium->dead_time_learn.effective;
-    setpoint->models.spared = medium->spared;
+    setpoint->models.spared = medium->ripple.spared;
     setpoint->link.sunk = medium->link.sunk;
     setpoint->link.low = medium->link.low;
 }
@@ -339,15 +339,15 @@ void medium_init(medium_t *medium, const medium_tuning_t *tuning)
 
 void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
 {
-    medium->overspeed = tuning->guard.limit[FAULT_LIMIT_OVERSPEED];
+    medium->speed.trip = tuning->guard.limit[FAULT_LIMIT_OVERSPEED];
     sequence_take(&medium->sequence, &tuning->sequence);
     flux_take(&medium->flux, &tuning->flux);
     offset_trim_take(&medium->offset_trim, &tuning->offset_trim);
     inductance_take(&medium->inductance, &tuning->inductance);
     inertia_take(&medium->inertia, &tuning->inertia);
     dead_time_learn_take(&medium->dead_time_learn, &tuning->dead_time_learn);
-    emf_shape_take(&medium->emf_shape, &tuning->emf_shape);
-    unequal_legs_take(&medium->unequal_legs, &tuning->unequal_legs);
+    emf_shape_take(&medium->ripple.emf_shape, &tuning->emf_shape);
+    unequal_legs_take(&medium->ripple.unequal_legs, &tuning->unequal_legs);
     manoeuvres_take(&medium->manoeuvres, &tuning->manoeuvres);
     encoder_watch_take(&medium->encoder_watch, &tuning->encoder_watch);
     motion_watch_take(&medium->motion_watch, &tuning->motion_watch);

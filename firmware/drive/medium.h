@@ -60,6 +60,20 @@ typedef struct {
     uint32_t current_faults; /* [-] CURRENT_WATCH_... bits */
 } medium_found_t;
 
+/* What the EMF has beside that of a round rotor on equal legs. */
+typedef struct {
+    emf_shape_t emf_shape;
+    unequal_legs_t unequal_legs;
+    ab_t spared; /* what the estimator does not get of it, for the setpoint [V] */
+} medium_ripple_t;
+
+/* Of the mechanical speed. */
+typedef struct {
+    float trip;      /* of the tuning [rad/s] */
+    float reference; /* of the last setpoint [rad/s] */
+    uint32_t still;  /* [windows] for which that stays, up to those until it is in a window */
+} medium_speed_t;
+
 typedef struct {
     sequence_t sequence;
     manoeuvres_t manoeuvres;
@@ -72,12 +86,8 @@ typedef struct {
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;
-    emf_shape_t emf_shape;
-    unequal_legs_t unequal_legs;
-    float overspeed;   /* trip of the speed, of the tuning [rad/s], mechanical */
-    ab_t spared;       /* for the setpoint [V] */
-    float omega_m_ref; /* of the last setpoint [rad/s], mechanical */
-    uint32_t still;    /* [windows] for which that stands, up to those until it is in a window */
+    medium_ripple_t ripple;
+    medium_speed_t speed;
 
     encoder_watch_t encoder_watch;
     motion_watch_t motion_watch;

@@ -111,18 +111,18 @@ static void learn_ripple(medium_t *medium, const window_t *window)
             .time = learn->seen,
             .taken = legs_share,
         };
-        emf_shape_step(&medium->emf_shape, &shape);
-        unequal_legs_step(&medium->unequal_legs, &legs);
+        emf_shape_step(&medium->ripple.emf_shape, &shape);
+        unequal_legs_step(&medium->ripple.unequal_legs, &legs);
     }
     const float period = DRIVE_WINDOW_PERIOD;
     const float ahead = TO_ACTING * period;
     const rotation_t rotor = trig_advance(window->estimate.frame.rotation, ahead * omega);
-    const ab_t shape = emf_shape_voltage(&medium->emf_shape, share * omega, rotor);
+    const ab_t shape = emf_shape_voltage(&medium->ripple.emf_shape, share * omega, rotor);
     const float turns = (TO_MIDDLE + ahead) * bounds_clamp(omega, UNEQUAL_LEGS_SPEED_MOST);
     const ab_t current = frames_inverse_park((dq_t){medium->means.current.alpha, medium->means.current.beta},
                                              trig_turn(turns));
-    const ab_t legs = unequal_legs_voltage(&medium->unequal_legs, legs_share, current);
-    medium->spared = (ab_t){shape.alpha + legs.alpha, shape.beta + legs.beta};
+    const ab_t legs = unequal_legs_voltage(&medium->ripple.unequal_legs, legs_share, current);
+    medium->ripple.spared = (ab_t){shape.alpha + legs.alpha, shape.beta + legs.beta};
 }
 
 /* What a locked loop without encoder answers to the dither, and the next of it. */
@@ -153,7 +153,7 @@ static void pause(medium_t *medium)
     const ab_t none = {0.0f, 0.0f};
     inductance_rest(&medium->inductance);
     dead_time_learn_pause(&medium->dead_time_learn);
-    medium->spared = none;
+    medium->ripple.spared = none;
     medium->means = (means_t){none, none, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f, 0.0f, 0u, 0u};
 }
 

@@ -101,17 +101,17 @@
     F(2073, inductance_confidence, medium.inductance.confidence, "-",                                        \
       "share of the last looks at L that agreed with the one before within a fifth")                         \
     F(2074, dead_time_hat, fast.acted.leg, "V", "what a leg loses to dead time and drops, as learnt")        \
-    F(2120, emf_shape_d_hat, medium.emf_shape.used.d, "-",                                                   \
+    F(2120, emf_shape_d_hat, medium.ripple.emf_shape.used.d, "-",                                            \
       "sixth harmonic of e_d over the EMF, as learnt: its fifth and seventh harmonic together")              \
-    F(2125, emf_shape_q_hat, medium.emf_shape.used.q, "-",                                                   \
+    F(2125, emf_shape_q_hat, medium.ripple.emf_shape.used.q, "-",                                            \
       "sixth harmonic of e_q over the EMF, as learnt: its seventh less its fifth harmonic")                  \
-    F(2121, leg_voltage_alpha_hat, medium.unequal_legs.voltage.used.alpha, "V",                              \
+    F(2121, leg_voltage_alpha_hat, medium.ripple.unequal_legs.voltage.used.alpha, "V",                       \
       "difference of the legs' lost voltage, alpha, as learnt")                                              \
-    F(2122, leg_voltage_beta_hat, medium.unequal_legs.voltage.used.beta, "V",                                \
+    F(2122, leg_voltage_beta_hat, medium.ripple.unequal_legs.voltage.used.beta, "V",                         \
       "difference of the legs' lost voltage, beta, as learnt")                                               \
-    F(2123, leg_resistance_alpha_hat, medium.unequal_legs.resistance.used.alpha, "ohm",                      \
+    F(2123, leg_resistance_alpha_hat, medium.ripple.unequal_legs.resistance.used.alpha, "ohm",               \
       "difference of the legs' resistance, alpha, as learnt")                                                \
-    F(2124, leg_resistance_beta_hat, medium.unequal_legs.resistance.used.beta, "ohm",                        \
+    F(2124, leg_resistance_beta_hat, medium.ripple.unequal_legs.resistance.used.beta, "ohm",                 \
       "difference of the legs' resistance, beta, as learnt")                                                 \
     F(2075, inertia_hat, medium.inertia.learnt.value, "kg m^2", "inertia of all that turns, as learnt")      \
     F(2110, resistance_hat, medium.inductance.resistance.value, "ohm", "R of a phase and device, as learnt") \

@@ -14,7 +14,7 @@ import sys
 FIELDS = 25  # of a struct that is written by hand; the rows of a table (X macros) are no fields that a reader has to know
 
 # Structs that are still larger, by file and the fields that they may have; the list only shrinks.
-LARGER = {"firmware/adapt/inductance.h": 28}
+LARGER = {}
 
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.MULTILINE)

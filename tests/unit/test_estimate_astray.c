@@ -30,7 +30,7 @@ void tearDown(void)
 {
 }
 
-#define TRIP (drive.medium.overspeed)
+#define TRIP (drive.medium.speed.trip)
 
 /* Caught, with 100 V of EMF that turns, and beyond the trip even if psi_f is 1/0.7 of what is believed. */
 static void given_catch(void)

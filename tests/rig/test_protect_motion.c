@@ -80,20 +80,21 @@ static bool is_of_encoder(int reason)
            reason == REASON_ENCODER_MISMATCH || reason == REASON_RUNAWAY;
 }
 
-/* What a wrong frame does to the currents may look like a broken wire first: one in twenty. Of so many runs
- * that is, with three standard deviations of a count, at most so many. */
+/* What a wrong frame does to the currents may be an overcurrent, or resemble a broken wire, first: one in
+ * twenty. Of so many runs that is, with three standard deviations of a count, at most so many. */
 static bool one_in_twenty(uint32_t count, uint32_t runs)
 {
     const double expected = runs / 20.0;
     return count <= expected + 3.0 * sqrt(expected);
 }
 
-static uint32_t as_wire;
+static uint32_t by_currents;
 
-static bool told_as_wire(int fault)
+static bool told_by_currents(int fault)
 {
-    as_wire += fault == REASON_PHASE_LOSS ? 1u : 0u;
-    return fault == REASON_PHASE_LOSS;
+    const bool of_currents = fault == REASON_PHASE_LOSS || fault == REASON_OVERCURRENT;
+    by_currents += of_currents ? 1u : 0u;
+    return of_currents;
 }
 
 /* From when the angle in use is wrong by 0.64 rad: seconds until it is noticed. */
@@ -127,7 +128,7 @@ static void under_way(start_shaft_t shaft, fault_t fault, double rpm, double loa
         TEST_ASSERT_TRUE_MESSAGE(time < 3.0, where);
         worst->stalled++;
     } else {
-        TEST_ASSERT_TRUE_MESSAGE(is_of_encoder(seen.fault) || told_as_wire(seen.fault), where);
+        TEST_ASSERT_TRUE_MESSAGE(is_of_encoder(seen.fault) || told_by_currents(seen.fault), where);
         TEST_ASSERT_TRUE_MESSAGE(time <= fmax(20e-3, third), where);
         start_raise(&worst->time, time);
     }
@@ -140,7 +141,7 @@ static void test_a_wrong_encoder_is_noticed_under_way(void)
 {
     static const double speeds[] = {150.0, -150.0, 600.0, -600.0, 1500.0, -1500.0};
     uint32_t runs = 0u;
-    as_wire = 0u;
+    by_currents = 0u;
     for (fault_t fault = HALF_TURN; fault < FAULTS_OF_ENCODER; fault++) {
         if (fault == SWAPPED || fault == REVERSED) {
             continue; /* nobody swaps wires under way */
@@ -153,8 +154,8 @@ static void test_a_wrong_encoder_is_noticed_under_way(void)
         printf("%-16s under way: noticed after %4.1f ms at most, %4.1f A; %d stand and stall\n", names[fault],
                1e3 * worst.time, worst.current, worst.stalled);
     }
-    printf("told as a wire first: %u of %u\n", (unsigned)as_wire, (unsigned)runs);
-    TEST_ASSERT_TRUE(one_in_twenty(as_wire, runs));
+    printf("told as a wire first: %u of %u\n", (unsigned)by_currents, (unsigned)runs);
+    TEST_ASSERT_TRUE(one_in_twenty(by_currents, runs));
 }
 
 /* Wrong from the start: what cannot turn the rotor stalls; else it is noticed before the rotor has got to
@@ -202,7 +203,7 @@ static void test_a_motor_whose_encoder_fails_goes_on_without(void)
     worst_t worst = {0};
     double off = 0.0;
     uint32_t runs = 0u;
-    uint32_t wires = 0u; /* stopped because the catch takes what the encoder did for a broken wire */
+    uint32_t wires = 0u; /* stopped by what the wrong frame does to the currents */
     for (fault_t fault = HALF_TURN; fault <= STANDS; fault++) {
         char name[40];
         (void)snprintf(name, sizeof name, "on without: %s", names[fault]);
@@ -224,7 +225,7 @@ static void test_a_motor_whose_encoder_fails_goes_on_without(void)
             (void)snprintf(where, sizeof where, "%s, %u, %.0f r/min: fault %d, %.0f r/min", names[fault],
                            (unsigned)n, rpm, seen.fault, seen.speed);
             runs++;
-            if (seen.fault == REASON_PHASE_LOSS) {
+            if (seen.fault == REASON_PHASE_LOSS || seen.fault == REASON_OVERCURRENT) {
                 wires++;
                 rig_free(rig);
                 continue;

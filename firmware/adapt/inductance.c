@@ -152,7 +152,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
         inductance_rest(x);
         return false;
     }
-    if (rests(x, input->current.q)) {
+    if (!looks_for_resistance(x, speed) && rests(x, input->current.q)) {
         return false;
     }
     if (x->follows == 0u) {

@@ -32,7 +32,8 @@
  * learn: after the first look, which lasts until the rate has fallen to INDUCTANCE_LOOKED of the first, a
  * look of INDUCTANCE_LOOK follows each rest of INDUCTANCE_REST, less than a twentieth of the time. A rest
  * ends early where i_q has moved by INDUCTANCE_MOVED of the limit, with which iron saturates or comes out of
- * it. What has been learnt holds meanwhile, and so does its confidence.
+ * it, and while R is looked for there is none. What has been learnt holds meanwhile, and so does its
+ * confidence.
  *
  * One step in every so-manieth T, from the means of these. The dither that a step gives is looked for in the
  * means of the next: where it acts later, it is given earlier by as much. Two divisions at the end of a

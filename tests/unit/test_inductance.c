@@ -283,6 +283,22 @@ static void test_another_load_ends_the_rest(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.9, (double)x.said / L_TRUE);
 }
 
+/* A rest that has begun while the rotor was fast, where R is not looked for, does not keep R from being
+ * learnt once it turns slowly. */
+static void test_a_rest_ends_where_r_is_looked_for(void)
+{
+    motor_t motor = usual();
+    motor.r_from = 1.6 * R_TRUE;
+    begin(&motor);
+    run(&motor, 16.0);
+    run(&motor, 0.1);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, asked_most);
+    TEST_ASSERT_EQUAL_FLOAT((float)motor.r_from, x.resistance.value);
+    motor.omega = 60.0;
+    run(&motor, 5.0);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, (double)x.resistance.value / R_TRUE);
+}
+
 static void test_the_dither_is_a_twentieth_of_the_limit(void)
 {
     const motor_t motor = usual();

@@ -15,7 +15,7 @@
 typedef struct {
     ab_t emf;         /* of the EMF at t_k, lag undone [V] */
     ab_t current;     /* of the current [A] */
-    uint32_t unsound; /* [-] not 0: one of the periods may not be believed */
+    uint32_t unsound; /* [-] not 0: one of the periods has no valid sample or estimate */
 } sums_t;
 
 typedef struct {
@@ -25,7 +25,7 @@ typedef struct {
     dq_t current_rotor; /* likewise [A] */
     float theta;        /* of the rotor at their end [rad] */
     float omega;        /* likewise, smooth [rad/s] */
-    uint32_t unsound;   /* [-] not 0: one of the periods may not be believed */
+    uint32_t unsound;   /* [-] not 0: one of the periods has no valid sample or estimate */
     uint32_t even;      /* [-] 1: the rotor turns so evenly that a ripple of the EMF is not its own */
 } means_t;
 

@@ -12,11 +12,11 @@
 #define LIMITED_SHARE 0.05f
 
 /* What is learnt of motor, load and inverter, to who works with it. */
-static void tell_models(fast_t *fast, const fast_orders_t *orders)
+static void tell_models(fast_t *fast, fast_orders_t orders)
 {
-    const setpoint_t *setpoint = orders->setpoint;
+    const setpoint_t *setpoint = orders.setpoint;
     chosen_set_flux(&fast->estimator, setpoint->models.flux_linkage, setpoint->models.speed_per_volt);
-    inverter_set_dead_time(&fast->inverter, &orders->tuning->inverter, setpoint->models.dead_time);
+    inverter_set_dead_time(&fast->inverter, &orders.tuning->inverter, setpoint->models.dead_time);
 }
 
 /* Other coefficients; the state goes on. */
@@ -29,9 +29,9 @@ static void take_tuning(fast_t *fast, const fast_tuning_t *tuning)
     link_take(&fast->link, &tuning->link);
 }
 
-void fast_init(fast_t *fast, const fast_orders_t *orders)
+void fast_init(fast_t *fast, fast_orders_t orders)
 {
-    const fast_tuning_t *tuning = orders->tuning;
+    const fast_tuning_t *tuning = orders.tuning;
     memset(fast, 0, sizeof *fast);
     measure_init(&fast->measure);
     guard_init(&fast->trips);
@@ -61,19 +61,19 @@ static void limit(fast_t *fast, const setpoint_t *setpoint)
     fast->bounds.upper = backwards ? braking : driving;
 }
 
-void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *before, uint32_t encoder_count)
+void fast_turn(fast_t *fast, fast_orders_t orders, fast_orders_t before, uint32_t encoder_count)
 {
-    const setpoint_t *setpoint = orders->setpoint;
+    const setpoint_t *setpoint = orders.setpoint;
     fast->given.late = 0u;
     fast->given.fresh = FAST_FRESH_SETPOINT;
-    if (orders->tuning != before->tuning) {
+    if (orders.tuning != before.tuning) {
         fast->given.fresh |= FAST_FRESH_TUNING;
-        encoder_take(&fast->encoder, &before->tuning->encoder, &orders->tuning->encoder, encoder_count);
+        encoder_take(&fast->encoder, &before.tuning->encoder, &orders.tuning->encoder, encoder_count);
     }
     if (setpoint->gates == 0u && (int32_t)(setpoint->number - fast->bridge.open_since) >= 0) {
         fast->bridge.open = 0u;
     }
-    if (setpoint->calibrate != before->setpoint->calibrate) {
+    if (setpoint->calibrate != before.setpoint->calibrate) {
         fast->report.calibration = (int32_t)CALIBRATION_GOES_ON;
         if (setpoint->calibrate == (int32_t)CALIBRATE_NOT) {
             measure_begin_calibration(&fast->measure);
@@ -82,14 +82,14 @@ void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *b
 }
 
 /* The first period of a window: what is new is taken. */
-static void begin_window(fast_t *fast, const fast_orders_t *orders)
+static void begin_window(fast_t *fast, fast_orders_t orders)
 {
-    const setpoint_t *setpoint = orders->setpoint;
+    const setpoint_t *setpoint = orders.setpoint;
     if ((fast->given.fresh & FAST_FRESH_TUNING) != 0u) {
-        take_tuning(fast, orders->tuning);
+        take_tuning(fast, orders.tuning);
     }
     fast->given.fresh = 0u;
-    reference_take(&fast->reference, &orders->tuning->reference, setpoint);
+    reference_take(&fast->reference, &orders.tuning->reference, setpoint);
     tell_models(fast, orders);
     fast->link.sunk = setpoint->link.sunk;
     fast->link.low = setpoint->link.low;
@@ -101,10 +101,13 @@ static void begin_window(fast_t *fast, const fast_orders_t *orders)
 /* ---- where the rotor is ---- */
 
 /* Is what acted too uncertain to track by? */
-static inline bool doubtful(fast_t *fast, const fast_orders_t *orders, const inverter_acted_t *acted)
+static inline bool doubtful(fast_t *fast, fast_orders_t orders, const inverter_acted_t *acted)
 {
     const estimate_t *last = &fast->estimator.estimate;
-    const setpoint_t *setpoint = orders->setpoint;
+    if (!doubt_may_be(&fast->doubt, last->amplitude, acted->leg)) {
+        return false;
+    }
+    const setpoint_t *setpoint = orders.setpoint;
     const doubt_input_t input = {
         .current = acted->current,
         .leg = acted->leg,
@@ -117,7 +120,7 @@ static inline bool doubtful(fast_t *fast, const fast_orders_t *orders, const inv
         .gained = setpoint->models.gained,
         .foreseen = setpoint->models.foreseen,
     };
-    return doubt_step(&fast->doubt, &orders->tuning->doubt, &input);
+    return doubt_step(&fast->doubt, &orders.tuning->doubt, &input);
 }
 
 /* While the reference of the speed stays, i_q is there for the load. What it has beyond that accelerates, and
@@ -137,13 +140,13 @@ static void follow_load(fast_t *fast, const setpoint_t *setpoint)
     chosen_set_load(&fast->estimator, fast->load);
 }
 
-static void estimate(fast_t *fast, const fast_orders_t *orders)
+static void estimate(fast_t *fast, fast_orders_t orders)
 {
     const measured_t *measured = &fast->measure.measured;
     fast->acted =
-        inverter_acted(&fast->inverter, &orders->tuning->inverter, measured->current, measured->u_dc);
+        inverter_acted(&fast->inverter, &orders.tuning->inverter, measured->current, measured->u_dc);
     const inverter_acted_t *acted = &fast->acted;
-    const ab_t spared = orders->setpoint->models.spared;
+    const ab_t spared = orders.setpoint->models.spared;
     const ab_t voltage = {acted->voltage.alpha - spared.alpha, acted->voltage.beta - spared.beta};
     if (fast->reference.tracking == 0u) {
         chosen_observe(&fast->estimator, voltage, measured->current, reference_speed(&fast->reference));
@@ -152,7 +155,7 @@ static void estimate(fast_t *fast, const fast_orders_t *orders)
     } else {
         (void)chosen_step(&fast->estimator, voltage, measured->current);
     }
-    follow_load(fast, orders->setpoint);
+    follow_load(fast, orders.setpoint);
 }
 
 /* The rotor as it is believed, and its speed for what must not be noisy: of the estimate without the loop's
@@ -168,9 +171,9 @@ void fast_believe(fast_t *fast, const fast_tuning_t *tuning)
 }
 
 /* While the bridge is off nothing is known of the voltage: the estimator rests. */
-static void locate(fast_t *fast, const fast_orders_t *orders)
+static void locate(fast_t *fast, fast_orders_t orders)
 {
-    const fast_tuning_t *tuning = orders->tuning;
+    const fast_tuning_t *tuning = orders.tuning;
     fast->shaft.position =
         encoder_step(&fast->encoder, &tuning->encoder, fast->measure.measured.encoder_count);
     if (fast->reference.source == (int32_t)SOURCE_ENCODER) {
@@ -188,7 +191,7 @@ static void locate(fast_t *fast, const fast_orders_t *orders)
 
 /* What is asked of control in this period; `left`: the first without the encoder. Where the loop is locked,
  * the next step goes on from there. */
-static void demand(fast_t *fast, const fast_orders_t *orders, bool left)
+static void demand(fast_t *fast, fast_orders_t orders, bool left)
 {
     const measured_t *measured = &fast->measure.measured;
     const reference_input_t input = {
@@ -202,7 +205,7 @@ static void demand(fast_t *fast, const fast_orders_t *orders, bool left)
     };
     reference_t *reference = &fast->reference;
     const frame_t last = fast->demand.frame;
-    reference_step(reference, &orders->tuning->reference, orders->setpoint, &input, &fast->demand);
+    reference_step(reference, &orders.tuning->reference, orders.setpoint, &input, &fast->demand);
     if (reference->locking != 0u) {
         chosen_lock(&fast->estimator, reference->locked, reference->locked_emf);
     }
@@ -221,10 +224,10 @@ static void demand(fast_t *fast, const fast_orders_t *orders, bool left)
 }
 
 /* Within what heat and DC link leave, and with the dither from whose answer is learnt. */
-static void bound(fast_t *fast, const fast_orders_t *orders)
+static void bound(fast_t *fast, fast_orders_t orders)
 {
-    const link_tuning_t *tuning = &orders->tuning->link;
-    const setpoint_t *setpoint = orders->setpoint;
+    const link_tuning_t *tuning = &orders.tuning->link;
+    const setpoint_t *setpoint = orders.setpoint;
     const float u_dc = fast->measure.measured.u_dc;
     const int32_t source = fast->reference.source;
     if (link_is_near(&fast->link, tuning, u_dc)) {
@@ -295,10 +298,10 @@ static void begin_estimate(fast_t *fast)
     fast->estimating = 1u;
 }
 
-static void run(fast_t *fast, const fast_orders_t *orders, bool left)
+static void run(fast_t *fast, fast_orders_t orders, bool left)
 {
     const bool comes =
-        (fast->bridge.on < FAST_ON || fast->bridge.charging != 0u) && comes_on(fast, &orders->tuning->limits);
+        (fast->bridge.on < FAST_ON || fast->bridge.charging != 0u) && comes_on(fast, &orders.tuning->limits);
     if (fast->bridge.on >= FAST_ON) {
         fast->command.gates = (int32_t)GATES_KEEP;
     }
@@ -308,16 +311,16 @@ static void run(fast_t *fast, const fast_orders_t *orders, bool left)
     demand(fast, orders, left);
     bound(fast, orders);
     fast->command.duty =
-        fast->bridge.charging != 0u ? (abc_t){0.0f, 0.0f, 0.0f} : control(fast, orders->tuning);
+        fast->bridge.charging != 0u ? (abc_t){0.0f, 0.0f, 0.0f} : control(fast, orders.tuning);
 }
 
 /* The offsets of the current sensors, while the bridge is off. Below dc_undervoltage a rotor that turns
  * slowly may feed the link with what seems to be one. */
-static void calibrate(fast_t *fast, const fast_orders_t *orders, const drive_samples_t *samples)
+static void calibrate(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples)
 {
-    const fast_tuning_t *tuning = orders->tuning;
+    const fast_tuning_t *tuning = orders.tuning;
     measure_t *measure = &fast->measure;
-    switch ((calibrate_t)orders->setpoint->calibrate) {
+    switch ((calibrate_t)orders.setpoint->calibrate) {
     case CALIBRATE_ALL:
         if (fast->report.calibration == (int32_t)CALIBRATION_GOES_ON) {
             fast->report.calibration = (int32_t)measure_calibrate(measure, &tuning->measure, samples);
@@ -326,7 +329,7 @@ static void calibrate(fast_t *fast, const fast_orders_t *orders, const drive_sam
     case CALIBRATE_BLOCKS:
         if (measure->measured.u_dc < tuning->limits.dc_undervoltage) {
             measure_begin_rest(measure);
-        } else if (measure_rest(measure, &tuning->measure, samples, orders->setpoint->trim)) {
+        } else if (measure_rest(measure, &tuning->measure, samples, orders.setpoint->trim)) {
             fast->report.offsets = 1u;
         }
         fast->report.calibration = (int32_t)measure_found(measure);
@@ -336,10 +339,10 @@ static void calibrate(fast_t *fast, const fast_orders_t *orders, const drive_sam
     }
 }
 
-static void rest(fast_t *fast, const fast_orders_t *orders, const drive_samples_t *samples)
+static void rest(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples)
 {
     const dq_t none = {0.0f, 0.0f};
-    const bool encoder = orders->setpoint->source == (int32_t)SOURCE_ENCODER;
+    const bool encoder = orders.setpoint->source == (int32_t)SOURCE_ENCODER;
     if (fast->bridge.on != 0u) {
         measure_begin_rest(&fast->measure);
     }
@@ -347,7 +350,7 @@ static void rest(fast_t *fast, const fast_orders_t *orders, const drive_samples_
     fast->bridge.runs = 0u;
     fast->estimating = 0u;
     reference_rest(&fast->reference, (int32_t)(encoder ? SOURCE_ENCODER : SOURCE_NONE));
-    fast_believe(fast, orders->tuning);
+    fast_believe(fast, orders.tuning);
     fast->demand = (demand_t){fast->rotor, (int32_t)FRAME_GOES_ON, none, none, 0.0f};
     current_control_reset(&fast->current_control, none);
     fast->control.current = frames_park(fast->measure.measured.current, fast->rotor.rotation);
@@ -368,7 +371,6 @@ static void begin_sums(window_sums_t *sum)
     sum->unsound = 0u;
     sum->moved = 0u;
     sum->limited = 0u;
-    sum->failed = fault_set_none();
     sum->scatter = 0.0f;
     sum->voltage = none;
     sum->current = none;
@@ -380,6 +382,7 @@ static void begin_sums(window_sums_t *sum)
 static void sum_up(fast_t *fast)
 {
     const estimate_t *estimate = &fast->estimator.estimate;
+    const observed_t *observed = &fast->estimator.observed;
     const measured_t *measured = &fast->measure.measured;
     window_sums_t *sum = &fast->sum;
     sum->periods++;
@@ -397,8 +400,8 @@ static void sum_up(fast_t *fast)
     sum->voltage.beta += fast->acted.voltage.beta;
     sum->emf.alpha += estimate->emf.alpha;
     sum->emf.beta += estimate->emf.beta;
-    sum->emf_hat.alpha += estimate->emf_hat.alpha;
-    sum->emf_hat.beta += estimate->emf_hat.beta;
+    sum->emf_hat.alpha += observed->emf_hat.alpha;
+    sum->emf_hat.beta += observed->emf_hat.beta;
     sum->reference.d += fast->demand.current.d;
     sum->reference.q += fast->demand.current.q;
 }
@@ -451,11 +454,13 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
     window->bridge = (int32_t)(fast->bridge.on < FAST_ON     ? BRIDGE_OFF
                                : fast->bridge.charging != 0u ? BRIDGE_CHARGES
                                                              : BRIDGE_ON);
+    window->failed = fast->report.failed;
     window->left = fast->report.left;
     window->stop = fast->report.stop;
     begin_sums(&fast->sum);
     fast->report.number++;
     fast->report.offsets = 0u;
+    fast->report.failed = fault_set_none();
     fast->report.left = (int32_t)JUMP_IGNORED;
     fast->report.stop.reason = (int32_t)REASON_NONE;
 }
@@ -466,10 +471,10 @@ void fast_miss(fast_t *fast)
     fast->given.late++;
 }
 
-void fast_step(fast_t *fast, const fast_orders_t *orders, const drive_samples_t *samples, int32_t opens,
+void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples, int32_t opens,
                drive_command_t *command)
 {
-    const setpoint_t *setpoint = orders->setpoint;
+    const setpoint_t *setpoint = orders.setpoint;
     if (fast->given.fresh != 0u) {
         begin_window(fast, orders);
     }
@@ -477,7 +482,7 @@ void fast_step(fast_t *fast, const fast_orders_t *orders, const drive_samples_t 
         fast_open_bridge(fast, fast->report.number - 1u);
     }
     if (fast->period == 0u) {
-        encoder_reset(&fast->encoder, &orders->tuning->encoder, samples->encoder);
+        encoder_reset(&fast->encoder, &orders.tuning->encoder, samples->encoder);
     }
     fast->period++;
     measure_step(&fast->measure, samples, setpoint->trim);

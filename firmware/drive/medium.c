@@ -121,16 +121,13 @@ static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_
 {
     const manoeuvres_t *m = &medium->manoeuvres;
     medium->unattended += medium->unattended != 0u ? DRIVE_WINDOW : 0u;
-    const guard_input_t input = {
-        .measured = &window->measured,
-        .omega_m = window->omega_m,
+    const guard_found_t found = {
         .estimate_invalid = window->estimate.invalid,
         .unlocked = m->unlocked,
         .failed = m->failed,
         .too_fast = is_too_fast(medium, window) ? 1u : 0u,
         .unattended = medium->unattended > tuning->unattended_max ? 1u : 0u,
         .reported = medium->reported,
-        .encoder_wrong = medium->found.encoder_wrong,
         .moves_wrong = medium->found.moves_wrong,
         .encoder_lost = m->encoder_lost,
         .current_faults = medium->found.current_faults,
@@ -138,6 +135,12 @@ static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_
         .link = medium->link.conditions,
         .loops = (m->limits.slow_loop != 0u ? GUARD_LOOP_SLOW : 0u) |
                  (m->run.calm < 1.0f ? GUARD_LOOP_OSCILLATED : 0u),
+    };
+    const guard_input_t input = {
+        .measured = &window->measured,
+        .omega_m = window->omega_m,
+        .encoder_wrong = medium->found.encoder_wrong,
+        .found = &found,
         .now = medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON ? GUARD_ALWAYS : moments(medium, tuning),
     };
     guard_step_slow(&medium->guard, &tuning->guard, &input);
@@ -151,7 +154,7 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
     const sequence_input_t input = {
         .requests = requests,
         .measured = &window->measured,
-        .faults = fault_set_both(medium->guard.faults, window->sum.failed),
+        .faults = fault_set_both(medium->guard.faults, window->failed),
         .stops = medium->guard.stops,
         .standing =
             manoeuvres_knows(&medium->manoeuvres) && bounds_within(window->omega_m, SEQUENCE_STANDSTILL),

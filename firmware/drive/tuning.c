@@ -29,8 +29,9 @@ believed_t drive_believed(const params_t *params, const learnt_t *learnt)
         believed.resistance = learnt->resistance.value;
     }
     if (learnt->inductance_q.from == params->motor_inductance_q) {
-        const float ratio = learnt->inductance_q.value / params->motor_inductance_q;
-        believed.inductance_d = ratio * params->motor_inductance_d;
+        /* exactly 1 for a round rotor, which then stays round: the estimator of a salient one does more */
+        const float ratio = params->motor_inductance_d / params->motor_inductance_q;
+        believed.inductance_d = ratio * learnt->inductance_q.value;
         believed.inductance_q = learnt->inductance_q.value;
     }
     if (learnt->inertia.from == params->motor_inertia) {

@@ -1,6 +1,6 @@
 /* The estimator that the drive runs on: that in float (estimator.h) or its fixed-point twin (fixed/fixed.h),
  * as the build says (LAGLESS_ESTIMATOR). The one place that knows; both take the same parameters and fill the
- * same estimate_t, their member `estimate`. */
+ * same structs of estimate.h, their members `estimate` and `observed`. */
 #ifndef ESTIMATOR_CHOSEN_H
 #define ESTIMATOR_CHOSEN_H
 

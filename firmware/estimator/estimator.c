@@ -9,12 +9,12 @@
 static inline void show_observer(estimator_t *est)
 {
     const smo_t *smo = &est->observer.smo;
-    estimate_t *estimate = &est->estimate;
-    estimate->emf_hat = (ab_t){smo->emf_hat.alpha, smo->emf_hat.beta};
-    estimate->current_err = (ab_t){smo->current_err.alpha, smo->current_err.beta};
-    estimate->gain = smo->gain_mean;
+    observed_t *observed = &est->observed;
+    est->estimate.current_err = (ab_t){smo->current_err.alpha, smo->current_err.beta};
+    observed->emf_hat = (ab_t){smo->emf_hat.alpha, smo->emf_hat.beta};
+    observed->gain = smo->gain_mean;
     if (est->observer.paper != 0u) {
-        estimate->gain_axis = smo->axes.gain_axis;
+        observed->gain_axis = smo->axes.gain_axis;
     }
 }
 
@@ -46,7 +46,7 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     est->current = current;
     show_observer(est);
     show_tracker(est, rotor);
-    est->estimate.gain_axis = est->observer.smo.axes.gain_axis;
+    est->observed.gain_axis = est->observer.smo.axes.gain_axis;
     est->estimate.frame.rotation = rotation;
     est->estimate.emf = emf;
     est->estimate.coasted = 0u;

@@ -21,7 +21,7 @@
  * Sample time: one step per T, in the timing of smo.h: the current of t_k, the voltage that acted on
  * [t_k-1, t_k) (dead time, drops and saturation accounted for), the position at t_k.
  *
- * What it knows after a step is in `estimate`; nobody outside reads the rest.
+ * What it knows after a step is in `estimate` and `observed`; nobody outside reads the rest.
  *
  * Does not handle: standstill and very slow passages through zero (the EMF vanishes; the criterion of speed
  * says so), saturation of the iron, the choice of dead-time model. */
@@ -71,6 +71,7 @@ typedef struct {
     tracker_t tracker;
     ab_t current;        /* of the last step or reset [A] */
     estimate_t estimate; /* after it */
+    observed_t observed; /* likewise */
 } estimator_t;
 
 /* Whether the set can run: those of smo, pll and validity, equal periods, and the rules between them:

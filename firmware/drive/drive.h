@@ -91,7 +91,7 @@ void drive_withdraw(drive_t *drive);
 learnt_t drive_learnt(const drive_t *drive);
 
 /* The background has come round, between two periods; `reported`: what it has found. */
-static inline void drive_attend(drive_t *drive, uint32_t reported)
+static inline void drive_heartbeat(drive_t *drive, uint32_t reported)
 {
     drive->medium.unattended = 1u;
     drive->medium.reported = reported;

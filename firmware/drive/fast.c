@@ -12,7 +12,7 @@
 #define LIMITED_SHARE 0.05f
 
 /* What is learnt of motor, load and inverter, to who works with it. */
-static void tell_models(fast_t *fast, fast_orders_t orders)
+static void set_models(fast_t *fast, fast_orders_t orders)
 {
     const setpoint_t *setpoint = orders.setpoint;
     chosen_set_flux(&fast->estimator, setpoint->models.flux_linkage, setpoint->models.speed_per_volt);
@@ -20,7 +20,7 @@ static void tell_models(fast_t *fast, fast_orders_t orders)
 }
 
 /* Other coefficients; the state goes on. */
-static void take_tuning(fast_t *fast, const fast_tuning_t *tuning)
+static void set_tuning(fast_t *fast, const fast_tuning_t *tuning)
 {
     measure_take(&fast->measure);
     chosen_take(&fast->estimator, &tuning->estimator);
@@ -41,8 +41,8 @@ void fast_init(fast_t *fast, fast_orders_t orders)
     reference_init(&fast->reference);
     link_init(&fast->link, &tuning->link);
     encoder_reset(&fast->encoder, &tuning->encoder, 0u);
-    take_tuning(fast, tuning);
-    tell_models(fast, orders);
+    set_tuning(fast, tuning);
+    set_models(fast, orders);
     chosen_reset(&fast->estimator, fast->shaft.position, fast->measure.measured.current);
 }
 
@@ -86,14 +86,15 @@ static void begin_window(fast_t *fast, fast_orders_t orders)
 {
     const setpoint_t *setpoint = orders.setpoint;
     if ((fast->given.fresh & FAST_FRESH_TUNING) != 0u) {
-        take_tuning(fast, orders.tuning);
+        set_tuning(fast, orders.tuning);
     }
     fast->given.fresh = 0u;
     reference_take(&fast->reference, &orders.tuning->reference, setpoint);
-    tell_models(fast, orders);
+    set_models(fast, orders);
     fast->link.sunk = setpoint->link.sunk;
     fast->link.low = setpoint->link.low;
-    if (fast->link.limits == 0u || fast->bridge.on == 0u) { /* else bound() does it in this period */
+    const bool later = fast->link.limits != 0u && fast->bridge.on != 0u; /* by limit_by_link() */
+    if (!later) {
         limit(fast, setpoint);
     }
 }
@@ -101,7 +102,7 @@ static void begin_window(fast_t *fast, fast_orders_t orders)
 /* ---- where the rotor is ---- */
 
 /* Is what acted too uncertain to track by? */
-static inline bool doubtful(fast_t *fast, fast_orders_t orders, const inverter_acted_t *acted)
+static inline bool voltage_uncertain(fast_t *fast, fast_orders_t orders, const inverter_acted_t *acted)
 {
     const estimate_t *last = &fast->estimator.estimate;
     if (!doubt_may_be(&fast->doubt, last->amplitude, acted->leg)) {
@@ -126,18 +127,18 @@ static inline bool doubtful(fast_t *fast, fast_orders_t orders, const inverter_a
 /* While the reference of the speed stays, i_q is there for the load. What it has beyond that accelerates, and
  * the tracking loop gets it as a torque in its next step. It is the i_q of the frame at t_k, as the loop has
  * it: in the frame of t_k-1 a part of i_d is in it. */
-static void follow_load(fast_t *fast, const setpoint_t *setpoint)
+static void estimate_load(fast_t *fast, const setpoint_t *setpoint)
 {
     if (fast->reference.tracking == 0u) {
-        fast->load = 0.0f;
+        fast->load_current = 0.0f;
     } else {
         const estimate_t *estimate = &fast->estimator.estimate;
         const float i_q = frames_park(fast->measure.measured.current, estimate->frame.rotation).q;
         const float torque =
             i_q * estimate->flux * setpoint->models.speed_per_volt; /* as a current of psi_f */
-        fast->load = lowpass_step(fast->load, setpoint->models.load_share, torque);
+        fast->load_current = lowpass_step(fast->load_current, setpoint->models.load_share, torque);
     }
-    chosen_set_load(&fast->estimator, fast->load);
+    chosen_set_load(&fast->estimator, fast->load_current);
 }
 
 static void estimate(fast_t *fast, fast_orders_t orders)
@@ -150,17 +151,17 @@ static void estimate(fast_t *fast, fast_orders_t orders)
     const ab_t voltage = {acted->voltage.alpha - spared.alpha, acted->voltage.beta - spared.beta};
     if (fast->reference.tracking == 0u) {
         chosen_observe(&fast->estimator, voltage, measured->current, reference_speed(&fast->reference));
-    } else if (doubtful(fast, orders, acted)) {
+    } else if (voltage_uncertain(fast, orders, acted)) {
         (void)chosen_coast(&fast->estimator, voltage, measured->current);
     } else {
-        (void)chosen_step(&fast->estimator, voltage, measured->current);
+        (void)chosen_track(&fast->estimator, voltage, measured->current);
     }
-    follow_load(fast, orders.setpoint);
+    estimate_load(fast, orders.setpoint);
 }
 
 /* The rotor as it is believed, and its speed for what must not be noisy: of the estimate without the loop's
  * proportional part, whose noise would come back through the speed control. */
-void fast_believe(fast_t *fast, const fast_tuning_t *tuning)
+void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning)
 {
     const estimate_t *estimate = &fast->estimator.estimate;
     const reference_t *reference = &fast->reference;
@@ -171,7 +172,7 @@ void fast_believe(fast_t *fast, const fast_tuning_t *tuning)
 }
 
 /* While the bridge is off nothing is known of the voltage: the estimator rests. */
-static void locate(fast_t *fast, fast_orders_t orders)
+static void estimate_position(fast_t *fast, fast_orders_t orders)
 {
     const fast_tuning_t *tuning = orders.tuning;
     fast->shaft.position =
@@ -184,7 +185,7 @@ static void locate(fast_t *fast, fast_orders_t orders)
     if (fast->estimating != 0u) {
         estimate(fast, orders);
     }
-    fast_believe(fast, tuning);
+    fast_update_rotor(fast, tuning);
 }
 
 /* ---- control ---- */
@@ -195,8 +196,7 @@ static void demand(fast_t *fast, fast_orders_t orders, bool left)
 {
     const measured_t *measured = &fast->measure.measured;
     const reference_input_t input = {
-        .current = measured->current,
-        .voltage_max = FRAMES_ONE_OVER_SQRT_3 * measured->u_dc,
+        .u_dc = measured->u_dc,
         .estimate = &fast->estimator.estimate,
         .position = &fast->shaft.position,
         .encoder = &fast->shaft.frame,
@@ -223,24 +223,31 @@ static void demand(fast_t *fast, fast_orders_t orders, bool left)
     fast->control.current = frames_park(measured->current, now);
 }
 
-/* Within what heat and DC link leave, and with the dither from whose answer is learnt. */
-static void bound(fast_t *fast, fast_orders_t orders)
+/* The limits of i_q near the ends of the DC link, in each period. In a forced frame they do not act: the
+ * rotor feeds nothing on their behalf. */
+static void limit_by_link(fast_t *fast, fast_orders_t orders)
 {
     const link_tuning_t *tuning = &orders.tuning->link;
-    const setpoint_t *setpoint = orders.setpoint;
     const float u_dc = fast->measure.measured.u_dc;
-    const int32_t source = fast->reference.source;
     if (link_is_near(&fast->link, tuning, u_dc)) {
-        /* in a forced frame the limits of i_q do not act: the rotor feeds nothing on their behalf */
-        link_limit(&fast->link, tuning, u_dc, source == (int32_t)SOURCE_FORCED ? 0.0f : fast->omega_m);
-        limit(fast, setpoint);
+        const bool forced = fast->reference.source == (int32_t)SOURCE_FORCED;
+        link_limit(&fast->link, tuning, u_dc, forced ? 0.0f : fast->omega_m);
+        limit(fast, orders.setpoint);
     }
-    if (source == (int32_t)SOURCE_ESTIMATE || source == (int32_t)SOURCE_ENCODER) {
-        dq_t *current = &fast->demand.current;
-        const float below = current->q < fast->bounds.upper ? current->q : fast->bounds.upper;
-        current->q = (below > fast->bounds.lower ? below : fast->bounds.lower) + setpoint->dither.q;
-        current->d += setpoint->dither.d;
-    }
+}
+
+/* The current reference in the frame of the rotor, within what heat and DC link leave of it. */
+static void limit_reference(const fast_bounds_t *bounds, dq_t *current)
+{
+    const float below = current->q < bounds->upper ? current->q : bounds->upper;
+    current->q = below > bounds->lower ? below : bounds->lower;
+}
+
+/* The dither from whose answer L is learnt. */
+static void inject_dither(const setpoint_t *setpoint, dq_t *current)
+{
+    current->d += setpoint->dither.d;
+    current->q += setpoint->dither.q;
 }
 
 /* Field-oriented control: a demand in, duties out. */
@@ -309,7 +316,11 @@ static void run(fast_t *fast, fast_orders_t orders, bool left)
         begin_estimate(fast);
     }
     demand(fast, orders, left);
-    bound(fast, orders);
+    limit_by_link(fast, orders);
+    if (reference_in_rotor(&fast->reference)) {
+        limit_reference(&fast->bounds, &fast->demand.current);
+        inject_dither(orders.setpoint, &fast->demand.current);
+    }
     fast->command.duty =
         fast->bridge.charging != 0u ? (abc_t){0.0f, 0.0f, 0.0f} : control(fast, orders.tuning);
 }
@@ -350,7 +361,7 @@ static void rest(fast_t *fast, fast_orders_t orders, const drive_samples_t *samp
     fast->bridge.runs = 0u;
     fast->estimating = 0u;
     reference_rest(&fast->reference, (int32_t)(encoder ? SOURCE_ENCODER : SOURCE_NONE));
-    fast_believe(fast, orders.tuning);
+    fast_update_rotor(fast, orders.tuning);
     fast->demand = (demand_t){fast->rotor, (int32_t)FRAME_GOES_ON, none, none, 0.0f};
     current_control_reset(&fast->current_control, none);
     fast->control.current = frames_park(fast->measure.measured.current, fast->rotor.rotation);
@@ -360,24 +371,7 @@ static void rest(fast_t *fast, fast_orders_t orders, const drive_samples_t *samp
     calibrate(fast, orders, samples);
 }
 
-/* ---- the window ---- */
-
-/* Field by field: the compiler would call for a routine that clears memory. */
-static void begin_sums(window_sums_t *sum)
-{
-    const ab_t none = {0.0f, 0.0f};
-    sum->periods = 0u;
-    sum->tracked = 0u;
-    sum->unsound = 0u;
-    sum->moved = 0u;
-    sum->limited = 0u;
-    sum->scatter = 0.0f;
-    sum->voltage = none;
-    sum->current = none;
-    sum->emf = none;
-    sum->emf_hat = none;
-    sum->reference = (dq_t){0.0f, 0.0f};
-}
+/* ---- the period ---- */
 
 static void sum_up(fast_t *fast)
 {
@@ -406,71 +400,6 @@ static void sum_up(fast_t *fast)
     sum->reference.q += fast->demand.current.q;
 }
 
-/* What was seen at its last period, field by field: a whole struct would be cleared first, or copied twice.
- */
-static void see(const fast_t *fast, window_t *window)
-{
-    window->measured = fast->measure.measured;
-    window->estimate = fast->estimator.estimate;
-    window->encoder = fast->shaft.position;
-    window->frame = fast->demand.frame;
-    window->rotor = fast->rotor;
-    window->omega_m = fast->omega_m;
-    window->current = fast->control.current;
-    window->reference = fast->demand.current;
-    window->omega_m_ref = fast->demand.omega_m_ref;
-    window->link.mean = fast->acted.link;
-    window->lower = fast->bounds.lower;
-    window->upper = fast->bounds.upper;
-    window->link.slow = fast->link.slow;
-    window->link.limits = fast->link.limits;
-}
-
-static void see_catch(const reference_t *reference, window_catch_t *seen)
-{
-    const catch_t *catching = &reference->catching;
-    seen->outcome = reference->outcome;
-    seen->turning = catching->turning;
-    seen->periods_beyond = catching->periods_beyond;
-    seen->length = catching->length;
-    seen->emf = catching->emf;
-    seen->cross = catching->cross;
-    seen->cross_min = catching->cross_min;
-}
-
-void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
-{
-    fast->sum.moved = still_watch_moved(&fast->still_watch, DRIVE_WINDOW);
-    window->number = fast->report.number;
-    window->period = fast->period;
-    window->setpoint = setpoint->number;
-    window->sum = fast->sum;
-    see(fast, window);
-    see_catch(&fast->reference, &window->catching);
-    window->calibration = fast->report.calibration;
-    window->offsets = fast->report.offsets;
-    window->estimating = fast->estimating;
-    window->tracking = fast->reference.tracking;
-    window->bridge = (int32_t)(fast->bridge.on < FAST_ON     ? BRIDGE_OFF
-                               : fast->bridge.charging != 0u ? BRIDGE_CHARGES
-                                                             : BRIDGE_ON);
-    window->failed = fast->report.failed;
-    window->left = fast->report.left;
-    window->stop = fast->report.stop;
-    begin_sums(&fast->sum);
-    fast->report.number++;
-    fast->report.offsets = 0u;
-    fast->report.failed = fault_set_none();
-    fast->report.left = (int32_t)JUMP_IGNORED;
-    fast->report.stop.reason = (int32_t)REASON_NONE;
-}
-
-void fast_miss(fast_t *fast)
-{
-    begin_sums(&fast->sum);
-    fast->given.late++;
-}
-
 void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples, int32_t opens,
                drive_command_t *command)
 {
@@ -486,7 +415,7 @@ void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *sample
     }
     fast->period++;
     measure_step(&fast->measure, samples, setpoint->trim);
-    locate(fast, orders);
+    estimate_position(fast, orders);
     const bool left = fast_trip(fast, orders);
     sum_up(fast);
     if (setpoint->gates != 0u && fast->bridge.open == 0u) {

@@ -122,7 +122,7 @@ typedef struct {
     float omega_m;          /* [rad/s] mechanical, of the rotor */
     demand_t demand;        /* with the frame in force */
     fast_control_t control;
-    float load; /* [A] what of i_q carries the load: the tracking loop is not told of it */
+    float load_current; /* of i_q, that carries the load and does not accelerate [A] */
     fast_bounds_t bounds;
     drive_command_t command;
 

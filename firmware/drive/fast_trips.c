@@ -48,12 +48,12 @@ static uint32_t watch_jump(fast_t *fast, fast_orders_t orders)
     fast->report.left = setpoint->jump;
     reference_leave_encoder(&fast->reference, to_estimate, fast->estimator.estimate.omega_smooth,
                             setpoint->jump_periods);
-    fast_believe(fast, orders.tuning);
+    fast_update_rotor(fast, orders.tuning);
     return 0u;
 }
 
 /* Does a sample show the gates on, the lower switches not alone? */
-static void see_gates(fast_bridge_t *bridge, uint32_t flags)
+static void find_gates_on(fast_bridge_t *bridge, uint32_t flags)
 {
     if (bridge->runs == 0u && bridge->on >= FAST_ON && bridge->charging == 0u &&
         (flags & DRIVE_SAMPLE_TRIPPED) == 0u) {
@@ -97,12 +97,12 @@ static void judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wro
 static void watch_still(fast_t *fast, fast_orders_t orders)
 {
     const still_watch_tuning_t *tuning = &orders.tuning->still_watch;
-    const abc_t current = fast->measure.measured.current_abc;
-    if (still_watch_count(&fast->still_watch, tuning, &current) &&
+    const abc_t *current = &fast->measure.measured.current_abc;
+    if (still_watch_count(&fast->still_watch, tuning, current) &&
         (moments(&fast->bridge, orders.setpoint) & GUARD_RUNNING) != 0u) {
         const dq_t asked = fast->demand.current;
         const abc_t wanted = frames_inverse_clarke(frames_inverse_park(asked, fast->demand.frame.rotation));
-        if (still_watch_judge(&fast->still_watch, tuning, wanted, current, fast->control.limited != 0u,
+        if (still_watch_judge(&fast->still_watch, tuning, wanted, *current, fast->control.limited != 0u,
                               fast->measure.measured.u_dc)) {
             fast_stop(fast, REASON_CURRENT_STUCK);
         }
@@ -114,7 +114,7 @@ bool fast_trip(fast_t *fast, fast_orders_t orders)
 {
     const int32_t left = fast->report.left;
     const uint32_t encoder_wrong = watch_jump(fast, orders);
-    see_gates(&fast->bridge, fast->measure.measured.flags);
+    find_gates_on(&fast->bridge, fast->measure.measured.flags);
     const guard_input_t input = trip_input(fast, orders.setpoint, encoder_wrong);
     if (!guard_is_calm(&fast->trips, &orders.tuning->guard, &input, FAULT_EACH)) {
         judge_trips(fast, orders,

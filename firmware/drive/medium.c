@@ -122,7 +122,7 @@ static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_
     const manoeuvres_t *m = &medium->manoeuvres;
     medium->unattended += medium->unattended != 0u ? DRIVE_WINDOW : 0u;
     const guard_found_t found = {
-        .estimate_invalid = window->estimate.invalid,
+        .estimate_invalid = medium->estimate.invalid,
         .unlocked = m->unlocked,
         .failed = m->failed,
         .too_fast = is_too_fast(medium, window) ? 1u : 0u,
@@ -344,6 +344,7 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
 {
     medium->speed.trip = tuning->guard.limit[FAULT_LIMIT_OVERSPEED];
     sequence_take(&medium->sequence, &tuning->sequence);
+    validity_take(&medium->validity, &tuning->validity);
     flux_take(&medium->flux, &tuning->flux);
     offset_trim_take(&medium->offset_trim, &tuning->offset_trim);
     inductance_take(&medium->inductance, &tuning->inductance);

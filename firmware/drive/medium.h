@@ -24,6 +24,7 @@
 #include "drive/requests.h"
 #include "drive/sequence.h"
 #include "drive/window.h"
+#include "estimator/validity.h"
 #include "protect/current_watch.h"
 #include "protect/encoder_watch.h"
 #include "protect/link.h"
@@ -35,6 +36,7 @@ typedef struct {
     guard_tuning_t guard;
     uint32_t unattended_max; /* [periods] that the background may stay away from a running motor */
     sequence_tuning_t sequence;
+    validity_tuning_t validity;
     flux_tuning_t flux;
     offset_trim_tuning_t offset_trim;
     inductance_tuning_t inductance;
@@ -82,7 +84,8 @@ typedef struct {
     flux_t flux;
     offset_trim_t offset_trim;
     means_t means;
-    estimate_t estimate; /* at the window's end, its EMF the mean of the window turned there */
+    validity_t validity; /* of the estimate, judged at the window's end */
+    estimate_t estimate; /* then, its EMF the mean of the window turned there */
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;

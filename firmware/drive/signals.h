@@ -72,7 +72,7 @@
       "electrical speed of the estimator, k_p term included")                                                \
     F(2052, omega_smooth, fast.estimator.estimate.omega_smooth, "rad/s",                                     \
       "its integrator and feed-forward alone")                                                               \
-    U(2053, estimator_invalid, fast.estimator.estimate.invalid, "-",                                         \
+    U(2053, estimator_invalid, medium.estimate.invalid, "-",                                                 \
       "1 amplitude, 2 detector, 4 current error, 8 speed, 16 sample")                                        \
     F(2054, e_hat_alpha, fast.estimator.observed.emf_hat.alpha, "V",                                         \
       "back-EMF as observed, filtered, with its lag")                                                        \

@@ -62,6 +62,7 @@ static void prepare_position(drive_tuning_t *tuning, const params_t *params, con
     estimator_params_t estimator;
     params_estimator(params, believed, &estimator);
     chosen_prepare(&tuning->fast.estimator, &estimator);
+    validity_prepare(&tuning->medium.validity, &estimator.validity, DRIVE_WINDOW_PERIOD);
 }
 
 static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)

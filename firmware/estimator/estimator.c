@@ -112,7 +112,7 @@ static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float
     /* the last step has turned it to t_k */
     estimate->frame.rotation = (rotation_t){tracker->pll.rotation.sin, tracker->pll.rotation.cos};
     if (good && tracking == TRACK) {
-        const position_t position = tracker_step(tracker, emf, current_loop.q, error_square);
+        const position_t position = tracker_step(tracker, emf, current_loop.q);
         show_tracker(est, position);
         estimate->coasted = 0u;
         return position;
@@ -124,9 +124,19 @@ static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float
     return position;
 }
 
-position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
+position_t estimator_track(estimator_t *est, ab_t voltage, ab_t current)
 {
     return one_period(est, voltage, current, est->tracker.pll.omega_e, TRACK);
+}
+
+position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
+{
+    const position_t position = estimator_track(est, voltage, current);
+    if (est->estimate.coasted == 0u) {
+        tracker_judge(&est->tracker, smo_error_square(&est->observer.smo));
+        est->estimate.invalid = est->tracker.validity.debounce.invalid;
+    }
+    return position;
 }
 
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)

@@ -129,6 +129,9 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current);
  * lag. */
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current);
 
+/* The same without a judgement, for a caller who judges by the estimate, and less often. */
+position_t estimator_track(estimator_t *est, ab_t voltage, ab_t current);
+
 /* A period in which the loop does not track: the observer alone, with the lag of this speed [rad/s]. EMF and
  * amplitude are those of t_k; frame, speed and validity stay. A sample that is no number changes nothing. */
 void estimator_observe(estimator_t *est, ab_t voltage, ab_t current, float omega_e);

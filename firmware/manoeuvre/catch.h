@@ -70,6 +70,7 @@ typedef struct {
     uint32_t periods;        /* [periods] so far */
     uint32_t wanted;         /* [periods] of the whole catch */
     uint32_t turning;        /* [-] 1: a rotor is seen turning */
+    uint32_t found;          /* [-] 1: a step has ended with CATCH_TURNING */
     uint32_t periods_beyond; /* [periods] without a break with an EMF that the link cannot hold */
 } catch_t;
 
@@ -91,6 +92,9 @@ void catch_enter(catch_t *catching, uint32_t periods, float omega_e);
 /* One period: EMF at t_k and its length [V], largest voltage that the link gives [V]. No division. */
 catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t emf, float length,
                            float voltage_max);
+
+/* Once a rotor is found: its EMF a period later, by its speed alone. */
+void catch_turn(catch_t *catching, const catch_tuning_t *tuning);
 
 /* The current to be held [A]: along phase a, or the d axis of a rotor that is seen. No division. */
 ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning);

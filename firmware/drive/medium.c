@@ -120,14 +120,14 @@ static bool is_too_fast(const medium_t *medium, const window_t *window)
 static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
-    medium->unattended += medium->unattended != 0u ? DRIVE_WINDOW : 0u;
+    medium->background.unattended += medium->background.unattended != 0u ? DRIVE_WINDOW : 0u;
     const guard_found_t found = {
         .estimate_invalid = medium->estimate.invalid,
         .unlocked = m->unlocked,
         .failed = m->failed,
         .too_fast = is_too_fast(medium, window) ? 1u : 0u,
-        .unattended = medium->unattended > tuning->unattended_max ? 1u : 0u,
-        .reported = medium->reported,
+        .unattended = medium->background.unattended > tuning->unattended_max ? 1u : 0u,
+        .reported = medium->background.reported,
         .moves_wrong = medium->found.moves_wrong,
         .encoder_lost = m->encoder_lost,
         .current_faults = medium->found.current_faults,

@@ -69,6 +69,12 @@ typedef struct {
     ab_t spared; /* what the estimator does not get of it, for the setpoint [V] */
 } medium_ripple_t;
 
+/* What is known of the background. */
+typedef struct {
+    uint32_t unattended; /* [periods] since it came round; 0: it never did */
+    uint32_t reported;   /* [-] GUARD_CORRUPT_... and other bits, as it has found */
+} medium_background_t;
+
 /* Of the mechanical speed. */
 typedef struct {
     float trip;      /* of the tuning [rad/s] */
@@ -101,8 +107,7 @@ typedef struct {
     link_t link;
     uint32_t coasting; /* [-] 1: the bridge is off because the supply is lost, and comes on again with it */
 
-    uint32_t unattended; /* [periods] since the background came round; 0: it never did */
-    uint32_t reported;   /* [-] GUARD_CORRUPT_... and other bits, as the background has found */
+    medium_background_t background;
     drive_fault_t fault; /* the last fault: what the drive saw when it stopped */
     uint32_t faults;     /* [-] since power-on */
     setpoint_t setpoint; /* the newest */

@@ -59,9 +59,9 @@ SECTIONS
                       *(.text:observer_take) *(.text:pi_output) *(.text:pi_take) *(.text:pi_update) *(.text:pll_take)
                       *(.text:reference_advance) *(.text:reference_in_rotor) *(.text:reference_rotor)
                       *(.text:reference_speed) *(.text:reference_stationary) *(.text:reference_tracks) *(.text:rest)
-                      *(.text:run) *(.text:set_models) *(.text:set_tuning) *(.text:smo_take) *(.text:sum_up)
-                      *(.text:svpwm_modulate) *(.text:tracker_set_flux) *(.text:tracker_take) *(.text:trig_advance)
-                      *(.text:trig_turn) *(.text:validity_take) *(.text:voltage_uncertain)
+                      *(.text:run) *(.text:set_models) *(.text:smo_take) *(.text:sum_up) *(.text:svpwm_modulate)
+                      *(.text:tracker_set_flux) *(.text:tracker_take) *(.text:trig_advance) *(.text:trig_turn)
+                      *(.text:validity_take) *(.text:voltage_uncertain)
                       /* firmware/drive/fast_trips.c */
                       *(.text:encoder_watch_jumped) *(.text:fast_open_bridge) *(.text:fast_trip) *(.text:fault_set_any)
                       *(.text:fault_set_both) *(.text:find_gates_on) *(.text:guard_background_stalled)
@@ -81,7 +81,7 @@ SECTIONS
                       *(.text:judge_trips) *(.text:moments) *(.text:still_watch_count) *(.text:still_watch_one)
                       *(.text:trip_input) *(.text:watch_jump) *(.text:watch_still)
                       /* firmware/drive/fast_window.c */
-                      *(.text:begin_sums) *(.text:fast_close) *(.text:fast_miss) *(.text:fault_set_none) *(.text:snapshot)
+                      *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:snapshot)
                       *(.text:snapshot_catch) *(.text:still_watch_moved)
                       /* firmware/drive/guard.c */
                       *(.text:fault_set_common) *(.text:fault_set_has)

@@ -176,9 +176,10 @@ float catch_angle(ab_t emf, float omega_e)
     return trig_angle(direction(emf, omega_e));
 }
 
-position_t catch_position(const catch_t *catching)
+frame_t catch_rotor(const catch_t *catching)
 {
-    return (position_t){catch_angle(catching->emf, catching->omega_e), catching->omega_e};
+    const rotation_t rotor = direction(catching->emf, catching->omega_e);
+    return (frame_t){trig_angle(rotor), catching->omega_e, rotor};
 }
 
 float catch_length(const catch_t *catching)

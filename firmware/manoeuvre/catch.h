@@ -102,8 +102,8 @@ ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning);
 /* The voltage that holds this EMF [V] when it acts. */
 ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf);
 
-/* The rotor as it was caught: angle of the d axis [rad] and speed [rad/s] at t_k. */
-position_t catch_position(const catch_t *catching);
+/* The rotor as it was caught, at t_k. No division. */
+frame_t catch_rotor(const catch_t *catching);
 
 /* Length of the EMF that turns with it, the mean of some periods [V]. No division. */
 float catch_length(const catch_t *catching);

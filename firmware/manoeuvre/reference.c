@@ -126,22 +126,22 @@ static void force(reference_t *reference, const reference_tuning_t *tuning, cons
 static void caught(reference_t *reference, const reference_tuning_t *tuning, demand_t *demand)
 {
     catch_turn(&reference->catching, &tuning->catching);
-    const position_t rotor = catch_position(&reference->catching);
+    const frame_t rotor = catch_rotor(&reference->catching);
     reference->outcome = (int32_t)CATCH_TURNING;
-    lock_to(reference, rotor, catch_length(&reference->catching));
+    lock_to(reference, (position_t){rotor.theta_e, rotor.omega_e}, catch_length(&reference->catching));
     reference->source = (int32_t)SOURCE_ESTIMATE;
     reference->stiffness = 0.0f;
     reference->omega_m = rotor.omega_e * tuning->pole_pairs_inverse;
     reference->current = (dq_t){tuning->catching.current_d, 0.0f};
     reference->slope = (dq_t){0.0f, 0.0f};
-    demand->frame = (frame_t){rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
+    demand->frame = rotor;
     demand->change = (int32_t)FRAME_TURNS;
     demand->current = reference->current;
     demand->emf = frames_park(reference->catching.emf, demand->frame.rotation);
 }
 
-static void catch_rotor(reference_t *reference, const reference_tuning_t *tuning,
-                        const reference_input_t *input, demand_t *demand)
+static void follow_catch(reference_t *reference, const reference_tuning_t *tuning,
+                         const reference_input_t *input, demand_t *demand)
 {
     catch_t *catching = &reference->catching;
     const estimate_t *estimate = input->estimate;
@@ -225,7 +225,7 @@ void reference_step(reference_t *reference, const reference_tuning_t *tuning, co
         break;
     case SOURCE_NONE:
     case SOURCE_CATCH:
-        catch_rotor(reference, tuning, input, demand);
+        follow_catch(reference, tuning, input, demand);
         break;
     }
     demand->omega_m_ref = setpoint->omega_m_ref;

@@ -107,10 +107,11 @@ SECTIONS
                       /* firmware/estimator/tracker_salient.c */
                       *(.text:share_of) *(.text:tracker_follow) *(.text:tracker_reciprocal) *(.text:tracker_transient)
                       /* firmware/manoeuvre/catch.c */
-                      *(.text:catch_step) *(.text:catch_turn) *(.text:is_steady) *(.text:slip_of) *(.text:turned_on)
+                      *(.text:catch_step) *(.text:is_steady) *(.text:slip_of) *(.text:turned_on)
                       /* firmware/manoeuvre/reference.c */
-                      *(.text:catch_rotor) *(.text:caught) *(.text:force) *(.text:forced_step) *(.text:lock_to) *(.text:obey)
-                      *(.text:reference_rest) *(.text:reference_step) *(.text:reference_take) *(.text:run_on_estimate)
+                      *(.text:caught) *(.text:follow_catch) *(.text:force) *(.text:forced_step) *(.text:lock_to)
+                      *(.text:obey) *(.text:reference_rest) *(.text:reference_step) *(.text:reference_take)
+                      *(.text:run_on_estimate)
                       /* firmware/math/pi.c */
                       *(.text:pi_reset)
                       /* firmware/math/tanh.c */

@@ -79,6 +79,7 @@ typedef struct {
     float emf_least;    /* psi_f omega_least, or what noise does not make in the mean of two windows [V] */
     float doubtful;     /* square of the length of a current whose phases may have any sign [A^2] */
     float alone;        /* square of the EMF from which on a window is judged by itself [V^2] */
+    float noise;        /* square of three standard deviations of the EMF of a window by itself [V^2] */
     float leap;         /* [rad] electrical; more than half a turn: not judged */
     float share;        /* of the low-pass [-] */
     winding_t winding;
@@ -104,6 +105,7 @@ typedef struct {
     ab_t off;            /* of the last look that was wrong: what its EMF has beside the rotor's [V] */
     uint32_t of_a_phase; /* 1: the last window's EMF is wrong along the axis of one phase [-] */
     uint32_t elsewhere;  /* 1: it is off by much, and that along none [-] */
+    uint32_t confirmed;  /* 1: it is beyond noise and where the encoder puts the rotor [-] */
 } encoder_watch_t;
 
 /* What it takes, all of t_k. */
@@ -135,6 +137,7 @@ static inline void encoder_watch_rest(encoder_watch_t *watch)
     watch->waited = 0u;
     watch->of_a_phase = 0u;
     watch->elsewhere = 0u;
+    watch->confirmed = 0u;
 }
 
 /* A window that nobody judges ends: the next begins with this current [A]. */

@@ -93,7 +93,8 @@ typedef struct {
     float limit;       /* of |i_q|, in force [A] */
     float omega_m;     /* of the shaft as it is believed, mechanical [rad/s] */
     float omega_m_ref; /* [rad/s] */
-    bool believed;     /* the speed is that of a sensor: a runaway is judged */
+    bool believed;     /* the speed is that of a sensor: a runaway is judged ... */
+    bool confirmed;    /* ... unless the back-EMF stands where that sensor puts the rotor */
     bool asked;        /* a speed is asked for, not a current */
 } motion_watch_input_t;
 

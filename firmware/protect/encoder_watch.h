@@ -24,7 +24,7 @@
  * omega_least of volt seconds, and three judgements at least: the larger the EMF, the less an error of the
  * voltage can do. A judgement without the sign halves them. While the EMF is doubtful, for a wire or a
  * current sensor may be wrong, or what it has beside psi_f omega lies along the axis of one phase, as that of
- * an open wire or switch does, and stays there within 6 degrees, the judgement waits for ENCODER_WATCH_WAIT
+ * an open wire or switch does, and stays there within 6 degrees and what noise turns it, the judgement waits for ENCODER_WATCH_WAIT
  * in all until a judgement without the sign: what it has seen stays. Below omega_least the EMF is not judged:
  * there it drowns in dead time and R i, and in a winding of large inductance in the noise of the current:
  * where three standard deviations of the mean of two windows, 3 sqrt(2) L n_i/(2 T_j), are more than psi_f

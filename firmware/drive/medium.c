@@ -33,8 +33,8 @@ static bool is_caught(const medium_t *medium, const window_t *window)
            !bounds_within(catching->cross, catching->cross_min) && catching->length <= most;
 }
 
-/* Does the EMF confirm the speed? A loop that tracks the rotor has it on its q axis, with its length. The
- * encoder needs no confirmation. */
+/* Does the EMF confirm the speed? A loop that tracks the rotor has it on its q axis, with its length, but for
+ * a relock, whose loop was off the rotor when it began. The encoder needs no confirmation. */
 static bool is_confirmed(const medium_t *medium, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
@@ -44,7 +44,7 @@ static bool is_confirmed(const medium_t *medium, const window_t *window)
     if (m->tracking == 0u) {
         return is_caught(medium, window);
     }
-    return m->lock.projection >= CONFIRMED_LEAST * m->lock.expected &&
+    return m->now != (int32_t)MANOEUVRE_RELOCK && m->lock.projection >= CONFIRMED_LEAST * m->lock.expected &&
            m->lock.projection <= CONFIRMED_MOST * m->lock.expected;
 }
 

@@ -81,9 +81,9 @@ const rule_t rules[RULES] = {
                       {PARAM_feedforward_cutoff, MORE_HELPS},
                       {PARAM_lag_compensation, IS_READ}}},
     [RULE_REACH] = {"observer_gain >= 1.1 times the largest EMF, motor_flux_linkage motor_pole_pairs "
-                    "overspeed_trip, of a salient rotor with the flux that mtpa adds at "
-                    "current_limit, motor_inductance_q and motor_inductance_d",
-                    8,
+                    "overspeed_trip, of a salient rotor with the flux that mtpa and "
+                    "field_weakening add at current_limit, motor_inductance_q and motor_inductance_d",
+                    10,
                     {{PARAM_observer_gain, MORE_HELPS},
                      {PARAM_motor_flux_linkage, LESS_HELPS},
                      {PARAM_overspeed_trip, LESS_HELPS},
@@ -91,7 +91,9 @@ const rule_t rules[RULES] = {
                      {PARAM_current_limit, LESS_HELPS},
                      {PARAM_motor_inductance_q, LESS_HELPS},
                      {PARAM_motor_inductance_d, MORE_HELPS},
-                     {PARAM_mtpa, LESS_HELPS}}},
+                     {PARAM_mtpa, LESS_HELPS},
+                     {PARAM_field_weakening, LESS_HELPS},
+                     {PARAM_dc_undervoltage, MORE_HELPS}}},
     [RULE_START] = {"start_current <= current_limit",
                     2,
                     {{PARAM_start_current, LESS_HELPS}, {PARAM_current_limit, MORE_HELPS}}},

@@ -166,8 +166,8 @@ static dq_t current_of(run_t *run, float i_d_wanted, float omega_e)
 {
     const bool salient_rotor = run->tuning.saliency > 0.0f;
     const float i_q = salient_rotor ? run->torque / run_torque(run) : run->torque;
-    const float free = i_d_wanted + unweakened(run, i_q, omega_e);
-    run->i_d = weakening_i_d(&run->weakening, run->torque, free, omega_e) - i_d_wanted;
+    const float full = i_d_wanted + unweakened(run, i_q, omega_e);
+    run->i_d = weakening_i_d(&run->weakening, run->torque, full, omega_e) - i_d_wanted;
     const float share = salient_rotor ? 1.0f / run_torque(run) : 1.0f;
     run->i_q_standing *= share;
     run->stiffness *= share;

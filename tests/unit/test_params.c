@@ -108,7 +108,7 @@ typedef struct {
     struct {
         const char *row;
         float value;
-    } given[3];
+    } given[4];
 } rule_t;
 
 /* The last value that is accepted and the first that is not, among rows that are given; the range that the
@@ -117,7 +117,7 @@ static void check_rule(const rule_t *rule)
 {
     const table_row_t *row = table_by_name(&params_table, rule->field);
     params_defaults(&params);
-    for (size_t n = 0; n < 3u && rule->given[n].row != NULL; n++) {
+    for (size_t n = 0; n < 4u && rule->given[n].row != NULL; n++) {
         table_set(table_by_name(&params_table, rule->given[n].row), &params, rule->given[n].value);
     }
     if (!isnan(rule->good)) {
@@ -141,21 +141,32 @@ static const rule_t between_rows[] = {
     /* turned off before the other switch turns on */
     {"turn_off_delay", 2.4e-6f, 2.6e-6f, 0.0f, 2.5e-6f, {{"dead_time", 2e-6f}, {"turn_on_delay", 0.5e-6f}}},
     {"motor_pole_pairs", 4.0f, 5.0f, 1.0f, 4.0f, {{"encoder_lines", 256.0f}}},
-    /* 0.5 rad/(4 pole pairs x 100 us). The observer must be able to follow: 1.1 x 0.183 Wb x 4 x 1250
-     * rad/s = 1006.5 V, slope by its rule. Down to estimate_speed_min, or to where 0.3 of it, the largest
+    /* 0.5 rad/(4 pole pairs x 100 us), of a motor of 0.05 Wb that does not charge the link. The observer
+     * reaches its EMF, slope by its rule. Down to estimate_speed_min, or to where 0.3 of it, the largest
      * hand-over by rule, is a start_speed that is not. */
     {"overspeed_trip",
      1249.0f,
      1251.0f,
      3.0f,
      1250.0f,
-     {{"observer_gain", 1010.0f}, {"observer_slope", 0.19f}}},
+     {{"observer_gain", 1010.0f}, {"observer_slope", 0.19f}, {"motor_flux_linkage", 0.05f}}},
     {"overspeed_trip",
      1249.0f,
      1251.0f,
      8.0f / 0.3f,
      1250.0f,
-     {{"observer_gain", 1010.0f}, {"observer_slope", 0.19f}, {"start_speed", 8.0f}}},
+     {{"observer_gain", 1010.0f},
+      {"observer_slope", 0.19f},
+      {"start_speed", 8.0f},
+      {"motor_flux_linkage", 0.05f}}},
+    /* the board's link stands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; what the observer reaches is more
+     */
+    {"overspeed_trip",
+     354.8f,
+     355.1f,
+     3.0f,
+     BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) / (1.7320508f * 0.183f * 4.0f),
+     {{"observer_gain", 295.0f}}},
     /* a sample of half the winding's time constant: 12.5 mH/(2 x 100 us) = 62.5 ohm, 0.5 of the devices
      */
     {"motor_resistance", 61.9f, 62.1f, 1e-3f, 62.0f, {{"device_resistance", 0.5f}}},

@@ -258,7 +258,7 @@ class FaultTest(unittest.TestCase):
     def test_until_fault_finds_a_fault_of_the_step_itself(self, sensors):
         # 10 mA as the trip limit: the very next sample of a motor under load is above it.
         _, _, text, where, why = session(
-            "period 10000", "set variable app->drive.fast.trips.tuning.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault",
+            "period 10000", "set variable app->drive.tunings[app->drive.in_force].fast.guard.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault",
             "where-time", "why", arguments=("30000", *sensors)
         )
         self.assertEqual(place(where)[0], 10000)
@@ -272,7 +272,7 @@ class FaultTest(unittest.TestCase):
         closes = end_of_window(CALIBRATION - 1) - 1
         shown = math.ceil(closes + INTERRUPT + MEDIUM + INTERRUPT)
         _, _, text, where, why = session(
-            "period 100", "set variable app->drive.fast.measure.tuning.offset_max = 0.0f", "until-fault", "where-time", "why"
+            "period 100", "set variable app->drive.tunings[app->drive.in_force].fast.measure.offset_max = 0.0f", "until-fault", "where-time", "why"
         )
         self.assertEqual(place(where)[0], shown)
         self.assertTrue(text.startswith("fault 27, current_offset, by show_fault < drive_step\n"), text)
@@ -296,7 +296,7 @@ class FaultTest(unittest.TestCase):
         # The DC link is made to look too high after the trip: the next two samples open the row, and the medium task has it at
         # the end of their window, which begins with period 2000.
         _, _, _, why = session(
-            "until-fault", "set variable app->drive.fast.trips.tuning.limit[FAULT_LIMIT_DC_OVERVOLTAGE] = 1.0f", "period 2010",
+            "until-fault", "set variable app->drive.tunings[app->drive.in_force].fast.guard.limit[FAULT_LIMIT_DC_OVERVOLTAGE] = 1.0f", "period 2010",
             "why", arguments=("30000", "2000"),
         )
         self.assertIn("fault 20, module_fault", why)
@@ -318,7 +318,7 @@ class FaultTest(unittest.TestCase):
     def test_why_shows_the_last_periods_before_a_fault_of_the_step(self):
         _, before, _, _, why, again = session(
             "period 10000", "print app->drive.fast.measure.measured.current_abc.b",
-            "set variable app->drive.fast.trips.tuning.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault", "why",
+            "set variable app->drive.tunings[app->drive.in_force].fast.guard.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault", "why",
             "print app->drive.fast.measure.measured.current_abc.b",
         )
         shown, kept, columns = self.history(why)
@@ -346,7 +346,7 @@ class FaultTest(unittest.TestCase):
 
     def test_why_shows_what_there_is_of_an_early_fault(self):
         _, _, _, why = session(
-            "period 2", "set variable app->drive.fast.trips.tuning.limit[FAULT_LIMIT_DC_OVERVOLTAGE] = 1.0f", "until-fault", "why"
+            "period 2", "set variable app->drive.tunings[app->drive.in_force].fast.guard.limit[FAULT_LIMIT_DC_OVERVOLTAGE] = 1.0f", "until-fault", "why"
         )
         shown, kept, columns = self.history(why)  # two in a row: the fourth period
         self.assertEqual((shown, kept), (4, 4))
@@ -355,7 +355,7 @@ class FaultTest(unittest.TestCase):
     def test_why_names_a_warning_that_holds(self):
         # From 0.1 s after the heat sink, at 40 degC, has come above it.
         _, _, _, before, _, why, drive = session(
-            "period 8000", "set variable app->drive.medium.guard.tuning.limit[FAULT_LIMIT_SINK_WARM] = 30.0f", "period 8999", "why",
+            "period 8000", "set variable app->drive.tunings[app->drive.in_force].medium.guard.limit[FAULT_LIMIT_SINK_WARM] = 30.0f", "period 8999", "why",
             "period 9017", "why", "drive",
         )
         self.assertEqual(before, "nothing is wrong: the drive is in operation_enabled")
@@ -369,7 +369,7 @@ class FaultTest(unittest.TestCase):
     def test_why_names_a_refusal(self):
         _, why = session("period 100", "why")
         self.assertIn("refusal 1, not_ready: the current offsets are still being measured", why)
-        self.assertIn("remedy: wait until the state is ready", why)
+        self.assertIn("remedy: wait; it takes a tenth of a second with the bridge off", why)
 
     def test_why_says_when_nothing_is_wrong(self):
         _, why = session("period 8000", "why")
@@ -478,7 +478,7 @@ class LookTest(unittest.TestCase):
         self.assertRegex(command, r"= duty \(a 0\.\d+, b 0\.\d+, c 0\.\d+\), gates keep$")
         self.assertIn("state = fault, refusal = fault_present, fault_reason = module_fault, stop_reason = none, fault_present = none, faults_later = none,", sequence)
         self.assertIn("{enable = on, fault_reset = no, mode = speed,", requests)
-        self.assertIn("opens = none, state = fault, fault_reason = module_fault, fault = {", drive)
+        self.assertIn("opens = none, state = fault, manoeuvre = ramp, fault_reason = module_fault, fault = {", drive)
         self.assertIn("now = ramp, sensorless = 1, ", drive)
         self.assertIn("fault = {reason = module_fault, period = 8000,", drive)
         self.assertIn("current = (alpha ", drive)

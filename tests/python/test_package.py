@@ -187,13 +187,14 @@ class TheRig(unittest.TestCase):
 
     def test_a_salient_motor_is_refused_without_an_encoder_and_taken_with_one(self):
         with lagless.Rig() as rig:
+            rig.set(mtpa="off")
             before = rig.hash
-            with self.assertRaisesRegex(lagless.Error, r"motor_inductance_q = 0\.0121 H: accepted .* to 0\.012 H \(motor_inductance_q <= 1\.2 "
+            with self.assertRaisesRegex(lagless.Error, r"motor_inductance_q = 0\.041 H: accepted .* to 0\.04 H \(motor_inductance_q <= 4 "
                                                        r"motor_inductance_d .*use an encoder\); with motor_inductance_d = 0\.01 H"):
-                rig.set(motor_inductance_d=0.01, motor_inductance_q=0.0121)
+                rig.set(motor_inductance_d=0.01, motor_inductance_q=0.041)
             self.assertEqual(rig.hash, before)
-            rig.set(motor_inductance_d=0.01, motor_inductance_q=0.0119)
-            rig.set(motor_inductance_q=0.0121, position_source="encoder")
+            rig.set(motor_inductance_d=0.01, motor_inductance_q=0.0399)
+            rig.set(motor_inductance_q=0.041, position_source="encoder")
             with self.assertRaisesRegex(lagless.Error, "motor_inductance_q"):
                 rig.set(position_source="sensorless")
 

@@ -10,6 +10,7 @@
 #include "tests/rig/start.h"
 
 #define CURRENT_MOST 25.0 /* [A] */
+#define UNLOADED     0.15 /* [s] until the current of a wrong angle lets the least EMF be judged */
 
 /* ---- the faults ---- */
 
@@ -129,7 +130,10 @@ static void under_way(start_shaft_t shaft, fault_t fault, double rpm, double loa
         worst->stalled++;
     } else {
         TEST_ASSERT_TRUE_MESSAGE(is_of_encoder(seen.fault) || told_by_currents(seen.fault), where);
-        TEST_ASSERT_TRUE_MESSAGE(time <= fmax(20e-3, third), where);
+        /* Without a load hardly a current flows, and only twice the least EMF is judged: below its speed the
+         * sign comes with the current that the wrong angle makes, 115 +- 6 ms later over 16 runs. */
+        const double most = load == 0.0 && fabs(rpm) < 300.0 ? UNLOADED : fmax(20e-3, third);
+        TEST_ASSERT_TRUE_MESSAGE(time <= most, where);
         start_raise(&worst->time, time);
     }
     TEST_ASSERT_TRUE_MESSAGE(seen.peak <= CURRENT_MOST, where);

@@ -69,7 +69,8 @@ static void expect_at_most(double limit, double value, const char *what)
 
 /* Limits of a point, with 0 N m and under load [mrad]: over 18 seeds in both directions, of both fidelities
  * where a test has both, the mean and four standard deviations of a magnitude, or four rms where that is
- * more; and no less than the worst of 5 seeds on both boards, times 1.3. */
+ * more; and no less than the worst of 5 seeds on both boards, times 1.3. Peaks have a longer tail than that:
+ * at 50 r/min without load 60 runs have 10.6 +- 1.4 mrad, two of them 15.4 and 17.0. */
 typedef struct {
     double rpm;
     double mean[2], sd[2], peak[2];
@@ -172,7 +173,7 @@ static void expect_slow(const limits_t *limits, double fidelity, uint32_t point)
 /* Switched, all of it: docs/accuracy.md has these numbers. */
 static void test_50_rpm_is_held(void)
 {
-    static const limits_t slow = {50.0, {1.05, 4.7}, {4.0, 7.2}, {15.1, 48.4}};
+    static const limits_t slow = {50.0, {1.05, 4.7}, {4.0, 7.2}, {19.0, 48.4}};
     for (uint32_t point = 0; point < 4u; point++) {
         expect_slow(&slow, SWITCHED, point);
     }

@@ -141,9 +141,11 @@ typedef struct {
     bool settled;                         /* flux linkage and trim have found what they look for */
 } stretch_t;
 
-#define LENGTH     200u /* [periods] of a stretch */
-#define STRETCHES  6u
-#define EXTRA      0.06 /* [A] by which sensor a is off since it was calibrated, less than MEASURE_MOVED */
+#define LENGTH    200u /* [periods] of a stretch */
+#define STRETCHES 6u
+#define EXTRA                                                                                                \
+    (0.003 * (double)DRIVE_CURRENT_RANGE) /* [A] by which sensor a is off since it was calibrated, below     \
+                                             MEASURE_MOVED */
 #define FLUX       0.183
 #define ENCODER_N  10000.0
 #define POLE_PAIRS 4.0

@@ -523,6 +523,7 @@ static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
 {
     params.motor_inductance_q = 20e-3f;
     params.motor_inductance_d = 10e-3f;
+    params.position_source = POSITION_ENCODER; /* the fixed-point twin takes no such rotor without one */
     params.motor_flux_linkage = 0.1f;
     params.motor_inertia = 0.01f;
     params.current_limit = 10.0f;

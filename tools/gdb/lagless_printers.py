@@ -199,6 +199,7 @@ LINES = {
 FIELDS = {
     "drive_t": {
         "state": lambda v: choice("signals_table", "state", v),
+        "manoeuvre": lambda v: choice("signals_table", "manoeuvre", v),
         "fault_reason": reason_name,
         "opens": reason_name,
     },

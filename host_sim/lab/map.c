@@ -56,7 +56,7 @@ static const deviation_t deviations[MAP_DEVIATIONS] = {
     [MAP_DEAD_TIME_HIGH] = {"dead time +0.5 us", false, {{"params.turn_on_delay", 1.0, 0.5e-6}}},
     [MAP_OFFSET] = {"offset 50 mA", false, {{"plant.current_offset_a", 0.0, 0.05}}},
     [MAP_NOISE] = {"noise 20 mA", false, {{"plant.current_noise", 0.0, 0.02}}},
-    [MAP_HARMONICS] = {"EMF 5th 3 %, 7th 2 %",
+    [MAP_HARMONICS] = {"EMF 5th 3 % and 7th 2 %",
                        false,
                        {{"plant.emf_5th", 0.0, 0.03}, {"plant.emf_7th", 0.0, 0.02}}},
     [MAP_LEG] = {"leg a +0.5 V", false, {{"plant.leg_a_drop", 0.0, 0.5}}},

@@ -298,13 +298,14 @@ static void test_a_broken_wire_is_reported_within_a_turn_in_which_current_is_ask
     TEST_ASSERT_EQUAL_UINT32(rig_row_by_name("fault_reason")->id, result.row);
 }
 
+/* A reason counts once it has stayed for two windows. */
 static void latch(int32_t reason)
 {
     gates(false);
     *slot("state") = (uint32_t)DRIVE_FAULT;
     *slot("fault_reason") = (uint32_t)reason;
     *slot("refusal") = (uint32_t)REASON_FAULT_LATCHED;
-    pass(PERIOD);
+    pass((2.0 * DRIVE_WINDOW + 1.0) * PERIOD);
 }
 
 static void test_a_reason_that_has_not_happened_is_a_violation(void)
@@ -318,6 +319,23 @@ static void test_a_reason_that_has_not_happened_is_a_violation(void)
         latch(untrue[n]);
         expect_violated(CAMPAIGN_I_REASON_TRUE);
     }
+}
+
+/* The window that follows may name anew what one period of the fast task has named. */
+static void test_a_reason_that_is_named_anew_within_two_windows_is_not_judged(void)
+{
+    judge_anew("open_phase_b", 1.0);
+    gates(false);
+    *slot("state") = (uint32_t)DRIVE_FAULT;
+    *slot("refusal") = (uint32_t)REASON_FAULT_LATCHED;
+    *slot("fault_reason") = (uint32_t)REASON_OVERCURRENT;
+    pass(2.0 * DRIVE_WINDOW * PERIOD);
+    *slot("fault_reason") = (uint32_t)REASON_PHASE_LOSS;
+    pass(1.0);
+    expect_held();
+    judge_anew("open_phase_b", 1.0);
+    latch(REASON_OVERCURRENT);
+    expect_violated(CAMPAIGN_I_REASON_TRUE);
 }
 
 static void test_a_reason_that_has_happened_is_none(void)

@@ -139,12 +139,13 @@ static void follow_speed(run_t *run, float omega_m, limits_t limits)
 {
     const float kp = run->speed.pi.tuning.kp;
     float standing = speed_control_standing(&run->speed, run->omega_m_ref);
+    limits_t narrow = limits;
     if (run->tuning.slew > 0.0f) {
         const limits_t slewed = grown(run);
-        limits = (limits_t){within(limits, slewed.lower), within(limits, slewed.upper)};
+        narrow = (limits_t){within(limits, slewed.lower), within(limits, slewed.upper)};
         standing = within(slewed, standing - kp * omega_m) + kp * omega_m;
     }
-    run->torque = speed_control_step(&run->speed, run->omega_m_ref, omega_m, limits.lower, limits.upper);
+    run->torque = speed_control_step(&run->speed, run->omega_m_ref, omega_m, narrow.lower, narrow.upper);
     run->i_q_standing = standing;
     run->stiffness = kp;
 }

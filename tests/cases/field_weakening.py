@@ -185,10 +185,10 @@ class FieldWeakening(unittest.TestCase):
                 self.assertLess(seen["current"], 1.08, seen)
                 self.assertLess(seen["up"], 30.0, seen)
                 self.assertLess(seen["down"], 75.0, seen)
+                arrives = 1.0 + 1.04 * motor.time(0.3 * motor.base, motor.top)
                 # A9: between 1.5 and 2.9 times the base speed, torque and voltage
                 for times in (1.5, 2.0, 2.9) if ratio > 1 else (1.5, 2.0):
-                    near = [row for row in rows if row[0] > 1.0 and row[0] < 1.0 + 1.04 * motor.time(0.3 * motor.base, motor.top) and
-                            abs(row[1] - times * motor.base) < 0.04 * motor.base]
+                    near = [row for row in rows if 1.0 < row[0] < arrives and abs(row[1] - times * motor.base) < 0.04 * motor.base]
                     torque, best = mean(column(near, "true_torque")), motor.most(mean(column(near, "true_omega_m")))
                     self.assertLess(abs(torque - best), 0.01 * best, (times, torque, best))
                     voltage = mean(list(map(math.hypot, column(near, "u_d_ref"), column(near, "u_q_ref"))))

@@ -176,13 +176,18 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
 
 static run_wish_t wish(const medium_t *medium, const requests_t *requests)
 {
-    run_wish_t wish = {RUN_SPEED, requests->speed_request, {requests->i_d_request, requests->i_q_request}};
+    run_wish_t wish = {RUN_SPEED,
+                       requests->speed_request,
+                       {requests->i_d_request, requests->i_q_request},
+                       requests->torque_request};
     if (medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON) {
         wish.mode = RUN_ZERO;
     } else if (medium->sequence.state == (int32_t)DRIVE_QUICK_STOP) {
         wish.mode = RUN_STOP;
     } else if (requests->mode == (int32_t)MODE_CURRENT) {
         wish.mode = RUN_CURRENT;
+    } else if (requests->mode == (int32_t)MODE_TORQUE) {
+        wish.mode = RUN_TORQUE;
     }
     return wish;
 }
@@ -225,6 +230,7 @@ static void manoeuvre(medium_t *medium, const window_t *window, const requests_t
     const manoeuvres_input_t input = medium_manoeuvres_input(medium, window, wish(medium, requests));
     const uint32_t tracked = m->tracking;
     run_limit(&m->run, window->lower, window->upper);
+    run_look(&m->run, window->measured.u_dc, m->limits.pole_pairs * window->omega_m, window->voltage);
     manoeuvres_step(m, &input, setpoint);
     if (tracked == 0u && m->tracking != 0u) {
         flux_reset(&medium->flux, input.estimate->omega_smooth);
@@ -282,7 +288,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->jump = (int32_t)at_a_jump(medium, window);
     setpoint->jump_periods = MANOEUVRE_CATCH_PERIODS;
     setpoint->dither =
-        manoeuvres_steady(&medium->manoeuvres) ? medium->inductance.dither : (dq_t){0.0f, 0.0f};
+        manoeuvres_dithers(&medium->manoeuvres) ? medium->inductance.dither : (dq_t){0.0f, 0.0f};
     const float room = run_room(&medium->manoeuvres.run); /* beside what a hand-over has left of i_d */
     setpoint->current_limit = room < medium->thermal.limit ? room : medium->thermal.limit;
     setpoint->only_brakes =

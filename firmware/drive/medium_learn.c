@@ -149,7 +149,7 @@ static void learn_inductance(medium_t *medium, const window_t *window)
     if (!(medium->inductance.tuning.rate > 0.0f)) {
         return;
     }
-    if (!manoeuvres_steady(&medium->manoeuvres)) {
+    if (!manoeuvres_dithers(&medium->manoeuvres)) {
         inductance_rest(&medium->inductance);
         return;
     }

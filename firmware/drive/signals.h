@@ -124,6 +124,12 @@
     F(2096, speed_calm, medium.manoeuvres.run.calm, "-",                                                     \
       "factor on the bandwidth of the speed control; below 1: it oscillated and was slowed down")            \
     F(2094, dc_swing, medium.link.ripple, "V", "DC link in the last 20 ms: largest less smallest")           \
+    F(2097, torque_current, medium.manoeuvres.run.torque, "A",                                               \
+      "torque reference as a current of psi_f, before heat and DC link")                                     \
+    U(2098, field_weakened, medium.manoeuvres.run.weakening.weakens, "-",                                    \
+      "1: i_d is below that of the torque, because the DC link ends")                                        \
+    F(2099, voltage_trim, medium.manoeuvres.run.weakening.trim, "-",                                         \
+      "by which field weakening corrects the voltage that the motor's data make")                            \
     U(2095, coasting, medium.coasting, "-", "1: bridge off until the lost supply is back")                   \
     F(2068, encoder_theta_e, fast.shaft.position.theta_e, "rad", "electrical angle of the encoder at t_k")   \
     F(2069, encoder_omega_e, fast.shaft.position.omega_e, "rad/s", "electrical speed of the encoder")

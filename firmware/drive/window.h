@@ -80,6 +80,7 @@ typedef struct {
     float omega_m;      /* [rad/s] mechanical, of the rotor */
     dq_t current;       /* in the frame [A] */
     dq_t reference;     /* what control asks for [A] */
+    dq_t voltage;       /* likewise [V] */
     float omega_m_ref;  /* speed reference in force [rad/s] */
     float lower, upper; /* limits of i_q in force [A] */
     window_link_t link;

@@ -612,7 +612,7 @@ static void test_wish_for_a_current_starts_in_its_direction(void)
     for (int way = -1; way <= 1; way += 2) {
         setUp();
         make_heavy();
-        wish = (run_wish_t){RUN_CURRENT, 77.0f, {0.5f, (float)way * 3.0f}};
+        wish = (run_wish_t){RUN_CURRENT, 77.0f, {0.5f, (float)way * 3.0f}, 0.0f};
         begin();
         (void)steps_until(MANOEUVRE_RUN, 5.0);
         windows(2u); /* the setpoint acts, and is reached */

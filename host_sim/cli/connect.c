@@ -407,7 +407,7 @@ int command_connect(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         {"json", 'j', NULL, 0, "one JSON object a line of the script", 0},
-        {"keep-going", 'k', NULL, 0, "go on after a line that failed; the exit code tells it all the same",
+        {"keep-going", 'k', NULL, 0, "go on after a line that failed; the exit code is 1 nevertheless",
          0},
         ARGUMENTS_FORCE,
         {0}};

@@ -430,7 +430,7 @@ static bool await_start(session_t *session)
     if (!connect_get_named(session, "refusal", &refusal) || !connect_set_choice(session, "enable", "off")) {
         return false;
     }
-    return fail_reason(session, "go: the bridge did not come on, and is told to be off again",
+    return fail_reason(session, "go: the bridge did not come on; enable is off again",
                        (int32_t)refusal);
 }
 

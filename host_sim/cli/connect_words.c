@@ -56,7 +56,7 @@ const table_row_t *connect_row(session_t *session, const char *name)
     const char *near = names_found(&search);
     if (rig_row_by_name(name) != NULL) {
         connect_fail(session,
-                     "%s: only the desk has it; a drive has parameters, requests, services and signals",
+                     "%s: only the simulation has this row; a drive has parameters, requests, services and signals",
                      name);
     } else {
         connect_fail(session, "%s: no such name%s%s; `params` and `signals` list them", name,

@@ -19,17 +19,17 @@ const cli_command_t cli_commands[] = {
     {"scope", command_scope, "a page in the browser that shows a drive at work and steers it"},
     {"scenarios", command_scenarios, "the scenarios that come with the program"},
     {"motors", command_motors, "the motors that come with the program, or one of them"},
-    {"tune", command_tune, "the rows that a motor asks for, each with its reason, and what will not work"},
+    {"tune", command_tune, "the parameters that a motor needs, each with its reason, and warnings of its limits"},
     {"params", command_params, "what can be set: parameters, requests, plant, rig"},
     {"signals", command_signals, "what can be seen: signals and the plant's truth"},
     {"explain", command_explain, "a fault, warning or refusal: what happened, what to do"},
     {"connect", command_connect,
      "talk to a drive over TCP or a serial line: run it, set and save parameters, record"},
-    {"map", command_map, "error of the sensorless angle over speed, load and wrong beliefs, judged"},
+    {"map", command_map, "error of the sensorless angle over speed, load and wrong motor data, judged"},
     {"campaign", command_campaign, "random runs by the thousand, each judged by what must always hold"},
     {"matrix", command_matrix, "every fault in every manoeuvre, and whether the drive does what it promises"},
     {"paper", command_paper, "the paper's figures measured again, judged against its numbers"},
-    {"bench", command_bench, "speed of the ring, cost of the interrupt and of the estimator"},
+    {"bench", command_bench, "speed of the simulation, cost of the interrupt and of the estimator"},
     {"reference", command_reference, "all tables as Markdown"},
     {"completion", command_completion, "shell completion, for `source`"},
     {"man", command_man, "the manual page"},
@@ -42,7 +42,7 @@ static void print_commands(FILE *to)
     for (size_t n = 0; n < cli_command_count; n++) {
         fprintf(to, "  %-11s %s\n", cli_commands[n].name, cli_commands[n].text);
     }
-    fprintf(to, "\n`lagless COMMAND --help` tells the options of each, `lagless man` all of them.\n");
+    fprintf(to, "\n`lagless COMMAND --help` lists the options of a command, `lagless man` those of all.\n");
 }
 
 /* Commands that there are no more, and what does it now. */

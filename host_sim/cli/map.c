@@ -26,7 +26,7 @@ typedef struct {
 
 /* What each claim of theory reads like. */
 static const char *const claims[MAP_CLAIMS] = {
-    [MAP_CLAIM_INDUCTANCE] = "L wrong: mean = nominal - asin(dL i_q/psi_f), dL = believed - true",
+    [MAP_CLAIM_INDUCTANCE] = "L wrong: mean = nominal - asin(dL i_q/psi_f), dL = configured - true",
     [MAP_CLAIM_NO_EFFECT] =
         "psi_f, R wrong, adaptation off: mean = nominal + asin(dR i_d/(omega psi_f)) +- a fifth",
     [MAP_CLAIM_LEARNT] = "L wrong, adaptation on and sure of what it learns: mean = nominal",
@@ -263,7 +263,7 @@ static void print_table(const options_t *options, const map_point_t *points, siz
     const map_setup_t *setup = &options->setup;
     char text[CONDITIONS_SIZE];
     printf("theta_hat - theta, electrical, in mrad: mean, standard deviation, peak; ! = not locked\n%s\n"
-           "off, on: without and with adaptation of what the drive believes\n",
+           "off, on: without and with adaptation of the motor data\n",
            conditions(options, text));
     for (size_t l = 0; l < setup->load_count; l++) {
         for (size_t s = 0; s < setup->speed_count; s++) {
@@ -464,7 +464,7 @@ int command_map(int argc, char **argv)
         {0},
     };
     static const char doc[] =
-        "Error of the sensorless angle over speed, load, direction and what the drive believes wrongly, "
+        "Error of the sensorless angle over speed, load, direction and wrong parameters of the drive, "
         "without "
         "and with adaptation; judged against theory, with a SCENARIO by what the drive promises: it keeps "
         "the rotor at "

@@ -307,9 +307,9 @@ int command_tune(int argc, char **argv)
     static const struct argp argp = {rows,
                                      parse_tune,
                                      "MOTOR",
-                                     "The rows of params and plant that a motor of the library or of a file "
-                                     "asks for, as TOML, each with its "
-                                     "reason; and on stderr what will not work.",
+                                     "The parameters (params, plant) that a motor of the library or of a file "
+                                     "needs, as TOML, each with its reason. Warnings of its limits go to "
+                                     "stderr.",
                                      NULL,
                                      NULL,
                                      NULL};

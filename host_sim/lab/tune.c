@@ -238,7 +238,7 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
             hypot(g->psi * g->p * g->speed + g->r * tune->current, g->p * g->speed * g->l_q * tune->current);
         warn(tune,
              "at %.0f r/min the EMF is %.4g V peak of a phase, with R I and omega L I %.4g V; %.4g V of link "
-             "give %.4g V: top speed %.0f r/min; %.0f V of link would do",
+             "give %.4g V: top speed %.0f r/min; a link of %.0f V is enough",
              g->speed / RPM, g->psi * g->p * g->speed, needed, g->link, g->voltage, g->reach / RPM,
              ceil(g->link * (needed + g->drop) / (g->voltage + g->drop)));
         g->speed = g->reach;
@@ -279,7 +279,7 @@ static void judge_winding(tune_t *tune, const given_t *g)
              (double)BOARD_CURRENT_RANGE);
     }
     if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
-        warn(tune, "a ripple of %.3g A would trip the check of the sensors' gain: current_judged is off",
+        warn(tune, "a ripple of %.3g A would trip the check of the current sensors' gain: current_judged is set to 0",
              g->ripple);
     }
     if (g->limit + 0.5 * g->ripple > g->trip) {
@@ -288,7 +288,7 @@ static void judge_winding(tune_t *tune, const given_t *g)
     }
     if (tau >= WINDING_LEAST * T_S && tau < 5.0 * T_S) {
         warn(tune,
-             "L/R is %.3g ms, %.3g periods of the control: it will be coarse; below 2 the drive refuses",
+             "L/R is %.3g ms, %.3g periods of the control: current control is coarse below 5, and the drive refuses below 2",
              1e3 * tau, tau / T_S);
     }
     if (tune->needs_encoder) {
@@ -303,7 +303,7 @@ static void judge_sensing(tune_t *tune, const given_t *g)
 {
     const double code = fabs((double)BOARD_CURRENT_PER_CODE);
     if (code > 0.004 * g->rated_current) {
-        warn(tune, "the ADC resolves %.3g mA, %.2g %% of the rated current: a range of +-%.3g A would do",
+        warn(tune, "the ADC resolves %.3g mA, %.2g %% of the rated current: a range of +-%.3g A is enough",
              1e3 * code, 100.0 * code / g->rated_current, 1.2 * TRIP_SHARE * g->limit);
     }
     const double dead = BOARD_DEAD_TIME_NS / 1e9 / T_S * g->over;
@@ -416,7 +416,7 @@ static void add_estimator(tune_t *tune, const given_t *g)
         ramp > 0.0 ? "[rad/s^2] of %.3g that the motor can: half a radian if J were not known (theory, 9)"
                    : "the current limit alone, %.3g rad/s^2: the loop follows",
         able);
-    add(tune, "quick_stop_ramp", ramp, "[rad/s^2] likewise");
+    add(tune, "quick_stop_ramp", ramp, "[rad/s^2] as speed_ramp");
 }
 
 static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
@@ -424,7 +424,7 @@ static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
     add(tune, "current_bandwidth", smaller(CURRENT_BANDWIDTH, most("current_bandwidth")),
         "[rad/s] 0.1 a period (theory, 15)");
     add(tune, "speed_kp", 0.0, "by motor_inertia, learnt, pll_bandwidth/14 fast (theory, 23)");
-    add(tune, "speed_ki", 0.0, "likewise, damping 0.87");
+    add(tune, "speed_ki", 0.0, "by motor_inertia, learnt, damping 0.87");
     const double lines = motor->has[MOTOR_LINES] ? motor->value[MOTOR_LINES] : 2500.0;
     if (256.0 * g->p > 4.0 * lines) {
         warn(tune, "an encoder of %.0f lines is too coarse for %.0f pole pairs: at least %.0f", lines, g->p,
@@ -436,7 +436,7 @@ static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
 
 static void add_plant(const motor_t *motor, tune_t *tune, const given_t *g)
 {
-    add(tune, "plant.pole_pairs", g->p, "of the motor, like all that follows");
+    add(tune, "plant.pole_pairs", g->p, "of the motor, as the following rows");
     add(tune, "plant.resistance", g->r, "[ohm]");
     add(tune, "plant.inductance_d", g->l_d, "[H]");
     add(tune, "plant.inductance_q", g->l_q, "[H]");

@@ -38,7 +38,7 @@ class Tutorial(TestCase):
     def run_live(self, command, shown):
         """Serve and scope run until they are stopped; ports and the token of the page are those that they choose."""
         if command[0] == "serve":
-            server, self.target = self.serve(*command[1:], "--port", "0")
+            _, self.target = self.serve(*[f"{self.folder}/{word}" if word.endswith(".toml") else word for word in command[1:]], "--port", "0")
             self.assertEqual("listening on 127.0.0.1:5555", shown)
             return
         self.assertEqual(["scope", "tcp://127.0.0.1:5555"], command)

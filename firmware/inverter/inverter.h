@@ -79,7 +79,7 @@ static inline void inverter_set_dead_time(inverter_t *inverter, const inverter_t
     inverter->compensated.volt_per_volt = tuning->gain * effective;
 }
 
-/* The nearest duty that the compare registers can hold: the observer then computes with the duty that acts. */
+/* The nearest duty that the compare registers can hold, so that the observer computes with what acts. */
 static inline float inverter_whole_counts(const inverter_tuning_t *tuning, float duty)
 {
     return (float)(int32_t)(duty * tuning->duty_counts + 0.5f) * tuning->per_count;

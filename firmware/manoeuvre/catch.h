@@ -14,9 +14,9 @@
  *     angle       where the EMF puts the d axis: it lies a quarter turn ahead of it, or behind in reverse;
  *                 the EMF low-passed in a frame that turns with its speed, and so without a lag
  *
- * It ends when the rotor has turned by 1 rad since its direction is known (4 ms at least), not earlier than 10
- * ms after its start; without a turning rotor at the caller's time-out. A voltage error that stands still is no rotor: of e x <e> there
- * must be 0.4 of what a rotor with this EMF makes.
+ * It ends when the rotor has turned by 1 rad since its direction is known (4 ms at least), not earlier than
+ * 10 ms after its start; without a turning rotor at the caller's time-out. A voltage error that stands still
+ * is no rotor: of e x <e> there must be 0.4 of what a rotor with this EMF makes.
  *
  * One step per T; the EMF is that of t_k, from the observer at the speed that catch_t has. Does not handle:
  * rotors so slow that their EMF drowns in the dead time's voltage at zero current (they count as

@@ -417,7 +417,8 @@ int command_bench(int argc, char **argv)
     static const char doc[] =
         "Speed of the simulation, cost of the interrupt and of a step of the estimator, median of 5 runs; "
         "instructions are counted where valgrind is installed.\vWith a SCENARIO (a TOML file, or a name of "
-        "`lagless scenarios`) it is the simulation with its motor, inverter, sensors and settings, from the end of "
+        "`lagless scenarios`) it is the simulation with its motor, inverter, sensors and settings, from the "
+        "end of "
         "the scenario on, where its drive has to be at work. Without one it is the paper's drive at 1000 "
         "r/min "
         "and 5 N m, and the estimator's worst case besides.";

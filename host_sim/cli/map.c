@@ -64,7 +64,7 @@ static void read_speeds(struct argp_state *state, const char *text, map_setup_t 
     qsort(setup->speeds, setup->speed_count, sizeof setup->speeds[0], ascending);
     for (size_t n = 1; n < setup->speed_count; n++) {
         if (setup->speeds[n] == setup->speeds[n - 1u]) {
-            argp_error(state, "--speeds %s: %g is there twice", text, setup->speeds[n]);
+            argp_error(state, "--speeds %s: %g is given twice; accepted once", text, setup->speeds[n]);
         }
     }
 }
@@ -92,7 +92,7 @@ static void check_line(struct argp_state *state, const options_t *options)
     }
     if (options->scenario != NULL && options->setup.ideal) {
         argp_error(state,
-                   "--ideal: not with a scenario, which says itself what its inverter and sensors are");
+                   "--ideal cannot be used with a scenario, which defines its inverter and sensors itself");
     }
 }
 
@@ -115,7 +115,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->scenario != NULL) {
-            argp_error(state, "%s: one scenario at a time", argument);
+            argp_error(state, "%s: a second scenario; accepted is one", argument);
         }
         options->scenario = argument;
         return 0;
@@ -457,7 +457,7 @@ int command_map(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         {"speeds", 'n', "LIST", 0, "r/min, separated by commas, each in both directions", 0},
-        {"adaptation", 'd', "WHICH", 0, "off, on, both (default): without or with what the drive learns", 0},
+        {"adaptation", 'd', "WHICH", 0, "off, on, both (default): without or with the drive's adaptation", 0},
         {"ideal", 'i', NULL, 0, "ideal inverter and sensors; deviations of the machine only", 0},
         {"averaged", 'a', NULL, 0, "mean voltages instead of every gate edge", 0},
         ARGUMENTS_OUTPUT("one JSON list of points on stdout", "write map.json and the picture map.png there"),

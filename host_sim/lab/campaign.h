@@ -212,7 +212,8 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
 #define CAMPAIGN_INVARIANTS(I)                                                                               \
     I(NUMBER, "number", 0.0, "-", "every signal is a finite number")                                         \
     I(CURRENT, "current", 1.2, "overcurrent_trip",                                                           \
-      "no true phase current exceeds this in three consecutive samples, 200 us, while a gate may be on; not " \
+      "no true phase current exceeds this in three consecutive samples, 200 us, while a gate may be on; "    \
+      "not "                                                                                                 \
       "checked after the load has driven the rotor beyond overspeed_trip")                                   \
     I(GATES, "gates", 1.0, "periods", "after a latched fault no gate is on once so many have passed")        \
     I(ANGLE, "angle", 0.8, "rad",                                                                            \
@@ -234,7 +235,7 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
       "the DC link is not higher, by more than its sensor errs, for three periods with a gate on")           \
     I(PERSIST, "persist", 10.0, "ms", "enable = on, bridge off and no refusal do not last so long")          \
     I(AWAY, "away", 0.1, "rated torque",                                                                     \
-      "without a fault the torque of a motor that runs does not drive away from the reference, by more "      \
+      "without a fault the torque of a motor that runs does not drive away from the reference, by more "     \
       "than that, for 100 ms or three time constants of a slower speed control, in both halves of which "    \
       "the speed gets further away; in a quick stop it does not drive at all for 100 ms")                    \
     I(REACH, "reach", 0.1, "rated speed",                                                                    \

@@ -279,7 +279,9 @@ static void judge_winding(tune_t *tune, const given_t *g)
              (double)BOARD_CURRENT_RANGE);
     }
     if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
-        warn(tune, "a ripple of %.3g A would trip the check of the current sensors' gain: current_judged is set to 0",
+        warn(tune,
+             "a ripple of %.3g A would trip the check of the current sensors' gain: current_judged is set to "
+             "0",
              g->ripple);
     }
     if (g->limit + 0.5 * g->ripple > g->trip) {
@@ -288,7 +290,8 @@ static void judge_winding(tune_t *tune, const given_t *g)
     }
     if (tau >= WINDING_LEAST * T_S && tau < 5.0 * T_S) {
         warn(tune,
-             "L/R is %.3g ms, %.3g periods of the control: current control is coarse below 5, and the drive refuses below 2",
+             "L/R is %.3g ms, %.3g periods of the control: current control is coarse below 5, and the drive "
+             "refuses below 2",
              1e3 * tau, tau / T_S);
     }
     if (tune->needs_encoder) {

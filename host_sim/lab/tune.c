@@ -177,13 +177,16 @@ static void take_link(const motor_t *motor, tune_t *tune, given_t *g)
     g->link = motor->has[MOTOR_LINK] ? motor->value[MOTOR_LINK] : nominal;
     if (g->link * LINK_ROOM > top) {
         const double lower = floor(top / LINK_ROOM);
-        warn(tune, "link of %.4g V: the board's trip ends at %.4g V, so %.4g V are taken", g->link, top,
-             lower);
+        warn(tune, "link_voltage %.4g V is too high: the board's trip ends at %.4g V; %.4g V is used instead",
+             g->link, top, lower);
         g->link = lower;
     }
     if (g->link * LINK_OVER < least("dc_overvoltage")) {
         const double higher = ceil(least("dc_overvoltage") / LINK_OVER);
-        warn(tune, "link of %.4g V: the board begins at %.4g V, which are taken", g->link, higher);
+        warn(tune,
+             "link_voltage %.4g V is too low for the board, which begins at %.4g V; this value is used "
+             "instead",
+             g->link, higher);
         g->link = higher;
     }
     g->over = smaller(four_digits(LINK_OVER * g->link), top);
@@ -216,8 +219,9 @@ static void take_current(tune_t *tune, given_t *g)
     g->trip = larger(g->trip, least("overcurrent_trip"));
     if (g->rated_current > 0.8 * g->limit) {
         warn(tune,
-             "rated current %.4g A peak: the board's limit is %.4g A of +-%.4g A, of which 0.8 are for the "
-             "load: %.4g N m of %.4g N m",
+             "rated current %.4g A peak exceeds 0.8 of the current limit %.4g A that a range of +-%.4g A "
+             "allows: "
+             "the load is limited to %.4g N m of %.4g N m",
              g->rated_current, g->limit, (double)BOARD_CURRENT_RANGE, tune->torque_top, g->rated_torque);
     }
 }
@@ -230,23 +234,27 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
     if (motor->has[MOTOR_SPEED]) {
         g->speed = motor->value[MOTOR_SPEED];
     } else {
-        warn(tune, "rated_speed is not given: 0.9 of what %.4g V reach under load, %.0f r/min, is taken",
-             g->link, g->speed / RPM);
+        warn(
+            tune,
+            "rated_speed is not given: 0.9 of the speed that %.4g V reach under load, %.0f r/min, is assumed",
+            g->link, g->speed / RPM);
     }
     if (g->speed > g->reach) {
         const double needed =
             hypot(g->psi * g->p * g->speed + g->r * tune->current, g->p * g->speed * g->l_q * tune->current);
         warn(tune,
-             "at %.0f r/min the EMF is %.4g V peak of a phase, with R I and omega L I %.4g V; %.4g V of link "
-             "give %.4g V: top speed %.0f r/min; a link of %.0f V is enough",
+             "at %.0f r/min the EMF is %.4g V peak of a phase, with R I and omega L I %.4g V; a link of %.4g "
+             "V "
+             "gives %.4g V: top speed %.0f r/min; a link of %.0f V is enough",
              g->speed / RPM, g->psi * g->p * g->speed, needed, g->link, g->voltage, g->reach / RPM,
              ceil(g->link * (needed + g->drop) / (g->voltage + g->drop)));
         g->speed = g->reach;
     }
     if (g->speed > cap) {
         warn(tune,
-             "at %.0f r/min the rotor turns by %.2g rad electrical in a period of %.4g us: %.2g rad are "
-             "good, top speed %.0f r/min",
+             "at %.0f r/min the rotor turns by %.2g rad electrical in a period of %.4g us; the limit is %.2g "
+             "rad, "
+             "so the top speed is %.0f r/min",
              g->speed / RPM, g->speed * g->p * T_S, 1e6 * T_S, TURN_GOOD, cap / RPM);
         g->speed = cap;
     }
@@ -314,7 +322,8 @@ static void judge_sensing(tune_t *tune, const given_t *g)
     const double needed = g->handover;
     if (needed > HANDOVER_SHARE * g->speed) {
         warn(tune,
-             "dead time (%.3g V) and R I of the start (%.3g V) are the EMF of %.0f r/min, %.0f %% of the top "
+             "dead time (%.3g V) and R I of the start (%.3g V) equal the EMF of %.0f r/min, %.0f %% of the "
+             "top "
              "speed: the frame is forced up to %.0f r/min on the way up (handover_speed), and below %.0f "
              "r/min "
              "on the way down (fallback_speed)",
@@ -345,9 +354,9 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
 {
     add(tune, "current_limit", g->limit, "[A] %s: starts (theory, 23)",
         g->resistive ? "R I half of the link's voltage, at least 1.3 of the rated current"
-                     : "twice the rated current, as far as the board goes");
+                     : "twice the rated current, limited by the board");
     add(tune, "start_current", g->start < g->limit ? g->start : 0.0, "%s",
-        g->by_module ? "[A] what a leg of the board's module stands while the rotor is aligned"
+        g->by_module ? "[A] continuous current of a leg of the board's module, while the rotor is aligned"
         : g->start < g->limit
             ? "[A] 0.8 psi_f/(L_q - L_d): from there on a salient rotor does not rest on it (theory, 30)"
             : "current_limit (theory, 23)");
@@ -470,7 +479,7 @@ static bool accepted(const tune_t *tune, scenario_error_t *error)
     good = good && rig_apply(rig);
     if (!good) {
         (void)scenario_fail(error, (scenario_place_t){0u, 0u}, "motor",
-                            "the drive on this board can not run it: %.500s", rig_error(rig));
+                            "the drive on this board cannot run this motor: %.500s", rig_error(rig));
     }
     rig_free(rig);
     return good;

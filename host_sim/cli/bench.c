@@ -56,7 +56,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->scenario != NULL) {
-            argp_error(state, "%s: one scenario at a time", argument);
+            argp_error(state, "%s: a second scenario; accepted is one", argument);
         }
         options->scenario = argument;
         return 0;

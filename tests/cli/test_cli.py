@@ -200,7 +200,7 @@ class CommandLine(TestCase):
         self.assertEqual(1, done.stdout.count("nominal   "))
         self.assertRegex(done.stderr, r"^\d+ points in [\d.]+ s\n$")  # a pipe gets no bar
         self.refuses((["map", path, "--speeds", "700,2500"], path + ": ", "speed_request", "2500 r/min"),
-                     (["map", path, "--ideal"], "--ideal", "not with a scenario"), (["map", path, path], "one scenario at a time"))
+                     (["map", path, "--ideal"], "--ideal", "cannot be used with a scenario"), (["map", path, path], "a second scenario; accepted is one"))
         for line, place, *fragments in (
                 ('[[at]]\ntime = 0.5\nrequests.speed_request = "5 r/min"\n', ":13:", "speed_request", "5 r/min; a map accepts 10 r/min or more"),
                 ("plant.load_torqe = 3\n", ":14:", "load_torqe", "nearest: load_torque")):
@@ -371,7 +371,7 @@ class CommandLine(TestCase):
                 (["run", path, "--out", self.folder, "--format", "xml"], "csv, mat, vcd"),
                 (["run", path, "--out", self.folder, "--every", "0"], "whole numbers 1 to"),
                 (["run", path, "--out", self.folder, "--format", "vcd", "--set", "fidelity=averaged"], "switched"),
-                (["run", path, path], "one scenario at a time"), (["explain", "overcurent"], "did you mean overcurrent?"),
+                (["run", path, path], "a second scenario; accepted is one"), (["explain", "overcurent"], "did you mean overcurrent?"),
                 (["explain", "999"], "no such reason"), (["completion", "tcsh"], "bash"), (["params", "x"], "no argument"),
                 (["campaign", "--runs", "0"], "1 to 1000000"), (["campaign", "--runs", "ten"], "accepted whole numbers"),
                 (["campaign", "--seed", "-1"], "accepted whole numbers"), (["campaign", "--seconds", "0.01"], "0.1 to 3600"),

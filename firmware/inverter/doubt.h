@@ -9,7 +9,7 @@
  *
  * with the smallest and the largest phase current, and the loss `leg` of one leg. The tracking loop coasts
  * meanwhile, and for as long as the EMF filter remembers it. Coasting needs a speed that stays, or large
- * currents whose torque the loop is told of, with a load that turns the rotor by little meanwhile, for nobody
+ * currents whose torque the loop receives, with a load that turns the rotor by little meanwhile, for nobody
  * knows whether it turns round with the speed; and with an inertia by which the speed has changed until now
  * as foreseen, but for a share that turns the rotor by little, too. Reasons: docs/theory.md, 13. Does not
  * handle: which leg it is. */
@@ -31,11 +31,11 @@
 #define DOUBT_DETECTOR     0.1f   /* [-] a loop with an error to work off shall work; noise is no error */
 #define DOUBT_SPEED_HEAVY                                                                                    \
     0.2f /* [-] of the speed that may be missing: further from it, nothing may be missed */
-#define DOUBT_SPEED_LIGHT    0.1f  /* [-] likewise, of a rotor that leaves its speed during one crossing */
+#define DOUBT_SPEED_LIGHT    0.1f  /* [-] the same for a rotor that leaves its speed during one crossing */
 #define DOUBT_TIME           5e-3f /* [s] that a crossing and its memory last at the speeds in question */
 #define DOUBT_TURN           0.02f /* [rad] by which no more may turn the rotor meanwhile than was foreseen */
-#define DOUBT_SHARE_FORESEEN 0.1f  /* [-] DOUBT_SHARE while the speed changes as the loop is told */
-#define DOUBT_SPEED_FORESEEN 3.0f  /* [rad/s] DOUBT_SPEED_STEADY likewise */
+#define DOUBT_SHARE_FORESEEN 0.1f  /* [-] DOUBT_SHARE while the speed changes as the loop expects */
+#define DOUBT_SPEED_FORESEEN 3.0f  /* [rad/s] DOUBT_SPEED_STEADY then */
 
 typedef struct {
     float current;           /* phase current below which a leg's loss is in doubt [A]; 0: never */

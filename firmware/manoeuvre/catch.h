@@ -14,13 +14,13 @@
  *     angle       where the EMF puts the d axis: it lies a quarter turn ahead of it, or behind in reverse;
  *                 the EMF low-passed in a frame that turns with its speed, and so without a lag
  *
- * It is over as soon as the rotor has turned by 1 rad since its direction is known, 4 ms, but not before 10
- * ms; else when the caller's periods are. A voltage error that stands still is no rotor: of e x <e> there
- * must be 0.4 of what a rotor with this EMF makes.
+ * It ends when the rotor has turned by 1 rad since its direction is known (4 ms at least), not earlier than
+ * 10 ms after its start; without a turning rotor at the caller's time-out. A voltage error that stands still
+ * is no rotor: of e x <e> there must be 0.4 of what a rotor with this EMF makes.
  *
  * One step per T; the EMF is that of t_k, from the observer at the speed that catch_t has. Does not handle:
- * rotors so slow that their EMF drowns in the dead time's voltage at zero current (they are told as
- * standing); such that turn faster than 5000 rad/s, whose <e> is next to nothing. */
+ * rotors so slow that their EMF drowns in the dead time's voltage at zero current (they count as
+ * standing); rotors that turn faster than 5000 rad/s, whose <e> is next to nothing. */
 #ifndef MANOEUVRE_CATCH_H
 #define MANOEUVRE_CATCH_H
 

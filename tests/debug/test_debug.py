@@ -430,7 +430,7 @@ class LookTest(unittest.TestCase):
         self.assertRegex(
             rows["position"], r"^theta_e -?\d+\.\d\d deg \(-?\d\.\d+ rad\), omega_e 2\d\d\S* rad/s \(\d+\.\d+ Hz\)$"
         )
-        self.assertRegex(rows["axis q"], r"^i \S+ A, reference \S+ A; u \S+ V, asked for \S+ V$")
+        self.assertRegex(rows["axis q"], r"^i \S+ A, reference \S+ A; u \S+ V, commanded \S+ V$")
         self.assertRegex(rows["DC link"], r"^31\d\.\d+ V$")
 
     def test_dead_time_follows_the_system_clock(self):

@@ -82,14 +82,26 @@ static inline void doubt_init(doubt_t *doubt)
     doubt->left = 0u;
 }
 
-/* true: the tracking loop shall coast over this period. Straight line; no division. Inline: most of the time
- * it ends with its first compare. */
+/* Is an EMF of this length [V] small beside the loss of a leg [V]? */
+static inline bool doubt_small(float amplitude, float leg)
+{
+    return amplitude < DOUBT_EMF * leg;
+}
+
+/* Is doubt_step() to be asked? Else, as most of the time, there is no doubt, and none to remember. */
+static inline bool doubt_may_be(const doubt_t *doubt, float amplitude, float leg)
+{
+    return doubt->left != 0u || doubt_small(amplitude, leg);
+}
+
+/* true: the tracking loop shall coast over this period. Straight line; no division. It changes nothing where
+ * doubt_may_be() is false. */
 static inline bool doubt_step(doubt_t *doubt, const doubt_tuning_t *tuning, const doubt_input_t *input)
 {
-    const bool small = input->amplitude < DOUBT_EMF * input->leg;
-    if (!small && doubt->left == 0u) {
-        return false; /* as most of the time: no doubt, and none to remember */
+    if (!doubt_may_be(doubt, input->amplitude, input->leg)) {
+        return false;
     }
+    const bool small = doubt_small(input->amplitude, input->leg);
     const abc_t phases = frames_inverse_clarke(input->current);
     const bounds_span_t span =
         bounds_span(bounds_magnitude(phases.a), bounds_magnitude(phases.b), bounds_magnitude(phases.c));

@@ -70,6 +70,7 @@ typedef struct {
     uint32_t periods;        /* [periods] so far */
     uint32_t wanted;         /* [periods] of the whole catch */
     uint32_t turning;        /* [-] 1: a rotor is seen turning */
+    uint32_t found;          /* [-] 1: a step has ended with CATCH_TURNING */
     uint32_t periods_beyond; /* [periods] without a break with an EMF that the link cannot hold */
 } catch_t;
 
@@ -92,14 +93,17 @@ void catch_enter(catch_t *catching, uint32_t periods, float omega_e);
 catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t emf, float length,
                            float voltage_max);
 
+/* Once a rotor is found: its EMF a period later, by its speed alone. */
+void catch_turn(catch_t *catching, const catch_tuning_t *tuning);
+
 /* The current to be held [A]: along phase a, or the d axis of a rotor that is seen. No division. */
 ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning);
 
 /* The voltage that holds this EMF [V] when it acts. */
 ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf);
 
-/* The rotor as it was caught: angle of the d axis [rad] and speed [rad/s] at t_k. */
-position_t catch_position(const catch_t *catching);
+/* The rotor as it was caught, at t_k. No division. */
+frame_t catch_rotor(const catch_t *catching);
 
 /* Length of the EMF that turns with it, the mean of some periods [V]. No division. */
 float catch_length(const catch_t *catching);

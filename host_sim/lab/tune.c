@@ -24,6 +24,8 @@
 #define LINK_UNDER        0.643         /* 200 V */
 #define LINK_ROOM         1.15          /* of the largest trip over the link, at least */
 #define SPEED_RESERVE     1.4           /* tests and defaults: 220 rad/s over 157 */
+#define SPEED_LEAST_TRIP  1.05          /* overspeed_trip over the top speed, at least */
+#define OPEN_SHARE        0.999         /* of the link that the board stands, an EMF with the bridge off */
 #define TURN_MOST         0.5           /* [rad] a period, the firmware's rule */
 #define TURN_GOOD         0.35          /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
 #define GAIN_RULE         1.75          /* 3 */
@@ -258,15 +260,27 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
              g->speed / RPM, g->speed * g->p * T_S, 1e6 * T_S, TURN_GOOD, cap / RPM);
         g->speed = cap;
     }
+    const double open = OPEN_SHARE * BOARD_OVERVOLTAGE_MAX_MV / 1e3 / (SQRT_3 * g->psi * g->p);
+    if (SPEED_LEAST_TRIP * g->speed > open) {
+        warn(
+            tune,
+            "at %.0f r/min the EMF between two phases is %.4g V, and the board's link stands %.4g V once the "
+            "bridge is off: top speed %.0f r/min",
+            g->speed / RPM, SQRT_3 * g->psi * g->p * g->speed, BOARD_OVERVOLTAGE_MAX_MV / 1e3,
+            open / SPEED_LEAST_TRIP / RPM);
+        g->speed = open / SPEED_LEAST_TRIP;
+    }
     g->speed = four_digits(g->speed);
     g->free = smaller(
         larger(motor->has[MOTOR_SPEED] ? motor->value[MOTOR_SPEED] : g->voltage / (g->psi * g->p), g->speed),
         larger(g->voltage / (g->psi * g->p), g->speed));
     g->overspeed = smaller(SPEED_RESERVE * g->speed, 0.999 * TURN_MOST / (g->p * T_S));
     if (motor->has[MOTOR_SPEED_MAX]) {
-        g->overspeed = smaller(g->overspeed, larger(motor->value[MOTOR_SPEED_MAX], 1.05 * g->speed));
+        g->overspeed =
+            smaller(g->overspeed, larger(motor->value[MOTOR_SPEED_MAX], SPEED_LEAST_TRIP * g->speed));
     }
     g->free = smaller(g->free, cap);
+    g->overspeed = smaller(g->overspeed, open);
     g->overspeed = smaller(four_digits(g->overspeed), most("overspeed_trip"));
     const double dead = BOARD_DEAD_TIME_NS / 1e9 / T_S * g->over;
     g->handover = HANDOVER_EMF * larger(dead, (g->r + DEVICE_RESISTANCE) * g->start) / (g->psi * g->p);

@@ -393,7 +393,7 @@ class CommandLine(TestCase):
                 (["matrix", "--seed", "3"], "--share"),
                 (["paper", "fig99"], "known are fig04 fig05"), (["paper", "fig13", "fig1"], "fig1: no such figure"),
                 (["paper", "beyond_sped"], "did you mean beyond_speed"), (["paper", "--seed"], "--help"),
-                (["serve", "nosuch"], "neither a file nor"), (["serve"], "which scenario?"), (["serve", "a", "b"], "one scenario"),
+                (["serve", "nosuch"], "neither a file nor"), (["serve"], "which scenario?"), (["serve", "a", "b"], "b: a second scenario; accepted is one"),
                 (["serve", "bare_motor", "--port", "65536"], "0 to 65535"), (["serve", "bare_motor", "--port", "x"], "0 to 65535"),
                 (["serve", "bare_motor", "--until", "soon"], "accepted"), (["serve", "bare_motor", "--until", "-1"], "accepted"),
                 (["serve", "bare_motor", "--free", "--realtime"], "one of them"),

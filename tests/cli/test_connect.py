@@ -292,7 +292,7 @@ class WrongLines(Case):
             ("statsu", "did you mean status"),
             ("get omeg_m", "omeg_m: no such name; did you mean omega_m"),
             ("get", "get: which? names of rows"),
-            ("get theta_err", "theta_err: only the desk has it"),
+            ("get theta_err", "theta_err: only the simulation has this row"),
             ("set motor_resistance 5000", "motor_resistance: 5000 ohm is outside its range; accepted: 0.001 to 100 ohm"),
             ("set motor_resistance", "motor_resistance: to what? accepted: 0.001 to 100 ohm"),
             ("set motor_resistance 1 kg", "is no quantity in ohm"),

@@ -33,8 +33,8 @@ static bool is_caught(const medium_t *medium, const window_t *window)
            !bounds_within(catching->cross, catching->cross_min) && catching->length <= most;
 }
 
-/* Does the EMF confirm the speed? A loop that tracks the rotor has it on its q axis, with its length. The
- * encoder needs no confirmation. */
+/* Does the EMF confirm the speed? A loop that tracks the rotor has it on its q axis, with its length, but for
+ * a relock, whose loop was off the rotor when it began. The encoder needs no confirmation. */
 static bool is_confirmed(const medium_t *medium, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
@@ -44,7 +44,7 @@ static bool is_confirmed(const medium_t *medium, const window_t *window)
     if (m->tracking == 0u) {
         return is_caught(medium, window);
     }
-    return m->lock.projection >= CONFIRMED_LEAST * m->lock.expected &&
+    return m->now != (int32_t)MANOEUVRE_RELOCK && m->lock.projection >= CONFIRMED_LEAST * m->lock.expected &&
            m->lock.projection <= CONFIRMED_MOST * m->lock.expected;
 }
 
@@ -120,17 +120,14 @@ static bool is_too_fast(const medium_t *medium, const window_t *window)
 static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
-    medium->unattended += medium->unattended != 0u ? DRIVE_WINDOW : 0u;
-    const guard_input_t input = {
-        .measured = &window->measured,
-        .omega_m = window->omega_m,
-        .estimate_invalid = window->estimate.invalid,
+    medium->background.unattended += medium->background.unattended != 0u ? DRIVE_WINDOW : 0u;
+    const guard_found_t found = {
+        .estimate_invalid = medium->estimate.invalid,
         .unlocked = m->unlocked,
         .failed = m->failed,
         .too_fast = is_too_fast(medium, window) ? 1u : 0u,
-        .unattended = medium->unattended > tuning->unattended_max ? 1u : 0u,
-        .reported = medium->reported,
-        .encoder_wrong = medium->found.encoder_wrong,
+        .unattended = medium->background.unattended > tuning->unattended_max ? 1u : 0u,
+        .reported = medium->background.reported,
         .moves_wrong = medium->found.moves_wrong,
         .encoder_lost = m->encoder_lost,
         .current_faults = medium->found.current_faults,
@@ -138,6 +135,12 @@ static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_
         .link = medium->link.conditions,
         .loops = (m->limits.slow_loop != 0u ? GUARD_LOOP_SLOW : 0u) |
                  (m->run.calm < 1.0f ? GUARD_LOOP_OSCILLATED : 0u),
+    };
+    const guard_input_t input = {
+        .measured = &window->measured,
+        .omega_m = window->omega_m,
+        .encoder_wrong = medium->found.encoder_wrong,
+        .found = &found,
         .now = medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON ? GUARD_ALWAYS : moments(medium, tuning),
     };
     guard_step_slow(&medium->guard, &tuning->guard, &input);
@@ -151,7 +154,7 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
     const sequence_input_t input = {
         .requests = requests,
         .measured = &window->measured,
-        .faults = fault_set_both(medium->guard.faults, window->sum.failed),
+        .faults = fault_set_both(medium->guard.faults, window->failed),
         .stops = medium->guard.stops,
         .standing =
             manoeuvres_knows(&medium->manoeuvres) && bounds_within(window->omega_m, SEQUENCE_STANDSTILL),
@@ -347,6 +350,7 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
 {
     medium->speed.trip = tuning->guard.limit[FAULT_LIMIT_OVERSPEED];
     sequence_take(&medium->sequence, &tuning->sequence);
+    validity_take(&medium->validity, &tuning->validity);
     flux_take(&medium->flux, &tuning->flux);
     offset_trim_take(&medium->offset_trim, &tuning->offset_trim);
     inductance_take(&medium->inductance, &tuning->inductance);

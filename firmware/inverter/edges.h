@@ -8,7 +8,7 @@
  *     a_j = (1 - d_j)/2 (Di_j - T/L u_j) - T u_dc/(6 L) (sum over x of max(0, d_x - d_j) - T_e/T)
  *
  * with the change Di of the current in this period, the voltage u on the winding, and duties as they act
- * behind the dead time, d - T_e/T sign(i). The first term is what EMF and resistance do while the leg is off,
+ * behind the dead time, d - T_e/T sign. The first term is what EMF and resistance do while the leg is off,
  * the second what the legs do that are on longer, T_e what the own dead band takes, in which a leg without
  * current stands half way. Where the lower switches are sampled, d is their share, 1 - duty, and currents and
  * voltages have the other sign. Derivation: docs/theory.md, 12.

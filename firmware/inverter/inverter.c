@@ -24,4 +24,5 @@ void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning)
     inverter->duty_prev[1] = middle;
     inverter->current_prev = none;
     inverter->u_dc_prev = 0.0f;
+    inverter->signs = (abc_t){0.0f, 0.0f, 0.0f};
 }

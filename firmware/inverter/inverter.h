@@ -38,10 +38,11 @@ typedef struct {
 
 typedef struct {
     dead_time_tuning_t compensated; /* those of the tuning, with the dead time as it is learnt */
-    dead_time_tuning_t lost;        /* likewise */
+    dead_time_tuning_t lost;        /* what the inverter takes, with the dead time as it is learnt */
     abc_t duty_prev[2];             /* duties of one and two steps ago [-] */
     ab_t current_prev;              /* one period ago [A] */
-    float u_dc_prev;                /* likewise [V] */
+    float u_dc_prev;                /* one period ago [V] */
+    abc_t signs; /* of the legs' currents, the mean of both edges, in the last period [-1 to 1] */
 } inverter_t;
 
 typedef struct {
@@ -79,7 +80,7 @@ static inline void inverter_set_dead_time(inverter_t *inverter, const inverter_t
     inverter->compensated.volt_per_volt = tuning->gain * effective;
 }
 
-/* The nearest duty that the compare registers can hold: what the observer is told is then what acts. */
+/* The nearest duty that the compare registers can hold, so that the observer computes with what acts. */
 static inline float inverter_whole_counts(const inverter_tuning_t *tuning, float duty)
 {
     return (float)(int32_t)(duty * tuning->duty_counts + 0.5f) * tuning->per_count;
@@ -105,18 +106,19 @@ static inline inverter_made_t inverter_make(const inverter_t *inverter, const in
     };
 }
 
-/* Duties as they act behind the dead time, where the currents have these signs. */
-static inline abc_t inverter_effective(const inverter_t *inverter, abc_t signs)
+/* Duties as they act behind the dead time, by the signs that the currents had at the edges one period ago. */
+static inline abc_t inverter_effective(const inverter_t *inverter)
 {
     const float effective = inverter->lost.volt_per_volt;
+    const abc_t signs = inverter->signs;
     const abc_t duty = inverter->duty_prev[1];
     return (abc_t){duty.a - effective * signs.a, duty.b - effective * signs.b, duty.c - effective * signs.c};
 }
 
-/* What acted in the last period, from the current [A] and the DC link [V] at t_k. The mean current says which
- * way the duties act behind the dead time, those what the current is at the edges, and that what was lost. No
- * division. */
-static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const inverter_tuning_t *tuning,
+/* What acted in the last period, from the current [A] and the DC link [V] at t_k. The signs of the period
+ * before say how the duties act behind the dead time, those what the current is at the edges, and that what
+ * was lost, and the signs for the next. No division. */
+static inline inverter_acted_t inverter_acted(inverter_t *inverter, const inverter_tuning_t *tuning,
                                               ab_t current, float u_dc)
 {
     const dead_time_tuning_t *dead_time = &inverter->lost;
@@ -125,10 +127,12 @@ static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const 
     const ab_t middle = {0.5f * (current.alpha + last.alpha), 0.5f * (current.beta + last.beta)};
     const ab_t change = {current.alpha - last.alpha, current.beta - last.beta};
     const abc_t phases = frames_inverse_clarke(middle);
-    const abc_t duty = inverter_effective(inverter, dead_time_signs(dead_time, phases));
+    const abc_t duty = inverter_effective(inverter);
     const abc_t swing = edges_swing(&tuning->edges, duty, change, dead_time->volt_per_volt, link);
-    const ab_t lost = dead_time_voltage(dead_time, dead_time_edge_signs(dead_time, phases, swing), link);
+    const abc_t signs = dead_time_edge_signs(dead_time, phases, swing);
+    const ab_t lost = dead_time_voltage(dead_time, signs, link);
     const ab_t made = frames_clarke(inverter->duty_prev[1]);
+    inverter->signs = signs;
     return (inverter_acted_t){
         {made.alpha * link - lost.alpha, made.beta * link - lost.beta},
         middle,

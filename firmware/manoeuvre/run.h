@@ -37,7 +37,7 @@
 typedef struct {
     speed_control_tuning_t speed;
     float ramp;        /* of the speed reference a step [rad/s], mechanical; 0: at once */
-    float stop_ramp;   /* likewise, in a quick stop */
+    float stop_ramp;   /* the same in a quick stop */
     float low_current; /* i_d + |i_q| at low speed, at least, where that is kept [A]; 0: no i_d for that */
     float low_inverse; /* 1/the electrical speed [s/rad] from which on a fifth of it is left; up to a fifth of
                           that speed it is kept whole */
@@ -62,7 +62,7 @@ typedef struct {
     float i_d;          /* of the last step, but for what is wished for [A] */
     float torque;       /* of the last step, as a current of psi_f [A] */
     float lower;        /* of i_q [A]: what heat and DC link leave of the limit */
-    float upper;        /* likewise, not below `lower` */
+    float upper;        /* upper limit of i_q [A], not below `lower` */
     float i_q_standing; /* i_q at speed zero, not limited [A] */
     float stiffness;    /* by which it falls with the speed [A s/rad], mechanical */
     weakening_t weakening;

@@ -11,8 +11,9 @@
  *             or it has not for so long, while another sensor's has and p went up and down
  *     gain    of what is new of the change in a window, Dm against Dp:  g = sum Dm Dp/sum Dp^2  per sensor;
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one beside another by more than GAIN_RATIO
- *     loss    a phase that is asked for current, on a window's mean, has next to none for so long, while
- *             another carries some; or it is fed more than any rotor's flux takes
+ *     loss    a phase that is asked for current, on a window's mean, by more voltage than the dead time may
+ *             take, has next to none for so long, while another carries some; or it is fed more than any
+ *             rotor's flux takes
  *     sum     three sensors whose currents do not add up to zero
  *
  * Derivation, margins and what is not seen: docs/theory.md, 27. What is summed in each period is the voltage;

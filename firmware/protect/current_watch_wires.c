@@ -9,6 +9,7 @@
 #define FED_SHARE       0.1f  /* [-] of its limit, from which on nothing else is believed */
 /* Likewise, where a forced frame takes the rotor along: it does not turn by 80 degrees. */
 #define FORCED_SHARE 0.5f /* [-] */
+#define ALL_SIGNS    2.0f /* [-] of the dead time's voltage, where none of the three signs is certain */
 #define NEVER_STILL  6u   /* [periods] in all of which noise lets no value stay */
 
 /* Has a value not moved for longer than noise ever lets it? */
@@ -35,8 +36,9 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
     const current_watch_tuning_t *tuning = &watch->tuning;
     current_watch_phase_t *phase = &watch->phase[n];
     const bool lags = input->limited && input->u_dc < tuning->slow_link;
+    const bool driven = !bounds_within(window->moved[n], window->dead);
     const bool much =
-        !lags && window->largest > tuning->carries &&
+        !lags && driven && window->largest > tuning->carries &&
         !bounds_within(asked, window->periods * (tuning->carries + ASKED_SHARE * window->largest));
     const float value = window->value[n];
     const float half = input->contradicted && much ? LITTLE_SHARE * bounds_magnitude(asked) : 0.0f;
@@ -55,7 +57,8 @@ static float feed(current_watch_t *watch, uint32_t n, const current_watch_window
     current_watch_phase_t *phase = &watch->phase[n];
     const bool none = bounds_within(phase->value, watch->tuning.none) &&
                       bounds_within(window->value[n], watch->tuning.none) && !is_still(watch, n);
-    phase->fed = none ? shrunk(phase->fed + window->given[n], window->dead) : 0.0f;
+    const float dead = window->largest < watch->tuning.none ? ALL_SIGNS * window->dead : window->dead;
+    phase->fed = none ? shrunk(phase->fed + window->given[n], dead) : 0.0f;
     return bounds_magnitude(phase->fed);
 }
 

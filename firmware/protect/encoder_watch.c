@@ -41,6 +41,7 @@ encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *param
         .emf_least = least,
         .doubtful = params->doubtful * params->doubtful,
         .alone = alone * alone,
+        .noise = 4.0f * noise * noise,
         .leap = ENCODER_WATCH_LEAP + 2.0f * params->step,
         .share = lowpass_share(ENCODER_WATCH_CUTOFF, window),
         .winding = winding_prepare(params->resistance, params->inductance, params->period),
@@ -124,12 +125,13 @@ static inline float square_of(ab_t a)
 }
 
 /* Is it along the axis of one phase, in either direction? On each of them the sine of three times its angle
- * is 0. */
-static bool is_along(ab_t off)
+ * is 0; beside it, by as much as noise, that sine is three times the noise over its length. */
+static bool is_along(const encoder_watch_t *watch, ab_t off)
 {
     const float square = square_of(off);
     const float sine = off.beta * (3.0f * off.alpha * off.alpha - off.beta * off.beta);
-    return sine * sine < PHASE_SINE * PHASE_SINE * square * square * square;
+    const float beside = PHASE_SINE * PHASE_SINE * square + 9.0f * watch->tuning.noise;
+    return sine * sine < beside * square * square;
 }
 
 /* Is it along that of one phase alone? That of a rotor that turns the other way stands, and may do so there;
@@ -140,7 +142,9 @@ static bool is_of_a_phase(encoder_watch_t *watch, float omega_e, rotation_t midd
     const ab_t before = watch->off;
     watch->off = watch->of_a_phase != 0u ? before : off;
     const float cross = off.alpha * before.beta - off.beta * before.alpha;
-    return is_along(off) && cross * cross < SAME_AXIS * square_of(off) * square_of(before);
+    const float a = square_of(off);
+    const float b = square_of(before);
+    return is_along(watch, off) && cross * cross < SAME_AXIS * a * b + watch->tuning.noise * (a + b);
 }
 
 /* Is it much, and along none? */
@@ -148,7 +152,8 @@ static bool is_elsewhere(const encoder_watch_t *watch, const encoder_watch_input
 {
     const ab_t off = beside(watch, input->omega_e, middle);
     const dq_t emf = watch->last;
-    return square_of(off) > MUCH_BESIDE * MUCH_BESIDE * (emf.d * emf.d + emf.q * emf.q) && !is_along(off);
+    return square_of(off) > MUCH_BESIDE * MUCH_BESIDE * (emf.d * emf.d + emf.q * emf.q) &&
+           !is_along(watch, off);
 }
 
 static inline bool hardly_flows(const encoder_watch_tuning_t *tuning, ab_t current)
@@ -174,6 +179,7 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     watch->elsewhere = watch->windows > 0u && seen.length > least && is_elsewhere(watch, input, seen.middle)
                            ? UINT32_C(1)
                            : UINT32_C(0);
+    watch->confirmed = 0u;
     if (watch->windows < tuning->settles) {
         watch->windows++;
         return 0u;
@@ -184,6 +190,7 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
         return 0u;
     }
     if (!wrong) {
+        watch->confirmed = seen.length > least && watch->count == 0u ? UINT32_C(1) : UINT32_C(0);
         watch->held *= 0.5f;
         watch->count >>= 1;
         watch->waited >>= 1;

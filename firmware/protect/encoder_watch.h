@@ -24,14 +24,14 @@
  * omega_least of volt seconds, and three judgements at least: the larger the EMF, the less an error of the
  * voltage can do. A judgement without the sign halves them. While the EMF is doubtful, for a wire or a
  * current sensor may be wrong, or what it has beside psi_f omega lies along the axis of one phase, as that of
- * an open wire or switch does, and stays there within 6 degrees, the judgement waits for ENCODER_WATCH_WAIT
- * in all until a judgement without the sign: what it has seen stays. Below omega_least the EMF is not judged:
- * there it drowns in dead time and R i, and in a winding of large inductance in the noise of the current:
- * where three standard deviations of the mean of two windows, 3 sqrt(2) L n_i/(2 T_j), are more than psi_f
- * omega_least, they take its place (docs/theory.md, 28). An angle that moves from one period to the next by
- * more than 0.5 rad and two counts beside what the speed explains is no rotor at all: reported in the same
- * period. While hardly a current flows, offsets of the sensors may make the dead time's voltage the opposite
- * of what is configured: then only twice as large an EMF is judged.
+ * an open wire or switch does, and stays there within 6 degrees and what noise turns it, the judgement waits
+ * for ENCODER_WATCH_WAIT in all until a judgement without the sign: what it has seen stays. Below omega_least
+ * the EMF is not judged: there it drowns in dead time and R i, and in a winding of large inductance in the
+ * noise of the current: where three standard deviations of the mean of two windows, 3 sqrt(2) L n_i/(2 T_j),
+ * are more than psi_f omega_least, they take its place (docs/theory.md, 28). An angle that moves from one
+ * period to the next by more than 0.5 rad and two counts beside what the speed explains is no rotor at all:
+ * reported in the same period. While hardly a current flows, offsets of the sensors may make the dead time's
+ * voltage the opposite of what is configured: then only twice as large an EMF is judged.
  *
  * encoder_watch_add() every T, encoder_watch_step() every n-th, where encoder_watch_rest() is called too.
  * Does not handle: an encoder whose angle is wrong by less than 37 degrees; direction above 1/T_j = 1250
@@ -79,6 +79,7 @@ typedef struct {
     float emf_least;    /* psi_f omega_least, or what noise does not make in the mean of two windows [V] */
     float doubtful;     /* square of the length of a current whose phases may have any sign [A^2] */
     float alone;        /* square of the EMF from which on a window is judged by itself [V^2] */
+    float noise;        /* square of three standard deviations of the EMF of a window by itself [V^2] */
     float leap;         /* [rad] electrical; more than half a turn: not judged */
     float share;        /* of the low-pass [-] */
     winding_t winding;
@@ -104,6 +105,7 @@ typedef struct {
     ab_t off;            /* of the last look that was wrong: what its EMF has beside the rotor's [V] */
     uint32_t of_a_phase; /* 1: the last window's EMF is wrong along the axis of one phase [-] */
     uint32_t elsewhere;  /* 1: it is off by much, and that along none [-] */
+    uint32_t confirmed;  /* 1: it is beyond noise and where the encoder puts the rotor [-] */
 } encoder_watch_t;
 
 /* What it takes, all of t_k. */
@@ -135,6 +137,7 @@ static inline void encoder_watch_rest(encoder_watch_t *watch)
     watch->waited = 0u;
     watch->of_a_phase = 0u;
     watch->elsewhere = 0u;
+    watch->confirmed = 0u;
 }
 
 /* A window that nobody judges ends: the next begins with this current [A]. */

@@ -96,7 +96,7 @@ uint32_t motion_watch_step(motion_watch_t *watch, const motion_watch_input_t *in
         watch->settled = 0u;
         watch->away = 0u;
     } else {
-        watch->away = runs_away(watch, input) ? watch->away + 1u : 0u;
+        watch->away = runs_away(watch, input) && !input->confirmed ? watch->away + 1u : 0u;
     }
     const float speed = bounds_magnitude(input->omega_m);
     watch->calm = watch->away == 0u ? speed : watch->calm;

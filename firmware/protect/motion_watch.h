@@ -13,7 +13,8 @@
  *     runaway     |i_L| > 1.3 i_max,  i_L i_q > 0,  |i_q| > 0.6 i_max,  |omega| grows, against i_q,
  *                 for MOTION_RUNAWAY_TIME, and meanwhile by a tenth of what it was at first
  *
- * A load on an elastic shaft swings back by less than that; what runs away does not end before it.
+ * A load on an elastic shaft swings back by less than that, or its back-EMF confirms the encoder's angle
+ * meanwhile: then the torque has the sign that control gives it.
  *
  * A shaft that is hit is no runaway: its acceleration is held within 2 (K_t/J) i_max, from which it has come
  * down to 0.3 of that after 1.9 tau, and a runaway must last for 2.2 tau at least. tau is long enough that
@@ -93,7 +94,8 @@ typedef struct {
     float limit;       /* of |i_q|, in force [A] */
     float omega_m;     /* of the shaft as it is believed, mechanical [rad/s] */
     float omega_m_ref; /* [rad/s] */
-    bool believed;     /* the speed is that of a sensor: a runaway is judged */
+    bool believed;     /* the speed is that of a sensor: a runaway is judged ... */
+    bool confirmed;    /* ... unless the back-EMF stands where that sensor puts the rotor */
     bool asked;        /* a speed is asked for, not a current */
 } motion_watch_input_t;
 

@@ -625,7 +625,7 @@ bool connect_capture(session_t *session, uint32_t count, char **words)
             return parts[n].run(session, count - 1u, words + 1);
         }
         return count == 1u ? capture_order(session, parts[n].order)
-                           : connect_fail(session, "%s: nothing is expected here", words[1]);
+                           : connect_fail(session, "%s: no argument is accepted", words[1]);
     }
     return count == 0u
                ? capture_show(session)

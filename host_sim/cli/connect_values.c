@@ -18,7 +18,7 @@
 
 static bool extra(session_t *session, uint32_t count, char **words)
 {
-    return count == 0u || connect_fail(session, "%s: nothing is expected here", words[0]);
+    return count == 0u || connect_fail(session, "%s: no argument is accepted", words[0]);
 }
 
 static bool is_param(const table_row_t *row)
@@ -430,8 +430,7 @@ static bool await_start(session_t *session)
     if (!connect_get_named(session, "refusal", &refusal) || !connect_set_choice(session, "enable", "off")) {
         return false;
     }
-    return fail_reason(session, "go: the bridge did not come on, and is told to be off again",
-                       (int32_t)refusal);
+    return fail_reason(session, "go: the bridge did not come on; enable is off again", (int32_t)refusal);
 }
 
 bool connect_go(session_t *session, uint32_t count, char **words)

@@ -55,9 +55,10 @@ const table_row_t *connect_row(session_t *session, const char *name)
     }
     const char *near = names_found(&search);
     if (rig_row_by_name(name) != NULL) {
-        connect_fail(session,
-                     "%s: only the desk has it; a drive has parameters, requests, services and signals",
-                     name);
+        connect_fail(
+            session,
+            "%s: only the simulation has this row; a drive has parameters, requests, services and signals",
+            name);
     } else {
         connect_fail(session, "%s: no such name%s%s; `params` and `signals` list them", name,
                      near != NULL ? "; did you mean " : "", near != NULL ? near : "");
@@ -78,7 +79,7 @@ uint32_t connect_rows(session_t *session, uint32_t count, char **words, const ta
             }
             for (uint32_t before = 0; before < found; before++) {
                 if (rows[before] == row) {
-                    connect_fail(session, "%s: it is there twice", name);
+                    connect_fail(session, "%s: given twice; accepted once", name);
                     return 0;
                 }
             }
@@ -163,7 +164,7 @@ bool connect_clauses(session_t *session, uint32_t *count, char **words, connect_
         }
         if (next != NULL) {
             if (next->given) {
-                return connect_fail(session, "%s: it is there twice", next->key);
+                return connect_fail(session, "%s: given twice; accepted once", next->key);
             }
             next->given = true;
             now = next;

@@ -235,12 +235,29 @@ static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_
     truth->wrong_at = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err)) > wrong ? period : truth->wrong_at;
 }
 
+/* The reason that the drive shows. While it brings the motor to a stop for a fault, which is latched once the
+ * shaft stands, its refusal of `enable` names it; what has caused the fault may have gone by the end of the
+ * stop. */
+static int32_t shown_reason(const campaign_watch_t *watch, const uint32_t *rows)
+{
+    const int32_t latched = (int32_t)rows[CAMPAIGN_AT_fault_reason];
+    if (latched != 0 || rows[CAMPAIGN_AT_state] != watch->stops) {
+        return latched;
+    }
+    for (size_t n = 0; n < sizeof truths / sizeof truths[0]; n++) {
+        if (truths[n].reason == (int32_t)rows[CAMPAIGN_AT_refusal]) {
+            return truths[n].reason;
+        }
+    }
+    return watch->truth.shown;
+}
+
 /* A reason counts once it has stayed for two windows: that of a period may be named anew with what the whole
  * window has seen. */
 static void judge_reason(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_truth_t *truth = &watch->truth;
-    const int32_t reason = (int32_t)rows[CAMPAIGN_AT_fault_reason];
+    const int32_t reason = shown_reason(watch, rows);
     if (reason != truth->shown) {
         truth->shown = reason;
         truth->shown_at = period;

@@ -183,13 +183,16 @@ static void take_link(const motor_t *motor, tune_t *tune, given_t *g)
     g->link = motor->has[MOTOR_LINK] ? motor->value[MOTOR_LINK] : nominal;
     if (g->link * LINK_ROOM > top) {
         const double lower = floor(top / LINK_ROOM);
-        warn(tune, "link of %.4g V: the board's trip ends at %.4g V, so %.4g V are taken", g->link, top,
-             lower);
+        warn(tune, "link_voltage %.4g V is too high: the board's trip ends at %.4g V; %.4g V is used instead",
+             g->link, top, lower);
         g->link = lower;
     }
     if (g->link * LINK_OVER < least("dc_overvoltage")) {
         const double higher = ceil(least("dc_overvoltage") / LINK_OVER);
-        warn(tune, "link of %.4g V: the board begins at %.4g V, which are taken", g->link, higher);
+        warn(tune,
+             "link_voltage %.4g V is too low for the board, which begins at %.4g V; this value is used "
+             "instead",
+             g->link, higher);
         g->link = higher;
     }
     g->over = smaller(four_digits(LINK_OVER * g->link), top);
@@ -222,8 +225,9 @@ static void take_current(tune_t *tune, given_t *g)
     g->trip = larger(g->trip, least("overcurrent_trip"));
     if (g->rated_current > 0.8 * g->limit) {
         warn(tune,
-             "rated current %.4g A peak: the board's limit is %.4g A of +-%.4g A, of which 0.8 are for the "
-             "load: %.4g N m of %.4g N m",
+             "rated current %.4g A peak exceeds 0.8 of the current limit %.4g A that a range of +-%.4g A "
+             "allows: "
+             "the load is limited to %.4g N m of %.4g N m",
              g->rated_current, g->limit, (double)BOARD_CURRENT_RANGE, tune->torque_top, g->rated_torque);
     }
 }
@@ -236,23 +240,27 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
     if (motor->has[MOTOR_SPEED]) {
         g->speed = motor->value[MOTOR_SPEED];
     } else {
-        warn(tune, "rated_speed is not given: 0.9 of what %.4g V reach under load, %.0f r/min, is taken",
-             g->link, g->speed / RPM);
+        warn(
+            tune,
+            "rated_speed is not given: 0.9 of the speed that %.4g V reach under load, %.0f r/min, is assumed",
+            g->link, g->speed / RPM);
     }
     if (g->speed > g->reach) {
         const double needed =
             hypot(g->psi * g->p * g->speed + g->r * tune->current, g->p * g->speed * g->l_q * tune->current);
         warn(tune,
-             "at %.0f r/min the EMF is %.4g V peak of a phase, with R I and omega L I %.4g V; %.4g V of link "
-             "give %.4g V: top speed %.0f r/min; %.0f V of link would do",
+             "at %.0f r/min the EMF is %.4g V peak of a phase, with R I and omega L I %.4g V; a link of %.4g "
+             "V "
+             "gives %.4g V: top speed %.0f r/min; a link of %.0f V is enough",
              g->speed / RPM, g->psi * g->p * g->speed, needed, g->link, g->voltage, g->reach / RPM,
              ceil(g->link * (needed + g->drop) / (g->voltage + g->drop)));
         g->speed = g->reach;
     }
     if (g->speed > cap) {
         warn(tune,
-             "at %.0f r/min the rotor turns by %.2g rad electrical in a period of %.4g us: %.2g rad are "
-             "good, top speed %.0f r/min",
+             "at %.0f r/min the rotor turns by %.2g rad electrical in a period of %.4g us; the limit is %.2g "
+             "rad, "
+             "so the top speed is %.0f r/min",
              g->speed / RPM, g->speed * g->p * T_S, 1e6 * T_S, TURN_GOOD, cap / RPM);
         g->speed = cap;
     }
@@ -297,7 +305,9 @@ static void judge_winding(tune_t *tune, const given_t *g)
              (double)BOARD_CURRENT_RANGE);
     }
     if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
-        warn(tune, "a ripple of %.3g A would trip the check of the sensors' gain: current_judged is off",
+        warn(tune,
+             "a ripple of %.3g A would trip the check of the current sensors' gain: current_judged is set to "
+             "0",
              g->ripple);
     }
     if (g->limit + 0.5 * g->ripple > g->trip) {
@@ -306,7 +316,8 @@ static void judge_winding(tune_t *tune, const given_t *g)
     }
     if (tau >= WINDING_LEAST * T_S && tau < 5.0 * T_S) {
         warn(tune,
-             "L/R is %.3g ms, %.3g periods of the control: it will be coarse; below 2 the drive refuses",
+             "L/R is %.3g ms, %.3g periods of the control: current control is coarse below 5, and the drive "
+             "refuses below 2",
              1e3 * tau, tau / T_S);
     }
     if (tune->needs_encoder) {
@@ -321,7 +332,7 @@ static void judge_sensing(tune_t *tune, const given_t *g)
 {
     const double code = fabs((double)BOARD_CURRENT_PER_CODE);
     if (code > 0.004 * g->rated_current) {
-        warn(tune, "the ADC resolves %.3g mA, %.2g %% of the rated current: a range of +-%.3g A would do",
+        warn(tune, "the ADC resolves %.3g mA, %.2g %% of the rated current: a range of +-%.3g A is enough",
              1e3 * code, 100.0 * code / g->rated_current, 1.2 * TRIP_SHARE * g->limit);
     }
     const double dead = BOARD_DEAD_TIME_NS / 1e9 / T_S * g->over;
@@ -329,7 +340,8 @@ static void judge_sensing(tune_t *tune, const given_t *g)
     const double needed = g->handover;
     if (needed > HANDOVER_SHARE * g->speed) {
         warn(tune,
-             "dead time (%.3g V) and R I of the start (%.3g V) are the EMF of %.0f r/min, %.0f %% of the top "
+             "dead time (%.3g V) and R I of the start (%.3g V) equal the EMF of %.0f r/min, %.0f %% of the "
+             "top "
              "speed: the frame is forced up to %.0f r/min on the way up (handover_speed), and below %.0f "
              "r/min "
              "on the way down (fallback_speed)",
@@ -360,9 +372,9 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
 {
     add(tune, "current_limit", g->limit, "[A] %s: starts (theory, 23)",
         g->resistive ? "R I half of the link's voltage, at least 1.3 of the rated current"
-                     : "twice the rated current, as far as the board goes");
+                     : "twice the rated current, limited by the board");
     add(tune, "start_current", g->start < g->limit ? g->start : 0.0, "%s",
-        g->by_module ? "[A] what a leg of the board's module stands while the rotor is aligned"
+        g->by_module ? "[A] continuous current of a leg of the board's module, while the rotor is aligned"
         : g->start < g->limit
             ? "[A] 0.8 psi_f/(L_q - L_d): from there on a salient rotor does not rest on it (theory, 30)"
             : "current_limit (theory, 23)");
@@ -461,7 +473,7 @@ static void add_estimator(tune_t *tune, const given_t *g)
         ramp > 0.0 ? "[rad/s^2] of %.3g that the motor can: half a radian if J were not known (theory, 9)"
                    : "the current limit alone, %.3g rad/s^2: the loop follows",
         able);
-    add(tune, "quick_stop_ramp", ramp, "[rad/s^2] likewise");
+    add(tune, "quick_stop_ramp", ramp, "[rad/s^2] as speed_ramp");
 }
 
 static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
@@ -469,7 +481,7 @@ static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
     add(tune, "current_bandwidth", smaller(CURRENT_BANDWIDTH, most("current_bandwidth")),
         "[rad/s] 0.1 a period (theory, 15)");
     add(tune, "speed_kp", 0.0, "by motor_inertia, learnt, pll_bandwidth/14 fast (theory, 23)");
-    add(tune, "speed_ki", 0.0, "likewise, damping 0.87");
+    add(tune, "speed_ki", 0.0, "by motor_inertia, learnt, damping 0.87");
     const double lines = motor->has[MOTOR_LINES] ? motor->value[MOTOR_LINES] : 2500.0;
     if (256.0 * g->p > 4.0 * lines) {
         warn(tune, "an encoder of %.0f lines is too coarse for %.0f pole pairs: at least %.0f", lines, g->p,
@@ -481,7 +493,7 @@ static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
 
 static void add_plant(const motor_t *motor, tune_t *tune, const given_t *g)
 {
-    add(tune, "plant.pole_pairs", g->p, "of the motor, like all that follows");
+    add(tune, "plant.pole_pairs", g->p, "of the motor, as the following rows");
     add(tune, "plant.resistance", g->r, "[ohm]");
     add(tune, "plant.inductance_d", g->l_d, "[H]");
     add(tune, "plant.inductance_q", g->l_q, "[H]");
@@ -512,7 +524,7 @@ static bool accepted(const tune_t *tune, scenario_error_t *error)
     good = good && rig_apply(rig);
     if (!good) {
         (void)scenario_fail(error, (scenario_place_t){0u, 0u}, "motor",
-                            "the drive on this board can not run it: %.500s", rig_error(rig));
+                            "the drive on this board cannot run this motor: %.500s", rig_error(rig));
     }
     rig_free(rig);
     return good;

@@ -292,7 +292,7 @@ class WrongLines(Case):
             ("statsu", "did you mean status"),
             ("get omeg_m", "omeg_m: no such name; did you mean omega_m"),
             ("get", "get: which? names of rows"),
-            ("get theta_err", "theta_err: only the desk has it"),
+            ("get theta_err", "theta_err: only the simulation has this row"),
             ("set motor_resistance 5000", "motor_resistance: 5000 ohm is outside its range; accepted: 0.001 to 100 ohm"),
             ("set motor_resistance", "motor_resistance: to what? accepted: 0.001 to 100 ohm"),
             ("set motor_resistance 1 kg", "is no quantity in ohm"),
@@ -313,7 +313,7 @@ class WrongLines(Case):
             ("record omega_m for 1 s", "record NAME... for 2 s --out FOLDER"),
             ("record motor_resistance for 1 s --out x", "only signals are recorded"),
             ("record omega_m for 1 s every 0 --out x", "accepted whole numbers of periods, 1 to 255"),
-            ("record omega_m,omega_m for 1 s --out x", "it is there twice"),
+            ("record omega_m,omega_m for 1 s --out x", "given twice"),
             ("record omega_m for 1 s --out /proc/no/where", "cannot be made"),
             ("record omega_m for 1 s --out x --format vcd", "accepted csv, mat, csv,mat"),
             ("capture dance", "accepted: on, signals, after, arm"),
@@ -321,7 +321,7 @@ class WrongLines(Case):
             ("capture read --out x", "holds nothing yet"),
             ("explain frob", "frob: no such reason"),
             ("load", "load: nothing is saved in this drive yet"),
-            ("quit now", "nothing is expected here"),
+            ("quit now", "no argument is accepted"),
         ):
             with self.subTest(line=line):
                 result = self.fails(server, line + "\n", message)
@@ -449,7 +449,7 @@ class BrokenLines(Case):
         server = self.serve()
         result = connect(server.target, "go 300 r/min\nwait until omega_m > 280 r/min timeout 10 s\nquit\n")
         self.assertEqual(result.returncode, 0)
-        self.assertIn("the motor runs; without a master it is stopped in 1 s (command_timeout)", result.stderr)
+        self.assertIn("the motor runs; the drive stops it in 1 s without a client (command_timeout)", result.stderr)
         time.sleep(3.0)
         said = answers(self.does(server, "get state omega_m\n", "--json"))
         self.assertEqual(said[0]["state"], "ready")

@@ -338,6 +338,29 @@ static void test_a_reason_that_is_named_anew_within_two_windows_is_not_judged(vo
     expect_violated(CAMPAIGN_I_REASON_TRUE);
 }
 
+/* The reason is shown as a refusal from the beginning of the stop on, and latched at its end. */
+static void test_a_stop_for_a_fault_that_goes_meanwhile_has_a_true_reason(void)
+{
+    for (int late = 0; late < 2; late++) {
+        judge_anew("motor_hot", 140.0);
+        observed.faults[0].lasts = 0.1;
+        campaign_watch_begin(&watch, &observed, &result, NULL);
+        gates(true);
+        pass(late != 0 ? 0.35 : 0.05);
+        *slot("state") = (uint32_t)DRIVE_QUICK_STOP;
+        *slot("refusal") = (uint32_t)REASON_MOTOR_HOT;
+        pass(0.5);
+        *slot("refusal") = 0u;
+        pass(2.0 * PERIOD);
+        latch(REASON_MOTOR_HOT);
+        if (late == 0) {
+            expect_held();
+        } else {
+            expect_violated(CAMPAIGN_I_REASON_TRUE);
+        }
+    }
+}
+
 static void test_a_reason_that_has_happened_is_none(void)
 {
     judge_anew("", 0.0);

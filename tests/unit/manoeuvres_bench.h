@@ -16,7 +16,7 @@
 #define POLE_PAIRS 4.0
 #define KT         (1.5 * POLE_PAIRS * PSI)
 #define W          8u     /* [periods] of a window */
-#define LINK       179.0f /* [V] 311 V of DC link */
+#define U_DC       310.0f /* [V] */
 
 static manoeuvres_t m;
 static manoeuvres_tuning_t tuning;
@@ -224,8 +224,7 @@ static inline void step(void)
     const position_t position = {encoder.theta_e, encoder.omega_e};
     const frame_t rotor = reference_rotor(&fast, &encoder, &estimate);
     const reference_input_t input = {
-        .current = {(float)creal(machine.current), (float)cimag(machine.current)},
-        .voltage_max = LINK,
+        .u_dc = U_DC,
         .estimate = &estimate,
         .position = &position,
         .encoder = &encoder,

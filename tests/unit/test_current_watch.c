@@ -298,31 +298,36 @@ static void test_a_wrong_gain_is_seen_in_the_first_rise(void)
     }
 }
 
-/* Where the time counts: 32 periods without current, to the end of a window. 100 V less the 11.2 V that the
- * dead time may take change the flux by 2.6 psi_f in 5.4 ms, which is more than any flux; half of it is
- * enough where a forced frame takes the rotor along. A diode carries 1.2 A of the 3 A that a is asked for,
- * the switch none: where the EMF along a phase's axis contradicts the rotor that is less than half, and a
- * loss; else, and from 1.6 A on, it is none. */
+/* Where the time counts: 32 periods without current, to the end of a window, of a phase whose voltage is
+ * beyond the 11.2 V that the dead time may take; with 10 V that may hold it at zero. 100 V less the 11.2 V
+ * change the flux by 2.6 psi_f in 5.4 ms, which is more than any flux; half of it is enough where a forced
+ * frame takes the rotor along, and where no phase carries any the dead time may take twice as much. A diode
+ * carries 1.2 A of the 3 A that a is asked for, the switch none: where the EMF along a phase's axis
+ * contradicts the rotor that is less than half, and a loss; else, and from 1.6 A on, it is none. */
 static void test_a_phase_without_its_current_is_lost(void)
 {
-    const double volt_seconds = 0.183 / (100.0 - 4.0 / 3.0 * (7.5 + 0.9)) / PERIOD;
+    const double dead = 4.0 / 3.0 * (7.5 + 0.9);
+    const double volt_seconds = 0.183 / (100.0 - dead) / PERIOD;
+    const double longer = 0.183 / (100.0 - 2.0 * dead) / PERIOD;
     const struct {
         bool forced, contradicted;
         float voltage, a, b;
         ab_t reference;
         double earliest, latest; /* [periods]; 0: never */
     } cases[] = {
-        {false, false, 0.0f, 0.0f, 3.0f, {2.0f, 3.0f}, 32.0, 48.0},
-        {false, false, 100.0f, 0.0f, 0.0f, {0.3f, 0.0f}, 2.6 * volt_seconds, 2.6 * volt_seconds + 17.0},
-        {true, false, 100.0f, 0.0f, 0.0f, {0.3f, 0.0f}, 1.3 * volt_seconds, 1.3 * volt_seconds + 17.0},
-        {false, true, 0.0f, 1.2f, 2.0f, {3.0f, 3.0f}, 32.0, 60.0},
-        {false, false, 0.0f, 1.2f, 2.0f, {3.0f, 3.0f}, 0.0, 0.0},
-        {false, true, 0.0f, 1.6f, 2.0f, {3.0f, 3.0f}, 0.0, 0.0}};
+        {false, false, 13.0f, 0.0f, 3.0f, {2.0f, 3.0f}, 32.0, 48.0},
+        {false, false, 10.0f, 0.0f, 3.0f, {2.0f, 3.0f}, 0.0, 0.0},
+        {false, false, 100.0f, 0.0f, 1.0f, {0.0f, 0.0f}, 2.6 * volt_seconds, 2.6 * volt_seconds + 17.0},
+        {true, false, 100.0f, 0.0f, 1.0f, {0.0f, 0.0f}, 1.3 * volt_seconds, 1.3 * volt_seconds + 17.0},
+        {false, false, 100.0f, 0.0f, 0.0f, {0.0f, 0.0f}, 2.6 * longer, 2.6 * longer + 17.0},
+        {false, true, 20.0f, 1.2f, 2.0f, {3.0f, 3.0f}, 32.0, 60.0},
+        {false, false, 20.0f, 1.2f, 2.0f, {3.0f, 3.0f}, 0.0, 0.0},
+        {false, true, 20.0f, 1.6f, 2.0f, {3.0f, 3.0f}, 0.0, 0.0}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         setUp();
         forced = cases[n].forced;
         contradicted = cases[n].contradicted;
-        feed(cases[n].voltage > 0.0f ? 100u : 60u, cases[n].voltage, cases[n].a, cases[n].b,
+        feed(cases[n].voltage > 50.0f ? 100u : 60u, cases[n].voltage, cases[n].a, cases[n].b,
              cases[n].reference);
         TEST_ASSERT_EQUAL_UINT32(cases[n].latest > 0.0 ? CURRENT_WATCH_LOSS : 0u, seen);
         if (cases[n].latest > 0.0) {
@@ -433,12 +438,12 @@ static uint32_t periods_until_maybe(float voltage)
     return 0u;
 }
 
-/* The warning requires a tenth of 2.6 psi_f; of 16 V the dead time may take 11.2 V. A window has 8 periods,
- * and the first is not judged. */
+/* The warning requires a tenth of 2.6 psi_f; of 30 V the dead time may take 22.4 V where none of the three
+ * currents has a certain sign. A window has 8 periods, and the first is not judged. */
 static void test_a_tenth_of_the_flux_in_a_phase_without_current_is_a_warning(void)
 {
-    const double expected = 0.1 * 2.6 * 0.183 / (16.0 - 4.0 / 3.0 * (7.5 + 0.9)) / PERIOD;
-    const uint32_t until = periods_until_maybe(16.0f);
+    const double expected = 0.1 * 2.6 * 0.183 / (30.0 - 2.0 * 4.0 / 3.0 * (7.5 + 0.9)) / PERIOD;
+    const uint32_t until = periods_until_maybe(30.0f);
     TEST_ASSERT_TRUE(until >= (uint32_t)expected && until <= (uint32_t)expected + 17u);
 }
 
@@ -542,7 +547,7 @@ static void without_current_at(float link, bool at_its_limit)
         const float noise = 0.02f * (float)(n % 3u);
         u_dc = link;
         limited = at_its_limit;
-        judge((ab_t){0.0f, 0.0f}, (abc_t){noise, 3.0f, -3.0f - noise}, (ab_t){2.0f, 3.0f});
+        judge((ab_t){8.0f, 0.0f}, (abc_t){noise, 3.0f, -3.0f - noise}, (ab_t){2.0f, 3.0f});
     }
 }
 
@@ -564,9 +569,9 @@ static void test_at_the_limit_of_a_low_link_s_voltage_no_phase_is_lost(void)
 static void test_a_phase_is_lost_later_where_the_encoder_may_be_wrong(void)
 {
     elsewhere = true;
-    feed(120u, 0.0f, 0.0f, 3.0f, (ab_t){2.0f, 3.0f});
+    feed(120u, 20.0f, 0.0f, 3.0f, (ab_t){2.0f, 3.0f});
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
-    feed(40u, 0.0f, 0.0f, 3.0f, (ab_t){2.0f, 3.0f});
+    feed(40u, 20.0f, 0.0f, 3.0f, (ab_t){2.0f, 3.0f});
     TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_LOSS, seen);
     TEST_ASSERT_TRUE(periods >= 128u && periods <= 144u);
 }

@@ -424,6 +424,51 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
     }
 }
 
+/* Noise i_n of the current makes 3 sqrt(2) i_n L/T_j of the EMF of a window, and may turn one that is wrong
+ * along a phase by that length. 20 V beside 100 V along the axis are 11 degrees, 57.7 V are half way to the
+ * next axis. */
+static void test_noise_turns_a_false_emf_of_a_wire_by_no_more_than_its_length(void)
+{
+    static const struct {
+        double noise, beside; /* [V] three standard deviations of a window; what is across the axis */
+        bool waits;
+    } cases[] = {{0.0, 20.0, false}, {20.0, 20.0, true}, {20.0, 57.7, false}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        encoder_watch_params_t params = usual();
+        uint32_t judgements = 0u;
+        setUp();
+        params.noise = (float)(cases[n].noise * EVERY * T / (3.0 * sqrt(2.0) * L));
+        const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
+        encoder_watch_take(&watch, &tuning);
+        settle(240.0);
+        const double off = hypot(100.0, cases[n].beside);
+        const double axis = atan2(cases[n].beside, 100.0);
+        for (; judgements < 60u && judge_with(240.0, off, axis) == 0u; judgements++) {
+        }
+        TEST_ASSERT_EQUAL(cases[n].waits, judgements == 60u);
+    }
+}
+
+/* It confirms the encoder where it is beyond noise and on its q axis. */
+static void test_an_emf_on_the_axis_confirms_the_encoder(void)
+{
+    settle(240.0);
+    TEST_ASSERT_EQUAL_UINT32(1u, watch.confirmed);
+    (void)judge(240.0, -1.0, 240.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
+    (void)judge(240.0, 1.0, 240.0); /* what has been seen counts until it is halved away */
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
+    for (int n = 0; n < 4; n++) {
+        (void)judge(240.0, 1.0, 240.0);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, watch.confirmed);
+    encoder_watch_rest(&watch);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
+    setUp();
+    settle(0.9 * LEAST); /* an EMF that is too short confirms nothing */
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
+}
+
 /* An EMF that turns against the encoder and is 1.4 times as long is that of a rotor whose psi_f is not right,
  * one of 1.6 may be a current that runs away: that has to last for six judgements, not three. */
 static void test_an_emf_too_long_for_the_speed_must_last_twice_as_long(void)

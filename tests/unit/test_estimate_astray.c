@@ -126,6 +126,9 @@ static void test_a_rotor_that_is_lost_confirms_nothing(void)
     given_catch();
     drive.medium.manoeuvres.now = (int32_t)MANOEUVRE_RELOCK;
     expect(REASON_OVERSPEED, REASON_ESTIMATE_ASTRAY);
+    setUp();
+    drive.medium.manoeuvres.now = (int32_t)MANOEUVRE_RELOCK; /* its loop tracks again */
+    expect(REASON_OVERSPEED, REASON_ESTIMATE_ASTRAY);
 }
 
 static void test_no_other_fault_is_renamed(void)

@@ -116,7 +116,7 @@ static void test_catch_waits_for_the_observer(void)
     begin();
     setpoint = next;
     reference_take(&fast, &fast_tuning, &setpoint);
-    const reference_input_t input = {.estimate = &estimate, .voltage_max = LINK};
+    const reference_input_t input = {.estimate = &estimate, .u_dc = U_DC};
     for (int n = 0; n < 500; n++) {
         reference_step(&fast, &fast_tuning, &setpoint, &input, &demand);
     }

@@ -40,8 +40,13 @@ void setUp(void)
 
 static motion_watch_input_t input_of(double i, double reference)
 {
-    return (motion_watch_input_t){(float)i,         (float)i, (float)LIMIT, (float)omega,
-                                  (float)reference, true,     true};
+    return (motion_watch_input_t){.i_q = (float)i,
+                                  .i_q_ref = (float)i,
+                                  .limit = (float)LIMIT,
+                                  .omega_m = (float)omega,
+                                  .omega_m_ref = (float)reference,
+                                  .believed = true,
+                                  .asked = true};
 }
 
 /* A judgement with this current on a shaft that it turns by `sign` of its torque, against this load. */
@@ -157,6 +162,21 @@ static void test_only_a_sensor_sees_a_runaway(void)
     }
 }
 
+/* An elastic shaft throws the rotor on against its current: while the EMF is where the encoder puts the
+ * rotor, the torque has the right sign. A runaway that begins once it is no more has to last its whole time.
+ */
+static void test_a_shaft_whose_emf_confirms_the_encoder_does_not_run_away(void)
+{
+    motion_watch_input_t input = input_of(LIMIT, 60.0);
+    for (int n = 0; n < 100; n++) {
+        omega -= LOOK * PER_AMPERE * LIMIT;
+        input = input_of(LIMIT, 60.0);
+        input.confirmed = true;
+        TEST_ASSERT_EQUAL_HEX32(0u, motion_watch_step(&watch, &input) & MOTION_RUNAWAY);
+    }
+    TEST_ASSERT_EQUAL_UINT32(20u, until(MOTION_RUNAWAY, 100u, LIMIT, -1.0, 0.0, 60.0));
+}
+
 static uint32_t held_at(double speed, double i, double limit, double reference, bool asked, uint32_t bits,
                         uint32_t most)
 {
@@ -185,11 +205,9 @@ static void test_a_rotor_that_stands_at_the_limit_is_stalled_after_its_time(void
         setUp();
         TEST_ASSERT_EQUAL_UINT32(
             2000u, held_at(way * 30.0, way * 9.9, LIMIT, way * 60.0, true, ~UINT32_C(0), 2100u));
-        TEST_ASSERT_EQUAL_HEX32(
-            MOTION_SPEED_ERROR,
-            motion_watch_step(&watch,
-                              &(motion_watch_input_t){(float)(way * 9.9), (float)(way * 9.9), (float)LIMIT,
-                                                      (float)(way * 30.0), (float)(way * 60.0), true, true}));
+        omega = way * 30.0;
+        const motion_watch_input_t input = input_of(way * 9.9, way * 60.0);
+        TEST_ASSERT_EQUAL_HEX32(MOTION_SPEED_ERROR, motion_watch_step(&watch, &input));
     }
 }
 

@@ -131,14 +131,14 @@ static void test_every_told_range_is_true_of_random_sets(void)
 {
     uint32_t refused = 0u;
     random_state = 14u;
-    for (int n = 0; n < 20000; n += SWEEP) {
+    for (int n = 0; n < 20000; n += SWEEP_LONG) {
         make_random_set();
         if (!params_check(&params, &why)) {
             expect_true(&params);
             refused++;
         }
     }
-    TEST_ASSERT_TRUE(refused > 4000u / SWEEP);
+    TEST_ASSERT_TRUE(refused > 4000u / SWEEP_LONG);
 }
 
 /* Several rows of the start at once, by factors from a third to three of what they are or are made to be;
@@ -157,7 +157,7 @@ static void test_every_told_range_of_the_start_is_true(void)
     enum { COUNT = sizeof rows / sizeof rows[0] };
     uint32_t told[COUNT] = {0};
     random_state = 7u;
-    for (int n = 0; n < 20000; n += SWEEP) {
+    for (int n = 0; n < 20000; n += SWEEP_LONG) {
         params_defaults(&params);
         for (int m = 0; m < 4; m++) {
             const size_t at = (size_t)(random_share() * (float)COUNT);
@@ -176,7 +176,7 @@ static void test_every_told_range_of_the_start_is_true(void)
         }
     }
     for (size_t at = 0; at < COUNT; at++) {
-        TEST_ASSERT_TRUE_MESSAGE(told[at] > 100u / SWEEP, rows[at].row);
+        TEST_ASSERT_TRUE_MESSAGE(told[at] > 100u / SWEEP_LONG, rows[at].row);
     }
 }
 
@@ -186,7 +186,7 @@ static void test_the_row_to_change_makes_room_for_the_one_that_has_none(void)
 {
     uint32_t found = 0u;
     random_state = 41u;
-    for (int n = 0; n < 20000; n += SWEEP) {
+    for (int n = 0; n < 20000; n += SWEEP_LONG) {
         make_random_set();
         if (params_check(&params, &why) || !params_none_accepted(&why)) {
             continue;
@@ -209,7 +209,7 @@ static void test_the_row_to_change_makes_room_for_the_one_that_has_none(void)
         TEST_ASSERT_TRUE_MESSAGE(makes_room, why.rule);
         found++;
     }
-    TEST_ASSERT_TRUE(found > 40u / SWEEP);
+    TEST_ASSERT_TRUE(found > 40u / SWEEP_LONG);
 }
 
 typedef struct {

@@ -237,7 +237,7 @@ static void limit_by_link(fast_t *fast, fast_orders_t orders)
 }
 
 /* The current reference in the frame of the rotor, within what heat and DC link leave of it. */
-static void limit_reference(const fast_bounds_t *bounds, dq_t *current)
+static void limit_reference(const bounds_t *bounds, dq_t *current)
 {
     const float below = current->q < bounds->upper ? current->q : bounds->upper;
     current->q = below > bounds->lower ? below : bounds->lower;

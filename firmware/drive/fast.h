@@ -96,11 +96,6 @@ typedef struct {
     uint32_t limited; /* [-] 1: that is less than what the current control requires */
 } fast_control_t;
 
-/* Limits of i_q, by heat and DC link [A]. */
-typedef struct {
-    float lower, upper;
-} fast_bounds_t;
-
 /* What the window under way will say beside its sums. */
 typedef struct {
     uint32_t number;     /* [windows] closed before it */
@@ -123,7 +118,7 @@ typedef struct {
     demand_t demand;        /* with the frame in force */
     fast_control_t control;
     float load_current; /* of i_q, that carries the load and does not accelerate [A] */
-    fast_bounds_t bounds;
+    bounds_t bounds;
     drive_command_t command;
 
     measure_t measure;

@@ -35,8 +35,7 @@ static void snapshot(const fast_t *fast, window_t *window)
     window->voltage = fast->current_control.voltage_ref;
     window->omega_m_ref = fast->demand.omega_m_ref;
     window->link.mean = fast->acted.link;
-    window->lower = fast->bounds.lower;
-    window->upper = fast->bounds.upper;
+    window->bounds = fast->bounds;
     window->link.slow = fast->link.slow;
     window->link.limits = fast->link.limits;
 }

@@ -51,6 +51,11 @@ typedef enum {
     BRIDGE_ON
 } bridge_t;
 
+/* Limits of i_q, by heat and DC link [A]. */
+typedef struct {
+    float lower, upper;
+} bounds_t;
+
 /* What is summed in each period. */
 typedef struct {
     uint32_t periods; /* [periods] so far */
@@ -75,14 +80,14 @@ typedef struct {
     measured_t measured;
     estimate_t estimate;
     position_t encoder;
-    frame_t frame;      /* in which control works */
-    frame_t rotor;      /* as it is believed */
-    float omega_m;      /* [rad/s] mechanical, of the rotor */
-    dq_t current;       /* in the frame [A] */
-    dq_t reference;     /* what control asks for [A] */
-    dq_t voltage;       /* likewise [V] */
-    float omega_m_ref;  /* speed reference in force [rad/s] */
-    float lower, upper; /* limits of i_q in force [A] */
+    frame_t frame;     /* in which control works */
+    frame_t rotor;     /* as it is believed */
+    float omega_m;     /* [rad/s] mechanical, of the rotor */
+    dq_t current;      /* in the frame [A] */
+    dq_t reference;    /* what control asks for [A] */
+    dq_t voltage;      /* likewise [V] */
+    float omega_m_ref; /* speed reference in force [rad/s] */
+    bounds_t bounds;   /* in force */
     window_link_t link;
     window_catch_t catching;
     int32_t calibration; /* [-] calibration_t */

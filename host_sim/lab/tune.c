@@ -14,24 +14,28 @@
 #define T_S    RIG_PERIOD_SECONDS
 
 /* Shares; where docs/theory.md has the rule, its section. */
-#define CURRENT_RESERVE   2.0           /* 23: a start with 0.7 of its torque for the load */
-#define RESISTIVE_MOST    0.5           /* R I at current_limit, of the voltage that the link gives */
-#define CURRENT_LEAST     1.3           /* of the rated current, whatever R I */
-#define SALIENT_MOST      0.8           /* 30: of psi_f that (L_q - L_d) I may take away in a start */
-#define TRIP_SHARE        1.5           /* the board's own: 15 A over 10 A */
-#define TRIP_LEAST        1.2           /* the firmware's rule */
-#define LINK_OVER         1.286         /* the board's own: 400 V over 311 V */
-#define LINK_UNDER        0.643         /* 200 V */
-#define LINK_ROOM         1.15          /* of the largest trip over the link, at least */
-#define SPEED_RESERVE     1.4           /* tests and defaults: 220 rad/s over 157 */
-#define SPEED_LEAST_TRIP  1.05          /* overspeed_trip over the top speed, at least */
-#define OPEN_SHARE        0.999         /* of the link that the board stands, an EMF with the bridge off */
-#define TURN_MOST         0.5           /* [rad] a period, the firmware's rule */
-#define TURN_GOOD         0.35          /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
-#define GAIN_RULE         1.75          /* 3 */
-#define SLOPE_RULE        1.6           /* 3 */
-#define CUTOFF_RULE       1.6           /* 7: 0.12 rad for a load step of the rated torque */
-#define CUTOFF_LEAST      50.0          /* [rad/s] 7 */
+#define CURRENT_RESERVE   2.0   /* 23: a start with 0.7 of its torque for the load */
+#define RESISTIVE_MOST    0.5   /* R I at current_limit, of the voltage that the link gives */
+#define CURRENT_LEAST     1.3   /* of the rated current, whatever R I */
+#define SALIENT_MOST      0.8   /* 30: of psi_f that (L_q - L_d) I may take away in a start */
+#define TRIP_SHARE        1.5   /* the board's own: 15 A over 10 A */
+#define TRIP_LEAST        1.2   /* the firmware's rule */
+#define LINK_OVER         1.286 /* the board's own: 400 V over 311 V */
+#define LINK_UNDER        0.643 /* 200 V */
+#define LINK_ROOM         1.15  /* of the largest trip over the link, at least */
+#define SPEED_RESERVE     1.4   /* tests and defaults: 220 rad/s over 157 */
+#define SPEED_LEAST_TRIP  1.05  /* overspeed_trip over the top speed, at least */
+#define OPEN_SHARE        0.999 /* of the link that the board stands, an EMF with the bridge off */
+#define TURN_MOST         0.5   /* [rad] a period, the firmware's rule */
+#define TURN_GOOD         0.35  /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
+#define GAIN_RULE         1.75  /* 3 */
+#define GAIN_WEAK         1.25  /* likewise over the largest EMF; the firmware's rule: 1.1 */
+#define WITHIN_MADE       0.98  /* 30: of the voltage that duties and dead time leave */
+#define VOLTAGE_USE       0.93  /* the row's own, of U_dc/sqrt3 */
+#define LINK_LEAST        1.27  /* 29: of dc_undervoltage, at which the drive begins to hold the link */
+#define SLOPE_RULE        1.6   /* 3 */
+#define CUTOFF_RULE       1.6   /* 7: 0.12 rad for a load step of the rated torque */
+#define CUTOFF_LEAST      50.0  /* [rad/s] 7 */
 #define CUTOFF_MOST       (0.025 / T_S) /* a bandwidth of 0.1 a period; noise beyond */
 #define BANDWIDTHS        4.0           /* 7: of the loop over the feed-forward, least overshoot */
 #define LOOP_KI           2698.0        /* [1/s^2] 7: of a bandwidth of 200 rad/s */
@@ -395,15 +399,42 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
     }
 }
 
+/* psi_a [Wb] of the i_d that overspeed_trip takes with the least link which the drive does not hold by
+ * itself, where circle and voltage meet or the voltage has its most torque (theory, 30); with less speed that
+ * of current_limit. */
+static double weakened(const given_t *g)
+{
+    const double d = g->l_q - g->l_d;
+    const double duty_least = (BOARD_DEAD_TIME_NS + BOARD_MINIMUM_PULSE_NS) / 1e9 / T_S;
+    const double lost = (BOARD_DEAD_TIME_NS + BOARD_TURN_ON_DELAY_NS - BOARD_TURN_OFF_DELAY_NS) / 1e9 / T_S;
+    const double made = WITHIN_MADE * ((1.0 - 2.0 * duty_least) / SQRT_3 - 4.0 / PI * lost);
+    const double voltage = smaller(VOLTAGE_USE / SQRT_3, made) * LINK_LEAST * g->under;
+    const double flux = voltage / (g->p * g->overspeed);
+    const double q = g->l_q * g->limit;
+    const double c = g->psi * g->psi + q * q - flux * flux;
+    const double across = (g->l_q * g->l_q - g->l_d * g->l_d) * c + g->l_d * g->psi * g->l_d * g->psi;
+    const double meet = -c / (g->l_d * g->psi + sqrt(larger(across, 0.0)));
+    const double most =
+        -2.0 * d * flux * flux / (g->l_q * g->psi + hypot(g->l_q * g->psi, sqrt(8.0) * d * flux));
+    return g->psi - d * larger(larger(meet, (most - g->psi) / g->l_d), -g->limit);
+}
+
 static void add_estimator(tune_t *tune, const given_t *g)
 {
     const bool salient = g->l_q > SALIENT_FROM * g->l_d;
     const double taken = salient ? (g->l_q - g->l_d) * g->limit : 0.0;
     const double flux = 0.75 * g->psi + 0.25 * sqrt(g->psi * g->psi + 8.0 * taken * taken);
-    const double gain = four_digits(GAIN_RULE * flux * g->p * g->free);
+    const double by_rule = GAIN_RULE * flux * g->p * g->free;
+    const double weak = salient ? GAIN_WEAK * weakened(g) * g->p * g->overspeed : 0.0;
+    const double gain = four_digits(larger(by_rule, weak));
     const double slope = four_digits(SLOPE_RULE * g->l_q / (gain * T_S));
-    add(tune, "observer_gain", gain, "[V] 1.75 times the EMF at %.0f r/min%s", g->free / RPM,
-        salient ? " with i_d at current_limit (theory, 3, 30)" : " (theory, 3)");
+    if (weak > by_rule) {
+        add(tune, "observer_gain", gain,
+            "[V] 1.25 times the EMF at overspeed_trip with the i_d that weakens the field (theory, 30)");
+    } else {
+        add(tune, "observer_gain", gain, "[V] 1.75 times the EMF at %.0f r/min%s", g->free / RPM,
+            salient ? " with i_d at current_limit (theory, 3, 30)" : " (theory, 3)");
+    }
     add(tune, "observer_slope", slope, "[1/A] 1.6 L_q/(observer_gain T_s) (theory, 3)");
     add(tune, "estimate_current_max", smaller(four_digits(4.0 / slope), most("estimate_current_max")),
         "[A] 4/observer_slope (theory, 3)");

@@ -13,9 +13,13 @@ if(failed)
     message(FATAL_ERROR "coverage: the tests failed")
 endif()
 
-file(MAKE_DIRECTORY "${BUILD}/html")
+set(pages "")
+if(HTML)
+    file(MAKE_DIRECTORY "${BUILD}/html")
+    set(pages --html-details "${BUILD}/html/index.html")
+endif()
 execute_process(COMMAND "${GCOVR}" --root "${SOURCE}" --filter "${SOURCE}/firmware/" --filter "${SOURCE}/hal/" -j ${jobs}
-        --html-details "${BUILD}/html/index.html" --txt --print-summary --json-summary "${BUILD}/coverage.json"
+        ${pages} --txt --print-summary --json-summary "${BUILD}/coverage.json"
         --fail-under-line ${LIMIT} "${BUILD}"
     WORKING_DIRECTORY "${SOURCE}" RESULT_VARIABLE failed TIMEOUT 300)
 if(failed EQUAL 2) # gcovr's own code for it
@@ -29,4 +33,6 @@ message(STATUS "functions reached: ${functions} %")
 if(functions LESS LIMIT)
     message(FATAL_ERROR "coverage: fewer than ${LIMIT} % of the functions were reached")
 endif()
-message(STATUS "line by line: ${BUILD}/html/index.html")
+if(HTML)
+    message(STATUS "line by line: ${BUILD}/html/index.html")
+endif()

@@ -1,5 +1,6 @@
 # Beside the sanitizers, the lines of firmware/ and hal/ that are executed. Target `coverage`: builds everything, runs the
 # tests of both, prints their line coverage, and fails below the limit.   cmake --build --preset asan --target coverage
+# The target `coverage_html` also writes a page for each file, line by line.
 foreach(room lagless_core lagless_firmware lagless_app lagless_hal lagless_hal_active_low)
     if(TARGET ${room})
         # Plain counters: atomic ones take eight times as long. So nothing of the firmware runs in two threads at once in this build:
@@ -35,9 +36,12 @@ foreach(target IN LISTS everything)
     endif()
 endforeach()
 
-add_custom_target(coverage
-    COMMAND ${CMAKE_COMMAND} -DSOURCE=${CMAKE_SOURCE_DIR} -DBUILD=${CMAKE_BINARY_DIR} -DCTEST=${CMAKE_CTEST_COMMAND}
-        -DGCOVR=${GCOVR} -DLIMIT=99 -P ${CMAKE_CURRENT_LIST_DIR}/count_coverage.cmake
-    WORKING_DIRECTORY ${CMAKE_SOURCE_DIR}
-    DEPENDS ${built}
-    USES_TERMINAL VERBATIM)
+foreach(target coverage coverage_html)
+    string(REGEX MATCH "html" html ${target})
+    add_custom_target(${target}
+        COMMAND ${CMAKE_COMMAND} -DSOURCE=${CMAKE_SOURCE_DIR} -DBUILD=${CMAKE_BINARY_DIR} -DCTEST=${CMAKE_CTEST_COMMAND}
+            -DGCOVR=${GCOVR} -DLIMIT=99 "-DHTML=${html}" -P ${CMAKE_CURRENT_LIST_DIR}/count_coverage.cmake
+        WORKING_DIRECTORY ${CMAKE_SOURCE_DIR}
+        DEPENDS ${built}
+        USES_TERMINAL VERBATIM)
+endforeach()

@@ -57,11 +57,11 @@ HAL_INTERRUPT void app_interrupt(void);
 HAL_INTERRUPT void app_medium(void);
 HAL_INTERRUPT void app_trip(void);
 
-/* The two ends of the sample interrupt; the drive's step goes between them. Whoever has better samples than
- * the board's (the desk's ideal sensors) runs the same three calls and changes them after the first.
- * app_read: this period's conversions, encoder and flags, turned from counts into SI; once per period, for it
- * clears what the flags tell of. app_write: duties, rounded to whole counts, to the compare registers, where
- * they wait for the next carrier zero; gates; and the interrupt is acknowledged, so it comes last. */
+/* The two ends of the sample interrupt; the drive's step goes between them. A caller with better samples than
+ * the board's (the simulation's ideal sensors) makes the same three calls and changes the samples after the
+ * first. app_read: this period's conversions, encoder and flags, turned from counts into SI; once per period,
+ * for it clears what the flags tell of. app_write: duties, rounded to whole counts, to the compare registers,
+ * where they wait for the next carrier zero; gates; and the interrupt is acknowledged, so it comes last. */
 void app_read(drive_samples_t *samples);
 void app_write(const drive_command_t *command);
 

@@ -56,7 +56,7 @@ static void look(void)
         .learnt = drive_learnt(&app->drive),
         .bridge_on = drive_bridge_on(&app->drive) ? 1u : 0u,
     };
-    drive_attend(&app->drive, app->watch.found | (app->talk.silent != 0u ? GUARD_MASTER_SILENT : 0u));
+    drive_heartbeat(&app->drive, app->watch.found | (app->talk.silent != 0u ? GUARD_MASTER_SILENT : 0u));
     hal_interrupts_on();
 }
 

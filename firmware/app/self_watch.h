@@ -1,9 +1,9 @@
 /* The processor looks at itself: program in flash, its copy in RAM, end of the stack, active parameters. Each
- * has a check (CRC-32) that must not change. In the background, a slice a call; which of them has changed is
- * told to the drive, whose fault table says what follows.
+ * has a check (CRC-32) that must not change. In the background, a slice a call; the drive gets
+ * the part that has changed, and its fault table has the reaction.
  *
- * The first time round makes the reference, which the first seconds after power-on are not watched by. It
- * does not find what is wrong from the start: a wrong image is what tools/check-image is for. */
+ * The first pass computes the reference, so nothing is compared in the first seconds after power-on. An error
+ * that is there from the start is not found; tools/check-image finds a wrong image. */
 #ifndef APP_SELF_WATCH_H
 #define APP_SELF_WATCH_H
 

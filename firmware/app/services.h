@@ -1,4 +1,4 @@
-/* Services: what the drive does for whoever talks to it beside turning the motor, as rows of a table like
+/* Services: what the drive does for a client beside turning the motor, as rows of a table like
  * parameters and requests. Writing a row acts at once; `order` is obeyed or refused before the write returns.
  */
 #ifndef APP_SERVICES_H

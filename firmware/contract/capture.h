@@ -45,7 +45,7 @@ typedef enum {
     CAPTURE_GOOD,
     CAPTURE_BAD_ON,      /* no such trigger */
     CAPTURE_BAD_SOURCE,  /* no row has this id, and an edge of it shall trigger */
-    CAPTURE_BAD_LEVEL,   /* it is not a number, likewise */
+    CAPTURE_BAD_LEVEL,   /* the level is not a number, and an edge of a row shall trigger */
     CAPTURE_BAD_AFTER,   /* the trigger's own period would have left the ring */
     CAPTURE_BAD_COLUMNS, /* none, or too many */
     CAPTURE_BAD_ID       /* no row has the id of the first column; of the second: one more, and so on */

@@ -7,7 +7,7 @@
 
 #include "contract/table.h"
 
-#define LINE_PORT   5555 /* of TCP, where the desk's drive listens unless it is told otherwise */
+#define LINE_PORT   5555 /* of TCP, on which the simulated drive listens without another setting */
 #define LINE_ANSWER 1000 /* [ms] that a master waits for an answer; where flash is erased it takes longer */
 #define LINE_RETRY  1    /* [ms] from the answer "busy" to the next try */
 

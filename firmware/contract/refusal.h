@@ -13,7 +13,7 @@ typedef struct {
     float min, max;    /* what would have been accepted, given all other parameters; min > max: nothing */
     uint32_t id;       /* of the field in the parameter table; 0 below the drive */
     int32_t reason;    /* of the drive's reason table; 0 below the drive */
-    uint32_t change;   /* id of the row to change: `id`, or another one where nothing is accepted; likewise */
+    uint32_t change;   /* row to change: `id`, or another one where nothing is accepted; 0 below the drive */
     float advice;      /* what the rule of thumb gives for that row, in its unit; 0: there is none */
 } params_error_t;
 

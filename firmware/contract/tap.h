@@ -1,6 +1,6 @@
 /* The tap: chosen slots of a struct, copied once per period as they stand.
  *
- * Recorder, capture and whoever else looks in from outside read only what was copied: all values of one row
+ * Recorder, capture and every other reader outside the drive read only what was copied: all values of one row
  * belong to the same period. */
 #ifndef CONTRACT_TAP_H
 #define CONTRACT_TAP_H

@@ -65,13 +65,13 @@ static fast_orders_t orders_of(const drive_t *drive)
  * stays as it is until the medium task has begun, which is before the background goes on. Where the setpoint
  * is not there yet, the last one goes on acting, and the medium task keeps the window that it reads. true: it
  * has another one to work on. */
-static bool turn_window(drive_t *drive, const fast_orders_t *before, uint32_t encoder_count)
+static bool turn_window(drive_t *drive, fast_orders_t before, uint32_t encoder_count)
 {
     if (drive->done != drive->handed) {
         fast_miss(&drive->fast);
         return false;
     }
-    fast_close(&drive->fast, before->setpoint, &drive->window);
+    fast_close(&drive->fast, before.setpoint, &drive->window);
     if (drive->offered != 0u) {
         drive->in_force ^= 1u;
         drive->taken = 1u;
@@ -81,7 +81,7 @@ static bool turn_window(drive_t *drive, const fast_orders_t *before, uint32_t en
     drive->opens = (int32_t)REASON_NONE;
     drive->acting ^= 1u;
     const fast_orders_t orders = orders_of(drive);
-    fast_turn(&drive->fast, &orders, before, encoder_count);
+    fast_turn(&drive->fast, orders, before, encoder_count);
     drive->handed++;
     return true;
 }
@@ -89,13 +89,13 @@ static bool turn_window(drive_t *drive, const fast_orders_t *before, uint32_t en
 bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
 {
     const fast_orders_t orders = orders_of(drive);
-    fast_step(&drive->fast, &orders, samples, drive->opens, command);
+    fast_step(&drive->fast, orders, samples, drive->opens, command);
     if (drive->fast.report.stop.reason != (int32_t)REASON_NONE && !is_shown(drive)) {
         show_stop(drive);
     } else if (drive->opens != (int32_t)REASON_NONE) {
         show_fault(drive, &drive->medium.fault);
     }
-    const bool due = drive->fast.sum.periods >= DRIVE_WINDOW && turn_window(drive, &orders, samples->encoder);
+    const bool due = drive->fast.sum.periods >= DRIVE_WINDOW && turn_window(drive, orders, samples->encoder);
     capture_step(&drive->capture, drive, drive->fast.period);
     return due;
 }
@@ -129,7 +129,7 @@ void drive_init(drive_t *drive, const params_t *params)
     drive->setpoints[0] = drive->medium.setpoint;
     drive->setpoints[1] = drive->medium.setpoint;
     const fast_orders_t orders = orders_of(drive);
-    fast_init(&drive->fast, &orders);
+    fast_init(&drive->fast, orders);
     requests_defaults(&drive->requests);
     capture_tuning_t history;
     CHECK(capture_prepare(&signals_history, &signals_table, &history) == (uint32_t)CAPTURE_GOOD);

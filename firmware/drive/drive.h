@@ -91,10 +91,10 @@ void drive_withdraw(drive_t *drive);
 learnt_t drive_learnt(const drive_t *drive);
 
 /* The background has come round, between two periods; `reported`: what it has found. */
-static inline void drive_attend(drive_t *drive, uint32_t reported)
+static inline void drive_heartbeat(drive_t *drive, uint32_t reported)
 {
-    drive->medium.unattended = 1u;
-    drive->medium.reported = reported;
+    drive->medium.background.unattended = 1u;
+    drive->medium.background.reported = reported;
 }
 
 /* Take over a set of requests between two periods; it must be good (requests_check). */

@@ -12,15 +12,15 @@
 #define LIMITED_SHARE 0.05f
 
 /* What is learnt of motor, load and inverter, to who works with it. */
-static void tell_models(fast_t *fast, const fast_orders_t *orders)
+static void set_models(fast_t *fast, fast_orders_t orders)
 {
-    const setpoint_t *setpoint = orders->setpoint;
+    const setpoint_t *setpoint = orders.setpoint;
     chosen_set_flux(&fast->estimator, setpoint->models.flux_linkage, setpoint->models.speed_per_volt);
-    inverter_set_dead_time(&fast->inverter, &orders->tuning->inverter, setpoint->models.dead_time);
+    inverter_set_dead_time(&fast->inverter, &orders.tuning->inverter, setpoint->models.dead_time);
 }
 
 /* Other coefficients; the state goes on. */
-static void take_tuning(fast_t *fast, const fast_tuning_t *tuning)
+static void set_tuning(fast_t *fast, const fast_tuning_t *tuning)
 {
     measure_take(&fast->measure);
     chosen_take(&fast->estimator, &tuning->estimator);
@@ -29,9 +29,9 @@ static void take_tuning(fast_t *fast, const fast_tuning_t *tuning)
     link_take(&fast->link, &tuning->link);
 }
 
-void fast_init(fast_t *fast, const fast_orders_t *orders)
+void fast_init(fast_t *fast, fast_orders_t orders)
 {
-    const fast_tuning_t *tuning = orders->tuning;
+    const fast_tuning_t *tuning = orders.tuning;
     memset(fast, 0, sizeof *fast);
     measure_init(&fast->measure);
     guard_init(&fast->trips);
@@ -41,8 +41,8 @@ void fast_init(fast_t *fast, const fast_orders_t *orders)
     reference_init(&fast->reference);
     link_init(&fast->link, &tuning->link);
     encoder_reset(&fast->encoder, &tuning->encoder, 0u);
-    take_tuning(fast, tuning);
-    tell_models(fast, orders);
+    set_tuning(fast, tuning);
+    set_models(fast, orders);
     chosen_reset(&fast->estimator, fast->shaft.position, fast->measure.measured.current);
 }
 
@@ -61,19 +61,19 @@ static void limit(fast_t *fast, const setpoint_t *setpoint)
     fast->bounds.upper = backwards ? braking : driving;
 }
 
-void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *before, uint32_t encoder_count)
+void fast_turn(fast_t *fast, fast_orders_t orders, fast_orders_t before, uint32_t encoder_count)
 {
-    const setpoint_t *setpoint = orders->setpoint;
+    const setpoint_t *setpoint = orders.setpoint;
     fast->given.late = 0u;
     fast->given.fresh = FAST_FRESH_SETPOINT;
-    if (orders->tuning != before->tuning) {
+    if (orders.tuning != before.tuning) {
         fast->given.fresh |= FAST_FRESH_TUNING;
-        encoder_take(&fast->encoder, &before->tuning->encoder, &orders->tuning->encoder, encoder_count);
+        encoder_take(&fast->encoder, &before.tuning->encoder, &orders.tuning->encoder, encoder_count);
     }
     if (setpoint->gates == 0u && (int32_t)(setpoint->number - fast->bridge.open_since) >= 0) {
         fast->bridge.open = 0u;
     }
-    if (setpoint->calibrate != before->setpoint->calibrate) {
+    if (setpoint->calibrate != before.setpoint->calibrate) {
         fast->report.calibration = (int32_t)CALIBRATION_GOES_ON;
         if (setpoint->calibrate == (int32_t)CALIBRATE_NOT) {
             measure_begin_calibration(&fast->measure);
@@ -82,18 +82,19 @@ void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *b
 }
 
 /* The first period of a window: what is new is taken. */
-static void begin_window(fast_t *fast, const fast_orders_t *orders)
+static void begin_window(fast_t *fast, fast_orders_t orders)
 {
-    const setpoint_t *setpoint = orders->setpoint;
+    const setpoint_t *setpoint = orders.setpoint;
     if ((fast->given.fresh & FAST_FRESH_TUNING) != 0u) {
-        take_tuning(fast, orders->tuning);
+        set_tuning(fast, orders.tuning);
     }
     fast->given.fresh = 0u;
-    reference_take(&fast->reference, &orders->tuning->reference, setpoint);
-    tell_models(fast, orders);
+    reference_take(&fast->reference, &orders.tuning->reference, setpoint);
+    set_models(fast, orders);
     fast->link.sunk = setpoint->link.sunk;
     fast->link.low = setpoint->link.low;
-    if (fast->link.limits == 0u || fast->bridge.on == 0u) { /* else bound() does it in this period */
+    const bool later = fast->link.limits != 0u && fast->bridge.on != 0u; /* by limit_by_link() */
+    if (!later) {
         limit(fast, setpoint);
     }
 }
@@ -101,10 +102,13 @@ static void begin_window(fast_t *fast, const fast_orders_t *orders)
 /* ---- where the rotor is ---- */
 
 /* Is what acted too uncertain to track by? */
-static inline bool doubtful(fast_t *fast, const fast_orders_t *orders, const inverter_acted_t *acted)
+static inline bool voltage_uncertain(fast_t *fast, fast_orders_t orders, const inverter_acted_t *acted)
 {
     const estimate_t *last = &fast->estimator.estimate;
-    const setpoint_t *setpoint = orders->setpoint;
+    if (!doubt_may_be(&fast->doubt, last->amplitude, acted->leg)) {
+        return false;
+    }
+    const setpoint_t *setpoint = orders.setpoint;
     const doubt_input_t input = {
         .current = acted->current,
         .leg = acted->leg,
@@ -117,47 +121,47 @@ static inline bool doubtful(fast_t *fast, const fast_orders_t *orders, const inv
         .gained = setpoint->models.gained,
         .foreseen = setpoint->models.foreseen,
     };
-    return doubt_step(&fast->doubt, &orders->tuning->doubt, &input);
+    return doubt_step(&fast->doubt, &orders.tuning->doubt, &input);
 }
 
 /* While the reference of the speed stays, i_q is there for the load. What it has beyond that accelerates, and
  * the tracking loop gets it as a torque in its next step. It is the i_q of the frame at t_k, as the loop has
  * it: in the frame of t_k-1 a part of i_d is in it. */
-static void follow_load(fast_t *fast, const setpoint_t *setpoint)
+static void estimate_load(fast_t *fast, const setpoint_t *setpoint)
 {
     if (fast->reference.tracking == 0u) {
-        fast->load = 0.0f;
+        fast->load_current = 0.0f;
     } else {
         const estimate_t *estimate = &fast->estimator.estimate;
         const float i_q = frames_park(fast->measure.measured.current, estimate->frame.rotation).q;
         const float torque =
             i_q * estimate->flux * setpoint->models.speed_per_volt; /* as a current of psi_f */
-        fast->load = lowpass_step(fast->load, setpoint->models.load_share, torque);
+        fast->load_current = lowpass_step(fast->load_current, setpoint->models.load_share, torque);
     }
-    chosen_set_load(&fast->estimator, fast->load);
+    chosen_set_load(&fast->estimator, fast->load_current);
 }
 
-static void estimate(fast_t *fast, const fast_orders_t *orders)
+static void estimate(fast_t *fast, fast_orders_t orders)
 {
     const measured_t *measured = &fast->measure.measured;
     fast->acted =
-        inverter_acted(&fast->inverter, &orders->tuning->inverter, measured->current, measured->u_dc);
+        inverter_acted(&fast->inverter, &orders.tuning->inverter, measured->current, measured->u_dc);
     const inverter_acted_t *acted = &fast->acted;
-    const ab_t spared = orders->setpoint->models.spared;
+    const ab_t spared = orders.setpoint->models.spared;
     const ab_t voltage = {acted->voltage.alpha - spared.alpha, acted->voltage.beta - spared.beta};
     if (fast->reference.tracking == 0u) {
         chosen_observe(&fast->estimator, voltage, measured->current, reference_speed(&fast->reference));
-    } else if (doubtful(fast, orders, acted)) {
+    } else if (voltage_uncertain(fast, orders, acted)) {
         (void)chosen_coast(&fast->estimator, voltage, measured->current);
     } else {
-        (void)chosen_step(&fast->estimator, voltage, measured->current);
+        (void)chosen_track(&fast->estimator, voltage, measured->current);
     }
-    follow_load(fast, orders->setpoint);
+    estimate_load(fast, orders.setpoint);
 }
 
 /* The rotor as it is believed, and its speed for what must not be noisy: of the estimate without the loop's
  * proportional part, whose noise would come back through the speed control. */
-void fast_believe(fast_t *fast, const fast_tuning_t *tuning)
+void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning)
 {
     const estimate_t *estimate = &fast->estimator.estimate;
     const reference_t *reference = &fast->reference;
@@ -168,9 +172,9 @@ void fast_believe(fast_t *fast, const fast_tuning_t *tuning)
 }
 
 /* While the bridge is off nothing is known of the voltage: the estimator rests. */
-static void locate(fast_t *fast, const fast_orders_t *orders)
+static void estimate_position(fast_t *fast, fast_orders_t orders)
 {
-    const fast_tuning_t *tuning = orders->tuning;
+    const fast_tuning_t *tuning = orders.tuning;
     fast->shaft.position =
         encoder_step(&fast->encoder, &tuning->encoder, fast->measure.measured.encoder_count);
     if (fast->reference.source == (int32_t)SOURCE_ENCODER) {
@@ -181,19 +185,18 @@ static void locate(fast_t *fast, const fast_orders_t *orders)
     if (fast->estimating != 0u) {
         estimate(fast, orders);
     }
-    fast_believe(fast, tuning);
+    fast_update_rotor(fast, tuning);
 }
 
 /* ---- control ---- */
 
 /* What is asked of control in this period; `left`: the first without the encoder. Where the loop is locked,
  * the next step goes on from there. */
-static void demand(fast_t *fast, const fast_orders_t *orders, bool left)
+static void demand(fast_t *fast, fast_orders_t orders, bool left)
 {
     const measured_t *measured = &fast->measure.measured;
     const reference_input_t input = {
-        .current = measured->current,
-        .voltage_max = FRAMES_ONE_OVER_SQRT_3 * measured->u_dc,
+        .u_dc = measured->u_dc,
         .estimate = &fast->estimator.estimate,
         .position = &fast->shaft.position,
         .encoder = &fast->shaft.frame,
@@ -202,7 +205,7 @@ static void demand(fast_t *fast, const fast_orders_t *orders, bool left)
     };
     reference_t *reference = &fast->reference;
     const frame_t last = fast->demand.frame;
-    reference_step(reference, &orders->tuning->reference, orders->setpoint, &input, &fast->demand);
+    reference_step(reference, &orders.tuning->reference, orders.setpoint, &input, &fast->demand);
     if (reference->locking != 0u) {
         chosen_lock(&fast->estimator, reference->locked, reference->locked_emf);
     }
@@ -220,24 +223,31 @@ static void demand(fast_t *fast, const fast_orders_t *orders, bool left)
     fast->control.current = frames_park(measured->current, now);
 }
 
-/* Within what heat and DC link leave, and with the dither from whose answer is learnt. */
-static void bound(fast_t *fast, const fast_orders_t *orders)
+/* The limits of i_q near the ends of the DC link, in each period. In a forced frame they do not act: the
+ * rotor feeds nothing on their behalf. */
+static void limit_by_link(fast_t *fast, fast_orders_t orders)
 {
-    const link_tuning_t *tuning = &orders->tuning->link;
-    const setpoint_t *setpoint = orders->setpoint;
+    const link_tuning_t *tuning = &orders.tuning->link;
     const float u_dc = fast->measure.measured.u_dc;
-    const int32_t source = fast->reference.source;
     if (link_is_near(&fast->link, tuning, u_dc)) {
-        /* in a forced frame the limits of i_q do not act: the rotor feeds nothing on their behalf */
-        link_limit(&fast->link, tuning, u_dc, source == (int32_t)SOURCE_FORCED ? 0.0f : fast->omega_m);
-        limit(fast, setpoint);
+        const bool forced = fast->reference.source == (int32_t)SOURCE_FORCED;
+        link_limit(&fast->link, tuning, u_dc, forced ? 0.0f : fast->omega_m);
+        limit(fast, orders.setpoint);
     }
-    if (source == (int32_t)SOURCE_ESTIMATE || source == (int32_t)SOURCE_ENCODER) {
-        dq_t *current = &fast->demand.current;
-        const float below = current->q < fast->bounds.upper ? current->q : fast->bounds.upper;
-        current->q = (below > fast->bounds.lower ? below : fast->bounds.lower) + setpoint->dither.q;
-        current->d += setpoint->dither.d;
-    }
+}
+
+/* The current reference in the frame of the rotor, within what heat and DC link leave of it. */
+static void limit_reference(const bounds_t *bounds, dq_t *current)
+{
+    const float below = current->q < bounds->upper ? current->q : bounds->upper;
+    current->q = below > bounds->lower ? below : bounds->lower;
+}
+
+/* The dither from whose answer L is learnt. */
+static void inject_dither(const setpoint_t *setpoint, dq_t *current)
+{
+    current->d += setpoint->dither.d;
+    current->q += setpoint->dither.q;
 }
 
 /* Field-oriented control: a demand in, duties out. */
@@ -295,10 +305,10 @@ static void begin_estimate(fast_t *fast)
     fast->estimating = 1u;
 }
 
-static void run(fast_t *fast, const fast_orders_t *orders, bool left)
+static void run(fast_t *fast, fast_orders_t orders, bool left)
 {
     const bool comes =
-        (fast->bridge.on < FAST_ON || fast->bridge.charging != 0u) && comes_on(fast, &orders->tuning->limits);
+        (fast->bridge.on < FAST_ON || fast->bridge.charging != 0u) && comes_on(fast, &orders.tuning->limits);
     if (fast->bridge.on >= FAST_ON) {
         fast->command.gates = (int32_t)GATES_KEEP;
     }
@@ -306,18 +316,22 @@ static void run(fast_t *fast, const fast_orders_t *orders, bool left)
         begin_estimate(fast);
     }
     demand(fast, orders, left);
-    bound(fast, orders);
+    limit_by_link(fast, orders);
+    if (reference_in_rotor(&fast->reference)) {
+        limit_reference(&fast->bounds, &fast->demand.current);
+        inject_dither(orders.setpoint, &fast->demand.current);
+    }
     fast->command.duty =
-        fast->bridge.charging != 0u ? (abc_t){0.0f, 0.0f, 0.0f} : control(fast, orders->tuning);
+        fast->bridge.charging != 0u ? (abc_t){0.0f, 0.0f, 0.0f} : control(fast, orders.tuning);
 }
 
 /* The offsets of the current sensors, while the bridge is off. Below dc_undervoltage a rotor that turns
  * slowly may feed the link with what seems to be one. */
-static void calibrate(fast_t *fast, const fast_orders_t *orders, const drive_samples_t *samples)
+static void calibrate(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples)
 {
-    const fast_tuning_t *tuning = orders->tuning;
+    const fast_tuning_t *tuning = orders.tuning;
     measure_t *measure = &fast->measure;
-    switch ((calibrate_t)orders->setpoint->calibrate) {
+    switch ((calibrate_t)orders.setpoint->calibrate) {
     case CALIBRATE_ALL:
         if (fast->report.calibration == (int32_t)CALIBRATION_GOES_ON) {
             fast->report.calibration = (int32_t)measure_calibrate(measure, &tuning->measure, samples);
@@ -326,7 +340,7 @@ static void calibrate(fast_t *fast, const fast_orders_t *orders, const drive_sam
     case CALIBRATE_BLOCKS:
         if (measure->measured.u_dc < tuning->limits.dc_undervoltage) {
             measure_begin_rest(measure);
-        } else if (measure_rest(measure, &tuning->measure, samples, orders->setpoint->trim)) {
+        } else if (measure_rest(measure, &tuning->measure, samples, orders.setpoint->trim)) {
             fast->report.offsets = 1u;
         }
         fast->report.calibration = (int32_t)measure_found(measure);
@@ -336,10 +350,10 @@ static void calibrate(fast_t *fast, const fast_orders_t *orders, const drive_sam
     }
 }
 
-static void rest(fast_t *fast, const fast_orders_t *orders, const drive_samples_t *samples)
+static void rest(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples)
 {
     const dq_t none = {0.0f, 0.0f};
-    const bool encoder = orders->setpoint->source == (int32_t)SOURCE_ENCODER;
+    const bool encoder = orders.setpoint->source == (int32_t)SOURCE_ENCODER;
     if (fast->bridge.on != 0u) {
         measure_begin_rest(&fast->measure);
     }
@@ -347,7 +361,7 @@ static void rest(fast_t *fast, const fast_orders_t *orders, const drive_samples_
     fast->bridge.runs = 0u;
     fast->estimating = 0u;
     reference_rest(&fast->reference, (int32_t)(encoder ? SOURCE_ENCODER : SOURCE_NONE));
-    fast_believe(fast, orders->tuning);
+    fast_update_rotor(fast, orders.tuning);
     fast->demand = (demand_t){fast->rotor, (int32_t)FRAME_GOES_ON, none, none, 0.0f};
     current_control_reset(&fast->current_control, none);
     fast->control.current = frames_park(fast->measure.measured.current, fast->rotor.rotation);
@@ -357,29 +371,12 @@ static void rest(fast_t *fast, const fast_orders_t *orders, const drive_samples_
     calibrate(fast, orders, samples);
 }
 
-/* ---- the window ---- */
-
-/* Field by field: the compiler would call for a routine that clears memory. */
-static void begin_sums(window_sums_t *sum)
-{
-    const ab_t none = {0.0f, 0.0f};
-    sum->periods = 0u;
-    sum->tracked = 0u;
-    sum->unsound = 0u;
-    sum->moved = 0u;
-    sum->limited = 0u;
-    sum->failed = fault_set_none();
-    sum->scatter = 0.0f;
-    sum->voltage = none;
-    sum->current = none;
-    sum->emf = none;
-    sum->emf_hat = none;
-    sum->reference = (dq_t){0.0f, 0.0f};
-}
+/* ---- the period ---- */
 
 static void sum_up(fast_t *fast)
 {
     const estimate_t *estimate = &fast->estimator.estimate;
+    const observed_t *observed = &fast->estimator.observed;
     const measured_t *measured = &fast->measure.measured;
     window_sums_t *sum = &fast->sum;
     sum->periods++;
@@ -397,79 +394,16 @@ static void sum_up(fast_t *fast)
     sum->voltage.beta += fast->acted.voltage.beta;
     sum->emf.alpha += estimate->emf.alpha;
     sum->emf.beta += estimate->emf.beta;
-    sum->emf_hat.alpha += estimate->emf_hat.alpha;
-    sum->emf_hat.beta += estimate->emf_hat.beta;
+    sum->emf_hat.alpha += observed->emf_hat.alpha;
+    sum->emf_hat.beta += observed->emf_hat.beta;
     sum->reference.d += fast->demand.current.d;
     sum->reference.q += fast->demand.current.q;
 }
 
-/* What was seen at its last period, field by field: a whole struct would be cleared first, or copied twice.
- */
-static void see(const fast_t *fast, window_t *window)
-{
-    window->measured = fast->measure.measured;
-    window->estimate = fast->estimator.estimate;
-    window->encoder = fast->shaft.position;
-    window->frame = fast->demand.frame;
-    window->rotor = fast->rotor;
-    window->omega_m = fast->omega_m;
-    window->current = fast->control.current;
-    window->reference = fast->demand.current;
-    window->omega_m_ref = fast->demand.omega_m_ref;
-    window->link.mean = fast->acted.link;
-    window->lower = fast->bounds.lower;
-    window->upper = fast->bounds.upper;
-    window->link.slow = fast->link.slow;
-    window->link.limits = fast->link.limits;
-}
-
-static void see_catch(const reference_t *reference, window_catch_t *seen)
-{
-    const catch_t *catching = &reference->catching;
-    seen->outcome = reference->outcome;
-    seen->turning = catching->turning;
-    seen->periods_beyond = catching->periods_beyond;
-    seen->length = catching->length;
-    seen->emf = catching->emf;
-    seen->cross = catching->cross;
-    seen->cross_min = catching->cross_min;
-}
-
-void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
-{
-    fast->sum.moved = still_watch_moved(&fast->still_watch, DRIVE_WINDOW);
-    window->number = fast->report.number;
-    window->period = fast->period;
-    window->setpoint = setpoint->number;
-    window->sum = fast->sum;
-    see(fast, window);
-    see_catch(&fast->reference, &window->catching);
-    window->calibration = fast->report.calibration;
-    window->offsets = fast->report.offsets;
-    window->estimating = fast->estimating;
-    window->tracking = fast->reference.tracking;
-    window->bridge = (int32_t)(fast->bridge.on < FAST_ON     ? BRIDGE_OFF
-                               : fast->bridge.charging != 0u ? BRIDGE_CHARGES
-                                                             : BRIDGE_ON);
-    window->left = fast->report.left;
-    window->stop = fast->report.stop;
-    begin_sums(&fast->sum);
-    fast->report.number++;
-    fast->report.offsets = 0u;
-    fast->report.left = (int32_t)JUMP_IGNORED;
-    fast->report.stop.reason = (int32_t)REASON_NONE;
-}
-
-void fast_miss(fast_t *fast)
-{
-    begin_sums(&fast->sum);
-    fast->given.late++;
-}
-
-void fast_step(fast_t *fast, const fast_orders_t *orders, const drive_samples_t *samples, int32_t opens,
+void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples, int32_t opens,
                drive_command_t *command)
 {
-    const setpoint_t *setpoint = orders->setpoint;
+    const setpoint_t *setpoint = orders.setpoint;
     if (fast->given.fresh != 0u) {
         begin_window(fast, orders);
     }
@@ -477,11 +411,11 @@ void fast_step(fast_t *fast, const fast_orders_t *orders, const drive_samples_t 
         fast_open_bridge(fast, fast->report.number - 1u);
     }
     if (fast->period == 0u) {
-        encoder_reset(&fast->encoder, &orders->tuning->encoder, samples->encoder);
+        encoder_reset(&fast->encoder, &orders.tuning->encoder, samples->encoder);
     }
     fast->period++;
     measure_step(&fast->measure, samples, setpoint->trim);
-    locate(fast, orders);
+    estimate_position(fast, orders);
     const bool left = fast_trip(fast, orders);
     sum_up(fast);
     if (setpoint->gates != 0u && fast->bridge.open == 0u) {

@@ -96,16 +96,12 @@ typedef struct {
     uint32_t limited; /* [-] 1: that is less than what the current control requires */
 } fast_control_t;
 
-/* Limits of i_q, by heat and DC link [A]. */
-typedef struct {
-    float lower, upper;
-} fast_bounds_t;
-
 /* What the window under way will say beside its sums. */
 typedef struct {
     uint32_t number;     /* [windows] closed before it */
     int32_t calibration; /* [-] calibration_t of the last period */
     uint32_t offsets;    /* [-] 1: the offsets were measured anew in this window */
+    fault_set_t failed;  /* fast rows of the fault table that have failed in this window */
     int32_t left;        /* [-] jump_reaction_t of this window */
     drive_fault_t stop;  /* by which the bridge was opened in this window */
 } fast_report_t;
@@ -121,8 +117,8 @@ typedef struct {
     float omega_m;          /* [rad/s] mechanical, of the rotor */
     demand_t demand;        /* with the frame in force */
     fast_control_t control;
-    float load; /* [A] what of i_q carries the load: the tracking loop is not told of it */
-    fast_bounds_t bounds;
+    float load_current; /* of i_q, that carries the load and does not accelerate [A] */
+    bounds_t bounds;
     drive_command_t command;
 
     measure_t measure;
@@ -147,18 +143,17 @@ typedef struct {
 } fast_orders_t;
 
 /* All state zero, with these orders. */
-void fast_init(fast_t *fast, const fast_orders_t *orders);
+void fast_init(fast_t *fast, fast_orders_t orders);
 
 /* The end of a window: the next period begins with other orders than `before`. What that takes is done there,
  * for this period has closed a window; here only what a trip in between has to find, and what needs the
  * orders before. The sample that comes has this encoder count. */
-void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *before,
-               uint32_t encoder_count);
+void fast_turn(fast_t *fast, fast_orders_t orders, fast_orders_t before, uint32_t encoder_count);
 
 /* One period. `opens` [-] reason_t: what the medium task has found since its last setpoint; not REASON_NONE:
  * the bridge opens without waiting for the next one. Bounded, no libm; one division each of observer and
  * modulator, one more when the voltage is limited. */
-void fast_step(fast_t *fast, const fast_orders_t *orders, const drive_samples_t *samples, int32_t opens,
+void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples, int32_t opens,
                drive_command_t *command);
 
 /* The last period of a window, with this setpoint: its window, and the next one begins. */

@@ -32,13 +32,13 @@ void fast_stop(fast_t *fast, int32_t reason)
 }
 
 /* An encoder whose angle moves as no rotor does: opened by its row, or left in this period. */
-static uint32_t watch_jump(fast_t *fast, const fast_orders_t *orders)
+static uint32_t watch_jump(fast_t *fast, fast_orders_t orders)
 {
-    const setpoint_t *setpoint = orders->setpoint;
+    const setpoint_t *setpoint = orders.setpoint;
     const bool watched =
         fast->reference.source == (int32_t)SOURCE_ENCODER && setpoint->jump != (int32_t)JUMP_IGNORED &&
         (fast->measure.measured.flags & DRIVE_SAMPLE_LATE) == 0u; /* how far it turned is open */
-    if (!watched || !encoder_watch_jumped(orders->tuning->limits.jump, fast->encoder.missed)) {
+    if (!watched || !encoder_watch_jumped(orders.tuning->limits.jump, fast->encoder.missed)) {
         return 0u;
     }
     if (setpoint->jump == (int32_t)JUMP_OPENS) {
@@ -48,41 +48,45 @@ static uint32_t watch_jump(fast_t *fast, const fast_orders_t *orders)
     fast->report.left = setpoint->jump;
     reference_leave_encoder(&fast->reference, to_estimate, fast->estimator.estimate.omega_smooth,
                             setpoint->jump_periods);
-    fast_believe(fast, orders->tuning);
+    fast_update_rotor(fast, orders.tuning);
     return 0u;
+}
+
+/* Does a sample show the gates on, the lower switches not alone? */
+static void find_gates_on(fast_bridge_t *bridge, uint32_t flags)
+{
+    if (bridge->runs == 0u && bridge->on >= FAST_ON && bridge->charging == 0u &&
+        (flags & DRIVE_SAMPLE_TRIPPED) == 0u) {
+        bridge->runs = 1u;
+    }
 }
 
 /* The moments in which the fast rows count. Those of a bridge that is on begin with the first sample that
  * shows the gates on, whatever the medium task knows by then; that they never come on is for the sequence to
  * say. */
-static uint32_t moments(fast_t *fast, const setpoint_t *setpoint)
+static inline uint32_t moments(const fast_bridge_t *bridge, const setpoint_t *setpoint)
 {
-    if (fast->bridge.on < FAST_ON || fast->bridge.charging != 0u) {
-        return GUARD_ALWAYS;
-    }
-    if (fast->bridge.runs == 0u && (fast->measure.measured.flags & DRIVE_SAMPLE_TRIPPED) == 0u) {
-        fast->bridge.runs = 1u;
-    }
-    return fast->bridge.runs == 0u || fast->bridge.open != 0u ? GUARD_ALWAYS : setpoint->moments;
+    return bridge->runs == 0u || bridge->open != 0u ? GUARD_ALWAYS : setpoint->moments;
 }
 
-static inline guard_input_t trip_input(const fast_t *fast, uint32_t encoder_wrong, uint32_t now)
+static inline guard_input_t trip_input(const fast_t *fast, const setpoint_t *setpoint, uint32_t encoder_wrong)
 {
     return (guard_input_t){
         .measured = &fast->measure.measured,
         .omega_m = fast->omega_m,
         .encoder_wrong = encoder_wrong,
         .medium_late = fast->given.late >= FAST_LATE_WINDOWS ? 1u : 0u,
-        .now = now,
+        .now = moments(&fast->bridge, setpoint),
+        .found = NULL,
     };
 }
 
-static void judge_trips(fast_t *fast, const guard_tuning_t *tuning, uint32_t encoder_wrong, uint32_t now)
+static void judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wrong)
 {
-    const guard_input_t input = trip_input(fast, encoder_wrong, now);
+    const guard_input_t input = trip_input(fast, orders.setpoint, encoder_wrong);
     const bool failed = fault_set_any(fast->trips.faults);
-    guard_step_each(&fast->trips, tuning, &input);
-    fast->sum.failed = fault_set_both(fast->sum.failed, fast->trips.faults);
+    guard_step_each(&fast->trips, &orders.tuning->guard, &input);
+    fast->report.failed = fault_set_both(fast->report.failed, fast->trips.faults);
     if (!failed && fault_set_any(fast->trips.faults)) {
         fast_stop(fast, guard_reason(fast->trips.faults));
     }
@@ -90,13 +94,15 @@ static void judge_trips(fast_t *fast, const guard_tuning_t *tuning, uint32_t enc
 
 /* A current sensor whose value does not change while control requires another current: the medium task would
  * be too late. */
-static void watch_still(fast_t *fast, const still_watch_tuning_t *tuning, uint32_t now)
+static void watch_still(fast_t *fast, fast_orders_t orders)
 {
-    const abc_t current = fast->measure.measured.current_abc;
-    if (still_watch_count(&fast->still_watch, tuning, &current) && (now & GUARD_RUNNING) != 0u) {
+    const still_watch_tuning_t *tuning = &orders.tuning->still_watch;
+    const abc_t *current = &fast->measure.measured.current_abc;
+    if (still_watch_count(&fast->still_watch, tuning, current) &&
+        (moments(&fast->bridge, orders.setpoint) & GUARD_RUNNING) != 0u) {
         const dq_t asked = fast->demand.current;
         const abc_t wanted = frames_inverse_clarke(frames_inverse_park(asked, fast->demand.frame.rotation));
-        if (still_watch_judge(&fast->still_watch, tuning, wanted, current, fast->control.limited != 0u,
+        if (still_watch_judge(&fast->still_watch, tuning, wanted, *current, fast->control.limited != 0u,
                               fast->measure.measured.u_dc)) {
             fast_stop(fast, REASON_CURRENT_STUCK);
         }
@@ -104,17 +110,16 @@ static void watch_still(fast_t *fast, const still_watch_tuning_t *tuning, uint32
 }
 
 /* The rows of the fault table that are judged in each period. true: the encoder has been left. */
-bool fast_trip(fast_t *fast, const fast_orders_t *orders)
+bool fast_trip(fast_t *fast, fast_orders_t orders)
 {
-    const fast_tuning_t *tuning = orders->tuning;
     const int32_t left = fast->report.left;
     const uint32_t encoder_wrong = watch_jump(fast, orders);
-    const uint32_t now = moments(fast, orders->setpoint);
-    const guard_input_t input = trip_input(fast, encoder_wrong, now);
-    if (!guard_is_calm(&fast->trips, &tuning->guard, &input, FAULT_EACH)) {
-        judge_trips(fast, &tuning->guard, encoder_wrong,
-                    now); /* makes the input anew: kept, it would be stored in each period */
+    find_gates_on(&fast->bridge, fast->measure.measured.flags);
+    const guard_input_t input = trip_input(fast, orders.setpoint, encoder_wrong);
+    if (!guard_is_calm(&fast->trips, &orders.tuning->guard, &input, FAULT_EACH)) {
+        judge_trips(fast, orders,
+                    encoder_wrong); /* makes the input anew: kept, it would be stored each period */
     }
-    watch_still(fast, &tuning->still_watch, now);
+    watch_still(fast, orders);
     return fast->report.left != left;
 }

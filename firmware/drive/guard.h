@@ -43,25 +43,30 @@ typedef struct {
 #define GUARD_LOOP_SLOW       UINT32_C(1) /* the tracking loop is set too slow */
 #define GUARD_LOOP_OSCILLATED UINT32_C(2) /* the speed loop oscillated, and was slowed down */
 
-/* What is judged. */
+/* What the medium task has found. */
 typedef struct {
-    const measured_t *measured;
-    float omega_m;             /* [rad/s] mechanical */
     uint32_t estimate_invalid; /* [-] ESTIMATOR_... bits, the criteria by which the estimate has failed */
     uint32_t unlocked;         /* [-] 1: a sign of a lost lock stands */
     uint32_t failed;           /* [-] MANOEUVRE_... bits, but for that of a rotor ... */
     uint32_t too_fast;         /* [-] 1: ... whose EMF is beyond the link */
     uint32_t unattended;       /* [-] 1: the background has stayed away for too long */
     uint32_t reported;         /* [-] GUARD_CORRUPT_... and other bits, what the background has found */
-    uint32_t encoder_wrong;    /* [-] ENCODER_WATCH_... bits */
-    uint32_t medium_late;      /* [-] 1: the medium task has missed two windows in a row */
     uint32_t moves_wrong;      /* [-] MOTION_... bits */
     uint32_t encoder_lost;     /* [-] 1: it is left */
     uint32_t current_faults;   /* [-] CURRENT_WATCH_... bits */
     uint32_t heat;             /* [-] THERMAL_... bits */
     uint32_t link;             /* [-] LINK_... bits */
     uint32_t loops;            /* [-] GUARD_LOOP_... bits */
-    uint32_t now;              /* [-] GUARD_... bits: which rows count */
+} guard_found_t;
+
+/* What is judged. */
+typedef struct {
+    const measured_t *measured;
+    float omega_m;              /* [rad/s] mechanical */
+    uint32_t encoder_wrong;     /* [-] ENCODER_WATCH_... bits */
+    uint32_t medium_late;       /* [-] 1: the medium task has missed two windows in a row */
+    uint32_t now;               /* [-] GUARD_... bits: which rows count */
+    const guard_found_t *found; /* NULL where rows with the rate EACH are judged, which need none of it */
 } guard_input_t;
 
 /* Bits of the moments of fault_when_t. */

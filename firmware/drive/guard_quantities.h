@@ -46,43 +46,47 @@ static inline uint32_t guard_bad_sample(const guard_input_t *input)
     /* quadrature phase error since the last sample */                                                       \
     BITS(encoder_error, measured->flags, DRIVE_SAMPLE_ENCODER)                                               \
     /* the estimate in use is lost by this criterion */                                                      \
-    BITS(estimate_amplitude, estimate_invalid, ESTIMATOR_AMPLITUDE)                                          \
-    BITS(estimate_detector, estimate_invalid, ESTIMATOR_DETECTOR)                                            \
-    BITS(estimate_current, estimate_invalid, ESTIMATOR_CURRENT)                                              \
-    BITS(estimate_speed, estimate_invalid, ESTIMATOR_SPEED)                                                  \
-    WHOLE(unlocked, unlocked)               /* a sign of a lost lock stands */                               \
-    BITS(lock_lost, failed, MANOEUVRE_LOST) /* the manoeuvre has failed by this, and the next three */       \
-    BITS(start_stalled, failed, MANOEUVRE_STALLED)                                                           \
-    BITS(start_unlocked, failed, MANOEUVRE_UNLOCKED)                                                         \
-    WHOLE(rotor_too_fast, too_fast)                                                                          \
-    BITS(encoder_jump, encoder_wrong, ENCODER_WATCH_JUMP)    /* the encoder is wrong by this */              \
-    BITS(current_stuck, current_faults, CURRENT_WATCH_STUCK) /* a sensor is, as current_watch.h says */      \
+    BITS(estimate_amplitude, found->estimate_invalid, ESTIMATOR_AMPLITUDE)                                   \
+    BITS(estimate_detector, found->estimate_invalid, ESTIMATOR_DETECTOR)                                     \
+    BITS(estimate_current, found->estimate_invalid, ESTIMATOR_CURRENT)                                       \
+    BITS(estimate_speed, found->estimate_invalid, ESTIMATOR_SPEED)                                           \
+    WHOLE(unlocked, found->unlocked) /* a sign of a lost lock stands */                                      \
+    BITS(lock_lost, found->failed,                                                                           \
+         MANOEUVRE_LOST) /* the manoeuvre has failed by this, and the next three */                          \
+    BITS(start_stalled, found->failed, MANOEUVRE_STALLED)                                                    \
+    BITS(start_unlocked, found->failed, MANOEUVRE_UNLOCKED)                                                  \
+    WHOLE(rotor_too_fast, found->too_fast)                                                                   \
+    BITS(encoder_jump, encoder_wrong, ENCODER_WATCH_JUMP) /* the encoder is wrong by this */                 \
+    BITS(current_stuck, found->current_faults,                                                               \
+         CURRENT_WATCH_STUCK) /* a sensor is, as current_watch.h says */                                     \
     /* of the slow rows */                                                                                   \
     NUMBER(sink_temperature, measured->sink_temperature)   /* [degC] */                                      \
     NUMBER(motor_temperature, measured->motor_temperature) /* [degC] */                                      \
     /* flash, or its copy in RAM, has changed */                                                             \
-    BITS(program_corrupt, reported, GUARD_CORRUPT_PROGRAM | GUARD_CORRUPT_INTERRUPT_CODE)                    \
-    BITS(params_corrupt, reported, GUARD_CORRUPT_PARAMS) /* the active set has changed */                    \
-    BITS(stack_low, reported, GUARD_CORRUPT_STACK_END)   /* the end of the stack was written to */           \
-    WHOLE(background_stalled, unattended) /* the background has not come round for too long */               \
+    BITS(program_corrupt, found->reported, GUARD_CORRUPT_PROGRAM | GUARD_CORRUPT_INTERRUPT_CODE)             \
+    BITS(params_corrupt, found->reported, GUARD_CORRUPT_PARAMS) /* the active set has changed */             \
+    BITS(stack_low, found->reported, GUARD_CORRUPT_STACK_END)   /* the end of the stack was written to */    \
+    WHOLE(background_stalled, found->unattended) /* the background has not come round for too long */        \
     BITS(encoder_direction, encoder_wrong, ENCODER_WATCH_DIRECTION) /* the encoder is wrong by this */       \
     BITS(encoder_mismatch, encoder_wrong, ENCODER_WATCH_MISMATCH)                                            \
-    BITS(runaway, moves_wrong, MOTION_RUNAWAY) /* the shaft does not move as it should, by this */           \
-    BITS(stalled, moves_wrong, MOTION_STALLED)                                                               \
-    BITS(speed_error, moves_wrong, MOTION_SPEED_ERROR)                                                       \
-    WHOLE(encoder_lost, encoder_lost) /* the motor goes on without an encoder that was wrong */              \
-    BITS(current_gain, current_faults, CURRENT_WATCH_GAIN) /* as current_watch.h says, and the next two */   \
-    BITS(phase_loss, current_faults, CURRENT_WATCH_LOSS)                                                     \
-    BITS(current_sum, current_faults, CURRENT_WATCH_SUM)                                                     \
-    BITS(motor_overload, heat, THERMAL_MOTOR) /* by its heat, and the next */                                \
-    BITS(module_overload, heat, THERMAL_MODULE)                                                              \
-    BITS(derating, heat, THERMAL_DERATING)          /* the limit of the current is lower */                  \
-    BITS(dc_ripple, link, LINK_RIPPLES)             /* of the DC link */                                     \
-    BITS(dc_limits, link, LINK_LIMITS)              /* the DC link limits the torque */                      \
-    BITS(loop_slow, loops, GUARD_LOOP_SLOW)         /* the tracking loop is set too slow */                  \
-    BITS(oscillation, loops, GUARD_LOOP_OSCILLATED) /* the speed loop oscillated, and was slowed down */     \
+    BITS(runaway, found->moves_wrong, MOTION_RUNAWAY) /* the shaft does not move as it should, by this */    \
+    BITS(stalled, found->moves_wrong, MOTION_STALLED)                                                        \
+    BITS(speed_error, found->moves_wrong, MOTION_SPEED_ERROR)                                                \
+    WHOLE(encoder_lost, found->encoder_lost) /* the motor goes on without an encoder that was wrong */       \
+    BITS(current_gain, found->current_faults,                                                                \
+         CURRENT_WATCH_GAIN) /* as current_watch.h says, and the next two */                                 \
+    BITS(phase_loss, found->current_faults, CURRENT_WATCH_LOSS)                                              \
+    BITS(current_sum, found->current_faults, CURRENT_WATCH_SUM)                                              \
+    BITS(motor_overload, found->heat, THERMAL_MOTOR) /* by its heat, and the next */                         \
+    BITS(module_overload, found->heat, THERMAL_MODULE)                                                       \
+    BITS(derating, found->heat, THERMAL_DERATING)  /* the limit of the current is lower */                   \
+    BITS(dc_ripple, found->link, LINK_RIPPLES)     /* of the DC link */                                      \
+    BITS(dc_limits, found->link, LINK_LIMITS)      /* the DC link limits the torque */                       \
+    BITS(loop_slow, found->loops, GUARD_LOOP_SLOW) /* the tracking loop is set too slow */                   \
+    BITS(oscillation, found->loops,                                                                          \
+         GUARD_LOOP_OSCILLATED) /* the speed loop oscillated, and was slowed down */                         \
     /* the master on the line was silent for too long */                                                     \
-    BITS(master_silent, reported, GUARD_MASTER_SILENT)
+    BITS(master_silent, found->reported, GUARD_MASTER_SILENT)
 
 #define GUARD_NUMBER_OF(quantity, field)                                                                     \
     static inline float guard_##quantity(const guard_input_t *input)                                         \

@@ -239,6 +239,12 @@ static inline bool manoeuvres_steady(const manoeuvres_t *m)
     return m->judged != 0u && m->reversing == 0u && m->windows > MANOEUVRE_STEADY;
 }
 
+/* May a dither of i_d go beside the reference? Where i_d weakens the field there is no voltage for it. */
+static inline bool manoeuvres_dithers(const manoeuvres_t *m)
+{
+    return manoeuvres_steady(m) && !run_weakens(&m->run);
+}
+
 /* `setpoint`: source of the frame, references and orders of the window after the next; m->unlocked and
  * m->failed with it. */
 void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);

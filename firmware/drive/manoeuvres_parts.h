@@ -22,6 +22,8 @@ static inline float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *w
         return wish->omega_m_ref * m->limits.pole_pairs;
     case RUN_CURRENT:
         return wish->current.q < 0.0f ? -m->limits.handover_speed : m->limits.handover_speed;
+    case RUN_TORQUE:
+        return wish->torque < 0.0f ? -m->limits.handover_speed : m->limits.handover_speed;
     case RUN_ZERO:
     case RUN_STOP:
         break;

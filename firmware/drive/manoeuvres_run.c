@@ -215,7 +215,7 @@ static void prove(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *
         run(m, input, setpoint);
         return;
     }
-    kept.wish = (run_wish_t){RUN_SPEED, m->omega_m_proved, {0.0f, 0.0f}};
+    kept.wish = (run_wish_t){RUN_SPEED, m->omega_m_proved, {0.0f, 0.0f}, 0.0f};
     run(m, &kept, setpoint);
     if (m->proving == 0u && m->losses.count >= 2u && m->now == (int32_t)MANOEUVRE_RUN) {
         manoeuvres_fall_back(m, input, setpoint);

@@ -6,7 +6,8 @@
 #include "math/exponential.h"
 #include "math/filter.h"
 
-#define SPEED_DAMPING 3.0f /* [-] four times the square of its damping, by the rule */
+#define SALIENT_SLEW  10e-3f /* [s] to the torque of current_limit, by the rule */
+#define SPEED_DAMPING 3.0f   /* [-] four times the square of its damping, by the rule */
 #define LOW_CURRENT_LOSS                                                                                     \
     0.1f /* [-] of the low-speed current per hand-over speed: a fifth is left at ten of them */
 #define LOW_CURRENT_CUTOFF 20.0f   /* [rad/s] */
@@ -41,6 +42,16 @@ static float known_emf(const params_t *params, const believed_t *believed)
                   1.0f);
 }
 
+/* By how much a torque may grow a window, as a current of psi_f [A]. */
+static float torque_slew(const params_t *params, const believed_t *believed)
+{
+    const float by_rule = params_salient(believed) ? SALIENT_SLEW : 0.0f;
+    const float time = params->torque_slew > 0.0f ? params->torque_slew : by_rule;
+    const float most = params_torque_most(params, believed) /
+                       (1.5f * (float)params->motor_pole_pairs * believed->flux_linkage);
+    return time > 0.0f ? most * DRIVE_WINDOW_PERIOD / time : 0.0f;
+}
+
 static run_tuning_t prepare_run(const params_t *params, const believed_t *believed, float handover_speed)
 {
     const float fast = params_loop(params, believed).bandwidth / PARAMS_SPEED_BELOW_LOOP;
@@ -54,6 +65,7 @@ static run_tuning_t prepare_run(const params_t *params, const believed_t *believ
         .current_limit = params->current_limit,
         .period = DRIVE_WINDOW_PERIOD,
     };
+    const weakening_params_t weakening = params_weakening(params, believed);
     return (run_tuning_t){
         .speed = speed_control_prepare(&speed),
         .ramp = params->speed_ramp * DRIVE_WINDOW_PERIOD,
@@ -66,6 +78,9 @@ static run_tuning_t prepare_run(const params_t *params, const believed_t *believ
                         ? (believed->inductance_q - believed->inductance_d) / believed->flux_linkage
                         : 0.0f,
         .mtpa = params->mtpa == (int32_t)MTPA_ON,
+        .per_torque = 1.0f / (1.5f * (float)params->motor_pole_pairs * believed->flux_linkage),
+        .slew = torque_slew(params, believed),
+        .weakening = weakening_prepare(&weakening),
     };
 }
 

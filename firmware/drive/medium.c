@@ -120,17 +120,14 @@ static bool is_too_fast(const medium_t *medium, const window_t *window)
 static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
-    medium->unattended += medium->unattended != 0u ? DRIVE_WINDOW : 0u;
-    const guard_input_t input = {
-        .measured = &window->measured,
-        .omega_m = window->omega_m,
-        .estimate_invalid = window->estimate.invalid,
+    medium->background.unattended += medium->background.unattended != 0u ? DRIVE_WINDOW : 0u;
+    const guard_found_t found = {
+        .estimate_invalid = medium->estimate.invalid,
         .unlocked = m->unlocked,
         .failed = m->failed,
         .too_fast = is_too_fast(medium, window) ? 1u : 0u,
-        .unattended = medium->unattended > tuning->unattended_max ? 1u : 0u,
-        .reported = medium->reported,
-        .encoder_wrong = medium->found.encoder_wrong,
+        .unattended = medium->background.unattended > tuning->unattended_max ? 1u : 0u,
+        .reported = medium->background.reported,
         .moves_wrong = medium->found.moves_wrong,
         .encoder_lost = m->encoder_lost,
         .current_faults = medium->found.current_faults,
@@ -138,6 +135,12 @@ static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_
         .link = medium->link.conditions,
         .loops = (m->limits.slow_loop != 0u ? GUARD_LOOP_SLOW : 0u) |
                  (m->run.calm < 1.0f ? GUARD_LOOP_OSCILLATED : 0u),
+    };
+    const guard_input_t input = {
+        .measured = &window->measured,
+        .omega_m = window->omega_m,
+        .encoder_wrong = medium->found.encoder_wrong,
+        .found = &found,
         .now = medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON ? GUARD_ALWAYS : moments(medium, tuning),
     };
     guard_step_slow(&medium->guard, &tuning->guard, &input);
@@ -151,7 +154,7 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
     const sequence_input_t input = {
         .requests = requests,
         .measured = &window->measured,
-        .faults = fault_set_both(medium->guard.faults, window->sum.failed),
+        .faults = fault_set_both(medium->guard.faults, window->failed),
         .stops = medium->guard.stops,
         .standing =
             manoeuvres_knows(&medium->manoeuvres) && bounds_within(window->omega_m, SEQUENCE_STANDSTILL),
@@ -173,13 +176,18 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
 
 static run_wish_t wish(const medium_t *medium, const requests_t *requests)
 {
-    run_wish_t wish = {RUN_SPEED, requests->speed_request, {requests->i_d_request, requests->i_q_request}};
+    run_wish_t wish = {RUN_SPEED,
+                       requests->speed_request,
+                       {requests->i_d_request, requests->i_q_request},
+                       requests->torque_request};
     if (medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON) {
         wish.mode = RUN_ZERO;
     } else if (medium->sequence.state == (int32_t)DRIVE_QUICK_STOP) {
         wish.mode = RUN_STOP;
     } else if (requests->mode == (int32_t)MODE_CURRENT) {
         wish.mode = RUN_CURRENT;
+    } else if (requests->mode == (int32_t)MODE_TORQUE) {
+        wish.mode = RUN_TORQUE;
     }
     return wish;
 }
@@ -221,7 +229,8 @@ static void manoeuvre(medium_t *medium, const window_t *window, const requests_t
     }
     const manoeuvres_input_t input = medium_manoeuvres_input(medium, window, wish(medium, requests));
     const uint32_t tracked = m->tracking;
-    run_limit(&m->run, window->lower, window->upper);
+    run_limit(&m->run, window->bounds.lower, window->bounds.upper);
+    run_look(&m->run, window->measured.u_dc, m->limits.pole_pairs * window->omega_m, window->voltage);
     manoeuvres_step(m, &input, setpoint);
     if (tracked == 0u && m->tracking != 0u) {
         flux_reset(&medium->flux, input.estimate->omega_smooth);
@@ -279,7 +288,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->jump = (int32_t)at_a_jump(medium, window);
     setpoint->jump_periods = MANOEUVRE_CATCH_PERIODS;
     setpoint->dither =
-        manoeuvres_steady(&medium->manoeuvres) ? medium->inductance.dither : (dq_t){0.0f, 0.0f};
+        manoeuvres_dithers(&medium->manoeuvres) ? medium->inductance.dither : (dq_t){0.0f, 0.0f};
     const float room = run_room(&medium->manoeuvres.run); /* beside what a hand-over has left of i_d */
     setpoint->current_limit = room < medium->thermal.limit ? room : medium->thermal.limit;
     setpoint->only_brakes =
@@ -341,6 +350,7 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
 {
     medium->speed.trip = tuning->guard.limit[FAULT_LIMIT_OVERSPEED];
     sequence_take(&medium->sequence, &tuning->sequence);
+    validity_take(&medium->validity, &tuning->validity);
     flux_take(&medium->flux, &tuning->flux);
     offset_trim_take(&medium->offset_trim, &tuning->offset_trim);
     inductance_take(&medium->inductance, &tuning->inductance);

@@ -24,6 +24,7 @@
 #include "drive/requests.h"
 #include "drive/sequence.h"
 #include "drive/window.h"
+#include "estimator/validity.h"
 #include "protect/current_watch.h"
 #include "protect/encoder_watch.h"
 #include "protect/link.h"
@@ -35,6 +36,7 @@ typedef struct {
     guard_tuning_t guard;
     uint32_t unattended_max; /* [periods] that the background may stay away from a running motor */
     sequence_tuning_t sequence;
+    validity_tuning_t validity;
     flux_tuning_t flux;
     offset_trim_tuning_t offset_trim;
     inductance_tuning_t inductance;
@@ -67,6 +69,12 @@ typedef struct {
     ab_t spared; /* what the estimator does not get of it, for the setpoint [V] */
 } medium_ripple_t;
 
+/* What is known of the background. */
+typedef struct {
+    uint32_t unattended; /* [periods] since it came round; 0: it never did */
+    uint32_t reported;   /* [-] GUARD_CORRUPT_... and other bits, as it has found */
+} medium_background_t;
+
 /* Of the mechanical speed. */
 typedef struct {
     float trip;      /* of the tuning [rad/s] */
@@ -82,7 +90,8 @@ typedef struct {
     flux_t flux;
     offset_trim_t offset_trim;
     means_t means;
-    estimate_t estimate; /* at the window's end, its EMF the mean of the window turned there */
+    validity_t validity; /* of the estimate, judged at the window's end */
+    estimate_t estimate; /* then, its EMF the mean of the window turned there */
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;
@@ -98,8 +107,7 @@ typedef struct {
     link_t link;
     uint32_t coasting; /* [-] 1: the bridge is off because the supply is lost, and comes on again with it */
 
-    uint32_t unattended; /* [periods] since the background came round; 0: it never did */
-    uint32_t reported;   /* [-] GUARD_CORRUPT_... and other bits, as the background has found */
+    medium_background_t background;
     drive_fault_t fault; /* the last fault: what the drive saw when it stopped */
     uint32_t faults;     /* [-] since power-on */
     setpoint_t setpoint; /* the newest */

@@ -10,18 +10,36 @@
 /* From the end of a window to the middle of the time in which its setpoint acts, as a voltage [windows]. */
 #define TO_ACTING 1.5f
 
+/* Whether the estimate can be believed, by the criteria of estimator/validity.h: judged once a window, at its
+ * last period, if the loop tracked in that. Anew with the loop. */
+static void judge_estimate(medium_t *medium, const window_t *window)
+{
+    const estimate_t *estimate = &window->estimate;
+    const ab_t error = estimate->current_err;
+    if (window->tracking == 0u) {
+        validity_reset(&medium->validity);
+    } else if (estimate->coasted == 0u) {
+        validity_step(&medium->validity, estimate->omega_smooth, estimate->amplitude / estimate->flux,
+                      estimate->detector, error.alpha * error.alpha + error.beta * error.beta);
+    }
+}
+
 /* The means of the window, in the stationary frame and in the rotor's; medium->estimate: the estimate at its
  * end with the mean of the EMF, turned there. */
 static void average(medium_t *medium, const window_t *window)
 {
     const estimate_t *estimate = &window->estimate;
     const sums_t sums = {
-        .emf = window->sum.emf, .current = window->sum.current, .unsound = window->sum.unsound};
+        .emf = window->sum.emf,
+        .current = window->sum.current,
+        .unsound = window->sum.unsound | medium->validity.debounce.invalid,
+    };
     sums_mean(&sums, 1.0f / (float)DRIVE_WINDOW, estimate->frame.rotation, estimate->omega_smooth, TO_MIDDLE,
               &medium->means);
     medium->means.theta = estimate->frame.theta_e;
     medium->means.even = manoeuvres_even(&medium->manoeuvres) ? 1u : 0u;
     medium->estimate = *estimate;
+    medium->estimate.invalid = medium->validity.debounce.invalid | (estimate->invalid & ESTIMATOR_SAMPLE);
     medium->estimate.emf = frames_inverse_park(medium->means.emf_rotor, estimate->frame.rotation);
     medium->estimate.coasted = window->sum.tracked < window->sum.periods ? UINT32_C(1) : UINT32_C(0);
 }
@@ -131,7 +149,7 @@ static void learn_inductance(medium_t *medium, const window_t *window)
     if (!(medium->inductance.tuning.rate > 0.0f)) {
         return;
     }
-    if (!manoeuvres_steady(&medium->manoeuvres)) {
+    if (!manoeuvres_dithers(&medium->manoeuvres)) {
         inductance_rest(&medium->inductance);
         return;
     }
@@ -167,6 +185,7 @@ void medium_learn(medium_t *medium, const window_t *window)
         pause(medium);
         return;
     }
+    judge_estimate(medium, window);
     average(medium, window);
     learn_slowly(medium, window);
     learn_inertia(medium, window);

@@ -78,7 +78,7 @@ static uint32_t watch_shaft(medium_t *medium, const window_t *window, const requ
 {
     const manoeuvres_t *m = &medium->manoeuvres;
     const motion_watch_input_t input = {
-        .i_q = window->current.q,
+        .i_q = run_torque(&m->run) * window->current.q, /* as a current of psi_f */
         .i_q_ref = window->reference.q,
         .limit = run_room(&m->run),
         .omega_m = window->omega_m,
@@ -133,7 +133,7 @@ static void rest(medium_t *medium)
 void medium_watch_motion(medium_t *medium, const window_t *window, const requests_t *requests)
 {
     manoeuvres_t *m = &medium->manoeuvres;
-    const run_wish_t none = {RUN_ZERO, 0.0f, {0.0f, 0.0f}};
+    const run_wish_t none = {RUN_ZERO, 0.0f, {0.0f, 0.0f}, 0.0f};
     medium->found.encoder_wrong = 0u;
     encoder_watch_add(&medium->encoder_watch, window->sum.voltage);
     if (!sequence_bridge_on(&medium->sequence) || medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON ||

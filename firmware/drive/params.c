@@ -92,15 +92,71 @@ loop_params_t params_loop(const params_t *params, const believed_t *believed)
                            params->pll_bandwidth < LOOP_SLOW * LOOP_BANDWIDTHS * within};
 }
 
-float params_flux_most(const params_t *params, const believed_t *believed)
+float params_mtpa(const params_t *params, const believed_t *believed)
 {
     const float psi_f = believed->flux_linkage;
     const float taken = (believed->inductance_q - believed->inductance_d) * params->current_limit;
     if (!params_salient(believed) || params->mtpa == (int32_t)MTPA_OFF) {
-        return psi_f;
+        return 0.0f;
     }
     const float square = psi_f * psi_f + 8.0f * taken * taken;
-    return 0.75f * psi_f + 0.25f * square * inverse_root(square);
+    return -2.0f * taken * params->current_limit / (psi_f + square * inverse_root(square));
+}
+
+float params_torque_most(const params_t *params, const believed_t *believed)
+{
+    const float i_d = params_mtpa(params, believed);
+    const float square = params->current_limit * params->current_limit - i_d * i_d;
+    const float saliency = params_salient(believed) ? believed->inductance_q - believed->inductance_d : 0.0f;
+    return 1.5f * (float)params->motor_pole_pairs * (believed->flux_linkage - saliency * i_d) * square *
+           inverse_root(square);
+}
+
+#define FUNDAMENTAL 1.27323954f /* 4/pi: of a square wave */
+#define WITHIN_MADE 0.98f       /* [-] of what the inverter makes, that the field may be weakened for */
+
+/* Share of the link that field_weakening uses in every direction [-]: voltage_use, or what duties and dead
+ * time leave to the inverter, if that is less. */
+static float voltage_used(const params_t *params)
+{
+    const float effective = params->dead_time + params->turn_on_delay - params->turn_off_delay;
+    const float lost = params->compensation_gain * effective / DRIVE_PERIOD;
+    const float range = params_duty_max(params) - params_duty_min(params);
+    const float made = WITHIN_MADE * (FRAMES_ONE_OVER_SQRT_3 * range - FUNDAMENTAL * lost);
+    const float wished = FRAMES_ONE_OVER_SQRT_3 * params->voltage_use;
+    return wished < made ? wished : made;
+}
+
+weakening_params_t params_weakening(const params_t *params, const believed_t *believed)
+{
+    const bool salient = params_salient(believed);
+    const float mean = 0.5f * (believed->inductance_d + believed->inductance_q);
+    return (weakening_params_t){
+        .flux_linkage = believed->flux_linkage,
+        .inductance_d = salient ? believed->inductance_d : mean,
+        .inductance_q = salient ? believed->inductance_q : mean,
+        .resistance = believed->resistance,
+        .current_max = params->current_limit,
+        .i_d_mtpa = params_mtpa(params, believed),
+        .use = params->field_weakening == (int32_t)WEAKENING_ON ? voltage_used(params) : 0.0f,
+        .period = DRIVE_WINDOW_PERIOD,
+    };
+}
+
+float params_flux_most(const params_t *params, const believed_t *believed)
+{
+    const float psi_f = believed->flux_linkage;
+    const float saliency = believed->inductance_q - believed->inductance_d;
+    if (!params_salient(believed)) {
+        return psi_f;
+    }
+    const weakening_params_t weakening = params_weakening(params, believed);
+    const weakening_tuning_t tuning = weakening_prepare(&weakening);
+    weakening_t most;
+    weakening_init(&most, &tuning);
+    weakening_look(&most, PARAMS_LINK_LEAST * params->dc_undervoltage,
+                   (float)params->motor_pole_pairs * params->overspeed_trip, (dq_t){0.0f, 0.0f});
+    return psi_f - saliency * (most.looks != 0u ? most.i_d_limit : weakening.i_d_mtpa);
 }
 
 void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator)

@@ -13,6 +13,8 @@
 #include "contract/table.h"
 #include "estimator/estimator.h"
 #include "hal/board.h"
+#include "manoeuvre/weakening.h"
+#include "protect/link.h"
 
 /* Of the board: fixed by hardware, not parameters. The firmware below the app knows no more of it than this.
  */
@@ -50,6 +52,7 @@ typedef enum { LOCK_NOT_JUDGED, LOCK_JUDGED } lock_judged_t;
 typedef enum { CURRENT_NOT_JUDGED, CURRENT_JUDGED } current_judged_t;
 typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
 typedef enum { MTPA_OFF, MTPA_ON } mtpa_t;
+typedef enum { WEAKENING_OFF, WEAKENING_ON } field_weakening_t;
 typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNORED } encoder_fault_reaction_t;
 
 /* F(id, name, unit, default, min, max, access, text): float
@@ -194,6 +197,14 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     E(67, mtpa, "off|on", MTPA_ON, TABLE_LIVE,                                                               \
       "i_d of a salient rotor for most torque per ampere; off, or motor_inductance_q up to 1.1 "             \
       "motor_inductance_d: i_d_request alone")                                                               \
+    E(85, field_weakening, "off|on", WEAKENING_ON, TABLE_LIVE,                                               \
+      "i_d below zero where the DC link ends, of any rotor; off: the speed ends there")                      \
+    F(86, voltage_use, "-", 0.93f, 0.5f, 1.0f, TABLE_LIVE,                                                   \
+      "of U_dc/sqrt3, that field_weakening uses, as far as duties and dead time leave it; the rest is for "  \
+      "the "                                                                                                 \
+      "current control")                                                                                     \
+    F(87, torque_slew, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                                   \
+      "in which the torque may grow by that of current_limit; 0: 10 ms of a salient rotor, else at once")    \
     F(70, stall_time, "s", 2.0f, 0.0f, 3600.0f, TABLE_LIVE,                                                  \
       "that the rotor may stand at the current limit while a speed is asked for; 0: not judged")             \
     F(71, speed_error_time, "s", 5.0f, 0.0f, 3600.0f, TABLE_LIVE,                                            \
@@ -276,9 +287,23 @@ static inline bool params_salient(const believed_t *believed)
     return believed->inductance_q > PARAMS_SALIENT * believed->inductance_d;
 }
 
-/* The largest active flux [Wb]: with the longest current at most torque per ampere. A round rotor's is psi_f.
- */
+/* The largest active flux [Wb]: with the longest current at most torque per ampere, or where field_weakening
+ * has it at overspeed_trip with the least link that the drive does not hold by itself. A round rotor's is
+ * psi_f. */
 float params_flux_most(const params_t *params, const believed_t *believed);
+
+/* The link that the drive does not hold by itself, over dc_undervoltage [-]: what ride-through begins at. */
+#define PARAMS_LINK_LEAST (LINK_HOLD + LINK_HOLD_BAND)
+
+/* What the field is weakened by. */
+weakening_params_t params_weakening(const params_t *params, const believed_t *believed);
+
+/* i_d of most torque per ampere at current_limit [A], not above zero; 0 of a round rotor, and without mtpa.
+ */
+float params_mtpa(const params_t *params, const believed_t *believed);
+
+/* The most torque of current_limit [N m]. */
+float params_torque_most(const params_t *params, const believed_t *believed);
 
 /* What a set of parameters says of all that could be learnt. */
 believed_t params_believed(const params_t *params);

@@ -17,15 +17,16 @@
     E(1001, fault_reset, "no|yes",                                                                           \
       "going from no to yes resets a fault whose cause is gone, and starts nothing: `enable` that is on "    \
       "then has to go to off once")                                                                          \
-    E(1002, mode, "speed|current", "what the references mean")                                               \
+    E(1002, mode, "speed|current|torque", "what the references mean")                                        \
     F(1003, speed_request, "rad/s", 0.0f, -10000.0f, 10000.0f, "mechanical speed reference in mode speed")   \
     F(1004, i_d_request, "A", 0.0f, -DRIVE_CURRENT_LIMIT_MAX, DRIVE_CURRENT_LIMIT_MAX,                       \
       "direct-axis current reference")                                                                       \
     F(1005, i_q_request, "A", 0.0f, -DRIVE_CURRENT_LIMIT_MAX, DRIVE_CURRENT_LIMIT_MAX,                       \
-      "quadrature-axis current reference in mode current")
+      "quadrature-axis current reference in mode current")                                                   \
+    F(1006, torque_request, "N m", 0.0f, -1e4f, 1e4f, "torque reference in mode torque")
 
 typedef enum { REQUEST_OFF, REQUEST_ON, REQUEST_QUICK_STOP } request_enable_t;
-typedef enum { MODE_SPEED, MODE_CURRENT } request_mode_t;
+typedef enum { MODE_SPEED, MODE_CURRENT, MODE_TORQUE } request_mode_t;
 
 typedef struct {
 #define REQUEST_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */
@@ -41,7 +42,8 @@ extern const table_t requests_table;
 void requests_defaults(requests_t *requests);
 
 /* May the drive follow this set under these parameters? false: `why` names the field, value and accepted
- * range. A speed reference must stay below 0.95 overspeed_trip, a current reference within current_limit. */
+ * range. A speed reference must stay below 0.95 overspeed_trip, a current reference within current_limit, a
+ * torque within what current_limit makes. */
 bool requests_check(const requests_t *requests, const params_t *params, params_error_t *why);
 
 #endif

@@ -6,6 +6,12 @@
 /* Two numbers that keep a rule as they are typed, in decimals, keep it in binary too. */
 #define ROUNDING 1.0000005f
 
+#define SQRT_3 1.73205081f /* between the EMF of a phase and that between two */
+
+/* A number of the board in a text. */
+#define TEXT_OF(number)  TEXT_OF_ITS(number)
+#define TEXT_OF_ITS(sum) #sum
+
 /* What the speed of the hand-over follows from (params_start()). */
 #define HANDOVER_LEVERS                                                                                      \
     {PARAM_handover_speed, MORE_HELPS}, {PARAM_dead_time, MORE_HELPS}, {PARAM_dc_overvoltage, MORE_HELPS},   \
@@ -81,9 +87,9 @@ const rule_t rules[RULES] = {
                       {PARAM_feedforward_cutoff, MORE_HELPS},
                       {PARAM_lag_compensation, IS_READ}}},
     [RULE_REACH] = {"observer_gain >= 1.1 times the largest EMF, motor_flux_linkage motor_pole_pairs "
-                    "overspeed_trip, of a salient rotor with the flux that mtpa adds at "
-                    "current_limit, motor_inductance_q and motor_inductance_d",
-                    8,
+                    "overspeed_trip, of a salient rotor with the flux that mtpa and "
+                    "field_weakening add at current_limit, motor_inductance_q and motor_inductance_d",
+                    10,
                     {{PARAM_observer_gain, MORE_HELPS},
                      {PARAM_motor_flux_linkage, LESS_HELPS},
                      {PARAM_overspeed_trip, LESS_HELPS},
@@ -91,7 +97,9 @@ const rule_t rules[RULES] = {
                      {PARAM_current_limit, LESS_HELPS},
                      {PARAM_motor_inductance_q, LESS_HELPS},
                      {PARAM_motor_inductance_d, MORE_HELPS},
-                     {PARAM_mtpa, LESS_HELPS}}},
+                     {PARAM_mtpa, LESS_HELPS},
+                     {PARAM_field_weakening, LESS_HELPS},
+                     {PARAM_dc_undervoltage, MORE_HELPS}}},
     [RULE_START] = {"start_current <= current_limit",
                     2,
                     {{PARAM_start_current, LESS_HELPS}, {PARAM_current_limit, MORE_HELPS}}},
@@ -122,6 +130,13 @@ const rule_t rules[RULES] = {
                    {{PARAM_dc_undervoltage, LESS_HELPS},
                     {PARAM_dc_overvoltage, MORE_HELPS},
                     {PARAM_ride_through_time, LESS_HELPS}}},
+    [RULE_OPEN] = {"1.732 motor_flux_linkage motor_pole_pairs overspeed_trip <= " TEXT_OF(
+                       BOARD_OVERVOLTAGE_MAX_MV) " mV, the board's largest DC link, else a rotor that fast "
+                                                 "charges it beyond that while the bridge is off",
+                   3,
+                   {{PARAM_overspeed_trip, LESS_HELPS},
+                    {PARAM_motor_flux_linkage, LESS_HELPS},
+                    {PARAM_motor_pole_pairs, LESS_HELPS}}},
     [RULE_SALIENT] =
         {"motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d where position_source or "
          "encoder_fault_reaction is sensorless, for the estimator holds no rotor beyond that; use "
@@ -208,6 +223,7 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     case RULE_HANDOVER:
     case RULE_RAMP:
     case RULE_RIDE:
+    case RULE_OPEN:
     case RULE_SALIENT:
     case RULES:
         break;
@@ -291,6 +307,10 @@ bool rules_hold(rule_number_t rule, const params_t *params)
         return params->ride_through_time == 0.0f ||
                (LINK_HOLD + LINK_HOLD_BAND) * params->dc_undervoltage <=
                    (LINK_FULL - LINK_OVER_BAND) * params->dc_overvoltage * ROUNDING;
+    case RULE_OPEN:
+        return SQRT_3 * params->motor_flux_linkage * (float)params->motor_pole_pairs *
+                   params->overspeed_trip <=
+               BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) * ROUNDING;
     case RULE_SALIENT:
         return salient_takes(params);
     case RULES:

@@ -22,6 +22,7 @@ typedef enum {
     RULE_DELAY,
     RULE_ENCODER,
     RULE_TURN,
+    RULE_OPEN,
     RULE_WINDING,
     RULE_FEEDFORWARD,
     RULE_FORGETTING,

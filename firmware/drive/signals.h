@@ -72,20 +72,20 @@
       "electrical speed of the estimator, k_p term included")                                                \
     F(2052, omega_smooth, fast.estimator.estimate.omega_smooth, "rad/s",                                     \
       "its integrator and feed-forward alone")                                                               \
-    U(2053, estimator_invalid, fast.estimator.estimate.invalid, "-",                                         \
+    U(2053, estimator_invalid, medium.estimate.invalid, "-",                                                 \
       "1 amplitude, 2 detector, 4 current error, 8 speed, 16 sample")                                        \
-    F(2054, e_hat_alpha, fast.estimator.estimate.emf_hat.alpha, "V",                                         \
+    F(2054, e_hat_alpha, fast.estimator.observed.emf_hat.alpha, "V",                                         \
       "back-EMF as observed, filtered, with its lag")                                                        \
-    F(2055, e_hat_beta, fast.estimator.estimate.emf_hat.beta, "V",                                           \
+    F(2055, e_hat_beta, fast.estimator.observed.emf_hat.beta, "V",                                           \
       "back-EMF as observed, filtered, with its lag")                                                        \
     F(2056, e_alpha, fast.estimator.estimate.emf.alpha, "V", "back-EMF at t_k, lag undone")                  \
     F(2057, e_beta, fast.estimator.estimate.emf.beta, "V", "back-EMF at t_k, lag undone")                    \
     F(2058, e_amplitude, fast.estimator.estimate.amplitude, "V", "its length")                               \
-    F(2059, k_f_alpha, fast.estimator.estimate.gain_axis.alpha, "1/A",                                       \
+    F(2059, k_f_alpha, fast.estimator.observed.gain_axis.alpha, "1/A",                                       \
       "equivalent gain of the alpha axis; the vector form has k_f alone")                                    \
-    F(2060, k_f_beta, fast.estimator.estimate.gain_axis.beta, "1/A",                                         \
+    F(2060, k_f_beta, fast.estimator.observed.gain_axis.beta, "1/A",                                         \
       "equivalent gain of the beta axis; the vector form has k_f alone")                                     \
-    F(2061, k_f, fast.estimator.estimate.gain, "1/A", "equivalent gain that the compensation uses")          \
+    F(2061, k_f, fast.estimator.observed.gain, "1/A", "equivalent gain that the compensation uses")          \
     F(2062, i_err_alpha, fast.estimator.estimate.current_err.alpha, "A", "observed minus measured current")  \
     F(2063, i_err_beta, fast.estimator.estimate.current_err.beta, "A", "observed minus measured current")    \
     F(2064, detector, fast.estimator.estimate.detector, "-",                                                 \
@@ -124,6 +124,12 @@
     F(2096, speed_calm, medium.manoeuvres.run.calm, "-",                                                     \
       "factor on the bandwidth of the speed control; below 1: it oscillated and was slowed down")            \
     F(2094, dc_swing, medium.link.ripple, "V", "DC link in the last 20 ms: largest less smallest")           \
+    F(2097, torque_current, medium.manoeuvres.run.torque, "A",                                               \
+      "torque reference as a current of psi_f, before heat and DC link")                                     \
+    U(2098, field_weakened, medium.manoeuvres.run.weakening.weakens, "-",                                    \
+      "1: i_d is below that of the torque, because the DC link ends")                                        \
+    F(2099, voltage_trim, medium.manoeuvres.run.weakening.trim, "-",                                         \
+      "by which field weakening corrects the voltage that the motor's data make")                            \
     U(2095, coasting, medium.coasting, "-", "1: bridge off until the lost supply is back")                   \
     F(2068, encoder_theta_e, fast.shaft.position.theta_e, "rad", "electrical angle of the encoder at t_k")   \
     F(2069, encoder_omega_e, fast.shaft.position.omega_e, "rad/s", "electrical speed of the encoder")

@@ -29,8 +29,9 @@ believed_t drive_believed(const params_t *params, const learnt_t *learnt)
         believed.resistance = learnt->resistance.value;
     }
     if (learnt->inductance_q.from == params->motor_inductance_q) {
-        const float ratio = learnt->inductance_q.value / params->motor_inductance_q;
-        believed.inductance_d = ratio * params->motor_inductance_d;
+        /* exactly 1 for a round rotor, which then stays round: the estimator of a salient one does more */
+        const float ratio = params->motor_inductance_d / params->motor_inductance_q;
+        believed.inductance_d = ratio * learnt->inductance_q.value;
         believed.inductance_q = learnt->inductance_q.value;
     }
     if (learnt->inertia.from == params->motor_inertia) {
@@ -61,6 +62,7 @@ static void prepare_position(drive_tuning_t *tuning, const params_t *params, con
     estimator_params_t estimator;
     params_estimator(params, believed, &estimator);
     chosen_prepare(&tuning->fast.estimator, &estimator);
+    validity_prepare(&tuning->medium.validity, &estimator.validity, DRIVE_WINDOW_PERIOD);
 }
 
 static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)

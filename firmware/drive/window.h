@@ -51,6 +51,11 @@ typedef enum {
     BRIDGE_ON
 } bridge_t;
 
+/* Limits of i_q, by heat and DC link [A]. */
+typedef struct {
+    float lower, upper;
+} bounds_t;
+
 /* What is summed in each period. */
 typedef struct {
     uint32_t periods; /* [periods] so far */
@@ -58,14 +63,13 @@ typedef struct {
     uint32_t unsound; /* [-] not 0: one of them may not be believed */
     uint32_t moved; /* [-] bits of the current sensors whose value has not stayed as it was at the end of the
                        window before */
-    uint32_t limited;   /* [-] 1: control has not got the voltage that it asked for */
-    fault_set_t failed; /* fast rows of the fault table that have failed */
-    float scatter;      /* sum of the detector's square [-] */
-    ab_t voltage;       /* that acted [V] */
-    ab_t current;       /* [A] */
-    ab_t emf;           /* at t_k, lag undone [V] */
-    ab_t emf_hat;       /* with its lag [V] */
-    dq_t reference;     /* what control asked for at t_k-1 [A] */
+    uint32_t limited; /* [-] 1: control has not got the voltage that it asked for */
+    float scatter;    /* sum of the detector's square [-] */
+    ab_t voltage;     /* that acted [V] */
+    ab_t current;     /* [A] */
+    ab_t emf;         /* at t_k, lag undone [V] */
+    ab_t emf_hat;     /* with its lag [V] */
+    dq_t reference;   /* what control asked for at t_k-1 [A] */
 } window_sums_t;
 
 typedef struct {
@@ -76,13 +80,14 @@ typedef struct {
     measured_t measured;
     estimate_t estimate;
     position_t encoder;
-    frame_t frame;      /* in which control works */
-    frame_t rotor;      /* as it is believed */
-    float omega_m;      /* [rad/s] mechanical, of the rotor */
-    dq_t current;       /* in the frame [A] */
-    dq_t reference;     /* what control asks for [A] */
-    float omega_m_ref;  /* speed reference in force [rad/s] */
-    float lower, upper; /* limits of i_q in force [A] */
+    frame_t frame;     /* in which control works */
+    frame_t rotor;     /* as it is believed */
+    float omega_m;     /* [rad/s] mechanical, of the rotor */
+    dq_t current;      /* in the frame [A] */
+    dq_t reference;    /* what control asks for [A] */
+    dq_t voltage;      /* likewise [V] */
+    float omega_m_ref; /* speed reference in force [rad/s] */
+    bounds_t bounds;   /* in force */
     window_link_t link;
     window_catch_t catching;
     int32_t calibration; /* [-] calibration_t */
@@ -90,6 +95,7 @@ typedef struct {
     uint32_t estimating; /* [-] 1: the estimator runs */
     uint32_t tracking;   /* [-] 1: its loop tracks, or coasts for a while */
     int32_t bridge;      /* [-] bridge_t */
+    fault_set_t failed;  /* fast rows of the fault table that have failed in this window */
     int32_t left;        /* [-] jump_reaction_t by which the encoder was left, JUMP_IGNORED: it was not */
     drive_fault_t stop;  /* by which the fast task has opened the bridge, or the trip interrupt */
 } window_t;

@@ -1,6 +1,6 @@
 /* The estimator that the drive runs on: that in float (estimator.h) or its fixed-point twin (fixed/fixed.h),
  * as the build says (LAGLESS_ESTIMATOR). The one place that knows; both take the same parameters and fill the
- * same estimate_t, their member `estimate`. */
+ * same structs of estimate.h, their members `estimate` and `observed`. */
 #ifndef ESTIMATOR_CHOSEN_H
 #define ESTIMATOR_CHOSEN_H
 
@@ -23,6 +23,7 @@ typedef fixed_tuning_t chosen_tuning_t;
 #define chosen_set_load     fixed_set_load
 #define chosen_reset        fixed_reset
 #define chosen_step         fixed_step
+#define chosen_track        fixed_step /* judges too */
 #define chosen_coast        fixed_coast
 #define chosen_observe      fixed_observe
 #define chosen_lock         fixed_lock
@@ -45,6 +46,7 @@ typedef estimator_tuning_t chosen_tuning_t;
 #define chosen_set_load     estimator_set_load
 #define chosen_reset        estimator_reset
 #define chosen_step         estimator_step
+#define chosen_track        estimator_track
 #define chosen_coast        estimator_coast
 #define chosen_observe      estimator_observe
 #define chosen_lock         estimator_lock

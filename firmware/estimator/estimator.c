@@ -9,12 +9,12 @@
 static inline void show_observer(estimator_t *est)
 {
     const smo_t *smo = &est->observer.smo;
-    estimate_t *estimate = &est->estimate;
-    estimate->emf_hat = (ab_t){smo->emf_hat.alpha, smo->emf_hat.beta};
-    estimate->current_err = (ab_t){smo->current_err.alpha, smo->current_err.beta};
-    estimate->gain = smo->gain_mean;
+    observed_t *observed = &est->observed;
+    est->estimate.current_err = (ab_t){smo->current_err.alpha, smo->current_err.beta};
+    observed->emf_hat = (ab_t){smo->emf_hat.alpha, smo->emf_hat.beta};
+    observed->gain = smo->gain_mean;
     if (est->observer.paper != 0u) {
-        estimate->gain_axis = smo->axes.gain_axis;
+        observed->gain_axis = smo->axes.gain_axis;
     }
 }
 
@@ -46,7 +46,7 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     est->current = current;
     show_observer(est);
     show_tracker(est, rotor);
-    est->estimate.gain_axis = est->observer.smo.axes.gain_axis;
+    est->observed.gain_axis = est->observer.smo.axes.gain_axis;
     est->estimate.frame.rotation = rotation;
     est->estimate.emf = emf;
     est->estimate.coasted = 0u;
@@ -112,7 +112,7 @@ static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float
     /* the last step has turned it to t_k */
     estimate->frame.rotation = (rotation_t){tracker->pll.rotation.sin, tracker->pll.rotation.cos};
     if (good && tracking == TRACK) {
-        const position_t position = tracker_step(tracker, emf, current_loop.q, error_square);
+        const position_t position = tracker_step(tracker, emf, current_loop.q);
         show_tracker(est, position);
         estimate->coasted = 0u;
         return position;
@@ -124,9 +124,19 @@ static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float
     return position;
 }
 
-position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
+position_t estimator_track(estimator_t *est, ab_t voltage, ab_t current)
 {
     return one_period(est, voltage, current, est->tracker.pll.omega_e, TRACK);
+}
+
+position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
+{
+    const position_t position = estimator_track(est, voltage, current);
+    if (est->estimate.coasted == 0u) {
+        tracker_judge(&est->tracker, smo_error_square(&est->observer.smo));
+        est->estimate.invalid = est->tracker.validity.debounce.invalid;
+    }
+    return position;
 }
 
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)

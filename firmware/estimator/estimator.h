@@ -21,7 +21,7 @@
  * Sample time: one step per T, in the timing of smo.h: the current of t_k, the voltage that acted on
  * [t_k-1, t_k) (dead time, drops and saturation accounted for), the position at t_k.
  *
- * What it knows after a step is in `estimate`; nobody outside reads the rest.
+ * What it knows after a step is in `estimate` and `observed`; nobody outside reads the rest.
  *
  * Does not handle: standstill and very slow passages through zero (the EMF vanishes; the criterion of speed
  * says so), saturation of the iron, the choice of dead-time model. */
@@ -71,6 +71,7 @@ typedef struct {
     tracker_t tracker;
     ab_t current;        /* of the last step or reset [A] */
     estimate_t estimate; /* after it */
+    observed_t observed; /* likewise */
 } estimator_t;
 
 /* Whether the set can run: those of smo, pll and validity, equal periods, and the rules between them:
@@ -127,6 +128,9 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current);
  * nothing else. Always finite. Judges each period that is tracked. One division in the vector form with exact
  * lag. */
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current);
+
+/* The same without a judgement, for a caller who judges by the estimate, and less often. */
+position_t estimator_track(estimator_t *est, ab_t voltage, ab_t current);
 
 /* A period in which the loop does not track: the observer alone, with the lag of this speed [rad/s]. EMF and
  * amplitude are those of t_k; frame, speed and validity stay. A sample that is no number changes nothing. */

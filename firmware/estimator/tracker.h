@@ -124,18 +124,21 @@ static inline float tracker_acceleration(const tracker_t *tracker, float i_q)
     return tracker->torque_feedforward * (tracker->motor.flux * i_q - tracker->flux_linkage * tracker->load);
 }
 
-/* Position at t_k from the EMF [V] and the i_q [A] then, of the motor that has been followed; judged with the
- * square of the observer's current error [A^2]. */
-static inline position_t tracker_step(tracker_t *tracker, ab_t emf, float i_q, float error_square)
+/* Position at t_k from the EMF [V] and the i_q [A] then, of the motor that has been followed. */
+static inline position_t tracker_step(tracker_t *tracker, ab_t emf, float i_q)
 {
-    pll_t *pll = &tracker->pll;
     const tracker_motor_t *motor = &tracker->motor;
     const pll_motor_t loop = {motor->speed_per_volt, motor->lean, motor->share,
                               tracker_acceleration(tracker, i_q)};
-    const position_t position = pll_step_inline(pll, emf, loop);
-    validity_step(&tracker->validity, pll->omega_smooth, pll->amplitude * motor->speed_per_volt,
+    return pll_step_inline(&tracker->pll, emf, loop);
+}
+
+/* Judges the period that has been tracked, with the square of the observer's current error [A^2]. */
+static inline void tracker_judge(tracker_t *tracker, float error_square)
+{
+    const pll_t *pll = &tracker->pll;
+    validity_step(&tracker->validity, pll->omega_smooth, pll->amplitude * tracker->motor.speed_per_volt,
                   pll->detector, error_square);
-    return position;
 }
 
 /* A period whose EMF is in doubt: it goes into the loop's filter, the loop coasts on, nothing is judged. */

@@ -9,7 +9,7 @@
  *
  * with the smallest and the largest phase current, and the loss `leg` of one leg. The tracking loop coasts
  * meanwhile, and for as long as the EMF filter remembers it. Coasting needs a speed that stays, or large
- * currents whose torque the loop is told of, with a load that turns the rotor by little meanwhile, for nobody
+ * currents whose torque the loop receives, with a load that turns the rotor by little meanwhile, for nobody
  * knows whether it turns round with the speed; and with an inertia by which the speed has changed until now
  * as foreseen, but for a share that turns the rotor by little, too. Reasons: docs/theory.md, 13. Does not
  * handle: which leg it is. */
@@ -31,11 +31,11 @@
 #define DOUBT_DETECTOR     0.1f   /* [-] a loop with an error to work off shall work; noise is no error */
 #define DOUBT_SPEED_HEAVY                                                                                    \
     0.2f /* [-] of the speed that may be missing: further from it, nothing may be missed */
-#define DOUBT_SPEED_LIGHT    0.1f  /* [-] likewise, of a rotor that leaves its speed during one crossing */
+#define DOUBT_SPEED_LIGHT    0.1f  /* [-] the same for a rotor that leaves its speed during one crossing */
 #define DOUBT_TIME           5e-3f /* [s] that a crossing and its memory last at the speeds in question */
 #define DOUBT_TURN           0.02f /* [rad] by which no more may turn the rotor meanwhile than was foreseen */
-#define DOUBT_SHARE_FORESEEN 0.1f  /* [-] DOUBT_SHARE while the speed changes as the loop is told */
-#define DOUBT_SPEED_FORESEEN 3.0f  /* [rad/s] DOUBT_SPEED_STEADY likewise */
+#define DOUBT_SHARE_FORESEEN 0.1f  /* [-] DOUBT_SHARE while the speed changes as the loop expects */
+#define DOUBT_SPEED_FORESEEN 3.0f  /* [rad/s] DOUBT_SPEED_STEADY then */
 
 typedef struct {
     float current;           /* phase current below which a leg's loss is in doubt [A]; 0: never */
@@ -82,14 +82,26 @@ static inline void doubt_init(doubt_t *doubt)
     doubt->left = 0u;
 }
 
-/* true: the tracking loop shall coast over this period. Straight line; no division. Inline: most of the time
- * it ends with its first compare. */
+/* Is an EMF of this length [V] small beside the loss of a leg [V]? */
+static inline bool doubt_small(float amplitude, float leg)
+{
+    return amplitude < DOUBT_EMF * leg;
+}
+
+/* Is doubt_step() to be asked? Else, as most of the time, there is no doubt, and none to remember. */
+static inline bool doubt_may_be(const doubt_t *doubt, float amplitude, float leg)
+{
+    return doubt->left != 0u || doubt_small(amplitude, leg);
+}
+
+/* true: the tracking loop shall coast over this period. Straight line; no division. It changes nothing where
+ * doubt_may_be() is false. */
 static inline bool doubt_step(doubt_t *doubt, const doubt_tuning_t *tuning, const doubt_input_t *input)
 {
-    const bool small = input->amplitude < DOUBT_EMF * input->leg;
-    if (!small && doubt->left == 0u) {
-        return false; /* as most of the time: no doubt, and none to remember */
+    if (!doubt_may_be(doubt, input->amplitude, input->leg)) {
+        return false;
     }
+    const bool small = doubt_small(input->amplitude, input->leg);
     const abc_t phases = frames_inverse_clarke(input->current);
     const bounds_span_t span =
         bounds_span(bounds_magnitude(phases.a), bounds_magnitude(phases.b), bounds_magnitude(phases.c));

@@ -38,10 +38,10 @@ typedef struct {
 
 typedef struct {
     dead_time_tuning_t compensated; /* those of the tuning, with the dead time as it is learnt */
-    dead_time_tuning_t lost;        /* likewise */
+    dead_time_tuning_t lost;        /* what the inverter takes, with the dead time as it is learnt */
     abc_t duty_prev[2];             /* duties of one and two steps ago [-] */
     ab_t current_prev;              /* one period ago [A] */
-    float u_dc_prev;                /* likewise [V] */
+    float u_dc_prev;                /* one period ago [V] */
 } inverter_t;
 
 typedef struct {
@@ -79,7 +79,7 @@ static inline void inverter_set_dead_time(inverter_t *inverter, const inverter_t
     inverter->compensated.volt_per_volt = tuning->gain * effective;
 }
 
-/* The nearest duty that the compare registers can hold: what the observer is told is then what acts. */
+/* The nearest duty that the compare registers can hold, so that the observer computes with what acts. */
 static inline float inverter_whole_counts(const inverter_tuning_t *tuning, float duty)
 {
     return (float)(int32_t)(duty * tuning->duty_counts + 0.5f) * tuning->per_count;

@@ -73,6 +73,7 @@ void catch_enter(catch_t *catching, uint32_t periods, float omega_e)
     catching->turned = 0.0f;
     catching->periods = 0u;
     catching->turning = 0u;
+    catching->found = 0u;
     catching->wanted = periods;
     catching->periods_beyond = 0u;
 }
@@ -142,13 +143,18 @@ catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t
     const bool turning = bounds_magnitude(catching->cross) >= catching->cross_min &&
                          speed >= tuning->speed_min && is_steady(catching, tuning);
     catching->turning = turning && catching->periods >= tuning->settled;
-    if (catching->periods >= tuning->sure && catching->turned >= tuning->turn_sure && turning) {
+    const bool sure = catching->periods >= tuning->sure && catching->turned >= tuning->turn_sure;
+    const bool over = catching->periods >= catching->wanted;
+    if (turning && (sure || over)) {
+        catching->found = 1u;
         return CATCH_TURNING;
     }
-    if (catching->periods < catching->wanted) {
-        return CATCH_GOES_ON;
-    }
-    return turning ? CATCH_TURNING : CATCH_STANDING;
+    return over ? CATCH_STANDING : CATCH_GOES_ON;
+}
+
+void catch_turn(catch_t *catching, const catch_tuning_t *tuning)
+{
+    catching->emf = turned_on(catching, catching->emf, tuning->period);
 }
 
 ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning)
@@ -170,9 +176,10 @@ float catch_angle(ab_t emf, float omega_e)
     return trig_angle(direction(emf, omega_e));
 }
 
-position_t catch_position(const catch_t *catching)
+frame_t catch_rotor(const catch_t *catching)
 {
-    return (position_t){catch_angle(catching->emf, catching->omega_e), catching->omega_e};
+    const rotation_t rotor = direction(catching->emf, catching->omega_e);
+    return (frame_t){trig_angle(rotor), catching->omega_e, rotor};
 }
 
 float catch_length(const catch_t *catching)

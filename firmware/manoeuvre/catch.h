@@ -14,13 +14,13 @@
  *     angle       where the EMF puts the d axis: it lies a quarter turn ahead of it, or behind in reverse;
  *                 the EMF low-passed in a frame that turns with its speed, and so without a lag
  *
- * It is over as soon as the rotor has turned by 1 rad since its direction is known, 4 ms, but not before 10
- * ms; else when the caller's periods are. A voltage error that stands still is no rotor: of e x <e> there
- * must be 0.4 of what a rotor with this EMF makes.
+ * It ends when the rotor has turned by 1 rad since its direction is known (4 ms at least), not earlier than
+ * 10 ms after its start; without a turning rotor at the caller's time-out. A voltage error that stands still
+ * is no rotor: of e x <e> there must be 0.4 of what a rotor with this EMF makes.
  *
  * One step per T; the EMF is that of t_k, from the observer at the speed that catch_t has. Does not handle:
- * rotors so slow that their EMF drowns in the dead time's voltage at zero current (they are told as
- * standing); such that turn faster than 5000 rad/s, whose <e> is next to nothing. */
+ * rotors so slow that their EMF drowns in the dead time's voltage at zero current (they count as
+ * standing); rotors that turn faster than 5000 rad/s, whose <e> is next to nothing. */
 #ifndef MANOEUVRE_CATCH_H
 #define MANOEUVRE_CATCH_H
 
@@ -70,6 +70,7 @@ typedef struct {
     uint32_t periods;        /* [periods] so far */
     uint32_t wanted;         /* [periods] of the whole catch */
     uint32_t turning;        /* [-] 1: a rotor is seen turning */
+    uint32_t found;          /* [-] 1: a step has ended with CATCH_TURNING */
     uint32_t periods_beyond; /* [periods] without a break with an EMF that the link cannot hold */
 } catch_t;
 
@@ -92,14 +93,17 @@ void catch_enter(catch_t *catching, uint32_t periods, float omega_e);
 catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t emf, float length,
                            float voltage_max);
 
+/* Once a rotor is found: its EMF a period later, by its speed alone. */
+void catch_turn(catch_t *catching, const catch_tuning_t *tuning);
+
 /* The current to be held [A]: along phase a, or the d axis of a rotor that is seen. No division. */
 ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning);
 
 /* The voltage that holds this EMF [V] when it acts. */
 ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf);
 
-/* The rotor as it was caught: angle of the d axis [rad] and speed [rad/s] at t_k. */
-position_t catch_position(const catch_t *catching);
+/* The rotor as it was caught, at t_k. No division. */
+frame_t catch_rotor(const catch_t *catching);
 
 /* Length of the EMF that turns with it, the mean of some periods [V]. No division. */
 float catch_length(const catch_t *catching);

@@ -5,6 +5,8 @@
 #include "math/angle.h"
 #include "math/trig.h"
 
+#define LOCKING 1u /* [periods] of a catch in which the loop is locked to the rotor that was found */
+
 void reference_init(reference_t *reference)
 {
     memset(reference, 0, sizeof *reference);
@@ -21,6 +23,7 @@ void reference_rest(reference_t *reference, int32_t source)
     reference->slope = (dq_t){0.0f, 0.0f};
     reference->stiffness = 0.0f;
     reference->outcome = (int32_t)CATCH_GOES_ON;
+    reference->catching.found = 0u;
 }
 
 void reference_leave_encoder(reference_t *reference, bool to_estimate, float omega_e, uint32_t periods)
@@ -32,7 +35,7 @@ void reference_leave_encoder(reference_t *reference, bool to_estimate, float ome
         reference->source = (int32_t)SOURCE_CATCH;
         reference->tracking = 0u;
         reference->outcome = (int32_t)CATCH_GOES_ON;
-        catch_enter(&reference->catching, periods, omega_e);
+        catch_enter(&reference->catching, periods - LOCKING, omega_e);
     }
 }
 
@@ -86,7 +89,7 @@ static void obey(reference_t *reference, const setpoint_t *setpoint, const refer
             forced_enter(&reference->forced, angle_turn_back(from + setpoint->forced.ahead), forced,
                          reference->forced.current);
         } else {
-            catch_enter(&reference->catching, setpoint->catching.periods, setpoint->catching.speed);
+            catch_enter(&reference->catching, setpoint->catching.periods - LOCKING, setpoint->catching.speed);
         }
     }
     switch ((lock_order_t)setpoint->lock) {
@@ -122,24 +125,30 @@ static void force(reference_t *reference, const reference_tuning_t *tuning, cons
 /* The rotor turns: the loop is locked to it, what flows along its d axis goes on, and there is no torque. */
 static void caught(reference_t *reference, const reference_tuning_t *tuning, demand_t *demand)
 {
-    const position_t rotor = catch_position(&reference->catching);
-    lock_to(reference, rotor, catch_length(&reference->catching));
+    catch_turn(&reference->catching, &tuning->catching);
+    const frame_t rotor = catch_rotor(&reference->catching);
+    reference->outcome = (int32_t)CATCH_TURNING;
+    lock_to(reference, (position_t){rotor.theta_e, rotor.omega_e}, catch_length(&reference->catching));
     reference->source = (int32_t)SOURCE_ESTIMATE;
     reference->stiffness = 0.0f;
     reference->omega_m = rotor.omega_e * tuning->pole_pairs_inverse;
     reference->current = (dq_t){tuning->catching.current_d, 0.0f};
     reference->slope = (dq_t){0.0f, 0.0f};
-    demand->frame = (frame_t){rotor.theta_e, rotor.omega_e, trig_turn(rotor.theta_e)};
+    demand->frame = rotor;
     demand->change = (int32_t)FRAME_TURNS;
     demand->current = reference->current;
     demand->emf = frames_park(reference->catching.emf, demand->frame.rotation);
 }
 
-static void catch_rotor(reference_t *reference, const reference_tuning_t *tuning,
-                        const reference_input_t *input, demand_t *demand)
+static void follow_catch(reference_t *reference, const reference_tuning_t *tuning,
+                         const reference_input_t *input, demand_t *demand)
 {
     catch_t *catching = &reference->catching;
     const estimate_t *estimate = input->estimate;
+    if (catching->found != 0u && reference->outcome == (int32_t)CATCH_GOES_ON) {
+        caught(reference, tuning, demand);
+        return;
+    }
     const ab_t current = catch_current(catching, &tuning->catching);
     demand->frame = reference_stationary(0.0f);
     demand->current = (dq_t){current.alpha, current.beta};
@@ -152,10 +161,10 @@ static void catch_rotor(reference_t *reference, const reference_tuning_t *tuning
     if (reference->outcome == (int32_t)CATCH_STANDING) {
         return; /* what follows is set by the medium task */
     }
-    reference->outcome = (int32_t)catch_step(catching, &tuning->catching, estimate->emf, estimate->amplitude,
-                                             input->voltage_max);
-    if (reference->outcome == (int32_t)CATCH_TURNING) {
-        caught(reference, tuning, demand);
+    const catch_outcome_t outcome = catch_step(catching, &tuning->catching, estimate->emf,
+                                               estimate->amplitude, FRAMES_ONE_OVER_SQRT_3 * input->u_dc);
+    if (outcome != CATCH_TURNING) { /* else in the next period: finding and locking are long, both of them */
+        reference->outcome = (int32_t)outcome;
     }
 }
 
@@ -216,7 +225,7 @@ void reference_step(reference_t *reference, const reference_tuning_t *tuning, co
         break;
     case SOURCE_NONE:
     case SOURCE_CATCH:
-        catch_rotor(reference, tuning, input, demand);
+        follow_catch(reference, tuning, input, demand);
         break;
     }
     demand->omega_m_ref = setpoint->omega_m_ref;

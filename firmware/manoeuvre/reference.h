@@ -6,9 +6,9 @@
  *                         filters it
  *     forced              its angle, the line of its speed and current, and the damping of its pendulum
  *                         (forced.h), which no window may delay either
- *     catch               the whole law of catch.h; where a turning rotor is seen the loop is locked to it in
- *                         the same period, and from there on it has current along its d axis and no torque
- *                         until the next setpoint that names another source
+ *     catch               the whole law of catch.h; where a turning rotor is found the loop is locked to it
+ * in the period after, and from there on it has current along its d axis and no torque until the next
+ * setpoint that names another source
  *
  * One step per T, after the estimator's. No division. */
 #ifndef MANOEUVRE_REFERENCE_H
@@ -57,8 +57,7 @@ typedef struct {
 
 /* What a period brings. */
 typedef struct {
-    ab_t current;               /* [A] at t_k */
-    float voltage_max;          /* [V] what the link gives in every direction */
+    float u_dc;                 /* DC link at t_k [V] */
     const estimate_t *estimate; /* at t_k */
     const position_t *position; /* of the encoder at t_k */
     const frame_t *encoder;     /* the same, while control turns with it */
@@ -92,6 +91,12 @@ static inline float reference_speed(const reference_t *reference)
 {
     return reference->source == (int32_t)SOURCE_FORCED ? reference->forced.frame.omega_e
                                                        : reference->catching.omega_e;
+}
+
+/* Does control turn with the rotor? */
+static inline bool reference_in_rotor(const reference_t *reference)
+{
+    return reference->source == (int32_t)SOURCE_ESTIMATE || reference->source == (int32_t)SOURCE_ENCODER;
 }
 
 /* The stationary frame, with this speed of the rotor, whose angle is not known. */

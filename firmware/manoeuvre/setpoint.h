@@ -46,7 +46,7 @@ typedef enum {
 /* A forced frame. */
 typedef struct {
     float speed;   /* at the window's end [rad/s], electrical */
-    float current; /* likewise, along its d axis [A] */
+    float current; /* at the window's end, along its d axis [A] */
     float ahead;   /* where it begins: ahead of the estimate [rad]; with FRAME_ANEW from zero [rad] */
     float begin;   /* speed with which it begins [rad/s], electrical */
 } setpoint_forced_t;
@@ -57,7 +57,7 @@ typedef struct {
     float speed;      /* until it has seen one [rad/s], electrical */
 } setpoint_catch_t;
 
-/* What estimator and inverter's model are told of motor and load. */
+/* What estimator and inverter's model receive about motor and load. */
 typedef struct {
     float load_share;     /* with which what of i_q carries the load follows it, a period [-]; 0: it is held;
                              1: all of it does */

@@ -9,7 +9,7 @@
 #define MATH_FILTER_H
 
 /* Share of a new sample [-], 0..1, from `cutoff` [rad/s] and `period` [s]. cutoff * period in [0, 80]: 0
- * holds the output for ever, more than 80 passes the input through. For the background. */
+ * holds the output without end, more than 80 passes the input through. For the background. */
 float lowpass_share(float cutoff, float period);
 
 /* The next output, in the unit of the input, from the last one. One multiplication. */

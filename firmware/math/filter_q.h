@@ -24,7 +24,7 @@ static inline int32_t lowpass_value_q(const lowpass_q_t *filter)
     return (int32_t)q_round(filter->value, 31);
 }
 
-/* As if the input had been `value` for ever; cut to FILTER_Q_LARGEST. */
+/* As if the input had always been `value`; cut to FILTER_Q_LARGEST. */
 static inline void lowpass_reset_q(lowpass_q_t *filter, int32_t value)
 {
     filter->value = (int64_t)q_clamp(value, FILTER_Q_LARGEST) * (INT64_C(1) << 31);

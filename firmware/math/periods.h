@@ -10,7 +10,7 @@ static inline uint32_t periods_of(float time, float period)
     return (uint32_t)(time / period + 0.5f);
 }
 
-/* The least number of periods that is longer than this time; likewise. */
+/* The least number of periods that is longer than this time; same limits. */
 static inline uint32_t periods_beyond(float time, float period)
 {
     return (uint32_t)(time / period) + 1u;

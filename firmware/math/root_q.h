@@ -23,7 +23,7 @@ typedef struct {
 /* Relative error within 2e-8. One table look-up, four products. */
 root_q_t inverse_root_q(uint64_t square);
 
-/* 1/value likewise, for a value of at least 2. */
+/* 1/value with the same error, for a value of at least 2. */
 static inline root_q_t reciprocal_q(int32_t value)
 {
     return inverse_root_q(q_square(value));

@@ -1,7 +1,7 @@
 /* Hyperbolic tangent as the ratio tanh(x)/x of x^2, in integers; see tanh.h.
  *
  *     x^2 < 2     table in steps of 1/16, a parabola in each: error 7e-7
- *     x^2 < 64    32 steps for each doubling, likewise: relative error 6e-7
+ *     x^2 < 64    32 steps for each doubling, a parabola in each: relative error 6e-7
  *     64 <= x^2   1/x: what tanh lacks to 1 there is 2.3e-7
  *
  * and the rounding, 2 units of 2^-30. No state, no division. */

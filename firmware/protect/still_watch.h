@@ -45,18 +45,26 @@ typedef struct {
 /* These coefficients. One division. */
 still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params);
 
+/* A period of sensor `n`, with its current [A]. */
+static inline void still_watch_one(still_watch_t *watch, uint32_t n, float current)
+{
+    watch->still[n] = current == watch->value[n] ? watch->still[n] + 1u : 0u;
+    watch->value[n] = current;
+}
+
 /* In each period, with the current [A]. true: a value has stayed for some periods. */
 static inline bool still_watch_count(still_watch_t *watch, const still_watch_tuning_t *tuning,
                                      const abc_t *current)
 {
-    const float now[3] = {current->a, current->b, current->c};
-    bool some = false;
-    for (uint32_t n = 0; n < tuning->sensors; n++) {
-        watch->still[n] = now[n] == watch->value[n] ? watch->still[n] + 1u : 0u;
-        watch->value[n] = now[n];
-        some = some || watch->still[n] >= STILL_SOME;
+    if (tuning->sensors == 0u) {
+        return false;
     }
-    return some;
+    still_watch_one(watch, 0u, current->a);
+    still_watch_one(watch, 1u, current->b);
+    if (tuning->sensors == 3u) {
+        still_watch_one(watch, 2u, current->c);
+    }
+    return watch->still[0] >= STILL_SOME || watch->still[1] >= STILL_SOME || watch->still[2] >= STILL_SOME;
 }
 
 /* Bits of the sensors whose value has not stayed in all of the last so many periods, of as many as are

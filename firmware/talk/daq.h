@@ -44,7 +44,7 @@ typedef enum { DAQ_FREE, DAQ_HAS_LISTS, DAQ_HAS_ODTS, DAQ_HAS_ENTRIES } daq_stag
 
 typedef struct {
     uint32_t stage; /* [-] daq_stage_t */
-    uint32_t lists; /* [-] allocated, and of the others likewise */
+    uint32_t lists; /* [-] allocated, as are odts_used and entries_used */
     uint32_t odts_used;
     uint32_t entries_used;
     uint32_t running; /* [-] bit n: list n; one store starts and stops */

@@ -15,11 +15,11 @@
  *
  * What a cut can leave, and what is made of it: a record without commit, which is skipped; a header that
  * does not agree with its check and nothing behind it, after which the other page is written; a page half
- * erased, while the other holds the set in force. Whatever else is found was not left by a cut, and is told
- * as corrupt: a committed record that does not agree with its check and would be in force; something behind
- * the last record of the page in force, as a damaged header leaves it; content that is no record, without a
- * set in the other page. One damage looks like a cut: that of the header of the first and only record of a
- * page, while the other page still holds older ones; those are loaded then.
+ * erased, while the other holds the set in force. Whatever else is found was not left by a cut, and is
+ * reported as corrupt: a committed record that does not agree with its check and would be in force; something
+ * behind the last record of the page in force, as a damaged header leaves it; content that is no record,
+ * without a set in the other page. One damage looks like a cut: that of the header of the first and only
+ * record of a page, while the other page still holds older ones; those are loaded then.
  *
  * A set is stored by ids, so that another program can read it: see store_load(). */
 #ifndef TALK_STORE_H

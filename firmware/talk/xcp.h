@@ -42,7 +42,7 @@
 
 #define XCP_EXTENSION_NONE UINT32_C(0xFF) /* the memory transfer address is not set */
 
-/* Texts that are told by GET_ID, by their address extension, from address 0 on. */
+/* Texts that GET_ID returns, by their address extension, from address 0 on. */
 #define XCP_EXTENSION_A2L   UINT32_C(5)
 #define XCP_EXTENSION_EPK   UINT32_C(6)
 #define XCP_EXTENSION_EVENT UINT32_C(8)

@@ -87,7 +87,7 @@ int arguments_scenario(int key, char *argument, struct argp_state *state, argume
         return 0;
     case ARGP_KEY_ARG:
         if (of->scenario != NULL) {
-            argp_error(state, "%s: one scenario at a time", argument);
+            argp_error(state, "%s: a second scenario; accepted is one", argument);
         }
         of->scenario = argument;
         return 0;

@@ -23,7 +23,7 @@ bool arguments_json(int argc, char **argv, const char *doc, bool *json);
 #define ARGUMENTS_FORCE_KEY 256
 #define ARGUMENTS_FORCE                                                                                      \
     {                                                                                                        \
-        "force", ARGUMENTS_FORCE_KEY, NULL, 0, "replace files that exist (inputs never)", 0                  \
+        "force", ARGUMENTS_FORCE_KEY, NULL, 0, "replace existing files (never an input)", 0                  \
     }
 int arguments_force(int key); /* 0, or what argp requires for another key */
 
@@ -45,12 +45,12 @@ int arguments_output(int key, const char *argument, arguments_output_t *output);
      's',                                                                                                    \
      "NAME=VALUE",                                                                                           \
      0,                                                                                                      \
-     "what the scenario says, replaced: a row before t = 0 (\"inertia=0.003\", \"speed_request=500 "         \
+     "replace a value of the scenario before t = 0 (\"inertia=0.003\", \"speed_request=500 "                 \
      "r/min\"), "                                                                                            \
      "run.duration, run.seed, run.every, start.speed, start.angle; repeatable",                              \
      0},                                                                                                     \
     {                                                                                                        \
-        "seed", 'S', "N", 0, "of all noise, instead of the scenario's", 0                                    \
+        "seed", 'S', "N", 0, "seed of all noise, instead of the scenario's", 0                               \
     }
 
 #define ARGUMENTS_SETS 64u

@@ -56,7 +56,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->scenario != NULL) {
-            argp_error(state, "%s: one scenario at a time", argument);
+            argp_error(state, "%s: a second scenario; accepted is one", argument);
         }
         options->scenario = argument;
         return 0;
@@ -415,9 +415,10 @@ int command_bench(int argc, char **argv)
         {0},
     };
     static const char doc[] =
-        "Speed of the ring, cost of the interrupt and of a step of the estimator, median of 5 runs; "
+        "Speed of the simulation, cost of the interrupt and of a step of the estimator, median of 5 runs; "
         "instructions are counted where valgrind is installed.\vWith a SCENARIO (a TOML file, or a name of "
-        "`lagless scenarios`) it is the ring with its motor, inverter, sensors and settings, from the end of "
+        "`lagless scenarios`) it is the simulation with its motor, inverter, sensors and settings, from the "
+        "end of "
         "the scenario on, where its drive has to be at work. Without one it is the paper's drive at 1000 "
         "r/min "
         "and 5 N m, and the estimator's worst case besides.";

@@ -442,28 +442,27 @@ static int merge(options_t *options)
 int command_campaign(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
-        {"scenario", 'c', "SCENARIO", 0, "runs around this one: random errors of its plant", 0},
-        {"runs", 'n', "N", 0, "how many (default 10000, around a scenario 200)", 0},
-        {"seed", 'S', "S", 0, "of all that is drawn (default 1)", 0},
-        {"seconds", 't', "T", 0, "simulated, of each run (default 2)", 0},
-        {"shard", 'i', "I/N", 0, "every N-th run, from the I-th on", 0},
-        {"as-drawn", 'a', NULL, 0, "violations are not made smaller", 0},
-        {"resume", 'r', NULL, 0, "go on with what stands in FOLDER", 0},
+        {"scenario", 'c', "SCENARIO", 0, "repeat this run with random errors of its plant", 0},
+        {"runs", 'n', "N", 0, "number of runs (default 10000, with --scenario 200)", 0},
+        {"seed", 'S', "S", 0, "seed of all random values (default 1)", 0},
+        {"seconds", 't', "T", 0, "simulated seconds of each run (default 2)", 0},
+        {"shard", 'i', "I/N", 0, "do every N-th run, beginning with the I-th", 0},
+        {"as-drawn", 'a', NULL, 0, "violations are written as drawn, not minimised", 0},
+        {"resume", 'r', NULL, 0, "continue the campaign in FOLDER", 0},
         ARGUMENTS_OUTPUT("one JSON object on stdout", "write results and the scenarios of violations there"),
         {0},
     };
     static const char doc[] =
-        "Random motors, loads, wrong beliefs, sensor errors, profiles and faults; every period of every run "
-        "is "
-        "judged by what must always hold. What breaks it is made small and written as a scenario that "
-        "`lagless "
-        "run` reproduces it with.\vRun n of a seed is the same whatever the number of runs, shards and "
+        "Random motors, loads, wrong motor data, sensor errors, profiles and faults. Every period of every "
+        "run "
+        "is judged by rules that must always hold. Each violation is minimised and written as a scenario "
+        "with which `lagless run` reproduces it.\vRun n of a seed is the same whatever the number of runs, "
+        "shards and "
         "cores. "
-        "`lagless campaign merge FOLDER...` tells of shards what one run would have told (of a --scenario, "
+        "`lagless campaign merge FOLDER...` combines shards into the result of one run (of a --scenario, "
+        "with it).\n\nWith --scenario (a TOML file, or a name of `lagless scenarios`) every run is that one, "
         "with "
-        "it).\n\nWith --scenario (a TOML file, or a name of `lagless scenarios`) every run is that one, with "
-        "a "
-        "motor, shaft, inverter and sensors that are not quite what its drive believes: R by 30 %, L by 20 "
+        "a motor, shaft, inverter and sensors that differ from its drive's parameters: R by 30 %, L by 20 "
         "%, "
         "psi_f by 10 %, J and friction by factors up to 1.4 and 2, link -10 to +5 %, delay and drops 20 %, "
         "offsets 0.5 % of the range, gains 1 %, noise up to threefold, rotor anywhere. Its expectations are "

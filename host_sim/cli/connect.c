@@ -27,28 +27,32 @@ static bool connect_quit(session_t *session, uint32_t count, char **words);
 #define WHERE "[--name NAME] [--format csv,mat]"
 
 const connect_command_t connect_commands[] = {
-    {"status", "", 0u, "", connect_status, "what the drive does, what is staged"},
-    {"get", "NAME...", COMPLETE_ROWS, "", connect_get, "values; of a parameter the staged one"},
+    {"status", "", 0u, "", connect_status, "prints the state of the drive and the staged parameters"},
+    {"get", "NAME...", COMPLETE_ROWS, "", connect_get,
+     "prints values; of a staged parameter the staged value"},
     {"set", "NAME VALUE", COMPLETE_PARAMS | COMPLETE_REQUESTS | COMPLETE_SERVICES, "", connect_set,
-     "a parameter is staged; a request acts at once"},
-    {"apply", "", 0u, "", connect_apply, "the staged parameters are judged as a set and taken over"},
-    {"params", "[PART]", 0u, "", connect_params, "what can be set: values, ranges; with PART in the name"},
-    {"signals", "[PART]", 0u, "", connect_signals, "what can be seen"},
-    {"go", "SPEED", 0u, "", connect_go, "switches on and turns: go 500 r/min, go -52 rad/s"},
+     "stages a parameter; a request acts at once"},
+    {"apply", "", 0u, "", connect_apply, "checks the staged parameters as a set and activates them"},
+    {"params", "[PART]", 0u, "", connect_params,
+     "lists what can be set, with value and range; with PART in the name"},
+    {"signals", "[PART]", 0u, "", connect_signals, "lists the signals, with value; with PART in the name"},
+    {"go", "SPEED", 0u, "", connect_go, "switches on and runs at this speed: go 500 r/min, go -52 rad/s"},
     {"stop", "", 0u, "", connect_stop, "speed 0; the bridge stays on"},
     {"quick_stop", "", 0u, "", connect_quick_stop, "brakes as hard as allowed, then off"},
     {"off", "", 0u, "", connect_off, "bridge off, the motor coasts"},
     {"reset", "", 0u, "", connect_reset, "resets a fault whose cause is gone; the bridge stays off"},
     {"watch", "NAME... [every TIME] [for TIME]", COMPLETE_ROWS, "every for", connect_watch,
-     "values again and again, until Ctrl-C or for a time"},
+     "prints values repeatedly, until Ctrl-C or for a time"},
     {"wait", "TIME | until NAME > VALUE [timeout TIME]", COMPLETE_ROWS, "until timeout", connect_wait,
-     "lets the drive's time pass; < <= > >= == != compare"},
-    {"save", "", 0u, "", connect_save, "the active parameters into the drive's flash, bridge off"},
-    {"load", "", 0u, "", connect_load, "the saved parameters"},
-    {"defaults", "", 0u, "", connect_defaults, "the program's own parameters"},
+     "waits, in the drive's time; comparisons: < <= > >= == !="},
+    {"save", "", 0u, "", connect_save,
+     "stores the active parameters in the drive's flash; the bridge must be off"},
+    {"load", "", 0u, "", connect_load, "stages the saved parameters"},
+    {"defaults", "", 0u, "", connect_defaults, "stages the default parameters"},
     {"restart", "", 0u, "", connect_restart, "resets the controller, and connects again"},
     {"record", "NAME... for TIME --out FOLDER [every PERIODS] " WHERE, COMPLETE_SIGNALS,
-     "for every --out --name --format", connect_record, "every period of signals into CSV and MAT files"},
+     "for every --out --name --format", connect_record,
+     "records every period of the signals into CSV and MAT files"},
     {"capture",
      "[on ... | signals NAME... | after TIME | arm | trigger | wait [TIME] | read --out FOLDER " WHERE
      " | release]",
@@ -56,11 +60,11 @@ const connect_command_t connect_commands[] = {
      "on signals after arm trigger wait read release fault command above below --out --name --format",
      connect_capture,
      "the drive's own buffer: `on fault`, `on command`, `on SIGNAL above VALUE`, `on SIGNAL below VALUE`"},
-    {"faults", "", 0u, "", connect_faults, "the drive's last faults, newest first"},
-    {"explain", "[REASON]", COMPLETE_REASONS, "", connect_explain, "a fault or refusal: what to do"},
-    {"help", "[COMMAND]", COMPLETE_COMMANDS, "", connect_help, "this list"},
-    {"quit", "", 0u, "", connect_quit,
-     "ends; without a master a motor that runs is stopped by command_timeout"},
+    {"faults", "", 0u, "", connect_faults, "prints the drive's last faults, newest first"},
+    {"explain", "[REASON]", COMPLETE_REASONS, "", connect_explain,
+     "explains a fault or refusal and its remedy"},
+    {"help", "[COMMAND]", COMPLETE_COMMANDS, "", connect_help, "prints this list"},
+    {"quit", "", 0u, "", connect_quit, "ends; command_timeout then stops a running motor"},
 };
 const uint32_t connect_command_count = sizeof connect_commands / sizeof connect_commands[0];
 
@@ -131,7 +135,7 @@ static bool connect_explain(session_t *session, uint32_t count, char **words)
     char *arguments[4] = {name};
     int used = 1;
     if (count > 1u || (count == 1u && words[0][0] == '-')) {
-        return connect_fail(session, "explain: one reason, by its name or number");
+        return connect_fail(session, "explain: more than one reason; accepted is one, by its name or number");
     }
     if (session->json) {
         arguments[used++] = json;
@@ -152,7 +156,7 @@ static bool connect_quit(session_t *session, uint32_t count, char **words)
 {
     (void)words;
     session->quit = count == 0u;
-    return session->quit || connect_fail(session, "quit: nothing is expected here");
+    return session->quit || connect_fail(session, "quit: no argument is accepted");
 }
 
 /* ---- a line ---- */
@@ -364,7 +368,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return arguments_force(key);
     case ARGP_KEY_ARG:
         if (options->target != NULL) {
-            argp_error(state, "%s: one target at a time; commands come by stdin", argument);
+            argp_error(state, "%s: a second target; accepted is one, and commands come by stdin", argument);
         }
         options->target = argument;
         return 0;
@@ -393,12 +397,12 @@ static void tell_running(session_t *session)
         connect_get_named(session, "state", &state) && connect_is("state", state, "operation_enabled") &&
         connect_get_named(session, "command_timeout", &patience)) {
         if (patience > 0.0) {
-            fprintf(
-                stderr,
-                "lagless connect: the motor runs; without a master it is stopped in %g s (command_timeout)\n",
-                patience);
+            fprintf(stderr,
+                    "lagless connect: the motor runs; the drive stops it in %g s without a client "
+                    "(command_timeout)\n",
+                    patience);
         } else {
-            fprintf(stderr, "lagless connect: the motor runs on (command_timeout 0)\n");
+            fprintf(stderr, "lagless connect: the motor continues to run, because command_timeout is 0\n");
         }
     }
 }
@@ -407,8 +411,7 @@ int command_connect(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         {"json", 'j', NULL, 0, "one JSON object a line of the script", 0},
-        {"keep-going", 'k', NULL, 0, "go on after a line that failed; the exit code tells it all the same",
-         0},
+        {"keep-going", 'k', NULL, 0, "go on after a line that failed; the exit code is 1 nevertheless", 0},
         ARGUMENTS_FORCE,
         {0}};
     static const struct argp argp = {

@@ -69,7 +69,8 @@ static bool read_condition(session_t *session, uint32_t count, char **words, con
 {
     char text[CONNECT_LINE];
     if (count < 3u) {
-        return connect_fail(session, "wait until what? accepted: NAME < <= > >= == != VALUE");
+        return connect_fail(
+            session, "wait: the condition after until is missing; accepted: NAME < <= > >= == != VALUE");
     }
     condition->row = connect_row(session, words[0]);
     if (condition->row == NULL) {
@@ -80,7 +81,7 @@ static bool read_condition(session_t *session, uint32_t count, char **words, con
         n++;
     }
     if (n == COMPARISONS) {
-        return connect_fail(session, "%s: no comparison; accepted: < <= > >= == !=", words[1]);
+        return connect_fail(session, "%s: not a comparison; accepted: < <= > >= == !=", words[1]);
     }
     condition->comparison = (comparison_t)n;
     connect_joined(text, count - 2u, words + 2);
@@ -129,7 +130,9 @@ bool connect_wait(session_t *session, uint32_t count, char **words)
         return wait_until(session, count - 1u, words + 1);
     }
     if (count == 0u) {
-        return connect_fail(session, "for how long? wait 2 s, or wait until NAME > VALUE");
+        return connect_fail(
+            session,
+            "wait: a time or a condition is missing; accepted: wait 2 s, or wait until NAME > VALUE");
     }
     return connect_time(session, connect_joined(text, count, words), &seconds) &&
            connect_wait_for(session, seconds, NULL, NULL, &met);
@@ -175,7 +178,8 @@ bool connect_watch(session_t *session, uint32_t count, char **words)
         return false;
     }
     if (!session->terminal && !clauses[0].given) {
-        return connect_fail(session, "for how long? In a script: watch %s for 2 s", rows[0]->name);
+        return connect_fail(session, "watch: a script needs a duration; write: watch %s for 2 s",
+                            rows[0]->name);
     }
     printf(session->json ? ", \"samples\": [" : "");
     bool good = watch_line(session, rows, found, true);
@@ -253,7 +257,7 @@ static recorder_t *open_recorder(session_t *session, const place_t *place, const
         return NULL;
     }
     if (!output_folder(place->out->value)) {
-        connect_fail(session, "--out %s: it cannot be made", place->out->value);
+        connect_fail(session, "--out %s: this folder cannot be made; give another one", place->out->value);
         return NULL;
     }
     if (((formats & RECORDER_CSV) != 0u && !output_allowed_in(place->out->value, name, ".csv")) ||
@@ -344,7 +348,7 @@ static bool await_samples(session_t *session, recording_t *recording)
         still = recording->count == before ? still + pause : 0.0;
         before = recording->count;
         if (still > NO_SAMPLES) {
-            return connect_fail(session, "no samples come any more");
+            return connect_fail(session, "the drive sends no more samples; check the link and record again");
         }
     }
     return true;
@@ -413,7 +417,8 @@ bool connect_record(session_t *session, uint32_t count, char **words)
         return false;
     }
     if (!clauses[0].given || !clauses[2].given) {
-        return connect_fail(session, "for how long, and where to? record NAME... for 2 s --out FOLDER");
+        return connect_fail(
+            session, "record: duration or folder is missing; write: record NAME... for 2 s --out FOLDER");
     }
     if (!connect_time(session, clauses[0].value, &seconds)) {
         return false;
@@ -587,7 +592,8 @@ static bool capture_read(session_t *session, uint32_t count, char **words)
         return false;
     }
     if (!clauses[0].given || count != 0u) {
-        return connect_fail(session, "where to? capture read --out FOLDER");
+        return connect_fail(session,
+                            "capture: the folder of read is missing; write: capture read --out FOLDER");
     }
     if (!master_capture(session->master, &capture, &session->error)) {
         return false;
@@ -625,7 +631,7 @@ bool connect_capture(session_t *session, uint32_t count, char **words)
             return parts[n].run(session, count - 1u, words + 1);
         }
         return count == 1u ? capture_order(session, parts[n].order)
-                           : connect_fail(session, "%s: nothing is expected here", words[1]);
+                           : connect_fail(session, "%s: no argument is accepted", words[1]);
     }
     return count == 0u
                ? capture_show(session)

@@ -18,7 +18,7 @@
 
 static bool extra(session_t *session, uint32_t count, char **words)
 {
-    return count == 0u || connect_fail(session, "%s: nothing is expected here", words[0]);
+    return count == 0u || connect_fail(session, "%s: no argument is accepted", words[0]);
 }
 
 static bool is_param(const table_row_t *row)
@@ -109,7 +109,7 @@ bool connect_set(session_t *session, uint32_t count, char **words)
     double value;
     bool staged = false;
     if (count == 0u) {
-        return connect_fail(session, "which row, and to what? set NAME VALUE");
+        return connect_fail(session, "set: name or value is missing; write: set NAME VALUE");
     }
     const table_row_t *row = connect_row(session, words[0]);
     const uint32_t from = count > 1u && strcmp(words[1], "=") == 0 ? 2u : 1u;
@@ -233,7 +233,8 @@ bool connect_load(session_t *session, uint32_t count, char **words)
         return false;
     }
     if (connect_is("store_state", store, "empty")) {
-        return connect_fail(session, "load: nothing is saved in this drive yet; `save` does it");
+        return connect_fail(session,
+                            "load: this drive has no saved parameters; `save` saves the active ones");
     }
     return simple_order(session, count, words, "load", "loaded: the saved parameters", "the saved set");
 }
@@ -255,7 +256,7 @@ bool connect_restart(session_t *session, uint32_t count, char **words)
         return false;
     }
     if (!connect_is("order", last, "none")) {
-        return connect_fail(session, "the drive did not begin anew");
+        return connect_fail(session, "restart: the drive has not restarted; repeat the command");
     }
     session->staged_count = 0;
     session->staged_set = NULL;
@@ -370,7 +371,8 @@ static bool list(session_t *session, uint32_t count, char **words, bool signals)
         }
     }
     printf(session->json ? "]" : "");
-    return any || connect_fail(session, "%s: no name has this in it", part);
+    return any ||
+           connect_fail(session, "%s: no name contains this text; without it all names are listed", part);
 }
 
 bool connect_params(session_t *session, uint32_t count, char **words)
@@ -430,8 +432,7 @@ static bool await_start(session_t *session)
     if (!connect_get_named(session, "refusal", &refusal) || !connect_set_choice(session, "enable", "off")) {
         return false;
     }
-    return fail_reason(session, "go: the bridge did not come on, and is told to be off again",
-                       (int32_t)refusal);
+    return fail_reason(session, "go: the bridge did not come on; enable is off again", (int32_t)refusal);
 }
 
 bool connect_go(session_t *session, uint32_t count, char **words)

@@ -55,9 +55,10 @@ const table_row_t *connect_row(session_t *session, const char *name)
     }
     const char *near = names_found(&search);
     if (rig_row_by_name(name) != NULL) {
-        connect_fail(session,
-                     "%s: only the desk has it; a drive has parameters, requests, services and signals",
-                     name);
+        connect_fail(
+            session,
+            "%s: only the simulation has this row; a drive has parameters, requests, services and signals",
+            name);
     } else {
         connect_fail(session, "%s: no such name%s%s; `params` and `signals` list them", name,
                      near != NULL ? "; did you mean " : "", near != NULL ? near : "");
@@ -78,19 +79,19 @@ uint32_t connect_rows(session_t *session, uint32_t count, char **words, const ta
             }
             for (uint32_t before = 0; before < found; before++) {
                 if (rows[before] == row) {
-                    connect_fail(session, "%s: it is there twice", name);
+                    connect_fail(session, "%s: given twice; accepted once", name);
                     return 0;
                 }
             }
             if (found == room) {
-                connect_fail(session, "%s: it is one too many: at most %u names", name, (unsigned)room);
+                connect_fail(session, "%s: too many names; accepted at most %u", name, (unsigned)room);
                 return 0;
             }
             rows[found++] = row;
         }
     }
     if (found == 0u) {
-        connect_fail(session, "which? names of rows; `params` and `signals` list them");
+        connect_fail(session, "a name is missing; `params` and `signals` list them");
     }
     return found;
 }
@@ -113,10 +114,12 @@ bool connect_value(session_t *session, const table_row_t *row, const char *text,
     scenario_error_t error;
     units_error_t ignored;
     if (row->access == TABLE_READ) {
-        return connect_fail(session, "%s: it is shown, not set", row->name);
+        return connect_fail(session, "%s: this value is read-only; `params` lists what can be set",
+                            row->name);
     }
     if (text[0] == '\0') {
-        return connect_fail(session, "%s: to what? accepted: %s", row->name, scenario_accepted(row).text);
+        return connect_fail(session, "%s: the value is missing; accepted: %s", row->name,
+                            scenario_accepted(row).text);
     }
     const bool pure =
         row->kind != SLOT_ENUM && strchr(text, '%') == NULL && units_read(text, "-", value, &ignored);
@@ -158,12 +161,12 @@ bool connect_clauses(session_t *session, uint32_t *count, char **words, connect_
         if (now != NULL && (next != NULL || n == *count)) {
             connect_joined(now->value, n - begin, words + begin);
             if (now->value[0] == '\0') {
-                return connect_fail(session, "%s: nothing follows it", now->key);
+                return connect_fail(session, "%s: its value is missing", now->key);
             }
         }
         if (next != NULL) {
             if (next->given) {
-                return connect_fail(session, "%s: it is there twice", next->key);
+                return connect_fail(session, "%s: given twice; accepted once", next->key);
             }
             next->given = true;
             now = next;
@@ -253,7 +256,7 @@ bool connect_wait_for(session_t *session, double seconds, connect_until_t until,
         }
         const double elapsed = output_seconds() - looked;
         if (since == passed && elapsed > STAND_STILL) {
-            return connect_fail(session, "the drive's clock stands still");
+            return connect_fail(session, "the drive's time has stopped; a debugger may have halted it");
         }
         const double pause = since == passed ? PAUSE_SHORT
                                              : pause_of((wanted - since) * RIG_PERIOD_SECONDS,

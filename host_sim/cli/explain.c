@@ -26,7 +26,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->reason != NULL) {
-            argp_error(state, "%s: one reason at a time", argument);
+            argp_error(state, "%s: a second reason; accepted is one", argument);
         }
         options->reason = argument;
         return 0;
@@ -87,7 +87,7 @@ int command_explain(int argc, char **argv)
     static const struct argp_option rows[] = {{"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
     static const struct argp argp = {
         rows,       parse,
-        "[REASON]", "What a fault, warning or refusal means and what to do; all of them without REASON.",
+        "[REASON]", "Explains a fault, warning or refusal and its remedy; without REASON lists all.",
         NULL,       NULL,
         NULL};
     options_t options = {false, NULL};

@@ -108,8 +108,8 @@ scenario_t *library_read(const char *command, const arguments_scenario_t *of)
         scenario_error_t ignored;
         library_say(&error);
         if (!from_stdin && motor_read_file(path, &sheet, &ignored)) {
-            fprintf(stderr, "%s is a motor: `lagless tune %s --write my.toml` makes a scenario of it\n", path,
-                    path);
+            fprintf(stderr, "%s is a motor: `lagless tune %s --write my.toml` writes a scenario for it\n",
+                    path, path);
         }
         return NULL;
     }

@@ -12,27 +12,28 @@
 const char *argp_program_version = CLI_VERSION;
 
 const cli_command_t cli_commands[] = {
-    {"run", command_run, "run a scenario, judge it, record it, draw it"},
-    {"plot", command_plot, "a recording as a page to zoom into, or as pictures"},
-    {"compare", command_compare, "two recordings: the first difference, and both in one page"},
-    {"serve", command_serve, "run a scenario without end and let others talk to its drive"},
-    {"scope", command_scope, "a page in the browser that shows a drive at work and steers it"},
-    {"scenarios", command_scenarios, "the scenarios that come with the program"},
-    {"motors", command_motors, "the motors that come with the program, or one of them"},
-    {"tune", command_tune, "the rows that a motor asks for, each with its reason, and what will not work"},
-    {"params", command_params, "what can be set: parameters, requests, plant, rig"},
-    {"signals", command_signals, "what can be seen: signals and the plant's truth"},
-    {"explain", command_explain, "a fault, warning or refusal: what happened, what to do"},
+    {"run", command_run, "run a scenario, judge it, record it, plot it"},
+    {"plot", command_plot, "plot a recording as a page with zoom, or as pictures"},
+    {"compare", command_compare, "compare two recordings: the first difference, and both on one page"},
+    {"serve", command_serve, "run a scenario without end, for clients that talk to its drive"},
+    {"scope", command_scope, "show and control a running drive on a page in the browser"},
+    {"scenarios", command_scenarios, "list the scenarios that come with the program"},
+    {"motors", command_motors, "list the motors that come with the program, or show one"},
+    {"tune", command_tune, "compute the parameters for a motor, each with its rule, and warn of its limits"},
+    {"params", command_params, "list what can be set: parameters, requests, plant, rig"},
+    {"signals", command_signals, "list the signals of the drive and the true values of the plant"},
+    {"explain", command_explain, "explain a fault, warning or refusal: what happened, what to do"},
     {"connect", command_connect,
-     "talk to a drive over TCP or a serial line: run it, set and save parameters, record"},
-    {"map", command_map, "error of the sensorless angle over speed, load and wrong beliefs, judged"},
-    {"campaign", command_campaign, "random runs by the thousand, each judged by what must always hold"},
-    {"matrix", command_matrix, "every fault in every manoeuvre, and whether the drive does what it promises"},
-    {"paper", command_paper, "the paper's figures measured again, judged against its numbers"},
-    {"bench", command_bench, "speed of the ring, cost of the interrupt and of the estimator"},
-    {"reference", command_reference, "all tables as Markdown"},
-    {"completion", command_completion, "shell completion, for `source`"},
-    {"man", command_man, "the manual page"},
+     "talk to a drive over TCP or a serial link: run it, set and save parameters, record"},
+    {"map", command_map, "measure the error of the sensorless angle over speed, load and wrong motor data"},
+    {"campaign", command_campaign, "do thousands of random runs, each judged by rules that must always hold"},
+    {"matrix", command_matrix,
+     "inject every fault in every manoeuvre and compare the reaction with the promise"},
+    {"paper", command_paper, "measure the paper's figures again and judge them against its numbers"},
+    {"bench", command_bench, "measure the speed of the simulation and the cost of interrupt and estimator"},
+    {"reference", command_reference, "print all tables as Markdown"},
+    {"completion", command_completion, "print shell completion, for `source`"},
+    {"man", command_man, "print the manual page"},
 };
 const size_t cli_command_count = sizeof cli_commands / sizeof cli_commands[0];
 
@@ -42,7 +43,7 @@ static void print_commands(FILE *to)
     for (size_t n = 0; n < cli_command_count; n++) {
         fprintf(to, "  %-11s %s\n", cli_commands[n].name, cli_commands[n].text);
     }
-    fprintf(to, "\n`lagless COMMAND --help` tells the options of each, `lagless man` all of them.\n");
+    fprintf(to, "\n`lagless COMMAND --help` lists the options of a command, `lagless man` those of all.\n");
 }
 
 /* Commands that there are no more, and what does it now. */
@@ -57,7 +58,7 @@ static bool tell_former(const char *name)
 {
     for (size_t n = 0; n < sizeof former / sizeof former[0]; n++) {
         if (strcmp(name, former[n].name) == 0) {
-            fprintf(stderr, "lagless: %s: no command any more: %s\n", name, former[n].instead);
+            fprintf(stderr, "lagless: %s: this command was removed: %s\n", name, former[n].instead);
             return true;
         }
     }

@@ -26,7 +26,7 @@ typedef struct {
 
 /* What each claim of theory reads like. */
 static const char *const claims[MAP_CLAIMS] = {
-    [MAP_CLAIM_INDUCTANCE] = "L wrong: mean = nominal - asin(dL i_q/psi_f), dL = believed - true",
+    [MAP_CLAIM_INDUCTANCE] = "L wrong: mean = nominal - asin(dL i_q/psi_f), dL = configured - true",
     [MAP_CLAIM_NO_EFFECT] =
         "psi_f, R wrong, adaptation off: mean = nominal + asin(dR i_d/(omega psi_f)) +- a fifth",
     [MAP_CLAIM_LEARNT] = "L wrong, adaptation on and sure of what it learns: mean = nominal",
@@ -64,7 +64,7 @@ static void read_speeds(struct argp_state *state, const char *text, map_setup_t 
     qsort(setup->speeds, setup->speed_count, sizeof setup->speeds[0], ascending);
     for (size_t n = 1; n < setup->speed_count; n++) {
         if (setup->speeds[n] == setup->speeds[n - 1u]) {
-            argp_error(state, "--speeds %s: %g is there twice", text, setup->speeds[n]);
+            argp_error(state, "--speeds %s: %g is given twice; accepted once", text, setup->speeds[n]);
         }
     }
 }
@@ -92,7 +92,7 @@ static void check_line(struct argp_state *state, const options_t *options)
     }
     if (options->scenario != NULL && options->setup.ideal) {
         argp_error(state,
-                   "--ideal: not with a scenario, which says itself what its inverter and sensors are");
+                   "--ideal cannot be used with a scenario, which defines its inverter and sensors itself");
     }
 }
 
@@ -115,7 +115,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->scenario != NULL) {
-            argp_error(state, "%s: one scenario at a time", argument);
+            argp_error(state, "%s: a second scenario; accepted is one", argument);
         }
         options->scenario = argument;
         return 0;
@@ -263,7 +263,7 @@ static void print_table(const options_t *options, const map_point_t *points, siz
     const map_setup_t *setup = &options->setup;
     char text[CONDITIONS_SIZE];
     printf("theta_hat - theta, electrical, in mrad: mean, standard deviation, peak; ! = not locked\n%s\n"
-           "off, on: without and with adaptation of what the drive believes\n",
+           "off, on: without and with adaptation of the motor data\n",
            conditions(options, text));
     for (size_t l = 0; l < setup->load_count; l++) {
         for (size_t s = 0; s < setup->speed_count; s++) {
@@ -457,14 +457,14 @@ int command_map(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         {"speeds", 'n', "LIST", 0, "r/min, separated by commas, each in both directions", 0},
-        {"adaptation", 'd', "WHICH", 0, "off, on, both (default): without or with what the drive learns", 0},
+        {"adaptation", 'd', "WHICH", 0, "off, on, both (default): without or with the drive's adaptation", 0},
         {"ideal", 'i', NULL, 0, "ideal inverter and sensors; deviations of the machine only", 0},
         {"averaged", 'a', NULL, 0, "mean voltages instead of every gate edge", 0},
         ARGUMENTS_OUTPUT("one JSON list of points on stdout", "write map.json and the picture map.png there"),
         {0},
     };
     static const char doc[] =
-        "Error of the sensorless angle over speed, load, direction and what the drive believes wrongly, "
+        "Error of the sensorless angle over speed, load, direction and wrong parameters of the drive, "
         "without "
         "and with adaptation; judged against theory, with a SCENARIO by what the drive promises: it keeps "
         "the rotor at "

@@ -84,13 +84,15 @@ static void check_line(struct argp_state *state, const options_t *options)
 {
     const bool chosen = options->has_share || options->choice.cell != NULL;
     if (options->has_seed && !options->has_share) {
-        argp_error(state, "--seed: chooses the cells of a --share; what runs in a cell is always the same");
+        argp_error(
+            state,
+            "--seed needs --share: it selects the cells of the share; each cell itself has no random part");
     }
     if ((options->scenario != NULL) != options->has_at) {
-        argp_error(state, "--scenario and --at: one needs the other, the run and when in it the faults come");
+        argp_error(state, "--scenario and --at need each other: the run, and the time of the faults in it");
     }
     if (options->scenario != NULL && chosen) {
-        argp_error(state, "--scenario: it has a cell a fault; accepted beside it: --at, --only");
+        argp_error(state, "--scenario has one cell for each fault; accepted beside it: --at, --only");
     }
 }
 
@@ -437,10 +439,10 @@ static void print_table(const matrix_cell_t *cells, size_t count)
     char promised[TEXT_MAX];
     char name[MATRIX_NAME_SIZE];
     const bool colours = output_colours(stdout);
-    printf(
-        "r rides, w warns, c catches, n refuses, s stops, o opens; large: not as promised; '.' cannot occur\n"
-        "four letters: encoder with shaft h and l, sensorless with shaft h and l\n\n%-18s",
-        "");
+    printf("r runs on, w warns, c catches, n refuses, s stops, o opens; capital: not as promised; '.' cannot "
+           "occur\n"
+           "four letters: encoder with shaft h and l, sensorless with shaft h and l\n\n%-18s",
+           "");
     for (size_t m = 0; m < matrix_manoeuvre_count; m++) {
         printf("%-9s", matrix_manoeuvres[m].name);
     }
@@ -457,9 +459,8 @@ static void print_table(const matrix_cell_t *cells, size_t count)
                    seen_text(seen, &cells[n]));
         }
         if (cells[n].not_yet != NULL) {
-            printf("%s%s: not yet kept: %s\n",
-                   cells[n].red != 0u ? "    " : "GREEN, though listed: ", matrix_cell_name(name, &cells[n]),
-                   cells[n].not_yet);
+            printf("%s%s: known failure: %s\n", cells[n].red != 0u ? "    " : "GREEN, although listed: ",
+                   matrix_cell_name(name, &cells[n]), cells[n].not_yet);
         }
     }
 }
@@ -477,8 +478,8 @@ static int tell(const options_t *options, const matrix_cell_t *cells, size_t cou
         print_table(cells, count);
     }
     fflush(stdout);
-    fprintf(stderr, "%zu cells as promised, %zu not, %zu that cannot occur; %zu otherwise than known; %.1f s",
-            all.green, all.red, all.never, all.surprises, seconds);
+    fprintf(stderr, "%zu cells pass, %zu fail, %zu cannot occur; %zu unexpected; %.1f s", all.green, all.red,
+            all.never, all.surprises, seconds);
     if (options->has_share) {
         fprintf(stderr, "; %g %% of the cells, seed %" PRIu64, 100.0 * options->choice.share,
                 options->choice.seed);
@@ -566,12 +567,13 @@ static size_t lay_out_user(options_t *options, matrix_cell_t *cells, bool *good)
 int command_matrix(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
-        {"scenario", 'C', "SCENARIO", 0, "the faults in this run, --at a time, instead of the manoeuvres", 0},
-        {"at", 'a', "TIME", 0, "of the scenario, \"1.5 s\"; its drive has to run then", 0},
-        {"only", 'f', "FAULT", 0, "one fault's row", 0},
+        {"scenario", 'C', "SCENARIO", 0,
+         "inject the faults into this run, at the time --at, instead of the manoeuvres", 0},
+        {"at", 'a', "TIME", 0, "time in the scenario, \"1.5 s\"; its drive must be running then", 0},
+        {"only", 'f', "FAULT", 0, "run one fault only", 0},
         {"cell", 'c', "NAME", 0, "FAULT/MANOEUVRE/SOURCE/SHAFT, or the beginning of it", 0},
-        {"share", 's', "PERCENT", 0, "so much of the cells, drawn by --seed", 0},
-        {"seed", 'e', "N", 0, "of the drawing; default 0", 0},
+        {"share", 's', "PERCENT", 0, "run this share of the cells, selected by --seed", 0},
+        {"seed", 'e', "N", 0, "seed of the selection; default 0", 0},
         ARGUMENTS_OUTPUT("one JSON object on stdout", "write matrix.json and the page matrix.html there"),
         {0},
     };
@@ -579,15 +581,13 @@ int command_matrix(int argc, char **argv)
         rows,
         parse,
         NULL,
-        "Every fault that can be injected, in every manoeuvre, with and without "
-        "the encoder, on the paper's rig "
-        "(shaft h) and the bare motor (l): what the drive does, against what it "
-        "promises. Exit 0: all as promised, but for those cells that are listed "
-        "as not yet kept, 1: some other cell is not, or one of these is.\vWith --scenario (a TOML file, "
-        "or a name of `lagless scenarios`) each fault that can come under way is "
-        "injected into this run at the time --at, while its course goes on; held "
-        "against it is what is promised of the paper's rig at such a speed, and "
-        "of the current as much more as its overcurrent_trip is more.",
+        "Injects every fault in every manoeuvre, with and without the encoder, on the paper's rig "
+        "(shaft h) and the bare motor (l), and compares the reaction of the drive with its promise. "
+        "Exit 0: exactly the cells that are listed as known failures fail; 1: another cell "
+        "fails, or a listed one passes.\vWith --scenario (a TOML file, "
+        "or a name of `lagless scenarios`) each fault that can occur during operation is "
+        "injected into this run at the time --at, while the run continues. The promise is that of "
+        "the paper's rig at such a speed, with the current scaled by the ratio of overcurrent_trip.",
         NULL,
         NULL,
         NULL};
@@ -613,9 +613,8 @@ int command_matrix(int argc, char **argv)
         fprintf(stderr, "lagless matrix: %s is wrong from the beginning: set it in the file and run that\n",
                 options.choice.only);
     } else if (count == 0u) {
-        fprintf(
-            stderr,
-            "lagless matrix: no cell is chosen; a cell is named like stuck_a_rail/run_fast/sensorless/h\n");
+        fprintf(stderr, "lagless matrix: no cell is selected; a cell has a name such as "
+                        "stuck_a_rail/run_fast/sensorless/h\n");
     } else {
         exit_code = run_into(&options, cells, count);
     }

@@ -299,20 +299,21 @@ static void print_warnings(const tune_t *tune, FILE *to)
 int command_tune(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
-        {"set", 's', "KEY=VALUE", 0, "a key of the motor, \"load_inertia=2 kg cm^2\"; repeatable", 0},
-        {"write", 'w', "FILE", 0, "a scenario ready to run: cold start to the top speed, and load", 0},
+        {"set", 's', "KEY=VALUE", 0, "set a key of the motor, \"load_inertia=2 kg cm^2\"; repeatable", 0},
+        {"write", 'w', "FILE", 0, "write a scenario: cold start to the top speed, then load", 0},
         ARGUMENTS_FORCE,
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
         {0}};
-    static const struct argp argp = {rows,
-                                     parse_tune,
-                                     "MOTOR",
-                                     "The rows of params and plant that a motor of the library or of a file "
-                                     "asks for, as TOML, each with its "
-                                     "reason; and on stderr what will not work.",
-                                     NULL,
-                                     NULL,
-                                     NULL};
+    static const struct argp argp = {
+        rows,
+        parse_tune,
+        "MOTOR",
+        "The parameters (params, plant) that a motor of the library or of a file "
+        "needs, as TOML, each with its reason. Warnings of its limits go to "
+        "stderr.",
+        NULL,
+        NULL,
+        NULL};
     static tune_t tune;
     tune_options_t options = {.motor = NULL};
     motor_sheet_t sheet;

@@ -41,7 +41,7 @@ bool output_folder(const char *path)
     char part[PATH_SIZE];
     const size_t length = strlen(path);
     if (length == 0 || length >= sizeof part) {
-        fprintf(stderr, "lagless: output folder: a path of 1 to %d octets is needed\n", PATH_SIZE - 1);
+        fprintf(stderr, "lagless: output folder: accepted is a path of 1 to %d bytes\n", PATH_SIZE - 1);
         return false;
     }
     for (size_t n = 1; n <= length; n++) {
@@ -130,8 +130,8 @@ bool output_allowed(const char *path)
         return true;
     }
     if (inputs_have(path)) {
-        fprintf(stderr,
-                "lagless: %s is an input of this command and is not written over; give another name\n", path);
+        fprintf(stderr, "lagless: %s is an input of this command and is not overwritten; give another name\n",
+                path);
         return false;
     }
     if (!forced) {
@@ -239,7 +239,8 @@ bool output_close(FILE *file, const char *path)
     const bool written = ferror(file) == 0;
     forget_unfinished(partial(name, path));
     if (fclose(file) != 0 || !written) {
-        fprintf(stderr, "lagless: %s is not complete: %s\n", partial(name, path), strerror(errno));
+        fprintf(stderr, "lagless: %s is incomplete, it could not be written to its end: %s\n",
+                partial(name, path), strerror(errno));
         return false;
     }
     if (strcmp(partial(name, path), path) != 0 && rename(name, path) != 0) {
@@ -395,7 +396,7 @@ int output_script(const char *script, const char *const *arguments, FILE *input)
     }
     const bool ended = child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status);
     if (!ended) {
-        fprintf(stderr, "lagless: %s did not run to its end\n", path);
+        fprintf(stderr, "lagless: %s ended with an error\n", path);
     }
     free(python);
     return ended ? WEXITSTATUS(status) : EXIT_INTERNAL;

@@ -38,13 +38,13 @@ static void want(struct argp_state *state, const char *id, options_t *options)
     const size_t figure = paper_figure(id);
     if (figure == PAPER_FIGURES && (strchr(id, '/') != NULL || strchr(id, '.') != NULL)) {
         if (options->named || options->file != NULL) {
-            argp_error(state, "%s: one file at a time, and no figures of the paper beside it", id);
+            argp_error(state, "%s: accepted is one file, without figures of the paper", id);
         }
         options->file = id;
         return;
     }
     if (options->file != NULL) {
-        argp_error(state, "%s: one file at a time, and no figures of the paper beside it", id);
+        argp_error(state, "%s: accepted is one file, without figures of the paper", id);
     }
     if (figure == PAPER_FIGURES) {
         char known[PAPER_FIGURES * sizeof "beyond_bandwidth "] = "";
@@ -230,11 +230,10 @@ static bool replaces_nothing(const options_t *options, const char *data)
         snprintf(name, sizeof name, "%s.csv", paper_figures[n].id);
         if (!options->wanted[n] && options->file == NULL && output_path(path, data, name) &&
             access(path, F_OK) == 0) {
-            fprintf(
-                stderr,
-                "lagless paper: %s holds a report with %s, which this one would replace and has not; give "
-                "another folder with --out\n",
-                options->folder, paper_figures[n].id);
+            fprintf(stderr,
+                    "lagless paper: %s holds a report with %s, which this report does not have; give "
+                    "another folder with --out\n",
+                    options->folder, paper_figures[n].id);
             return false;
         }
     }

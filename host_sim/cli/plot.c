@@ -132,7 +132,9 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return arguments_force(key);
     case ARGP_KEY_ARG:
         if (options->given == options->wanted) {
-            argp_error(state, options->wanted == 1 ? "%s: one recording at a time" : "%s: two recordings",
+            argp_error(state,
+                       options->wanted == 1 ? "%s: a second recording; accepted is one"
+                                            : "%s: a third recording; accepted are two",
                        argument);
         }
         options->recordings[options->given++] = argument;
@@ -174,7 +176,7 @@ static bool plot_allowed(const options_t *options)
 int command_plot(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
-        {"out", 'o', "FOLDER", 0, "write there, not beside the recording", 0},
+        {"out", 'o', "FOLDER", 0, "folder for the output; default: beside the recording", 0},
         {"format", 'f', "FORMATS", 0, FORMAT_TEXT, 0},
         ARGUMENTS_FORCE,
         {0},
@@ -183,8 +185,8 @@ int command_plot(int argc, char **argv)
         rows,
         parse,
         "RECORDING",
-        "Draws a recording (CSV or MAT) of `lagless run` or `lagless connect`: a page to zoom into, with "
-        "verdicts and settings, or pictures. The history of its fault, NAME_fault.csv, comes along.",
+        "Plots a recording (CSV or MAT) of `lagless run` or `lagless connect` as a page with zoom, "
+        "verdicts and settings, or as pictures. The history of its fault, NAME_fault.csv, is included.",
         NULL,
         NULL,
         NULL};
@@ -202,8 +204,8 @@ int command_plot(int argc, char **argv)
 int command_compare(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
-        {"plot", 'p', NULL, 0, "draw both, too, into a folder of its own below runs", 0},
-        {"out", 'o', "FOLDER", 0, "draw both, too, into this folder", 0},
+        {"plot", 'p', NULL, 0, "also plot both, into a new folder below runs", 0},
+        {"out", 'o', "FOLDER", 0, "also plot both, into this folder", 0},
         {"format", 'f', "FORMATS", 0, FORMAT_TEXT, 0},
         ARGUMENTS_FORCE,
         {0},
@@ -212,8 +214,9 @@ int command_compare(int argc, char **argv)
         rows,
         parse,
         "A B",
-        "Compares two recordings (CSV or MAT), bit for bit: the first difference, how far each signal "
-        "differs, which settings do. Ends with 0 if all samples are equal, with 1 if not.",
+        "Compares two recordings (CSV or MAT) bit for bit: the first difference, the difference of each "
+        "signal, "
+        "and different settings. Exit 0: all samples are equal; 1: they are not.",
         NULL,
         NULL,
         NULL};

@@ -91,7 +91,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return arguments_scenario(key, argument, state, &options->of);
     case ARGP_KEY_END:
         if (options->traces && !options->json) {
-            argp_error(state, "--traces: they are a part of --json");
+            argp_error(state, "--traces needs --json: the samples are part of its object");
         }
         return 0;
     case ARGUMENTS_FORCE_KEY:
@@ -148,12 +148,13 @@ static bool add_row(uint32_t ids[RIG_TAP_MAX], uint32_t *count, const char *name
     }
     for (uint32_t n = 0; n < *count; n++) {
         if (ids[n] == row->id) {
-            fprintf(stderr, "lagless run: --record %s: it is there twice\n", name);
+            fprintf(stderr, "lagless run: --record %s: the name is given twice; accepted once\n", name);
             return false;
         }
     }
     if (*count == RIG_TAP_MAX) {
-        fprintf(stderr, "lagless run: --record: at most %u rows\n", RIG_TAP_MAX);
+        fprintf(stderr, "lagless run: --record: more than %u names; accepted at most that many\n",
+                RIG_TAP_MAX);
         return false;
     }
     ids[(*count)++] = row->id;
@@ -750,8 +751,8 @@ static int tell(const options_t *options, const scenario_t *scenario, const runn
     }
     if (recording->traces.full) {
         fprintf(stderr,
-                "lagless run: --traces: there is no room for more than %" PRIu64
-                " samples; a larger --every is\n",
+                "lagless run: --traces: more than %" PRIu64
+                " samples do not fit; record fewer with a larger --every\n",
                 recording->traces.samples);
         exit_code = EXIT_INTERNAL;
     }
@@ -781,7 +782,7 @@ static int run(const options_t *options, scenario_t *scenario)
     const bool wanted = options->folder != NULL || options->plot != NULL;
     if (!wanted && (options->formats != NULL ||
                     (!options->traces && (options->record != NULL || options->every != NULL)))) {
-        fprintf(stderr, "lagless run: a recording needs --out FOLDER\n");
+        fprintf(stderr, "lagless run: --record and --format need --out FOLDER, where the recording goes\n");
         return EXIT_USAGE;
     }
     if (!choose(options, scenario, recording.ids, &recording.count, &recording.every)) {
@@ -822,18 +823,18 @@ int command_run(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         ARGUMENTS_SCENARIO,
-        {"record", 'r', "NAMES", 0, "rows to record, separated by commas, instead of the scenario's", 0},
+        {"record", 'r', "NAMES", 0, "signals to record, separated by commas, instead of the scenario's", 0},
         {"every", 'e', "N", 0, "record every N-th period", 0},
         {"out", 'o', "FOLDER", 0, "write the recording there", 0},
         {"format", 'f', "FORMATS", 0, "csv (default), mat, vcd, separated by commas", 0},
         {"plot", 'p', "FORMATS", OPTION_ARG_OPTIONAL,
-         "draw it: html (default, a page to zoom into), png, svg, separated by commas; without --out into a "
-         "folder of its own below runs",
+         "plot the recording: html (default, a page with zoom), png, svg, separated by commas; without --out "
+         "into a new folder below runs",
          0},
         ARGUMENTS_FORCE,
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
-        {"traces", 't', NULL, 0, "what would be recorded, in the object too", 0},
-        {"quiet", 'q', NULL, 0, "print only what went wrong", 0},
+        {"traces", 't', NULL, 0, "add the recorded samples to the JSON object", 0},
+        {"quiet", 'q', NULL, 0, "print only errors", 0},
         {0},
     };
     static const struct argp argp = {

@@ -32,7 +32,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->target != NULL) {
-            argp_error(state, "%s: one target at a time", argument);
+            argp_error(state, "%s: a second target; accepted is one", argument);
         }
         options->target = argument;
         return 0;
@@ -60,7 +60,10 @@ static void open_browser(const char *address)
         const pid_t grandchild = fork(); /* which nobody waits for */
         if (grandchild == 0) {
             execlp(opener, opener, address, (char *)NULL);
-            fprintf(stderr, "lagless scope: no %s here: open the address yourself\n", opener);
+            fprintf(
+                stderr,
+                "lagless scope: %s is missing, so no browser is opened: open the printed address yourself\n",
+                opener);
             _exit(127);
         }
         _exit(0);
@@ -101,7 +104,7 @@ static int show(const options_t *options, uint64_t port, const char *page, size_
 int command_scope(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
-        {"http", 'p', "PORT", 0, "of 127.0.0.1 where the page is, default 5580; 0: any that is free", 0},
+        {"http", 'p', "PORT", 0, "port of 127.0.0.1 for the page, default 5580; 0: any free port", 0},
         {"port", 0, NULL, OPTION_ALIAS, "the same as --http", 0},
         {"no-browser", 'n', NULL, 0, "print the address and open nothing", 0},
         {0},
@@ -109,7 +112,7 @@ int command_scope(int argc, char **argv)
     static const struct argp argp = {rows,
                                      parse,
                                      "TARGET",
-                                     "Shows a drive at work on a page in the browser: signals with trigger "
+                                     "Shows a running drive on a page in the browser: signals with trigger "
                                      "and cursors, requests, parameters, a "
                                      "STOP button. TARGET is tcp://HOST:PORT (`lagless serve` listens at "
                                      "tcp://127.0.0.1:5555) or a serial "

@@ -64,10 +64,10 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_END:
         if (options->realtime && options->free) {
-            argp_error(state, "--realtime, --free: one of them");
+            argp_error(state, "--realtime and --free exclude each other: give one of them");
         }
         if (options->serial && options->port != NULL) {
-            argp_error(state, "--serial, --port: one of them");
+            argp_error(state, "--serial and --port exclude each other: give one of them");
         }
         return 0;
     default:
@@ -136,7 +136,7 @@ static void keep_pace(pace_t *pace, uint32_t period, bool quiet)
         pace->told = true;
         fprintf(
             stderr,
-            "lagless serve: this machine takes it at %.2f x real time only; fidelity=averaged is faster\n",
+            "lagless serve: this machine is too slow: %.2f x real time; --set fidelity=averaged is faster\n",
             period * RIG_PERIOD_SECONDS / wall);
     }
 }
@@ -170,7 +170,8 @@ static void change(serve_t *serve, uint32_t period)
     scenario_error_t error;
     if (!course_change(&serve->course, period, &error)) {
         char text[1200];
-        fprintf(stderr, "lagless serve: left out: %s\n", scenario_error_text(&error, text, sizeof text));
+        fprintf(stderr, "lagless serve: action skipped: %s\n",
+                scenario_error_text(&error, text, sizeof text));
     }
 }
 
@@ -265,15 +266,16 @@ static int serve_scenario(const options_t *options, const numbers_t *numbers, co
 int command_serve(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
-        {"port", 'p', "N", 0, "of 127.0.0.1, default 5555; 0: any that is free", 0},
-        {"realtime", 'R', NULL, 0, "as fast as the wall's clock (default)", 0},
-        {"free", 'f', NULL, 0, "as fast as it goes; it waits for a client that is slow to read", 0},
+        {"port", 'p', "N", 0, "port of 127.0.0.1, default 5555; 0: any free port", 0},
+        {"realtime", 'R', NULL, 0, "in real time (default)", 0},
+        {"free", 'f', NULL, 0, "as fast as possible; waits for a client that reads slowly", 0},
         {"serial", 't', NULL, 0,
-         "a pseudo terminal instead of a port: octets pass the chip's serial line in its own time", 0},
-        {"flash", 'F', "FILE", 0, "content of the flash that stays, from one run to the next", 0},
-        {"until", 'u', "TIME", 0, "simulated time at which it ends; without, it does not", 0},
+         "a pseudo terminal instead of a port: bytes pass the chip's serial port at its baud rate", 0},
+        {"flash", 'F', "FILE", 0, "file that keeps the content of the drive's flash from one run to the next",
+         0},
+        {"until", 'u', "TIME", 0, "simulated time at which the program ends; default: until Ctrl-C", 0},
         ARGUMENTS_SCENARIO,
-        {"quiet", 'q', NULL, 0, "print only what went wrong, after the first line", 0},
+        {"quiet", 'q', NULL, 0, "after the first line print only errors", 0},
         {0},
     };
     static const struct argp argp = {
@@ -281,10 +283,8 @@ int command_serve(int argc, char **argv)
         parse,
         "SCENARIO",
         "Runs the drive of a scenario (a TOML file, `-` for stdin, or a name of `lagless "
-        "scenarios`) and lets a master talk to "
-        "it by XCP, at a port of this machine alone. What the scenario sets and "
-        "does at its times happens; its "
-        "end and its expectations count for nothing.",
+        "scenarios`) and lets a client talk to it by XCP, at a port of this machine only. The settings and "
+        "timed actions of the scenario take effect; its duration and its expectations have no effect.",
         NULL,
         NULL,
         NULL};

@@ -83,7 +83,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 {
     if (key == ARGP_KEY_ARG) {
         if (strcmp(argument, "bash") != 0) {
-            argp_error(state, "%s: completion is there for bash", argument);
+            argp_error(state, "%s: no such shell; accepted: bash", argument);
         }
         return 0;
     }
@@ -150,7 +150,8 @@ static void print_manual(const struct argp *argp, void *context)
 
 int command_man(int argc, char **argv)
 {
-    static const struct argp argp = {NULL, NULL, NULL, "The manual page, for `man -l -`.", NULL, NULL, NULL};
+    static const struct argp argp = {NULL, NULL, NULL, "Prints the manual page, for `man -l -`.",
+                                     NULL, NULL, NULL};
     if (!arguments_parse(&argp, argc, argv, NULL)) {
         return EXIT_USAGE;
     }

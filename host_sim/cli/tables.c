@@ -199,18 +199,20 @@ static int print_tables(int argc, char **argv, const char *doc, bool with_settab
 
 int command_params(int argc, char **argv)
 {
-    return print_tables(argc, argv, "Every row that can be set, with default and range.", true);
+    return print_tables(argc, argv,
+                        "Lists every parameter and request that can be set, with default and range.", true);
 }
 
 int command_signals(int argc, char **argv)
 {
-    return print_tables(argc, argv, "Every row that can be seen, recorded and judged.", false);
+    return print_tables(argc, argv, "Lists every signal that can be recorded and used in expectations.",
+                        false);
 }
 
 int command_reference(int argc, char **argv)
 {
-    static const struct argp argp = {NULL, NULL, NULL, "All tables as Markdown, for the docs.",
-                                     NULL, NULL, NULL};
+    static const struct argp argp = {
+        NULL, NULL, NULL, "Prints all tables as Markdown, for docs/reference.md.", NULL, NULL, NULL};
     if (!arguments_parse(&argp, argc, argv, NULL)) {
         return EXIT_USAGE;
     }

@@ -93,14 +93,14 @@ typedef enum {
     K(current_noise,    SENSORS, LOG,   0.01,  0.01,  0.03,  "A",       "of each sample, rms; a code of the converter or more") \
     K(dc_gain,          SENSORS, EVEN,  0.0,   -0.02, 0.02,  "-",       "error of the link's sensor") \
     K(dc_noise,         SENSORS, HALF,  0.0,   0.0,   1.0,   "V",       "of each sample, rms") \
-    K(resistance_belief, BELIEFS, EVEN, 1.0,   0.7,   1.3,   "-",       "believed over true") \
-    K(inductance_belief, BELIEFS, EVEN, 1.0,   0.7,   1.3,   "-",       "believed over true") \
-    K(flux_belief,      BELIEFS, EVEN,  1.0,   0.7,   1.3,   "-",       "believed over true") \
-    K(inertia_belief,   BELIEFS, EVEN,  1.0,   0.7,   1.3,   "-",       "believed over true") \
-    K(dead_belief,      BELIEFS, EVEN,  1.0,   0.7,   1.3,   "-",       "turn-off delay and drops believed, over the data sheet's") \
+    K(resistance_belief, BELIEFS, EVEN, 1.0,   0.7,   1.3,   "-",       "configured over true") \
+    K(inductance_belief, BELIEFS, EVEN, 1.0,   0.7,   1.3,   "-",       "configured over true") \
+    K(flux_belief,      BELIEFS, EVEN,  1.0,   0.7,   1.3,   "-",       "configured over true") \
+    K(inertia_belief,   BELIEFS, EVEN,  1.0,   0.7,   1.3,   "-",       "configured over true") \
+    K(dead_belief,      BELIEFS, EVEN,  1.0,   0.7,   1.3,   "-",       "configured turn-off delay and drops, over the data sheet's") \
     K(encoder,          DRIVE,   WHOLE, 0.0,   0.0,   1.0,   "-",       "1: control turns with the encoder, 0: sensorless") \
     K(loop_share,       DRIVE,   LOG,   1.0,   0.7,   1.4,   "-",       "pll_bandwidth over its rule: 6.4 sqrt(p torque/J), 200 to 1000 rad/s; feed-forward a quarter") \
-    K(encoder_lines,    DRIVE,   WHOLE, 2500.0, 512.0, 5000.0, "-",     "of the encoder, and believed") \
+    K(encoder_lines,    DRIVE,   WHOLE, 2500.0, 512.0, 5000.0, "-",     "of the encoder, and configured") \
     K(angle,            START,   EVEN,  0.0,   0.0,   6.2831853, "rad", "of the rotor at t = 0, mechanical") \
     K(speed,            START,   HALF,  0.0,   -0.9,  0.9,   "-",       "of the rotor at t = 0, over rated speed")
 
@@ -108,13 +108,13 @@ typedef enum {
  * E(name, group, law, default, least, most, "unit", "what it is") */
 #define CAMPAIGN_ERRORS(E) \
     E(resistance,       MOTOR,   EVEN,  1.0,   0.7,   1.3,   "-",       "true over the scenario's") \
-    E(inductance,       MOTOR,   EVEN,  1.0,   0.8,   1.2,   "-",       "likewise, both axes") \
-    E(flux_linkage,     MOTOR,   EVEN,  1.0,   0.9,   1.1,   "-",       "likewise") \
-    E(inertia,          SHAFT,   LOG,   1.0,   0.7,   1.4,   "-",       "likewise") \
-    E(friction,         SHAFT,   LOG,   1.0,   0.5,   2.0,   "-",       "likewise, of any kind") \
-    E(dc_voltage,       POWER,   EVEN,  1.0,   0.9,   1.05,  "-",       "likewise") \
-    E(turn_on_delay,    POWER,   EVEN,  1.0,   0.8,   1.2,   "-",       "likewise, of the module") \
-    E(drops,            POWER,   EVEN,  1.0,   0.8,   1.2,   "-",       "likewise, of IGBT and diode") \
+    E(inductance,       MOTOR,   EVEN,  1.0,   0.8,   1.2,   "-",       "true over the scenario's, both axes") \
+    E(flux_linkage,     MOTOR,   EVEN,  1.0,   0.9,   1.1,   "-",       "true over the scenario's") \
+    E(inertia,          SHAFT,   LOG,   1.0,   0.7,   1.4,   "-",       "true over the scenario's") \
+    E(friction,         SHAFT,   LOG,   1.0,   0.5,   2.0,   "-",       "true over the scenario's, any kind") \
+    E(dc_voltage,       POWER,   EVEN,  1.0,   0.9,   1.05,  "-",       "true over the scenario's") \
+    E(turn_on_delay,    POWER,   EVEN,  1.0,   0.8,   1.2,   "-",       "true over the scenario's, of the module") \
+    E(drops,            POWER,   EVEN,  1.0,   0.8,   1.2,   "-",       "true over the scenario's, IGBT and diode") \
     E(offset_a,         SENSORS, EVEN,  0.0,   -0.005, 0.005, "-",      "of current sensor a more, over its range") \
     E(offset_b,         SENSORS, EVEN,  0.0,   -0.005, 0.005, "-",      "of current sensor b more, over its range") \
     E(gain_a,           SENSORS, EVEN,  0.0,   -0.01, 0.01,  "-",       "error of current sensor a more") \
@@ -127,7 +127,7 @@ typedef enum {
  * V(NAME, law, least, most, "what it is") */
 #define CAMPAIGN_EVENTS(V) \
     V(SPEED,       EVEN, -0.9, 0.9,  "speed_request, over rated speed") \
-    V(SLOW,        EVEN, -0.1, 0.1,  "likewise") \
+    V(SLOW,        EVEN, -0.1, 0.1,  "speed_request, over rated speed") \
     V(LOAD,        EVEN, 0.0,  0.6,  "plant.load_torque, over rated torque") \
     V(QUICK_STOP,  EVEN, 0.0,  0.0,  "enable = quick_stop") \
     V(OFF,         EVEN, 0.0,  0.0,  "enable = off") \
@@ -212,8 +212,9 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
 #define CAMPAIGN_INVARIANTS(I)                                                                               \
     I(NUMBER, "number", 0.0, "-", "every signal is a finite number")                                         \
     I(CURRENT, "current", 1.2, "overcurrent_trip",                                                           \
-      "no true phase current is beyond that in three samples on end, 200 us, while a gate may be on, but "   \
-      "for a rotor that its load has driven beyond overspeed_trip")                                          \
+      "no true phase current exceeds this in three consecutive samples, 200 us, while a gate may be on; "    \
+      "not "                                                                                                 \
+      "checked after the load has driven the rotor beyond overspeed_trip")                                   \
     I(GATES, "gates", 1.0, "periods", "after a latched fault no gate is on once so many have passed")        \
     I(ANGLE, "angle", 0.8, "rad",                                                                            \
       "the angle that control turns with is not wrong by more for 50 ms while the drive runs by it")         \
@@ -234,7 +235,7 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
       "the DC link is not higher, by more than its sensor errs, for three periods with a gate on")           \
     I(PERSIST, "persist", 10.0, "ms", "enable = on, bridge off and no refusal do not last so long")          \
     I(AWAY, "away", 0.1, "rated torque",                                                                     \
-      "without a fault the torque of a motor that runs does not drive away from what is asked for, by more " \
+      "without a fault the torque of a motor that runs does not drive away from the reference, by more "     \
       "than that, for 100 ms or three time constants of a slower speed control, in both halves of which "    \
       "the speed gets further away; in a quick stop it does not drive at all for 100 ms")                    \
     I(REACH, "reach", 0.1, "rated speed",                                                                    \

@@ -42,7 +42,7 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
 };
 
 #define SENSOR_STANDS                                                                                        \
-    "control follows a sensor that stands until it is told from a current that does", CAMPAIGN_UNTIL_TOLD
+    "control follows a stuck sensor until it is distinguished from a steady current", CAMPAIGN_UNTIL_TOLD
 #define GAIN_IS_WRONG                                                                                        \
     "a gain shows where the current changes fast; where it does not the trip is wrong by as much, and what " \
     "is wrong of R i hides the EMF of a rotor that is slow",                                                 \
@@ -133,7 +133,7 @@ const campaign_fault_t campaign_faults[] = {
      LEG_LOSES},
     {"open_switch", "open_switches", CAMPAIGN_WHOLE, 0.0, 5.0, CAMPAIGN_OF_SWITCH, 0u, "", CAMPAIGN_ALWAYS},
     {"shorted_switch", "shorted_switches", CAMPAIGN_WHOLE, 0.0, 5.0, CAMPAIGN_OF_SWITCH,
-     CAMPAIGN_BIT(LEGS) | CAMPAIGN_BIT(CURRENT), "the switch conducts whatever its gate is told",
+     CAMPAIGN_BIT(LEGS) | CAMPAIGN_BIT(CURRENT), "the switch conducts whatever the level of its gate",
      CAMPAIGN_ALWAYS},
     {"swap_phases", "swap_phases", CAMPAIGN_WHOLE, 1.0, 3.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(ANGLE),
      TURNS_BACK},

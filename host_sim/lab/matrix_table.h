@@ -49,7 +49,7 @@
     F(STUCK_C_ZERO,     "stuck_c_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_c", CODE(0.0)),     "current sensor c dead: 0 A whatever flows") \
     F(STUCK_A_2A,       "stuck_a_2a",       LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_a", CODE(2.0)),     "current sensor a stuck at 2 A") \
     F(STUCK_B_2A,       "stuck_b_2a",       LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_b", CODE(-2.0)),    "current sensor b stuck at -2 A") \
-    F(CURRENT_RANGE,    "current_range",    FIRST, 3.0, FOR_GOOD, TIMES("plant.current_range", 2.0),         "current sensors of twice the range that is believed: they read half") \
+    F(CURRENT_RANGE,    "current_range",    FIRST, 3.0, FOR_GOOD, TIMES("plant.current_range", 2.0),         "current sensors of twice the configured range: they read half") \
     F(CURRENT_INVERSE,  "current_inverse",  FIRST, 3.0, FOR_GOOD, TIMES("plant.current_range", -1.0),        "all current sensors wired the wrong way round") \
     F(SWAP_CURRENTS,    "swap_currents",    FIRST, 3.0, FOR_GOOD, SET("plant.swap_currents", 3.0),           "signals of current sensors a and b changed") \
     F(GAIN_A,           "gain_a",           LATER, 3.0, FOR_GOOD, SET("plant.current_gain_error_a", 0.5),    "current sensor a reads half as much again") \
@@ -80,9 +80,9 @@
     F(ENCODER_STANDS,   "encoder_stands",   LATER, 3.0, FOR_GOOD, SET("plant.encoder_slip", 1.0),            "the encoder's coupling is broken: it stands") \
     F(ENCODER_TRACK,    "encoder_track",    LATER, 3.0, FOR_GOOD, SET("plant.encoder_stuck_a", 1.0),         "track A of the encoder stuck") \
     F(ENCODER_OFFSET,   "encoder_offset",   FIRST, 3.0, FOR_GOOD, ADD("plant.encoder_offset", HALF_A_TURN),  "the encoder's offset is half an electrical turn off") \
-    F(ENCODER_LINES,    "encoder_lines",    FIRST, 3.0, FOR_GOOD, TIMES("plant.encoder_lines", 0.5),         "an encoder of half the lines that are believed") \
+    F(ENCODER_LINES,    "encoder_lines",    FIRST, 3.0, FOR_GOOD, TIMES("plant.encoder_lines", 0.5),         "an encoder of half the configured lines") \
     F(ENCODER_REVERSED, "encoder_reversed", FIRST, 3.0, FOR_GOOD, SET("plant.encoder_reversed", 1.0),        "the encoder's tracks changed: it counts the other way") \
-    F(POLE_PAIRS,       "pole_pairs",       FIRST, 3.0, FOR_GOOD, ADD("plant.pole_pairs", 1.0),              "a motor of five pole pairs where four are believed") \
+    F(POLE_PAIRS,       "pole_pairs",       FIRST, 3.0, FOR_GOOD, ADD("plant.pole_pairs", 1.0),              "a motor of five pole pairs where four are configured") \
     /* DC link */ \
     F(DC_HIGH,          "dc_high",          LATER, 1.0, FOR_GOOD, SET("plant.dc_voltage", 420.0),            "the DC link is too high") \
     F(DC_LOW,           "dc_low",           LATER, 3.0, FOR_GOOD, SET("plant.dc_voltage", 150.0),            "the DC link is too low, for good") \
@@ -180,19 +180,19 @@
 #define NO_SENSOR_C      "the board has no sensor of phase c"
 #define WITHOUT_ENCODER  "control does not turn with the encoder"
 #define NO_CURRENT       "with the encoder the bare motor needs next to no current: nothing tells"
-#define RISES_SLOWLY     "with the encoder the current rises from zero as the speed control asks for it"
+#define RISES_SLOWLY     "with the encoder the current rises from zero as the speed control commands it"
 #define SHOWS_IN_CHANGES "a gain shows where the current changes fast; a steady one hides behind the dead time, and nothing is at stake below the limit"
 #define HIDES_IN_DEAD_TIME "while current flows 2 A are 1.9 V at R, which the dead time hides; with the bridge off they show"
 #define CONTRADICTS      "a leg whose current's sign is wrong makes up for its dead time the wrong way, and the EMF contradicts the encoder: which of the two is wrong nothing tells"
 #define BY_THE_BACKGROUND "memory is looked at piece by piece in the background"
-#define HELD_BY_DEAD_TIME "the bare motor needs 0.05 A, and dead time and drops, 8 V a leg, hold a current as small at zero: until more is asked for nothing tells"
+#define HELD_BY_DEAD_TIME "the bare motor needs 0.05 A, and dead time and drops, 8 V a leg, hold a current as small at zero: until more is commanded nothing shows it"
 #define WHILE_OFF        "while the bridge is off this is what is right"
 #define ONE_MILLIFARAD   "1 mF lasts for as long as the load lets it"
 #define STANDS_AT_ONCE   "the load stops the bare rotor within 20 ms, and its EMF with it: a stall, by its own time"
 #define HELD_IN_PLACE    "the wrong angle holds the rotor in place: a stall, by its own time"
 #define HIDDEN_SLOW      "at 20 r/min the EMF is 1.5 V, which the dead time hides: a rotor that stands is not told from one that follows"
 #define TWO_WINDOWS      "a value is suspected by the first whole window in which it stays, and told by the next one's (docs/theory.md, 27)"
-#define WITHOUT_CURRENT  "3.2 ms of the time in which it is asked for current, its own zero of 2 ms, a window (docs/theory.md, 27)"
+#define WITHOUT_CURRENT  "3.2 ms of the time in which current is commanded, its own zero of 2 ms, a window (docs/theory.md, 27)"
 #define EIGHT_MS_OF_EMF  "10.3 ms to 37 degrees, 8 ms of the EMF at this speed, and three looks (docs/theory.md, 28)"
 #define BOARD_HAS_C(reactions) (BOARD_CURRENT_SENSORS == 3 ? (reactions) : NEVER)
 

@@ -502,7 +502,7 @@ static void make_shaft(motor_t *motor)
         const double speed = motor->has[MOTOR_SPEED] ? motor->value[MOTOR_SPEED] : 3000.0 * PI / 30.0;
         motor->value[MOTOR_INERTIA] = torque * SPEED_UP_TIME / speed;
         note(motor,
-             "inertia is not given: taken is %s, with which rated torque reaches %.0f r/min in 50 ms; "
+             "inertia is not given: %s is assumed, with which rated torque reaches %.0f r/min in 50 ms; "
              "the drive learns its own",
              units_text(text, motor->value[MOTOR_INERTIA], "kg m^2"), speed * 30.0 / PI);
     }

@@ -71,12 +71,12 @@ typedef enum {
     K(kt_peak,                MOTOR_FLUX,         0.0,                 "N m/A",     1e-4,  1e3,   "torque per ampere of the sine's peak") \
     K(kt_block,               MOTOR_FLUX,         0.0,                 "N m/A",     1e-4,  1e3,   "torque per ampere through two phases, block commutation") \
     K(speed_constant_block,   MOTOR_FLUX,         0.0,                 "rpm/V",     0.1,   1e5,   "speed per volt of direct voltage, block commutation") \
-    K(rated_current_peak,     MOTOR_CURRENT,      1.0,                 "A",         0.1,   1e3,   "for ever, peak of a phase") \
-    K(rated_current_rms,      MOTOR_CURRENT,      1.4142135623730951,  "A",         0.1,   1e3,   "for ever, rms of a phase") \
-    K(rated_current_block,    MOTOR_CURRENT,      1.1026577908435842,  "A",         0.1,   1e3,   "for ever, through two phases, block commutation") \
+    K(rated_current_peak,     MOTOR_CURRENT,      1.0,                 "A",         0.1,   1e3,   "continuous, peak value of a phase") \
+    K(rated_current_rms,      MOTOR_CURRENT,      1.4142135623730951,  "A",         0.1,   1e3,   "continuous, rms value of a phase") \
+    K(rated_current_block,    MOTOR_CURRENT,      1.1026577908435842,  "A",         0.1,   1e3,   "continuous, through two phases, block commutation") \
     K(rated_speed,            MOTOR_SPEED,        1.0,                 UNITS_SPEED, 1.0,   7000.0, "mechanical, at rated torque") \
     K(max_speed,              MOTOR_SPEED_MAX,    1.0,                 UNITS_SPEED, 1.0,   10000.0, "mechanical, that the rotor stands") \
-    K(rated_torque,           MOTOR_TORQUE,       1.0,                 "N m",       1e-4,  1e3,   "for ever") \
+    K(rated_torque,           MOTOR_TORQUE,       1.0,                 "N m",       1e-4,  1e3,   "continuous") \
     K(link_voltage,           MOTOR_LINK,         1.0,                 "V",         5.0,   1000.0, "DC link that the winding is meant for") \
     K(inertia,                MOTOR_INERTIA,      1.0,                 "kg m^2",    1e-6,  1e3,   "of the rotor") \
     K(load_inertia,           MOTOR_LOAD_INERTIA, 1.0,                 "kg m^2",    0.0,   1e3,   "of what it drives, at its shaft") \

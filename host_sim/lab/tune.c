@@ -14,22 +14,28 @@
 #define T_S    RIG_PERIOD_SECONDS
 
 /* Shares; where docs/theory.md has the rule, its section. */
-#define CURRENT_RESERVE   2.0           /* 23: a start with 0.7 of its torque for the load */
-#define RESISTIVE_MOST    0.5           /* R I at current_limit, of the voltage that the link gives */
-#define CURRENT_LEAST     1.3           /* of the rated current, whatever R I */
-#define SALIENT_MOST      0.8           /* 30: of psi_f that (L_q - L_d) I may take away in a start */
-#define TRIP_SHARE        1.5           /* the board's own: 15 A over 10 A */
-#define TRIP_LEAST        1.2           /* the firmware's rule */
-#define LINK_OVER         1.286         /* the board's own: 400 V over 311 V */
-#define LINK_UNDER        0.643         /* 200 V */
-#define LINK_ROOM         1.15          /* of the largest trip over the link, at least */
-#define SPEED_RESERVE     1.4           /* tests and defaults: 220 rad/s over 157 */
-#define TURN_MOST         0.5           /* [rad] a period, the firmware's rule */
-#define TURN_GOOD         0.35          /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
-#define GAIN_RULE         1.75          /* 3 */
-#define SLOPE_RULE        1.6           /* 3 */
-#define CUTOFF_RULE       1.6           /* 7: 0.12 rad for a load step of the rated torque */
-#define CUTOFF_LEAST      50.0          /* [rad/s] 7 */
+#define CURRENT_RESERVE   2.0   /* 23: a start with 0.7 of its torque for the load */
+#define RESISTIVE_MOST    0.5   /* R I at current_limit, of the voltage that the link gives */
+#define CURRENT_LEAST     1.3   /* of the rated current, whatever R I */
+#define SALIENT_MOST      0.8   /* 30: of psi_f that (L_q - L_d) I may take away in a start */
+#define TRIP_SHARE        1.5   /* the board's own: 15 A over 10 A */
+#define TRIP_LEAST        1.2   /* the firmware's rule */
+#define LINK_OVER         1.286 /* the board's own: 400 V over 311 V */
+#define LINK_UNDER        0.643 /* 200 V */
+#define LINK_ROOM         1.15  /* of the largest trip over the link, at least */
+#define SPEED_RESERVE     1.4   /* tests and defaults: 220 rad/s over 157 */
+#define SPEED_LEAST_TRIP  1.05  /* overspeed_trip over the top speed, at least */
+#define OPEN_SHARE        0.999 /* of the link that the board stands, an EMF with the bridge off */
+#define TURN_MOST         0.5   /* [rad] a period, the firmware's rule */
+#define TURN_GOOD         0.35  /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
+#define GAIN_RULE         1.75  /* 3 */
+#define GAIN_WEAK         1.25  /* likewise over the largest EMF; the firmware's rule: 1.1 */
+#define WITHIN_MADE       0.98  /* 30: of the voltage that duties and dead time leave */
+#define VOLTAGE_USE       0.93  /* the row's own, of U_dc/sqrt3 */
+#define LINK_LEAST        1.27  /* 29: of dc_undervoltage, at which the drive begins to hold the link */
+#define SLOPE_RULE        1.6   /* 3 */
+#define CUTOFF_RULE       1.6   /* 7: 0.12 rad for a load step of the rated torque */
+#define CUTOFF_LEAST      50.0  /* [rad/s] 7 */
 #define CUTOFF_MOST       (0.025 / T_S) /* a bandwidth of 0.1 a period; noise beyond */
 #define BANDWIDTHS        4.0           /* 7: of the loop over the feed-forward, least overshoot */
 #define LOOP_KI           2698.0        /* [1/s^2] 7: of a bandwidth of 200 rad/s */
@@ -177,13 +183,16 @@ static void take_link(const motor_t *motor, tune_t *tune, given_t *g)
     g->link = motor->has[MOTOR_LINK] ? motor->value[MOTOR_LINK] : nominal;
     if (g->link * LINK_ROOM > top) {
         const double lower = floor(top / LINK_ROOM);
-        warn(tune, "link of %.4g V: the board's trip ends at %.4g V, so %.4g V are taken", g->link, top,
-             lower);
+        warn(tune, "link_voltage %.4g V is too high: the board's trip ends at %.4g V; %.4g V is used instead",
+             g->link, top, lower);
         g->link = lower;
     }
     if (g->link * LINK_OVER < least("dc_overvoltage")) {
         const double higher = ceil(least("dc_overvoltage") / LINK_OVER);
-        warn(tune, "link of %.4g V: the board begins at %.4g V, which are taken", g->link, higher);
+        warn(tune,
+             "link_voltage %.4g V is too low for the board, which begins at %.4g V; this value is used "
+             "instead",
+             g->link, higher);
         g->link = higher;
     }
     g->over = smaller(four_digits(LINK_OVER * g->link), top);
@@ -216,8 +225,9 @@ static void take_current(tune_t *tune, given_t *g)
     g->trip = larger(g->trip, least("overcurrent_trip"));
     if (g->rated_current > 0.8 * g->limit) {
         warn(tune,
-             "rated current %.4g A peak: the board's limit is %.4g A of +-%.4g A, of which 0.8 are for the "
-             "load: %.4g N m of %.4g N m",
+             "rated current %.4g A peak exceeds 0.8 of the current limit %.4g A that a range of +-%.4g A "
+             "allows: "
+             "the load is limited to %.4g N m of %.4g N m",
              g->rated_current, g->limit, (double)BOARD_CURRENT_RANGE, tune->torque_top, g->rated_torque);
     }
 }
@@ -230,25 +240,39 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
     if (motor->has[MOTOR_SPEED]) {
         g->speed = motor->value[MOTOR_SPEED];
     } else {
-        warn(tune, "rated_speed is not given: 0.9 of what %.4g V reach under load, %.0f r/min, is taken",
-             g->link, g->speed / RPM);
+        warn(
+            tune,
+            "rated_speed is not given: 0.9 of the speed that %.4g V reach under load, %.0f r/min, is assumed",
+            g->link, g->speed / RPM);
     }
     if (g->speed > g->reach) {
         const double needed =
             hypot(g->psi * g->p * g->speed + g->r * tune->current, g->p * g->speed * g->l_q * tune->current);
         warn(tune,
-             "at %.0f r/min the EMF is %.4g V peak of a phase, with R I and omega L I %.4g V; %.4g V of link "
-             "give %.4g V: top speed %.0f r/min; %.0f V of link would do",
+             "at %.0f r/min the EMF is %.4g V peak of a phase, with R I and omega L I %.4g V; a link of %.4g "
+             "V "
+             "gives %.4g V: top speed %.0f r/min; a link of %.0f V is enough",
              g->speed / RPM, g->psi * g->p * g->speed, needed, g->link, g->voltage, g->reach / RPM,
              ceil(g->link * (needed + g->drop) / (g->voltage + g->drop)));
         g->speed = g->reach;
     }
     if (g->speed > cap) {
         warn(tune,
-             "at %.0f r/min the rotor turns by %.2g rad electrical in a period of %.4g us: %.2g rad are "
-             "good, top speed %.0f r/min",
+             "at %.0f r/min the rotor turns by %.2g rad electrical in a period of %.4g us; the limit is %.2g "
+             "rad, "
+             "so the top speed is %.0f r/min",
              g->speed / RPM, g->speed * g->p * T_S, 1e6 * T_S, TURN_GOOD, cap / RPM);
         g->speed = cap;
+    }
+    const double open = OPEN_SHARE * BOARD_OVERVOLTAGE_MAX_MV / 1e3 / (SQRT_3 * g->psi * g->p);
+    if (SPEED_LEAST_TRIP * g->speed > open) {
+        warn(
+            tune,
+            "at %.0f r/min the EMF between two phases is %.4g V, and the board's link stands %.4g V once the "
+            "bridge is off: top speed %.0f r/min",
+            g->speed / RPM, SQRT_3 * g->psi * g->p * g->speed, BOARD_OVERVOLTAGE_MAX_MV / 1e3,
+            open / SPEED_LEAST_TRIP / RPM);
+        g->speed = open / SPEED_LEAST_TRIP;
     }
     g->speed = four_digits(g->speed);
     g->free = smaller(
@@ -256,9 +280,11 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
         larger(g->voltage / (g->psi * g->p), g->speed));
     g->overspeed = smaller(SPEED_RESERVE * g->speed, 0.999 * TURN_MOST / (g->p * T_S));
     if (motor->has[MOTOR_SPEED_MAX]) {
-        g->overspeed = smaller(g->overspeed, larger(motor->value[MOTOR_SPEED_MAX], 1.05 * g->speed));
+        g->overspeed =
+            smaller(g->overspeed, larger(motor->value[MOTOR_SPEED_MAX], SPEED_LEAST_TRIP * g->speed));
     }
     g->free = smaller(g->free, cap);
+    g->overspeed = smaller(g->overspeed, open);
     g->overspeed = smaller(four_digits(g->overspeed), most("overspeed_trip"));
     const double dead = BOARD_DEAD_TIME_NS / 1e9 / T_S * g->over;
     g->handover = HANDOVER_EMF * larger(dead, (g->r + DEVICE_RESISTANCE) * g->start) / (g->psi * g->p);
@@ -279,7 +305,9 @@ static void judge_winding(tune_t *tune, const given_t *g)
              (double)BOARD_CURRENT_RANGE);
     }
     if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
-        warn(tune, "a ripple of %.3g A would trip the check of the sensors' gain: current_judged is off",
+        warn(tune,
+             "a ripple of %.3g A would trip the check of the current sensors' gain: current_judged is set to "
+             "0",
              g->ripple);
     }
     if (g->limit + 0.5 * g->ripple > g->trip) {
@@ -288,7 +316,8 @@ static void judge_winding(tune_t *tune, const given_t *g)
     }
     if (tau >= WINDING_LEAST * T_S && tau < 5.0 * T_S) {
         warn(tune,
-             "L/R is %.3g ms, %.3g periods of the control: it will be coarse; below 2 the drive refuses",
+             "L/R is %.3g ms, %.3g periods of the control: current control is coarse below 5, and the drive "
+             "refuses below 2",
              1e3 * tau, tau / T_S);
     }
     if (tune->needs_encoder) {
@@ -303,7 +332,7 @@ static void judge_sensing(tune_t *tune, const given_t *g)
 {
     const double code = fabs((double)BOARD_CURRENT_PER_CODE);
     if (code > 0.004 * g->rated_current) {
-        warn(tune, "the ADC resolves %.3g mA, %.2g %% of the rated current: a range of +-%.3g A would do",
+        warn(tune, "the ADC resolves %.3g mA, %.2g %% of the rated current: a range of +-%.3g A is enough",
              1e3 * code, 100.0 * code / g->rated_current, 1.2 * TRIP_SHARE * g->limit);
     }
     const double dead = BOARD_DEAD_TIME_NS / 1e9 / T_S * g->over;
@@ -311,7 +340,8 @@ static void judge_sensing(tune_t *tune, const given_t *g)
     const double needed = g->handover;
     if (needed > HANDOVER_SHARE * g->speed) {
         warn(tune,
-             "dead time (%.3g V) and R I of the start (%.3g V) are the EMF of %.0f r/min, %.0f %% of the top "
+             "dead time (%.3g V) and R I of the start (%.3g V) equal the EMF of %.0f r/min, %.0f %% of the "
+             "top "
              "speed: the frame is forced up to %.0f r/min on the way up (handover_speed), and below %.0f "
              "r/min "
              "on the way down (fallback_speed)",
@@ -342,9 +372,9 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
 {
     add(tune, "current_limit", g->limit, "[A] %s: starts (theory, 23)",
         g->resistive ? "R I half of the link's voltage, at least 1.3 of the rated current"
-                     : "twice the rated current, as far as the board goes");
+                     : "twice the rated current, limited by the board");
     add(tune, "start_current", g->start < g->limit ? g->start : 0.0, "%s",
-        g->by_module ? "[A] what a leg of the board's module stands while the rotor is aligned"
+        g->by_module ? "[A] continuous current of a leg of the board's module, while the rotor is aligned"
         : g->start < g->limit
             ? "[A] 0.8 psi_f/(L_q - L_d): from there on a salient rotor does not rest on it (theory, 30)"
             : "current_limit (theory, 23)");
@@ -369,15 +399,42 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
     }
 }
 
+/* psi_a [Wb] of the i_d that overspeed_trip takes with the least link which the drive does not hold by
+ * itself, where circle and voltage meet or the voltage has its most torque (theory, 30); with less speed that
+ * of current_limit. */
+static double weakened(const given_t *g)
+{
+    const double d = g->l_q - g->l_d;
+    const double duty_least = (BOARD_DEAD_TIME_NS + BOARD_MINIMUM_PULSE_NS) / 1e9 / T_S;
+    const double lost = (BOARD_DEAD_TIME_NS + BOARD_TURN_ON_DELAY_NS - BOARD_TURN_OFF_DELAY_NS) / 1e9 / T_S;
+    const double made = WITHIN_MADE * ((1.0 - 2.0 * duty_least) / SQRT_3 - 4.0 / PI * lost);
+    const double voltage = smaller(VOLTAGE_USE / SQRT_3, made) * LINK_LEAST * g->under;
+    const double flux = voltage / (g->p * g->overspeed);
+    const double q = g->l_q * g->limit;
+    const double c = g->psi * g->psi + q * q - flux * flux;
+    const double across = (g->l_q * g->l_q - g->l_d * g->l_d) * c + g->l_d * g->psi * g->l_d * g->psi;
+    const double meet = -c / (g->l_d * g->psi + sqrt(larger(across, 0.0)));
+    const double most =
+        -2.0 * d * flux * flux / (g->l_q * g->psi + hypot(g->l_q * g->psi, sqrt(8.0) * d * flux));
+    return g->psi - d * larger(larger(meet, (most - g->psi) / g->l_d), -g->limit);
+}
+
 static void add_estimator(tune_t *tune, const given_t *g)
 {
     const bool salient = g->l_q > SALIENT_FROM * g->l_d;
     const double taken = salient ? (g->l_q - g->l_d) * g->limit : 0.0;
     const double flux = 0.75 * g->psi + 0.25 * sqrt(g->psi * g->psi + 8.0 * taken * taken);
-    const double gain = four_digits(GAIN_RULE * flux * g->p * g->free);
+    const double by_rule = GAIN_RULE * flux * g->p * g->free;
+    const double weak = salient ? GAIN_WEAK * weakened(g) * g->p * g->overspeed : 0.0;
+    const double gain = four_digits(larger(by_rule, weak));
     const double slope = four_digits(SLOPE_RULE * g->l_q / (gain * T_S));
-    add(tune, "observer_gain", gain, "[V] 1.75 times the EMF at %.0f r/min%s", g->free / RPM,
-        salient ? " with i_d at current_limit (theory, 3, 30)" : " (theory, 3)");
+    if (weak > by_rule) {
+        add(tune, "observer_gain", gain,
+            "[V] 1.25 times the EMF at overspeed_trip with the i_d that weakens the field (theory, 30)");
+    } else {
+        add(tune, "observer_gain", gain, "[V] 1.75 times the EMF at %.0f r/min%s", g->free / RPM,
+            salient ? " with i_d at current_limit (theory, 3, 30)" : " (theory, 3)");
+    }
     add(tune, "observer_slope", slope, "[1/A] 1.6 L_q/(observer_gain T_s) (theory, 3)");
     add(tune, "estimate_current_max", smaller(four_digits(4.0 / slope), most("estimate_current_max")),
         "[A] 4/observer_slope (theory, 3)");
@@ -416,7 +473,7 @@ static void add_estimator(tune_t *tune, const given_t *g)
         ramp > 0.0 ? "[rad/s^2] of %.3g that the motor can: half a radian if J were not known (theory, 9)"
                    : "the current limit alone, %.3g rad/s^2: the loop follows",
         able);
-    add(tune, "quick_stop_ramp", ramp, "[rad/s^2] likewise");
+    add(tune, "quick_stop_ramp", ramp, "[rad/s^2] as speed_ramp");
 }
 
 static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
@@ -424,7 +481,7 @@ static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
     add(tune, "current_bandwidth", smaller(CURRENT_BANDWIDTH, most("current_bandwidth")),
         "[rad/s] 0.1 a period (theory, 15)");
     add(tune, "speed_kp", 0.0, "by motor_inertia, learnt, pll_bandwidth/14 fast (theory, 23)");
-    add(tune, "speed_ki", 0.0, "likewise, damping 0.87");
+    add(tune, "speed_ki", 0.0, "by motor_inertia, learnt, damping 0.87");
     const double lines = motor->has[MOTOR_LINES] ? motor->value[MOTOR_LINES] : 2500.0;
     if (256.0 * g->p > 4.0 * lines) {
         warn(tune, "an encoder of %.0f lines is too coarse for %.0f pole pairs: at least %.0f", lines, g->p,
@@ -436,7 +493,7 @@ static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
 
 static void add_plant(const motor_t *motor, tune_t *tune, const given_t *g)
 {
-    add(tune, "plant.pole_pairs", g->p, "of the motor, like all that follows");
+    add(tune, "plant.pole_pairs", g->p, "of the motor, as the following rows");
     add(tune, "plant.resistance", g->r, "[ohm]");
     add(tune, "plant.inductance_d", g->l_d, "[H]");
     add(tune, "plant.inductance_q", g->l_q, "[H]");
@@ -467,7 +524,7 @@ static bool accepted(const tune_t *tune, scenario_error_t *error)
     good = good && rig_apply(rig);
     if (!good) {
         (void)scenario_fail(error, (scenario_place_t){0u, 0u}, "motor",
-                            "the drive on this board can not run it: %.500s", rig_error(rig));
+                            "the drive on this board cannot run this motor: %.500s", rig_error(rig));
     }
     rig_free(rig);
     return good;

@@ -45,8 +45,10 @@ void tune_boards(FILE *to, const motor_t *motor, const char *comment)
 {
     const double current = motor->value[MOTOR_CURRENT];
     const double link = motor->has[MOTOR_LINK] ? motor->value[MOTOR_LINK] : 0.0;
-    fprintf(to, "%sA board for all of it sees +-%.3g A (1.2 x 1.5 x twice the rated %.3g A)", comment,
-            1.2 * 1.5 * 2.0 * current, current);
+    fprintf(to,
+            "%sThe full current limit needs a board with a range of +-%.3g A (1.2 x 1.5 x twice the rated "
+            "%.3g A)",
+            comment, 1.2 * 1.5 * 2.0 * current, current);
     if (link > 0.0) {
         fprintf(to, " and lets its link trip at %.4g V", 1.286 * link);
     }
@@ -158,8 +160,8 @@ void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, c
         "\"i_q\", \"true_i_a\", \"theta_hat_err\", \"e_amplitude\", \"lock_losses\", \"fault_reason\"]\n\n",
         plan.end);
     write_motor(to, sheet, of_library);
-    fprintf(to, "\n# What this makes of the drive; a row that you write in [params] or [plant] yourself "
-                "counts instead.\n");
+    fprintf(to, "\n# Parameters that follow from [motor]; a value that you set in [params] or [plant] "
+                "has priority.\n");
     tune_print(to, tune, "# ");
     for (uint32_t n = 0; n < tune->warning_count; n++) {
         fprintf(to, "# WARNING %s\n", tune->warnings[n]);
@@ -167,12 +169,13 @@ void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, c
     if (tune->needs_encoder) { /* [motor] leaves this row alone */
         fprintf(to, "[params]\nposition_source = \"encoder\"\n");
     }
-    fprintf(to,
-            "\n[start]\nangle = 2 # [rad] where nobody knows\n\n[requests]\nenable = \"on\"\nspeed_request = "
-            "%.6g "
-            "# [rad/s], %.0f r/min\n\n[plant]\nload_torque = %.6g # [N m] passive: it only brakes\n\n"
-            "[[at]]\ntime = %.6g\nramp = %.6g\nplant.load_torque = %.6g # [N m]\n",
-            tune->speed_top, tune->speed_top / RPM, plan.first_load, plan.load, plan.ramp, plan.load_torque);
+    fprintf(
+        to,
+        "\n[start]\nangle = 2 # [rad] unknown to the drive\n\n[requests]\nenable = \"on\"\nspeed_request = "
+        "%.6g "
+        "# [rad/s], %.0f r/min\n\n[plant]\nload_torque = %.6g # [N m] passive: it only brakes\n\n"
+        "[[at]]\ntime = %.6g\nramp = %.6g\nplant.load_torque = %.6g # [N m]\n",
+        tune->speed_top, tune->speed_top / RPM, plan.first_load, plan.load, plan.ramp, plan.load_torque);
     write_expect(to, "never lost", "lock_losses", NULL, "max", 0.0, 0.0, -INFINITY, 0.0);
     fprintf(to,
             "\n[[expect]]\nname = \"%s is in control\"\nsignal = \"manoeuvre\"\nstatistic = \"last\"\n"

@@ -19,7 +19,12 @@ else()
     desk_room(lagless_python)
     target_compile_definitions(lagless_python PRIVATE _GNU_SOURCE "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
     target_link_libraries(lagless_python PRIVATE lagless_lab lagless_plant)
-    target_link_options(lagless_python PRIVATE ${LAGLESS_FAST_LINK} -Wl,--as-needed -Wl,--no-undefined -Wl,--exclude-libs,ALL
+    # The wheel's is optimised across rooms; the one of a build, for the package of the tree, is linked in no time.
+    set(python_link "${LAGLESS_PLAIN_LINK}")
+    if(SKBUILD)
+        set(python_link "${LAGLESS_FAST_LINK}")
+    endif()
+    target_link_options(lagless_python PRIVATE ${python_link} -Wl,--as-needed -Wl,--no-undefined -Wl,--exclude-libs,ALL
         -static-libgcc -static-libstdc++)
     set_target_properties(lagless_python PROPERTIES OUTPUT_NAME lagless LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/python)
 endif()

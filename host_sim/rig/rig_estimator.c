@@ -62,7 +62,7 @@ void rig_estimator_record(rig_t *rig, void *record)
         rig_step(rig);
         input->voltage = drive->fast.acted.voltage;
         input->current = drive->fast.measure.measured.current;
-        input->load = drive->fast.load;
+        input->load = drive->fast.load_current;
     }
 }
 

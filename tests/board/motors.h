@@ -52,8 +52,8 @@ static inline void board_to_ready_at(rig_t *rig, double speed)
 }
 
 /* Plant and firmware get the motor, turned by the encoder and at low speed, without it, by the estimate;
- * limits are the board's own. docs/motors.md, "What tune goes by": feed-forward 50 rad/s or 1.6 sqrt(p T/J),
- * the PLL four times it. */
+ * limits are the board's own. docs/motors.md, "Rules used by `lagless tune`": feed-forward 50 rad/s or 1.6
+ * sqrt(p T/J), the PLL four times it. */
 static inline void board_put_motor(rig_t *rig)
 {
     const run_motor_t *m = &board_motor;

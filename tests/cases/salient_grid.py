@@ -4,8 +4,9 @@
 usage: salient_grid.py [--long] LAGLESS FOLDER
 
 Loads: after a catch at speed an active load of a half and of all of the rated torque is put on within 0.5 s, driving and
-braking, in both directions. The angle is held with a mean of 5 mrad at most, a quarter of a percent of L_q in the closed law,
-and a standard deviation of 3 mrad. Wrong L_q: the error of the closed law, psi_a(err) sin(err) = -dL_q i_q, within 6 mrad.
+braking, in both directions. The angle is held with a standard deviation of 3 mrad, and of a salient rotor with a mean of 3 mrad at
+most. At L_q = L_d the mean is scattered by what noise leaves of L learnt (SD 1.3 mrad over 20 seeds at 600 r/min under full load, -2.1 to
+2.8): 5 mrad. Wrong L_q: the error of the closed law, psi_a(err) sin(err) = -dL_q i_q, within 6 mrad.
 Starts: from any angle, no load and a passive one, at the first try."""
 import itertools
 import json
@@ -118,7 +119,7 @@ class Grid(unittest.TestCase):
             with self.subTest(cell=cell):
                 seen = loaded(*cell)
                 self.assertEqual((seen["losses"], seen["fault"]), (0, 0), seen)
-                self.assertLess(abs(seen["mean"]), 5e-3, seen)
+                self.assertLess(abs(seen["mean"]), 3e-3 if cell[0] > 1.0 else 5e-3, seen)
                 self.assertLess(seen["sd"], 3e-3, seen)
 
     def test_a_wrong_l_q_leaves_the_error_of_the_law(self):

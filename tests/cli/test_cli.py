@@ -200,7 +200,7 @@ class CommandLine(TestCase):
         self.assertEqual(1, done.stdout.count("nominal   "))
         self.assertRegex(done.stderr, r"^\d+ points in [\d.]+ s\n$")  # a pipe gets no bar
         self.refuses((["map", path, "--speeds", "700,2500"], path + ": ", "speed_request", "2500 r/min"),
-                     (["map", path, "--ideal"], "--ideal", "not with a scenario"), (["map", path, path], "one scenario at a time"))
+                     (["map", path, "--ideal"], "--ideal", "cannot be used with a scenario"), (["map", path, path], "a second scenario; accepted is one"))
         for line, place, *fragments in (
                 ('[[at]]\ntime = 0.5\nrequests.speed_request = "5 r/min"\n', ":13:", "speed_request", "5 r/min; a map accepts 10 r/min or more"),
                 ("plant.load_torqe = 3\n", ":14:", "load_torqe", "nearest: load_torque")):
@@ -289,7 +289,7 @@ class CommandLine(TestCase):
 
     def test_matrix_is_an_object_with_these_keys_and_units_and_prints_a_letter_a_cell(self):
         done = lagless("matrix", "--cell", "stuck_a_rail/off")
-        self.expect(0, done, "4 cells as promised, 0 not")
+        self.expect(0, done, "4 cells pass, 0 fail")
         self.assertIn(["stuck_a_rail", "oooo"], [line.split() for line in done.stdout.splitlines()])
         done = lagless("matrix", "--cell", "stuck_a_rail/off", "--json")
         self.expect(0, done)
@@ -371,7 +371,7 @@ class CommandLine(TestCase):
                 (["run", path, "--out", self.folder, "--format", "xml"], "csv, mat, vcd"),
                 (["run", path, "--out", self.folder, "--every", "0"], "whole numbers 1 to"),
                 (["run", path, "--out", self.folder, "--format", "vcd", "--set", "fidelity=averaged"], "switched"),
-                (["run", path, path], "one scenario at a time"), (["explain", "overcurent"], "did you mean overcurrent?"),
+                (["run", path, path], "a second scenario; accepted is one"), (["explain", "overcurent"], "did you mean overcurrent?"),
                 (["explain", "999"], "no such reason"), (["completion", "tcsh"], "bash"), (["params", "x"], "no argument"),
                 (["campaign", "--runs", "0"], "1 to 1000000"), (["campaign", "--runs", "ten"], "accepted whole numbers"),
                 (["campaign", "--seed", "-1"], "accepted whole numbers"), (["campaign", "--seconds", "0.01"], "0.1 to 3600"),
@@ -385,15 +385,15 @@ class CommandLine(TestCase):
                 (["map", "--speeds", "9"], "10 to 1900"), (["map", "--speeds", "1901"], "10 to 1900"),
                 (["map", "--speeds", "100,,200"], "accepted"), (["map", "--speeds", "100 200"], "accepted"),
                 (["map", "--speeds", ""], "accepted"), (["map", "--speeds", "nan"], "accepted"),
-                (["map", "--speeds", "200,100,200"], "200 is there twice"),
+                (["map", "--speeds", "200,100,200"], "200 is given twice"),
                 (["map", "--speeds", ",".join(str(n) for n in range(100, 117))], "at most 16"),
                 (["matrix", "x"], "no argument"), (["matrix", "--only", "stuck_a_zro"], "did you mean stuck_a_zero?"),
-                (["matrix", "--cell", "stuck_a"], "no cell is chosen"), (["matrix", "--share", "0"], "above 0 to 100"),
+                (["matrix", "--cell", "stuck_a"], "no cell is selected"), (["matrix", "--share", "0"], "above 0 to 100"),
                 (["matrix", "--share", "101"], "above 0 to 100"), (["matrix", "--share", "5", "--seed", "-1"], "whole numbers"),
                 (["matrix", "--seed", "3"], "--share"),
                 (["paper", "fig99"], "known are fig04 fig05"), (["paper", "fig13", "fig1"], "fig1: no such figure"),
                 (["paper", "beyond_sped"], "did you mean beyond_speed"), (["paper", "--seed"], "--help"),
-                (["serve", "nosuch"], "neither a file nor"), (["serve"], "which scenario?"), (["serve", "a", "b"], "one scenario"),
+                (["serve", "nosuch"], "neither a file nor"), (["serve"], "which scenario?"), (["serve", "a", "b"], "b: a second scenario; accepted is one"),
                 (["serve", "bare_motor", "--port", "65536"], "0 to 65535"), (["serve", "bare_motor", "--port", "x"], "0 to 65535"),
                 (["serve", "bare_motor", "--until", "soon"], "accepted"), (["serve", "bare_motor", "--until", "-1"], "accepted"),
                 (["serve", "bare_motor", "--free", "--realtime"], "one of them"),

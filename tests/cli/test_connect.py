@@ -291,37 +291,37 @@ class WrongLines(Case):
             ("frobnicate", "frobnicate: no such command; `help` lists them"),
             ("statsu", "did you mean status"),
             ("get omeg_m", "omeg_m: no such name; did you mean omega_m"),
-            ("get", "get: which? names of rows"),
-            ("get theta_err", "theta_err: only the desk has it"),
+            ("get", "get: a name is missing; `params`"),
+            ("get theta_err", "theta_err: only the simulation has this row"),
             ("set motor_resistance 5000", "motor_resistance: 5000 ohm is outside its range; accepted: 0.001 to 100 ohm"),
-            ("set motor_resistance", "motor_resistance: to what? accepted: 0.001 to 100 ohm"),
+            ("set motor_resistance", "motor_resistance: the value is missing; accepted: 0.001 to 100 ohm"),
             ("set motor_resistance 1 kg", "is no quantity in ohm"),
             ("set motor_pole_pairs 1.5", "accepted: whole numbers 1 to 64"),
             ("set enable maybe", "is none of its choices; accepted: off, on, quick_stop"),
-            ("set omega_m 3", "omega_m: it is shown, not set"),
+            ("set omega_m 3", "omega_m: this value is read-only"),
             ("set speed_request 2000 rad/s", "accepted -209 to 209 rad/s (|speed_request| <= 0.95 overspeed_trip)"),
-            ("go", "speed_request: to what?"),
+            ("go", "speed_request: the value is missing"),
             ("go 20000 r/min", "accepted -209 to 209 rad/s"),
             ("go fast", "does not begin with a number"),
-            ("wait", "for how long?"),
+            ("wait", "wait: a time or a condition is missing"),
             ("wait 2 kg", "is no quantity in s"),
             ("wait -1 s", "accepted times above 0"),
             ("wait until", "accepted: NAME < <= > >= == != VALUE"),
-            ("wait until omega_m ~ 3", "~: no comparison"),
+            ("wait until omega_m ~ 3", "~: not a comparison"),
             ("wait until state == running", "none of its choices"),
             ("wait until omega_m > 100 rad/s timeout 0.1 s", "not within 0.1 s; it is"),
             ("record omega_m for 1 s", "record NAME... for 2 s --out FOLDER"),
             ("record motor_resistance for 1 s --out x", "only signals are recorded"),
             ("record omega_m for 1 s every 0 --out x", "accepted whole numbers of periods, 1 to 255"),
-            ("record omega_m,omega_m for 1 s --out x", "it is there twice"),
+            ("record omega_m,omega_m for 1 s --out x", "given twice"),
             ("record omega_m for 1 s --out /proc/no/where", "cannot be made"),
             ("record omega_m for 1 s --out x --format vcd", "accepted csv, mat, csv,mat"),
             ("capture dance", "accepted: on, signals, after, arm"),
             ("capture on full moon", "accepted: fault, command, SIGNAL above VALUE"),
             ("capture read --out x", "holds nothing yet"),
             ("explain frob", "frob: no such reason"),
-            ("load", "load: nothing is saved in this drive yet"),
-            ("quit now", "nothing is expected here"),
+            ("load", "load: this drive has no saved parameters"),
+            ("quit now", "no argument is accepted"),
         ):
             with self.subTest(line=line):
                 result = self.fails(server, line + "\n", message)
@@ -355,7 +355,7 @@ class WrongLines(Case):
         self.fails(server, "defaults\ngo 300 r/min\nsave\n", "possible only while the bridge is off; switch off first")
 
     def test_a_script_says_for_how_long_it_watches(self):
-        self.fails(self.serve(), "watch omega_m\n", "watch: for how long? In a script: watch omega_m for 2 s")
+        self.fails(self.serve(), "watch omega_m\n", "watch: a script needs a duration; write: watch omega_m for 2 s")
 
 
 class BrokenLines(Case):
@@ -449,7 +449,7 @@ class BrokenLines(Case):
         server = self.serve()
         result = connect(server.target, "go 300 r/min\nwait until omega_m > 280 r/min timeout 10 s\nquit\n")
         self.assertEqual(result.returncode, 0)
-        self.assertIn("the motor runs; without a master it is stopped in 1 s (command_timeout)", result.stderr)
+        self.assertIn("the motor runs; the drive stops it in 1 s without a client (command_timeout)", result.stderr)
         time.sleep(3.0)
         said = answers(self.does(server, "get state omega_m\n", "--json"))
         self.assertEqual(said[0]["state"], "ready")

@@ -360,7 +360,7 @@ class Test(command_line.TestCase):
     def test_figures_and_a_file_do_not_mix_and_a_missing_file_is_told(self):
         path = self.write(STANDING + claim("a", "1", 1.0))
         for arguments in ((path, "fig13"), ("fig13", path), (path, path)):
-            self.expect(2, self.lagless("paper", *arguments), "one file at a time")
+            self.expect(2, self.lagless("paper", *arguments), "accepted is one file")
         self.expect(2, self.lagless("paper", "./none.toml"), "none.toml")
         self.assertIn("[FIG... | FILE]", self.lagless("paper", "--help").stdout)
 
@@ -406,7 +406,7 @@ class Test(command_line.TestCase):
                          (cell["cell"], cell["manoeuvre"], cell["promised_as"], cell["seen"]["reaction"]))
         self.assertLessEqual(cell["seen"]["gates_off_ms"], 1.0)
         for arguments, fragment in ((("--at", "0.7 s"), "less than the duration"), (("--at", "0.01 s"), "the drive is not on"),
-                                    ((), "one needs the other"), (("--at", "0.3 s", "--cell", "x"), "a cell a fault"),
+                                    ((), "--scenario and --at need each other"), (("--at", "0.3 s", "--cell", "x"), "one cell for each fault"),
                                     (("--at", "0.3 s", "--only", "pole_pairs"), "wrong from the beginning"), (("--at", "soon"), "1.5 s")):
             self.expect(2, self.lagless("matrix", "--scenario", path, *arguments), fragment)
         self.assertIn("--scenario", self.lagless("matrix", "--help").stdout)

@@ -258,7 +258,7 @@ class Measures(FirstHour):
         for n, trace in enumerate(result["traces"]):
             for row, value in zip(rows, trace["values"]):
                 self.assertAlmostEqual(float(row[n]), value, delta=1e-7 * abs(value))
-        self.expect(2, lagless("run", self.scenario(), "--traces"), "--traces: they are a part of --json")
+        self.expect(2, lagless("run", self.scenario(), "--traces"), "--traces needs --json")
         self.assertNotIn("traces", json.loads(lagless("run", self.scenario(), "--json").stdout))
 
 
@@ -494,7 +494,7 @@ class Manual(FirstHour):
                 if re.search(r"^ .*--%s\b" % option, told, re.M):
                     self.assertRegex(section, r"(?m)^(-., )?--%s(=.*)?\n\S" % option)
         self.assertIn("--set=NAME=VALUE\n", sections["run"])
-        self.assertIn("its end and its expectations count for nothing", " ".join(sections["serve"].split()))
+        self.assertIn("its duration and its expectations have no effect", " ".join(sections["serve"].split()))
 
     def test_the_page_is_one_that_man_takes(self):
         if shutil.which("groff") is None:

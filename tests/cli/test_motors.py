@@ -60,7 +60,7 @@ class Motors(TestCase):
         self.assertEqual(1e-5, rows["plant", "load_inertia"]["value"])
         self.assertAlmostEqual(1.55e-5, rows["params", "motor_inertia"]["value"])
         self.assertTrue(all(row["reason"] for row in rows.values()))
-        self.assertTrue(any("V of link would do" in text for text in json.loads(done.stdout)["warnings"]))
+        self.assertTrue(any("V is enough" in text for text in json.loads(done.stdout)["warnings"]))
 
     def test_what_is_written_runs(self):
         path = os.path.join(self.folder, "written.toml")

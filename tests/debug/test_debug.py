@@ -386,10 +386,11 @@ class ManoeuvreTest(unittest.TestCase):
         anew()  # gdb reads the names of manoeuvres in a program that runs or in one that never ran
 
     # Ready by the window with the last sample of the calibration, switched on by the next one, whose setpoint acts a window
-    # later; there the gates come on in the second period. 20 ms of catch, which the medium task has at the end of its window; it
-    # counts windows of the alignment from there: 16 over the pendulum's frequency sqrt(p K_t I / J).
+    # later; there the gates come on in the second period. 20 ms of catch, in whose last period the estimator would lock to a
+    # rotor that turns; the medium task has "none turns" at the end of the window before, and counts the windows of the alignment
+    # from there: 16 over the pendulum's frequency sqrt(p K_t I / J).
     ON = end_of_window(CALIBRATION - 1) + 2 * WINDOW
-    CAUGHT = end_of_window(ON + 1 + 200 - 1)
+    CAUGHT = end_of_window(ON + 1 + 199 - 1)
     ALIGNED = CAUGHT + WINDOW * round(1e4 / WINDOW * 16 / math.sqrt(4 * 1.5 * 4 * 0.183 * 10 / 0.0636))
 
     def test_until_manoeuvre_stops_in_the_period_that_begins_it(self):
@@ -430,7 +431,7 @@ class LookTest(unittest.TestCase):
         self.assertRegex(
             rows["position"], r"^theta_e -?\d+\.\d\d deg \(-?\d\.\d+ rad\), omega_e 2\d\d\S* rad/s \(\d+\.\d+ Hz\)$"
         )
-        self.assertRegex(rows["axis q"], r"^i \S+ A, reference \S+ A; u \S+ V, asked for \S+ V$")
+        self.assertRegex(rows["axis q"], r"^i \S+ A, reference \S+ A; u \S+ V, commanded \S+ V$")
         self.assertRegex(rows["DC link"], r"^31\d\.\d+ V$")
 
     def test_dead_time_follows_the_system_clock(self):

@@ -82,6 +82,10 @@ MAY_INCLUDE = {
     "host_sim": ("firmware/math/check.h",),
 }
 
+# Which of the two estimators the drive runs on: only the drive and what is above it may see that, for lagless_core is compiled once
+# for both.
+CHOICE, CHOOSING = "firmware/estimator/chosen.h", ("firmware/drive", "firmware/app")
+
 # Headers of the system in firmware/ and hal/: types, limits, memcpy; math.h for sqrtf and isfinite.
 TARGET_HEADERS = {"stdint.h", "stdbool.h", "stddef.h", "limits.h", "float.h", "string.h", "math.h", "inttypes.h"}
 
@@ -249,6 +253,9 @@ class Checker:
                     self.breach(path, line, "include", f"{room} must not include <{name}>: not for the target")
                 continue
             target_room = room_of(target)
+            if target == CHOICE and room.startswith("firmware/") and room not in CHOOSING:
+                self.breach(path, line, "include", f"{room} must not include {target}: only {' and '.join(CHOOSING)} may")
+                continue
             if target_room == room or target in MAY_INCLUDE[room] or target_room in MAY_INCLUDE[room]:
                 continue
             self.breach(path, line, "include", f"{room} must not include {target}")

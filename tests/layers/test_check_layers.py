@@ -72,6 +72,7 @@ FORBIDDEN_INCLUDES = (
     ("firmware/math/angle.c", "estimator/smo.h"), ("firmware/math/angle.h", "../inverter/svpwm.h"),
     ("firmware/math/angle.c", "contract/table.h"), ("firmware/contract/table.c", "estimator/smo.h"),
     ("firmware/contract/table.h", "drive/drive.h"), ("firmware/estimator/smo.c", "inverter/svpwm.h"),
+    ("firmware/estimator/smo.c", "estimator/chosen.h"),
     ("firmware/inverter/svpwm.c", "firmware/estimator/smo.h"), ("firmware/inverter/svpwm.c", "drive/drive.h"),
     ("firmware/drive/drive.c", "app/app.h"), ("firmware/drive/drive.c", "hal/hal.h"),
     ("firmware/app/app.c", "host_sim/chip/chip.h"), ("hal/f28335/pwm.c", "math/angle.h"), ("hal/hal.h", "host_sim/chip/chip.h"),

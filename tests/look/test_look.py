@@ -300,7 +300,7 @@ class Refusals(Case):
 
     def test_wrong_use_is_2_before_anything_runs(self):
         path = self.recording()
-        self.refuses((["plot"], "which recording?"), (["compare", path], "which two recordings?"), (["plot", path, path], "one recording at a time"),
+        self.refuses((["plot"], "which recording?"), (["compare", path], "which two recordings?"), (["plot", path, path], "a second recording; accepted is one"),
                      (["plot", path, "--format", "jpg"], "jpg: accepted html, png, svg"))
         self.expect(2, lagless("run", self.own_toml, "--plot=pdf", cwd=self.folder), "pdf: accepted html, png, svg")
         self.expect(2, lagless("run", self.own_toml, "--plot", "--record", "nonsense", cwd=self.folder))

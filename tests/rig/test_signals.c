@@ -518,9 +518,11 @@ static bool frames(const stretch_t *s, uint32_t k)
 {
     const double complex abc = clarke(V(i_a), V(i_b), V(i_c));
     const double complex ab = pair(k, R_i_alpha, R_i_beta);
-    const double complex trim_before = pair(k > s->first ? k - 1u : k, R_trim_alpha, R_trim_beta);
-    /* what the trim finds in the period before the first one is not seen */
-    const double moved = k > s->first ? 1e-5 : 0.01;
+    /* the trim in force is that of the window before the last; the first period of the last shows it */
+    const uint32_t ago = DRIVE_WINDOW + ((uint32_t)record[k].row[R_period] - 1u) % DRIVE_WINDOW;
+    const bool is_seen = k >= s->first + ago;
+    const double complex trim_before = pair(is_seen ? k - ago : k, R_trim_alpha, R_trim_beta);
+    const double moved = is_seen ? 1e-5 : 0.01;
     EXPECT(i_alpha, creal(abc - trim_before), moved)
     EXPECT(i_beta, cimag(abc - trim_before), moved)
     const double complex dq = ab * cexp(-J * V(frame_theta_e));
@@ -550,9 +552,8 @@ static bool frames(const stretch_t *s, uint32_t k)
         EXPECT(omega_m_ref, s->omega_m_ref, 0.01)
     } else if (isnan(s->omega_m_ref)) {
         /* the medium task has it from the end of the window before the last */
-        const uint32_t ago = DRIVE_WINDOW + 1u + ((uint32_t)record[k].row[R_period] - 1u) % DRIVE_WINDOW;
-        if (k % LENGTH >= ago) {
-            EXPECT(omega_m_ref, at(k - ago, R_omega_m), 0.0)
+        if (k % LENGTH > ago) {
+            EXPECT(omega_m_ref, at(k - ago - 1u, R_omega_m), 0.0)
         }
     } else {
         EXPECT(omega_m_ref, (double)(float)s->omega_m_ref, 0.0)

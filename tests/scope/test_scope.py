@@ -273,7 +273,7 @@ class Scope(stuck.TestCase):
     def test_wrong_use_is_refused(self):
         target = self.serve("--port", "0")
         self.assertIn("which drive?", self.refused(2))
-        self.assertIn("one target", self.refused(2, "a", "b"))
+        self.assertIn("b: a second target; accepted is one", self.refused(2, "a", "b"))
         self.assertIn("0 to 65535", self.refused(2, target, "--http", "70000"))
         self.assertIn("tcp://", self.refused(3, "nonsense", "--no-browser"))
         self.assertIn("nobody listens", self.refused(3, "tcp://127.0.0.1:1", "--no-browser"))

@@ -48,9 +48,9 @@ static inline void twin_show(twin_t *est)
     smo->current_hat = twin_pair(from_smo->current_hat, units->current);
     smo->current_err = fixed->estimate.current_err;
     smo->switched = twin_pair(from_smo->switched, units->voltage);
-    smo->emf_hat = fixed->estimate.emf_hat;
-    smo->axes.gain_axis = fixed->estimate.gain_axis;
-    smo->gain_mean = fixed->estimate.gain;
+    smo->emf_hat = fixed->observed.emf_hat;
+    smo->axes.gain_axis = fixed->observed.gain_axis;
+    smo->gain_mean = fixed->observed.gain;
     pll->theta_e = (float)q_signed(from_pll->theta_e) * (3.14159265f / 2147483648.0f);
     pll->rotation = (rotation_t){(float)from_pll->rotation.sin * one, (float)from_pll->rotation.cos * one};
     pll->integral = twin_speed(fixed, from_pll->integral);

@@ -22,6 +22,7 @@
 #include "tests/oracle/pll_oracle.h"
 #include "tests/oracle/smo_oracle.h"
 #include "tests/unit/machines.h"
+#include "tests/unit/sweep.h"
 
 #define T          1e-4
 #define PSI        0.183

@@ -16,7 +16,7 @@
 #define POLE_PAIRS 4.0
 #define KT         (1.5 * POLE_PAIRS * PSI)
 #define W          8u     /* [periods] of a window */
-#define LINK       179.0f /* [V] 311 V of DC link */
+#define U_DC       310.0f /* [V] */
 
 static manoeuvres_t m;
 static manoeuvres_tuning_t tuning;
@@ -101,7 +101,7 @@ void setUp(void)
     memset(&estimate, 0, sizeof estimate);
     machine.inertia = 0.003;
     machine.friction = 0.05;
-    wish = (run_wish_t){RUN_SPEED, 50.0f, {0.0f, 0.0f}};
+    wish = (run_wish_t){RUN_SPEED, 50.0f, {0.0f, 0.0f}, 0.0f};
     demand = (demand_t){{0.0f, 0.0f, {0.0f, 1.0f}}, FRAME_GOES_ON, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f};
     lost = false;
     period = 0u;
@@ -224,8 +224,7 @@ static inline void step(void)
     const position_t position = {encoder.theta_e, encoder.omega_e};
     const frame_t rotor = reference_rotor(&fast, &encoder, &estimate);
     const reference_input_t input = {
-        .current = {(float)creal(machine.current), (float)cimag(machine.current)},
-        .voltage_max = LINK,
+        .u_dc = U_DC,
         .estimate = &estimate,
         .position = &position,
         .encoder = &encoder,

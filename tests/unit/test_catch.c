@@ -79,7 +79,7 @@ static void test_turning_rotor_is_caught_with_speed_direction_and_angle(void)
                 const caught_t caught = catch_of(omega, start, 0.0);
                 TEST_ASSERT_EQUAL_INT(CATCH_TURNING, caught.outcome);
                 TEST_ASSERT_TRUE(caught.periods <= WHOLE);
-                const position_t rotor = catch_position(&catching);
+                const frame_t rotor = catch_rotor(&catching);
                 TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.0, circle((double)rotor.theta_e - caught.theta));
                 TEST_ASSERT_DOUBLE_WITHIN(1e-6 * speeds[n], omega, (double)rotor.omega_e);
             }

@@ -292,7 +292,7 @@ static void test_of_a_turn_no_more_than_a_third_is_coasted(void)
         for (int part = 1; part < 40; part += SWEEP_FEW * SWEEP_FEW) {
             const double length = 0.1 * part + 0.2;
             uint32_t coasts = 0u;
-            const double turns = SWEEP > 1 ? 2.0 : 20.0;
+            const double turns = SWEEP > 1 ? 1.0 : 20.0;
             const uint32_t periods = (uint32_t)(6.28318530718 * turns / (speeds[n] * 1e-4));
             setUp();
             input.omega_e = (float)speeds[n];

@@ -252,7 +252,7 @@ static void test_estimate_is_that_of_the_sample_in_either_direction(void)
             TEST_ASSERT_DOUBLE_WITHIN(3e-4, 0.0, estimate_error());
         }
         TEST_ASSERT_DOUBLE_WITHIN(1.0, way * 418.9, (double)drive.fast.estimator.estimate.frame.omega_e);
-        TEST_ASSERT_EQUAL_UINT32(0u, drive.fast.estimator.estimate.invalid);
+        TEST_ASSERT_EQUAL_UINT32(0u, drive.medium.estimate.invalid);
     }
 }
 
@@ -279,7 +279,7 @@ static void test_estimator_starts_anew_at_every_switching_on(void)
         machine_step();
         TEST_ASSERT_DOUBLE_WITHIN(5e-3, 0.0, estimate_error());
     }
-    TEST_ASSERT_EQUAL_UINT32(0u, drive.fast.estimator.estimate.invalid);
+    TEST_ASSERT_EQUAL_UINT32(0u, drive.medium.estimate.invalid);
 }
 
 /* The control's angle goes on by omega T from period to period. The encoder's is right to its half step,
@@ -354,13 +354,13 @@ static void expect_lost(fault_bit_t row, uint32_t bit, double most_seconds)
     const uint32_t begin = drive.fast.period;
     while (!fault_set_any(drive.medium.guard.losses) &&
            drive.fast.period - begin < (uint32_t)(most_seconds / PERIOD)) {
-        TEST_ASSERT_EQUAL_HEX32(0u, drive.window.estimate.invalid);
+        TEST_ASSERT_EQUAL_HEX32(0u, drive.medium.estimate.invalid);
         expect_manoeuvre(MANOEUVRE_RUN);
         machine_step();
     }
     const double taken = (drive.fast.period - begin) * PERIOD;
     TEST_ASSERT_EQUAL_HEX32(UINT32_C(1) << row, drive.medium.guard.losses.word[0]);
-    TEST_ASSERT_EQUAL_HEX32(bit, drive.fast.estimator.estimate.invalid);
+    TEST_ASSERT_EQUAL_HEX32(bit, drive.medium.estimate.invalid);
     TEST_ASSERT_TRUE(taken > 0.1);
     expect_state(DRIVE_OPERATION_ENABLED);
     expect_manoeuvre(MANOEUVRE_RELOCK);
@@ -464,7 +464,7 @@ static void test_lost_estimate_is_no_fault_on_the_encoder(void)
     machine_steps(3000);
     machine.flux_end = 1.6 * PSI;
     machine_steps(7000);
-    TEST_ASSERT_EQUAL_HEX32(ESTIMATOR_AMPLITUDE, drive.fast.estimator.estimate.invalid);
+    TEST_ASSERT_EQUAL_HEX32(ESTIMATOR_AMPLITUDE, drive.medium.estimate.invalid);
     expect_state(DRIVE_OPERATION_ENABLED);
     TEST_ASSERT_FALSE(fault_set_any(drive.medium.guard.losses));
     params.position_source = POSITION_SENSORLESS; /* and is caught as soon as control would rely on it */

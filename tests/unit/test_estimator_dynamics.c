@@ -33,7 +33,7 @@ static void test_feedforward_leaves_nothing_in_acceleration(void)
                                       {200.0, 50.0, 0.0},
                                       {100.0, 25.0, 0.0},
                                       {200.0, 50.0, 600.0}};
-    for (int n = 0; n < 20; n++) {
+    for (int n = 0; n < 20; n += SWEEP_FEW) {
         const double *loop = loops[n / 4];
         double way = n % 2 ? -1.0 : 1.0;
         double a = n / 2 % 2 ? -RAMP : RAMP;
@@ -50,7 +50,7 @@ static void test_feedforward_leaves_nothing_in_acceleration(void)
  * the half period by which a sampled integral of it is early, docs/theory.md, 9 (1.6 mrad). */
 static void test_torque_feedforward_takes_the_error_away(void)
 {
-    for (int n = 0; n < 8; n++) {
+    for (int n = 0; n < 8; n += SWEEP_FEW) {
         double way = n % 2 ? -1.0 : 1.0;
         double a = n / 2 % 2 ? -RAMP : RAMP;
         estimator_params_t params = params_of(0);

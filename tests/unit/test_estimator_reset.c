@@ -28,7 +28,7 @@ static void check_reset(smo_switching_t switching, float cutoff, double limit)
 {
     static const double rpm[] = {-1500.0, -800.0, -300.0, -100.0, 100.0, 300.0, 1000.0, 1500.0};
     for (int lag = LAG_NONE; lag <= LAG_EXACT; lag++) {
-        for (int n = 0; n < 16; n++) {
+        for (int n = 0; n < 16; n += SWEEP_FEW) {
             estimator_params_t params = paper_params((lag_mode_t)lag);
             params.smo.switching = switching;
             params.smo.emf_cutoff = cutoff;
@@ -76,7 +76,7 @@ static void test_reset_gives_the_start_and_goes_on(void)
 static void test_reset_of_the_other_machines_goes_on_without_a_bump(void)
 {
     for (int machine = 1; machine < MACHINE_COUNT; machine++) {
-        for (int n = 0; n < 8; n++) {
+        for (int n = 0; n < 8; n += SWEEP_FEW) {
             double omega = (n % 2 ? -1.0 : 1.0) * (n / 2 % 2 ? 0.2 : 0.95) * MACHINES[machine].omega_max;
             estimator_params_t params = params_of(machine);
             estimator_oracle_case_t rig = rig_of(machine, omega, n / 4 ? RATED : 0.0);
@@ -101,7 +101,7 @@ static void test_reset_near_saturation_goes_on_without_a_bump(void)
 static void check_fast_reset(double way)
 {
     static const lag_mode_t modes[] = {LAG_NONE, LAG_PRINTED, LAG_CORRECTED};
-    for (int n = 0; n < 12; n++) {
+    for (int n = 0; n < 12; n += SWEEP_FEW) {
         int machine = n % 2 ? EXTREME : 1;
         estimator_params_t params = params_of(machine);
         params.lag = modes[n / 4];

@@ -116,7 +116,7 @@ static void test_catch_waits_for_the_observer(void)
     begin();
     setpoint = next;
     reference_take(&fast, &fast_tuning, &setpoint);
-    const reference_input_t input = {.estimate = &estimate, .voltage_max = LINK};
+    const reference_input_t input = {.estimate = &estimate, .u_dc = U_DC};
     for (int n = 0; n < 500; n++) {
         reference_step(&fast, &fast_tuning, &setpoint, &input, &demand);
     }
@@ -612,7 +612,7 @@ static void test_wish_for_a_current_starts_in_its_direction(void)
     for (int way = -1; way <= 1; way += 2) {
         setUp();
         make_heavy();
-        wish = (run_wish_t){RUN_CURRENT, 77.0f, {0.5f, (float)way * 3.0f}};
+        wish = (run_wish_t){RUN_CURRENT, 77.0f, {0.5f, (float)way * 3.0f}, 0.0f};
         begin();
         (void)steps_until(MANOEUVRE_RUN, 5.0);
         windows(2u); /* the setpoint acts, and is reached */

@@ -108,7 +108,7 @@ typedef struct {
     struct {
         const char *row;
         float value;
-    } given[3];
+    } given[4];
 } rule_t;
 
 /* The last value that is accepted and the first that is not, among rows that are given; the range that the
@@ -117,7 +117,7 @@ static void check_rule(const rule_t *rule)
 {
     const table_row_t *row = table_by_name(&params_table, rule->field);
     params_defaults(&params);
-    for (size_t n = 0; n < 3u && rule->given[n].row != NULL; n++) {
+    for (size_t n = 0; n < 4u && rule->given[n].row != NULL; n++) {
         table_set(table_by_name(&params_table, rule->given[n].row), &params, rule->given[n].value);
     }
     if (!isnan(rule->good)) {
@@ -141,21 +141,32 @@ static const rule_t between_rows[] = {
     /* turned off before the other switch turns on */
     {"turn_off_delay", 2.4e-6f, 2.6e-6f, 0.0f, 2.5e-6f, {{"dead_time", 2e-6f}, {"turn_on_delay", 0.5e-6f}}},
     {"motor_pole_pairs", 4.0f, 5.0f, 1.0f, 4.0f, {{"encoder_lines", 256.0f}}},
-    /* 0.5 rad/(4 pole pairs x 100 us). The observer must be able to follow: 1.1 x 0.183 Wb x 4 x 1250
-     * rad/s = 1006.5 V, slope by its rule. Down to estimate_speed_min, or to where 0.3 of it, the largest
+    /* 0.5 rad/(4 pole pairs x 100 us), of a motor of 0.05 Wb that does not charge the link. The observer
+     * reaches its EMF, slope by its rule. Down to estimate_speed_min, or to where 0.3 of it, the largest
      * hand-over by rule, is a start_speed that is not. */
     {"overspeed_trip",
      1249.0f,
      1251.0f,
      3.0f,
      1250.0f,
-     {{"observer_gain", 1010.0f}, {"observer_slope", 0.19f}}},
+     {{"observer_gain", 1010.0f}, {"observer_slope", 0.19f}, {"motor_flux_linkage", 0.05f}}},
     {"overspeed_trip",
      1249.0f,
      1251.0f,
      8.0f / 0.3f,
      1250.0f,
-     {{"observer_gain", 1010.0f}, {"observer_slope", 0.19f}, {"start_speed", 8.0f}}},
+     {{"observer_gain", 1010.0f},
+      {"observer_slope", 0.19f},
+      {"start_speed", 8.0f},
+      {"motor_flux_linkage", 0.05f}}},
+    /* the board's link stands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; what the observer reaches is more
+     */
+    {"overspeed_trip",
+     354.8f,
+     355.1f,
+     3.0f,
+     BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) / (1.7320508f * 0.183f * 4.0f),
+     {{"observer_gain", 295.0f}}},
     /* a sample of half the winding's time constant: 12.5 mH/(2 x 100 us) = 62.5 ohm, 0.5 of the devices
      */
     {"motor_resistance", 61.9f, 62.1f, 1e-3f, 62.0f, {{"device_resistance", 0.5f}}},
@@ -232,10 +243,15 @@ static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(v
     const float ringing = (float)(1e-4 / 0.012 / (1.0 + x * (1.0 / 2.0 + x * (1.0 / 3.0 + x / 4.0))));
     const float most = CHOSEN_SALIENT_MAX;
     const rule_t on_the_estimator = {
-        "motor_inductance_q", 0.99f * most * 12.5e-3f, 1.01f * most * 12.5e-3f, ringing,
-        most * 12.5e-3f,      {{"mtpa", MTPA_OFF}}}; /* i_d would ask more of observer_gain */
+        "motor_inductance_q",
+        0.99f * most * 12.5e-3f,
+        1.01f * most * 12.5e-3f,
+        ringing,
+        most * 12.5e-3f,
+        {{"mtpa", MTPA_OFF}, {"field_weakening", WEAKENING_OFF}}}; /* i_d needs more of observer_gain */
     check_rule(&on_the_estimator);
     params.mtpa = MTPA_OFF;
+    params.field_weakening = WEAKENING_OFF;
     params.motor_inductance_q = 1.01f * most * 12.5e-3f;
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_NOT_NULL(strstr(why.rule, "motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d"));
@@ -256,6 +272,7 @@ static void test_a_salient_rotor_is_advised_an_encoder(void)
 {
     params.motor_inductance_d = 6e-3f / CHOSEN_SALIENT_MAX;
     params.mtpa = MTPA_OFF;
+    params.field_weakening = WEAKENING_OFF;
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_EQUAL_STRING("motor_inductance_q", why.field);
     TEST_ASSERT_TRUE(params_none_accepted(&why));
@@ -511,6 +528,7 @@ static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
     params.motor_inertia = 0.01f;
     params.current_limit = 10.0f;
     params.overspeed_trip = 200.0f;
+    params.field_weakening = WEAKENING_OFF;
     const believed_t believed = params_believed(&params);
     estimator_params_t estimator;
     params_estimator(&params, &believed, &estimator);
@@ -524,6 +542,48 @@ static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
     TEST_ASSERT_EQUAL_STRING("observer_gain", why.field);
     params.mtpa = MTPA_OFF;
     TEST_ASSERT_TRUE(params_check(&params, &why));
+}
+
+/* The same rotor: psi_f/L_d is 10 A too, so that at any speed the weakest field takes all of the current, and
+ * the active flux is psi_f + D I. At a speed that the link holds it is that of most torque per ampere. */
+static void test_a_weakened_field_has_more_active_flux(void)
+{
+    params.motor_inductance_q = 20e-3f;
+    params.motor_inductance_d = 10e-3f;
+    params.motor_flux_linkage = 0.1f;
+    params.current_limit = 10.0f;
+    params.overspeed_trip = 20.0f;
+    const believed_t believed = params_believed(&params);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.15f, params_flux_most(&params, &believed));
+    float last = 0.15f;
+    for (float speed = 300.0f; speed < 1200.0f; speed *= 1.5f) {
+        params.overspeed_trip = speed;
+        const float flux = params_flux_most(&params, &believed);
+        TEST_ASSERT_TRUE(flux > last && flux < 0.2f);
+        last = flux;
+    }
+    params.overspeed_trip = 1200.0f;
+    params.dc_undervoltage = 10.0f;
+    TEST_ASSERT_FLOAT_WITHIN(2e-3f, 0.2f, params_flux_most(&params, &believed));
+    params.motor_inductance_d = 20e-3f;
+    const believed_t round = params_believed(&params);
+    TEST_ASSERT_EQUAL_FLOAT(0.1f, params_flux_most(&params, &round));
+}
+
+/* 1.5 p psi_f I of a round rotor; of the one above, -5 A and psi_a 0.15 Wb. */
+static void test_the_most_torque_is_that_of_current_limit(void)
+{
+    params.motor_inductance_q = 20e-3f;
+    params.motor_inductance_d = 10e-3f;
+    params.motor_flux_linkage = 0.1f;
+    params.current_limit = 10.0f;
+    believed_t believed = params_believed(&params);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.5f * 4.0f * 0.15f * 8.660254f, params_torque_most(&params, &believed));
+    params.mtpa = MTPA_OFF;
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.5f * 4.0f * 0.1f * 10.0f, params_torque_most(&params, &believed));
+    params.motor_inductance_d = 20e-3f;
+    believed = params_believed(&params);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.5f * 4.0f * 0.1f * 10.0f, params_torque_most(&params, &believed));
 }
 
 static void test_only_live_rows_change_while_the_bridge_is_on(void)

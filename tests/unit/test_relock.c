@@ -90,7 +90,7 @@ static void test_a_wish_for_a_current_has_it_at_once(void)
 {
     given_relocked(60.0);
     steps(0.01);
-    wish = (run_wish_t){RUN_CURRENT, 0.0f, {0.0f, 2.0f}};
+    wish = (run_wish_t){RUN_CURRENT, 0.0f, {0.0f, 2.0f}, 0.0f};
     windows(1u);
     TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
     TEST_ASSERT_EQUAL_FLOAT(2.0f, made.current.q);

@@ -35,7 +35,7 @@ void setUp(void)
 
 static demand_t step(run_mode_t mode, float omega_m_ref, float d, float q, float omega_m)
 {
-    const run_wish_t wish = {mode, omega_m_ref, {d, q}};
+    const run_wish_t wish = {mode, omega_m_ref, {d, q}, 0.0f};
     demand_t demand;
     run_step(&run, &wish, POLE_PAIRS * omega_m, omega_m, &demand.current, &demand.omega_m_ref);
     return demand;
@@ -294,7 +294,7 @@ static void test_larger_of_both_is_added_to_the_wish(void)
     begin_slow(LOW);
     run_enter(&run, (dq_t){4.0f, 0.0f}, 0.0f);
     for (int n = 1; n <= 5000; n++) {
-        const run_wish_t wish = {RUN_SPEED, 0.0f, {-1.0f, 7.0f}};
+        const run_wish_t wish = {RUN_SPEED, 0.0f, {-1.0f, 7.0f}, 0.0f};
         demand_t demand;
         run_step(&run, &wish, 0.0f, 0.0f, &demand.current, &demand.omega_m_ref);
         const double left = 4.0 * exp(-T * n / 0.1), low = 2.0;
@@ -307,8 +307,93 @@ static void test_wish_for_currents_gets_nothing_else(void)
 {
     begin_slow(LOW);
     run_enter(&run, (dq_t){4.0f, 1.0f}, 0.0f);
-    const run_wish_t wish = {RUN_CURRENT, 9.0f, {-1.5f, 3.0f}};
+    const run_wish_t wish = {RUN_CURRENT, 9.0f, {-1.5f, 3.0f}, 0.0f};
     demand_t demand;
     run_step(&run, &wish, 8.0f, 2.0f, &demand.current, &demand.omega_m_ref);
     TEST_ASSERT_TRUE(demand.current.d == -1.5f && demand.current.q == 3.0f && demand.omega_m_ref == 2.0f);
+}
+
+/* ---- torque ---- */
+
+static dq_t torque_step(float torque, float omega_m)
+{
+    const run_wish_t wish = {RUN_TORQUE, 0.0f, {0.0f, 0.0f}, torque};
+    demand_t demand;
+    run_step(&run, &wish, POLE_PAIRS * omega_m, omega_m, &demand.current, &demand.omega_m_ref);
+    TEST_ASSERT_EQUAL_FLOAT(omega_m, demand.omega_m_ref);
+    return demand.current;
+}
+
+/* 0.5 A/(N m): 1.5 p psi_f of 2 N m/A. What is beyond the limit is not made; the fast task takes no speed off
+ * it. */
+static void test_a_torque_is_made_as_a_current_of_the_flux(void)
+{
+    run_tuning_t tuning = tuning_of(&SPEED);
+    tuning.per_torque = 0.5f;
+    begin(&tuning);
+    TEST_ASSERT_EQUAL_FLOAT(3.0f, torque_step(6.0f, 7.0f).q);
+    TEST_ASSERT_EQUAL_FLOAT(-3.0f, torque_step(-6.0f, 7.0f).q);
+    TEST_ASSERT_EQUAL_FLOAT(10.0f, torque_step(99.0f, 7.0f).q);
+    TEST_ASSERT_TRUE(run.i_q_standing == 10.0f && run.stiffness == 0.0f);
+    expect(step(RUN_SPEED, 7.0f, 0.0f, 0.0f, 7.0f), 0.0f, 10.0f, 7.0f); /* the speed control has followed */
+}
+
+/* A salient rotor, D/psi_f 0.1 1/A: 1.5 p (psi_f - D i_d) i_q is the torque that is wished for, and i_d that
+ * of most torque per ampere beside this i_q. */
+static void test_a_torque_of_a_salient_rotor_takes_the_least_current(void)
+{
+    run_tuning_t tuning = tuning_of(&SPEED);
+    tuning.per_torque = 0.5f;
+    tuning.saliency = 0.1f;
+    tuning.mtpa = 1u;
+    begin(&tuning);
+    dq_t current = {0.0f, 0.0f};
+    for (int n = 0; n < 100; n++) {
+        current = torque_step(12.0f, 7.0f);
+    }
+    const double i_d = (double)current.d, i_q = (double)current.q;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 6.0, (1.0 - 0.1 * i_d) * i_q);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, (1.0 - sqrt(1.0 + 0.04 * i_q * i_q)) / 0.2, i_d);
+}
+
+/* 0.25 A a step: from zero up and down; back to zero at once; through it no faster than from it. */
+static void test_a_torque_grows_no_faster_than_its_slew(void)
+{
+    run_tuning_t tuning = tuning_of(&SPEED);
+    tuning.per_torque = 1.0f;
+    tuning.slew = 0.25f;
+    begin(&tuning);
+    for (int n = 1; n <= 8; n++) {
+        TEST_ASSERT_EQUAL_FLOAT(0.25f * (float)n, torque_step(9.0f, 7.0f).q);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(-0.25f, torque_step(-9.0f, 7.0f).q);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, torque_step(0.0f, 7.0f).q);
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, step(RUN_SPEED, 99.0f, 0.0f, 0.0f, 7.0f).current.q);
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, run.i_q_standing - run.stiffness * 7.0f);
+    run_limit(&run, -10.0f, -3.0f); /* a full DC link does not wait */
+    TEST_ASSERT_EQUAL_FLOAT(-3.0f, step(RUN_SPEED, 99.0f, 0.0f, 0.0f, 7.0f).current.q);
+}
+
+/* L 10 mH, psi_f 0.1 Wb, 1000 rad/s and 80 V: 0.08 Wb are less than psi_f, and take -2 A without torque. */
+static void test_beyond_the_voltage_i_d_is_below_zero(void)
+{
+    run_tuning_t tuning = tuning_of(&SPEED);
+    const weakening_params_t weak = {.flux_linkage = 0.1f,
+                                     .inductance_d = 10e-3f,
+                                     .inductance_q = 10e-3f,
+                                     .current_max = 10.0f,
+                                     .use = 0.5f,
+                                     .period = 0.8e-3f};
+    tuning.weakening = weakening_prepare(&weak);
+    tuning.low_current = 1.0f;
+    begin(&tuning);
+    for (int n = 0; n < 100; n++) {
+        run_look(&run, 160.0f, 1000.0f, (dq_t){80.0f, 0.0f});
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, step(RUN_SPEED, 250.0f, 0.0f, 0.0f, 250.0f).current.q);
+    }
+    TEST_ASSERT_FLOAT_WITHIN(5e-3f, -2.0f, run.i_d);
+    TEST_ASSERT_TRUE(run_weakens(&run));
+    run_look(&run, 160.0f, 100.0f, (dq_t){80.0f, 0.0f});
+    (void)step(RUN_SPEED, 25.0f, 0.0f, 0.0f, 25.0f);
+    TEST_ASSERT_TRUE(run.i_d == 1.0f && !run_weakens(&run));
 }

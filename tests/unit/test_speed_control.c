@@ -201,7 +201,9 @@ static void test_loop_answers_a_step_as_its_transfer_function(void)
         begin_loop(&control, weights[n], 1e3f);
         double omega = 0.0;
         for (int k = 0; k < 20000; k++) {
-            TEST_ASSERT_DOUBLE_WITHIN(2e-3, answer(weights[n], k * T), omega / 10.0);
+            if (k % SWEEP_FEW == 0) {
+                TEST_ASSERT_DOUBLE_WITHIN(2e-3, answer(weights[n], k * T), omega / 10.0);
+            }
             omega += T * C * (double)step(&control, 10.0f, (float)omega);
             peaks[n] = fmax(peaks[n], omega / 10.0 - 1.0);
         }

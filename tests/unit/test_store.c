@@ -10,9 +10,9 @@
 #include "drive/params.h"
 #include "sweep.h"
 
-#define PAGE  2048u                   /* [words] eight sets of the parameters */
-#define EVERY (SWEEP > 1 ? 149u : 1u) /* cut of the power; all of them on the desk */
-#define BITS  (SWEEP > 1 ? 5u : 1u)   /* of a word, every so many are tried */
+#define PAGE  2048u                                          /* [words] eight sets of the parameters */
+#define EVERY (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u) /* cut of the power; all of them on the desk */
+#define BITS  (SWEEP > 1 ? 5u : 1u)                          /* of a word, every so many are tried */
 #define NEVER UINT32_C(0xFFFFFFFF)
 
 /* ---- the flash ---- */
@@ -176,7 +176,7 @@ static void test_nothing_stored_gives_defaults(void)
 
 static void test_random_sets_survive(void)
 {
-    const uint32_t sets = 10000u / SWEEP;
+    const uint32_t sets = 10000u / SWEEP_LONG;
     for (uint32_t n = 0; n < sets; n++) {
         const params_t set = save_random();
         expect_stored(&set);
@@ -327,7 +327,7 @@ static void test_cuts_in_a_row_leave_old_or_new(void)
 {
     params_t before = defaults();
     bool is_empty = true;
-    for (uint32_t n = 0; n < 20000u / SWEEP; n++) {
+    for (uint32_t n = 0; n < 20000u / SWEEP_LONG; n++) {
         const params_t next = random_set();
         params_t found;
         left = 1u + random_bits() % (n % 4u == 0u ? 3u * PAGE : 300u);

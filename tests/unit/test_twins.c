@@ -12,6 +12,7 @@
 #include "estimator/fixed/fixed.h"
 #include "tests/oracle/estimator_oracle.h"
 #include "tests/unit/compare.h"
+#include "tests/unit/sweep.h"
 
 #define T           1e-4
 #define RAD_PER_RPM (4.0 * PI / 30.0)
@@ -99,7 +100,7 @@ static void check_observers(smo_switching_t switching, float emf_cutoff)
     estimator_params_t params = params_of(switching, LAG_CORRECTED, emf_cutoff);
     double volts = 0.0;
     double gain = 0.0;
-    for (int n = 0; n < 8; n++) {
+    for (int n = 0; n < 8; n += SWEEP_FEW) {
         static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};
         double way = n % 2 ? -1.0 : 1.0;
         estimator_oracle_case_t rig = rig_of(way * rpm[n / 2], n / 4 ? 6.0 : 0.0);
@@ -147,7 +148,7 @@ static void check_composed(smo_switching_t switching, lag_mode_t mode, float emf
     double transient = 0.0;
     double settled = 0.0;
     double speed = 0.0;
-    for (int n = 0; n < 16; n++) {
+    for (int n = 0; n < 16; n += SWEEP_FEW) {
         double way = n % 2 ? -1.0 : 1.0;
         estimator_oracle_case_t rig = rig_of(way * rpm[n / 2 % 4], n / 8 ? way * 4.55 : 0.0);
         init(&params);

@@ -689,7 +689,7 @@ every field."""
             line(
                 f"axis {axis}",
                 f"i {n(fast['control']['current'][axis])} A, reference {n(fast['demand']['current'][axis])} A; "
-                f"u {n(fast['control']['voltage'][axis])} V, asked for {n(fast['current_control']['voltage_ref'][axis])} V",
+                f"u {n(fast['control']['voltage'][axis])} V, commanded {n(fast['current_control']['voltage_ref'][axis])} V",
             )
         phases = measured["current_abc"]
         line("phases", ", ".join(f"i_{phase} {n(phases[phase])} A" for phase in "abc"))

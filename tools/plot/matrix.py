@@ -25,6 +25,8 @@ TEXTS = ("cell", "fault", "manoeuvre", "source", "shaft")
 VERDICTS = ("green", "red", "never")
 LETTERS = {"rides": "r", "warns": "w", "catches": "c", "refuses": "n", "stops": "s", "opens": "o"}
 PLACES = (("encoder", "h"), ("encoder", "l"), ("sensorless", "h"), ("sensorless", "l"))
+REACTIONS = {"rides": "runs on", "warns": "warns", "catches": "catches the rotor again", "refuses": "does not switch on", "stops": "stops",
+             "opens": "opens the bridge"}
 WORDS = {"green": "as promised", "red": "not as promised", "never": "cannot occur"}
 
 
@@ -141,8 +143,8 @@ def page(matrix, title):
                              for verdict in VERDICTS)
     drawn = ""
     if "seed" in matrix:
-        drawn = f"<p>Drawn: {escape(matrix.get('share_percent'))} % of the cells, by seed {escape(matrix['seed'])}.</p>"
-    letters = ", ".join(f"<b>{letter}</b> {name}" for name, letter in LETTERS.items())
+        drawn = f"<p>Selected: {escape(matrix.get('share_percent'))} % of the cells, by seed {escape(matrix['seed'])}.</p>"
+    letters = ", ".join(f"<b>{letter}</b> {REACTIONS[name]}" for name, letter in LETTERS.items())
     manoeuvres = "".join(f"<dt>{escape(row['name'])}</dt><dd>{escape(row['text'])}</dd>" for row in matrix["manoeuvres"])
     css = "".join((PARTS / name).read_text(encoding="utf-8") for name in ("page.css", "matrix.css"))
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'

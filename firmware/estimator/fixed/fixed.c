@@ -108,7 +108,7 @@ void fixed_init(fixed_t *fixed, const estimator_params_t *params)
     fixed_prepare(&tuning, params);
     fixed->scale.units.speed = 0.0f; /* no state yet */
     fixed_take(fixed, &tuning);
-    fixed->estimate.gain_axis = none;
+    fixed->observed.gain_axis = none;
     fixed->q.smo.gain_axis = (ab_q_t){0, 0};
     fixed_reset(fixed, origin, none);
 }
@@ -165,17 +165,19 @@ static void publish(fixed_t *fixed, position_q_t position, rotation_q_t rotation
     fixed->estimate = (estimate_t){
         .frame = {at.theta_e, at.omega_e, rotation_of(rotation)},
         .omega_smooth = (float)q->pll.omega_smooth * units->speed,
-        .emf_hat = pair_of(q->smo.emf_hat, units->voltage),
         .emf = pair_of(q->emf, units->voltage),
         .emf_loop = {(float)q->pll.emf.d * units->voltage, (float)q->pll.emf.q * units->voltage},
         .amplitude = (float)q->pll.amplitude * units->voltage,
         .flux = fixed->flux_linkage,
         .detector = (float)q->pll.detector * (1.0f / TWO_TO_30),
         .current_err = pair_of(q->smo.current_err, units->current),
-        .gain_axis = pair_of(q->smo.gain_axis, 16.0f * units->gain),
-        .gain = (float)q->smo.gain_mean * units->gain,
         .invalid = estimator_invalid_q(q),
         .coasted = q->coasted,
+    };
+    fixed->observed = (observed_t){
+        .emf_hat = pair_of(q->smo.emf_hat, units->voltage),
+        .gain_axis = pair_of(q->smo.gain_axis, 16.0f * units->gain),
+        .gain = (float)q->smo.gain_mean * units->gain,
     };
 }
 

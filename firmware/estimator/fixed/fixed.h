@@ -42,6 +42,7 @@ typedef struct {
     estimator_q_t q;
     float flux_linkage;  /* psi_f, of the tuning or as adapted [Wb] */
     estimate_t estimate; /* after the last step or reset, in SI */
+    observed_t observed; /* likewise */
 } fixed_t;
 
 /* estimator_params_check(), and whether every constant fits its format. */

@@ -5,7 +5,7 @@
 const scope = (() => {
     const ROOM = 1 << 19; // [samples] kept of each signal
     const WINDOWS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20]; // [s]
-    const SAMPLING = [0, 1, 2, 5, 10, 20, 50, 100, 200]; // [periods] 0: as the line allows
+    const SAMPLING = [0, 1, 2, 5, 10, 20, 50, 100, 200]; // [periods] 0: as fast as the link allows
     const AUTO_AFTER = 1; // [s] and a window without a trigger: the picture rolls on
     const NOISE_SHARE = 0.05;
     const STOP_TRIES = 3;
@@ -1035,7 +1035,7 @@ const scope = (() => {
         $("source").value = state.choice.signals[Number(source)] !== undefined ? source : "0";
         $("every").value = state.choice.given ? state.choice.every : 0;
         const auto = $("every").options[0];
-        auto.textContent = `as the line allows${state.choice.given ? "" : `: ${everyText(state.choice.every)}`}`;
+        auto.textContent = `as fast as the link allows${state.choice.given ? "" : `: ${everyText(state.choice.every)}`}`;
         readTrigger();
         findSignals();
     }
@@ -1259,7 +1259,7 @@ const scope = (() => {
         const samples = 1000 * (line.samples - pace.samples) / (now - pace.at);
         pace = {frames: state.frames, at: now, samples: line.samples};
         state.rate = rate;
-        $("rate").textContent = `${rate.toFixed(0)} pictures/s · ${Math.max(0, samples / 1000).toFixed(1)} k samples/s` +
+        $("rate").textContent = `${rate.toFixed(0)} fps · ${Math.max(0, samples / 1000).toFixed(1)} k samples/s` +
             (line.missing ? ` · ${line.missing} missing` : "");
     }
 
@@ -1290,7 +1290,7 @@ const scope = (() => {
     function begin() {
         $("window").append(...WINDOWS.map(each => make("option", {value: each, textContent: each < 1 ? `${each * 1000} ms` : `${each} s`})));
         $("window").value = "2";
-        $("every").append(...SAMPLING.map(each => make("option", {value: each, textContent: each === 0 ? "as the line allows" : everyText(each)})));
+        $("every").append(...SAMPLING.map(each => make("option", {value: each, textContent: each === 0 ? "as fast as the link allows" : everyText(each)})));
         $("stop").onclick = stop;
         $("run").onclick = run;
         $("off").onclick = async () => say($("said"), await set("enable", "off"), "off: it coasts");

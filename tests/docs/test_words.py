@@ -1,0 +1,146 @@
+#!/usr/bin/env python3
+"""No text uses a phrase of the word list in docs/style.md. Checked are README.md and docs, help texts and messages of the program,
+and comments of firmware headers; NOT_YET names the areas that still have such phrases. Python 3.9, standard library.
+
+usage: test_words.py
+"""
+import pathlib
+import re
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+STYLE = "docs/style.md"  # quotes the phrases that it bans
+
+# Areas that are not clean yet, with the reason. An area that has become clean must leave this table.
+NOT_YET = {
+    "docs/theory.md": "the theory is rewritten last",
+    "docs/accuracy.md": "generated together with its numbers",
+    "docs/reference.md": "generated from the texts of the tables in firmware/drive",
+    "firmware/drive": "comments of headers",
+    "firmware/protect": "comments of headers",
+    "firmware/adapt": "comments of headers",
+    "firmware/estimator": "comments of headers",
+    "firmware/control": "comments of headers",
+}
+LITERAL = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
+C_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+GENERATED = re.compile(r"<!-- (?:begin: written by|made by).*?<!-- end.*?-->", re.DOTALL)
+
+
+def phrases():
+    """Of the table in docs/style.md: expression and whether it holds for comments, too."""
+    found = []
+    for line in (ROOT / STYLE).read_text(encoding="utf-8").splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if line.startswith("|") and cells[-1] in ("everywhere", "texts"):
+            found += [(re.compile(r"\b" + r"\s+".join(map(re.escape, phrase.split())) + r"\b", re.IGNORECASE),
+                       cells[-1] == "everywhere") for phrase in cells[0].split(", ")]
+    return found
+
+
+def without_generated(text):
+    """The same number of lines, those that a tool writes empty."""
+    return GENERATED.sub(lambda block: "\n" * block.group().count("\n"), text)
+
+
+def without_c_comments(text):
+    return C_COMMENT.sub(lambda comment: "\n" * comment.group().count("\n"), LITERAL.sub(
+        lambda literal: literal.group().replace("/*", "  ").replace("//", "  "), text))
+
+
+def messages(text):
+    """The string literals of a C source in their lines; neighbours are joined, as the compiler does."""
+    lines = []
+    for line in without_c_comments(text).splitlines():
+        lines.append(" ".join(LITERAL.findall(line)) if not line.startswith("#include") else "")
+    return re.sub(r"\\n", "  ", "\n".join(lines))
+
+
+def comments(text):
+    """The comments of a C source in their lines, without the stars at the beginning."""
+    kept, end = [], 0
+    for comment in C_COMMENT.finditer(text):
+        kept.append("\n" * text.count("\n", end, comment.start()) + re.sub(r"(?m)^\s*\* ?", "", comment.group()))
+        end = comment.end()
+    return "".join(kept)
+
+
+def breaches(text, banned, comment=False):
+    return [f"{text.count(chr(10), 0, match.start()) + 1}: {' '.join(match.group().split())}"
+            for expression, everywhere in banned if everywhere or not comment for match in expression.finditer(text)]
+
+
+def area(path):
+    name = path.relative_to(ROOT).as_posix()
+    return next((area for area in NOT_YET if name == area or name.startswith(area + "/")), None)
+
+
+def of_documents():
+    for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+        if path.relative_to(ROOT).as_posix() != STYLE:
+            yield path, without_generated(path.read_text(encoding="utf-8")), False
+
+
+def of_messages():
+    for folder in ("host_sim/cli", "host_sim/lab", "host_sim/scope"):
+        for path in sorted((ROOT / folder).glob("*.[ch]")):
+            yield path, messages(path.read_text(encoding="utf-8")), False
+
+
+def of_headers():
+    for path in sorted((ROOT / "firmware").rglob("*.h")):
+        yield path, comments(path.read_text(encoding="utf-8")), True
+
+
+class Words(unittest.TestCase):
+    def setUp(self):
+        self.banned = phrases()
+        self.assertGreater(len(self.banned), 15)
+
+    def judge(self, texts):
+        found = [f"{path.relative_to(ROOT)}:{breach}" for path, text, comment in texts if area(path) is None
+                 for breach in breaches(text, self.banned, comment)]
+        self.assertFalse(found, "\n" + "\n".join(found) + f"\nthese phrases are in the list of {STYLE}, which has what to write instead")
+
+    def test_documents(self):
+        self.judge(of_documents())
+
+    def test_help_and_messages(self):
+        self.judge(of_messages())
+
+    def test_comments_of_firmware_headers(self):
+        self.judge(of_headers())
+
+    def test_an_area_that_is_clean_leaves_the_list(self):
+        left = set()
+        for texts in (of_documents(), of_headers()):
+            left |= {area(path) for path, text, comment in texts if area(path) and breaches(text, self.banned, comment)}
+        self.assertEqual(set(NOT_YET), left)
+
+
+class Search(unittest.TestCase):
+    """What is banned is found where it stands, and nothing else."""
+
+    def setUp(self):
+        self.banned = phrases()
+
+    def test_a_phrase_is_found_across_lines_and_case(self):
+        self.assertEqual(["2: Is told"], breaches("x\nIs\ntold", self.banned))
+        self.assertEqual([], breaches("call the same, is tolder, forever", self.banned))
+
+    def test_a_message_is_found_over_neighbouring_literals_and_a_comment_is_not(self):
+        source = '/* for ever */\nsay("a https://x.org "\n    "current for "\n    "ever");\n'
+        self.assertEqual(["3: for ever"], breaches(messages(source), self.banned))
+        self.assertEqual(["1: for ever"], breaches(comments(source), self.banned, True))
+
+    def test_a_comment_may_have_the_words_of_texts(self):
+        self.assertEqual([], breaches(comments("/* what it believes */"), self.banned, True))
+        self.assertEqual(["1: believes"], breaches(messages('"what it believes"'), self.banned))
+
+    def test_a_generated_block_is_not_a_text(self):
+        text = "a\n<!-- made by tools/x: y -->\nlikewise\n<!-- end -->\nlikewise\n"
+        self.assertEqual(["5: likewise"], breaches(without_generated(text), self.banned))
+
+
+if __name__ == "__main__":
+    unittest.main()

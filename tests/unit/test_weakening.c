@@ -1,0 +1,205 @@
+#include "manoeuvre/weakening.h"
+
+#include <math.h>
+#include <unity.h>
+
+/* A family of rotors: L_q 20 mH, psi_f 0.1 Wb, 15 A; without R, so that voltage is speed times flux. */
+#define FLUX    0.1
+#define L_Q     20e-3
+#define CURRENT 15.0
+#define U_DC    300.0
+#define USE     0.5
+#define PERIOD  0.8e-3
+
+static const double ratios[] = {1.0, 1.5, 2.0, 3.0, 4.0};
+#define RATIOS (sizeof ratios / sizeof ratios[0])
+
+static weakening_t weakening;
+static double l_d, saliency;
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static double mtpa(void)
+{
+    return -2.0 * saliency * CURRENT * CURRENT /
+           (FLUX + sqrt(FLUX * FLUX + 8.0 * saliency * saliency * CURRENT * CURRENT));
+}
+
+static void begin(double ratio, double resistance)
+{
+    l_d = L_Q / ratio;
+    saliency = L_Q - l_d;
+    const weakening_params_t params = {
+        .flux_linkage = (float)FLUX,
+        .inductance_d = (float)l_d,
+        .inductance_q = (float)L_Q,
+        .resistance = (float)resistance,
+        .current_max = (float)CURRENT,
+        .i_d_mtpa = (float)mtpa(),
+        .use = (float)USE,
+        .period = (float)PERIOD,
+    };
+    const weakening_tuning_t tuning = weakening_prepare(&params);
+    weakening_init(&weakening, &tuning);
+}
+
+static void look(double omega)
+{
+    weakening_look(&weakening, (float)U_DC, (float)omega, (dq_t){(float)(USE * U_DC), 0.0f});
+}
+
+/* The most torque over 1.5 p psi_f [A] at this flux [Wb], by trying every i_d that the circle holds. */
+static double most_torque(double flux)
+{
+    double most = 0.0;
+    for (int n = 0; n <= 60000; n++) {
+        const double i_d = -CURRENT * n / 60000.0;
+        const double flux_d = FLUX + l_d * i_d;
+        const double square =
+            fmin((flux * flux - flux_d * flux_d) / (L_Q * L_Q), CURRENT * CURRENT - i_d * i_d);
+        if (square > 0.0) {
+            most = fmax(most, sqrt(square) * (1.0 - saliency / FLUX * i_d));
+        }
+    }
+    return most;
+}
+
+/* Up to six times the flux of rest, both directions: the circle, the ellipse, and where MTPV is within 15 A.
+ */
+static void test_the_most_torque_is_that_of_trying_every_i_d(void)
+{
+    for (unsigned n = 0; n < RATIOS; n++) {
+        begin(ratios[n], 0.0);
+        for (double omega = 300.0; omega < 4000.0; omega *= 1.3) {
+            for (int way = -1; way <= 1; way += 2) {
+                weakening.looks = 0u; /* the low-pass begins anew */
+                look(way * omega);
+                if (weakening.looks == 0u) {
+                    continue;
+                }
+                const double most = most_torque(USE * U_DC / omega);
+                TEST_ASSERT_DOUBLE_WITHIN(1e-3 * most + 1e-4, most, (double)weakening.torque_limit);
+                TEST_ASSERT_TRUE((double)weakening.i_d_limit >= -CURRENT);
+            }
+        }
+    }
+}
+
+/* Any torque up to that: at i_d of most torque per ampere if the voltage carries it, else on the ellipse, to
+ * a thousandth of its flux. */
+static void test_a_torque_takes_no_more_i_d_than_the_voltage_needs(void)
+{
+    for (unsigned n = 0; n < RATIOS; n++) {
+        begin(ratios[n], 0.0);
+        for (double omega = 600.0; omega < 4000.0; omega *= 1.4) {
+            weakening.looks = 0u;
+            look(omega);
+            const double flux = USE * U_DC / omega;
+            for (int part = 0; part <= 10; part++) {
+                const double torque = 0.1 * part * (double)weakening.torque_limit;
+                const double i_d = (double)weakening_i_d(&weakening, (float)torque, -0.5f, (float)omega);
+                const double i_q = torque / (1.0 - saliency / FLUX * i_d);
+                const double taken = hypot(FLUX + l_d * i_d, L_Q * i_q);
+                TEST_ASSERT_TRUE(taken <= flux * (1.0 + 1e-3));
+                if (weakening.weakens != 0u) {
+                    TEST_ASSERT_DOUBLE_WITHIN(2e-3 * flux + 4e-3 * l_d, flux, taken);
+                } else {
+                    TEST_ASSERT_EQUAL_FLOAT(-0.5f, (float)i_d);
+                }
+            }
+        }
+    }
+}
+
+/* Backwards and braking: the same i_d. */
+static void test_i_d_is_the_same_in_every_quarter(void)
+{
+    begin(3.0, 0.0);
+    for (int n = 0; n < 4; n++) {
+        const float way = (n & 1) != 0 ? -1.0f : 1.0f;
+        const float torque = (n & 2) != 0 ? -4.0f : 4.0f;
+        weakening.looks = 0u;
+        look((double)(way * 1500.0f));
+        static float first;
+        const float i_d = weakening_i_d(&weakening, torque, 0.0f, way * 1500.0f);
+        first = n == 0 ? i_d : first;
+        TEST_ASSERT_TRUE(i_d < -1.0f);
+        TEST_ASSERT_EQUAL_FLOAT(first, i_d);
+    }
+}
+
+/* Where (psi_f + L_q I) omega + R I is less than the voltage, nothing is changed. */
+static void test_below_the_voltage_nothing_is_weakened(void)
+{
+    begin(2.0, 1.0);
+    const double free = (USE * U_DC - CURRENT) / (FLUX + L_Q * CURRENT);
+    look(0.99 * free);
+    TEST_ASSERT_TRUE(weakening.looks == 0u);
+    TEST_ASSERT_EQUAL_FLOAT(1.5f, weakening_i_d(&weakening, 20.0f, 1.5f, 100.0f));
+    look(1.01 * free);
+    TEST_ASSERT_TRUE(weakening.looks != 0u);
+}
+
+/* Without a share of the link there is no weakening at any speed. */
+static void test_off_is_off(void)
+{
+    begin(2.0, 1.0);
+    weakening.tuning.use = 0.0f;
+    look(4000.0);
+    TEST_ASSERT_TRUE(weakening.looks == 0u);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, weakening_i_d(&weakening, 20.0f, 0.0f, 4000.0f));
+}
+
+/* R takes 15 A of 1 ohm along the EMF of a current along it: driving the flux is less by that, braking more.
+ */
+static void test_the_drop_of_r_counts_in_the_direction_of_the_emf(void)
+{
+    begin(1.0, 1.0);
+    double seen[2];
+    for (int n = 0; n < 2; n++) {
+        const float torque = n == 0 ? 3.0f : -3.0f;
+        weakening.looks = 0u;
+        for (int k = 0; k < 40; k++) {
+            look(1500.0);
+            weakening.trim = 0.0f;
+            (void)weakening_i_d(&weakening, torque, 0.0f, 1500.0f);
+        }
+        seen[n] = (double)weakening_i_d(&weakening, torque, 0.0f, 1500.0f);
+        /* by hand: |R i + j omega psi_s| is the voltage */
+        const double i_q = (double)torque;
+        const double u_d = seen[n] - 1500.0 * L_Q * i_q;
+        const double u_q = i_q + 1500.0 * (FLUX + l_d * seen[n]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01 * USE * U_DC, USE * U_DC, hypot(u_d, u_q));
+    }
+    TEST_ASSERT_TRUE(seen[0] < seen[1] - 0.1);
+}
+
+/* The voltage that is asked for comes to u whatever the data say: a psi_f that is 10 % more than believed
+ * takes a trim of about -0.05. */
+static void test_the_trim_brings_the_voltage_to_its_share(void)
+{
+    begin(2.0, 0.0);
+    weakening.looks = 0u;
+    double asked = 0.0;
+    float i_d = 0.0f;
+    for (int k = 0; k < 400; k++) {
+        const double i_q = 2.0 / (1.0 - saliency / FLUX * (double)i_d);
+        const double flux = hypot(1.1 * FLUX + l_d * (double)i_d, L_Q * i_q);
+        asked = 1500.0 * flux;
+        weakening_look(&weakening, (float)U_DC, 1500.0f, (dq_t){(float)asked, 0.0f});
+        i_d = weakening_i_d(&weakening, 2.0f, 0.0f, 1500.0f);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * USE * U_DC, USE * U_DC, asked);
+    TEST_ASSERT_TRUE(weakening.trim < -0.02f && weakening.trim > -0.2f);
+    for (int k = 0; k < 400; k++) { /* a voltage that no i_d changes: the trim ends */
+        weakening_look(&weakening, (float)U_DC, 1500.0f, (dq_t){1e3f, 0.0f});
+        (void)weakening_i_d(&weakening, 2.0f, 0.0f, 1500.0f);
+    }
+    TEST_ASSERT_EQUAL_FLOAT(-0.2f, weakening.trim);
+}

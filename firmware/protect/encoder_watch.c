@@ -124,13 +124,25 @@ static inline float square_of(ab_t a)
     return a.alpha * a.alpha + a.beta * a.beta;
 }
 
+static inline bool hardly_flows(const encoder_watch_tuning_t *tuning, ab_t current)
+{
+    return current.alpha * current.alpha + current.beta * current.beta < tuning->doubtful;
+}
+
+/* Square of what noise may turn a false EMF by [V^2]. It counts while hardly a current flows: then the
+ * current watch does not tell of a wire yet. */
+static inline float noise_of(const encoder_watch_t *watch)
+{
+    return hardly_flows(&watch->tuning, watch->current) ? watch->tuning.noise : 0.0f;
+}
+
 /* Is it along the axis of one phase, in either direction? On each of them the sine of three times its angle
  * is 0; beside it, by as much as noise, that sine is three times the noise over its length. */
 static bool is_along(const encoder_watch_t *watch, ab_t off)
 {
     const float square = square_of(off);
     const float sine = off.beta * (3.0f * off.alpha * off.alpha - off.beta * off.beta);
-    const float beside = PHASE_SINE * PHASE_SINE * square + 9.0f * watch->tuning.noise;
+    const float beside = PHASE_SINE * PHASE_SINE * square + 9.0f * noise_of(watch);
     return sine * sine < beside * square * square;
 }
 
@@ -144,7 +156,7 @@ static bool is_of_a_phase(encoder_watch_t *watch, float omega_e, rotation_t midd
     const float cross = off.alpha * before.beta - off.beta * before.alpha;
     const float a = square_of(off);
     const float b = square_of(before);
-    return is_along(watch, off) && cross * cross < SAME_AXIS * a * b + watch->tuning.noise * (a + b);
+    return is_along(watch, off) && cross * cross < SAME_AXIS * a * b + noise_of(watch) * (a + b);
 }
 
 /* Is it much, and along none? */
@@ -154,11 +166,6 @@ static bool is_elsewhere(const encoder_watch_t *watch, const encoder_watch_input
     const dq_t emf = watch->last;
     return square_of(off) > MUCH_BESIDE * MUCH_BESIDE * (emf.d * emf.d + emf.q * emf.q) &&
            !is_along(watch, off);
-}
-
-static inline bool hardly_flows(const encoder_watch_tuning_t *tuning, ab_t current)
-{
-    return current.alpha * current.alpha + current.beta * current.beta < tuning->doubtful;
 }
 
 uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t *input)

@@ -145,11 +145,11 @@ static bool exceeds(const campaign_watch_t *watch, const uint32_t *rows, double 
     return drives && (torque * asked < 0.0 || fabs(torque) > AWAY_BEYOND * fabs(asked) + margin);
 }
 
-/* Has another speed or current been asked for, or a stop? */
+/* Has another speed or current been asked for, or a stop, or is there another load? */
 static bool is_another_wish(campaign_duty_t *duty, const uint32_t *rows)
 {
-    const uint32_t wish[3] = {rows[CAMPAIGN_AT_state], rows[CAMPAIGN_AT_mode],
-                              rows[CAMPAIGN_AT_speed_request]};
+    const uint32_t wish[4] = {rows[CAMPAIGN_AT_state], rows[CAMPAIGN_AT_mode],
+                              rows[CAMPAIGN_AT_speed_request], rows[CAMPAIGN_AT_load_torque]};
     const bool another = memcmp(wish, duty->away_wish, sizeof wish) != 0;
     memcpy(duty->away_wish, wish, sizeof wish);
     return another;

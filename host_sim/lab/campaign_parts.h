@@ -141,7 +141,7 @@ typedef struct {
     uint32_t off, fast, high, mute; /* [periods] so long has it been so */
     uint32_t away;                  /* [periods] so long has the torque driven away */
     double away_error;              /* [rad/s] by which the speed was wrong when half of that time began */
-    uint32_t away_wish[3];          /* slots of what was asked for meanwhile */
+    uint32_t away_wish[4];          /* slots of what was asked for meanwhile, and of the load */
     bool coded;                     /* control turns with the encoder throughout */
     double answer;                  /* [s] in which the speed control answers a change */
     uint32_t stopping;              /* [periods] since the quick stop began */

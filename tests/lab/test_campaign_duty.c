@@ -203,6 +203,30 @@ static void test_another_wish_begins_anew(void)
     expect_held();
 }
 
+/* A load that goes while the speed still comes back from a reversal takes it further away once more. */
+static void test_another_load_begins_anew(void)
+{
+    for (int steps = 0; steps < 2; steps++) {
+        judge_anew("", 0.0);
+        put("speed_request", 80.0f);
+        put("omega_m_ref", 80.0f);
+        put("true_torque", 1.2f);
+        const double answer = 3.0 * 14.0 / campaign_loop(&observed);
+        put("load_torque", 2.0f);
+        for (int n = 0; n < 4; n++) {
+            put("true_omega_m", 89.0f + (float)n);
+            put("load_torque", n >= 2 && steps != 0 ? 1.0f : 2.0f);
+            pass(0.25 * answer + PERIOD);
+        }
+        pass(2.0 * PERIOD);
+        if (steps != 0) {
+            expect_held();
+        } else {
+            expect_violated(CAMPAIGN_I_AWAY);
+        }
+    }
+}
+
 static void test_current_mode_must_not_drive_by_more_than_is_asked_for(void)
 {
     judge_anew("", 0.0);

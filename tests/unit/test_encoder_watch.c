@@ -424,20 +424,26 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
     }
 }
 
-/* Noise i_n of the current makes 3 sqrt(2) i_n L/T_j of the EMF of a window, and may turn one that is wrong
- * along a phase by that length. 20 V beside 100 V along the axis are 11 degrees, 57.7 V are half way to the
- * next axis. */
+/* Noise i_n of the current makes 3 sqrt(2) i_n L/T_j of the EMF of a window, and turns what is wrong along a
+ * phase by no more. It counts while hardly a current flows, here less than 0.2 A. 20 V beside 100 V along the
+ * axis are 11 degrees, 57.7 V are half way to the next axis. */
 static void test_noise_turns_a_false_emf_of_a_wire_by_no_more_than_its_length(void)
 {
     static const struct {
         double noise, beside; /* [V] three standard deviations of a window; what is across the axis */
+        float flows;          /* [A] */
         bool waits;
-    } cases[] = {{0.0, 20.0, false}, {20.0, 20.0, true}, {20.0, 57.7, false}};
+    } cases[] = {{0.0, 20.0, 0.0f, false},
+                 {20.0, 20.0, 0.19f, true},
+                 {20.0, 20.0, 0.21f, false},
+                 {20.0, 57.7, 0.0f, false}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         encoder_watch_params_t params = usual();
         uint32_t judgements = 0u;
         setUp();
         params.noise = (float)(cases[n].noise * EVERY * T / (3.0 * sqrt(2.0) * L));
+        params.doubtful = 0.2f;
+        current.alpha = cases[n].flows;
         const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
         encoder_watch_take(&watch, &tuning);
         settle(240.0);

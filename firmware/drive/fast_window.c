@@ -32,7 +32,7 @@ static void snapshot(const fast_t *fast, window_t *window)
     window->omega_m = fast->omega_m;
     window->current = fast->control.current;
     window->reference = fast->demand.current;
-    window->voltage = fast->current_control.voltage_ref;
+    window->link.asked = fast->current_control.voltage_ref;
     window->omega_m_ref = fast->demand.omega_m_ref;
     window->link.mean = fast->acted.link;
     window->lower = fast->bounds.lower;

@@ -230,7 +230,7 @@ static void manoeuvre(medium_t *medium, const window_t *window, const requests_t
     const manoeuvres_input_t input = medium_manoeuvres_input(medium, window, wish(medium, requests));
     const uint32_t tracked = m->tracking;
     run_limit(&m->run, window->lower, window->upper);
-    run_look(&m->run, window->measured.u_dc, m->limits.pole_pairs * window->omega_m, window->voltage);
+    run_look(&m->run, window->measured.u_dc, m->limits.pole_pairs * window->omega_m, window->link.asked);
     manoeuvres_step(m, &input, setpoint);
     if (tracked == 0u && m->tracking != 0u) {
         flux_reset(&medium->flux, input.estimate->omega_smooth);

@@ -42,6 +42,7 @@ typedef struct {
     float mean;      /* of the last period [V] */
     uint32_t slow;   /* [-] 1: the rotor is too slow to feed it */
     uint32_t limits; /* [-] 1: it limits braking or driving */
+    dq_t asked;      /* voltage that control asks for in the last period, in the frame [V] */
 } window_link_t;
 
 /* The bridge, as the last sample shows it. */
@@ -80,7 +81,6 @@ typedef struct {
     float omega_m;      /* [rad/s] mechanical, of the rotor */
     dq_t current;       /* in the frame [A] */
     dq_t reference;     /* what control asks for [A] */
-    dq_t voltage;       /* likewise [V] */
     float omega_m_ref;  /* speed reference in force [rad/s] */
     float lower, upper; /* limits of i_q in force [A] */
     window_link_t link;

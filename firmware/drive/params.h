@@ -55,6 +55,10 @@ typedef enum { MTPA_OFF, MTPA_ON } mtpa_t;
 typedef enum { WEAKENING_OFF, WEAKENING_ON } field_weakening_t;
 typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNORED } encoder_fault_reaction_t;
 
+/* The default motor at the default overspeed_trip has 279 V between two phases: on a board whose link stands
+ * less its field is not weakened. */
+#define DRIVE_WEAKENING (BOARD_OVERVOLTAGE_MAX_MV >= 280000 ? WEAKENING_ON : WEAKENING_OFF)
+
 /* F(id, name, unit, default, min, max, access, text): float
  * I(id, name, unit, default, min, max, access, text): int32_t
  * E(id, name, choices, default, access, text): int32_t with named values
@@ -197,7 +201,7 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     E(67, mtpa, "off|on", MTPA_ON, TABLE_LIVE,                                                               \
       "i_d of a salient rotor for most torque per ampere; off, or motor_inductance_q up to 1.1 "             \
       "motor_inductance_d: i_d_request alone")                                                               \
-    E(85, field_weakening, "off|on", WEAKENING_ON, TABLE_LIVE,                                               \
+    E(85, field_weakening, "off|on", DRIVE_WEAKENING, TABLE_LIVE,                                            \
       "i_d below zero where the DC link ends, of any rotor; off: the speed ends there")                      \
     F(86, voltage_use, "-", 0.93f, 0.5f, 1.0f, TABLE_LIVE,                                                   \
       "of U_dc/sqrt3, that field_weakening uses, as far as duties and dead time leave it; the rest is for "  \

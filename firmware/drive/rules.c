@@ -130,13 +130,15 @@ const rule_t rules[RULES] = {
                    {{PARAM_dc_undervoltage, LESS_HELPS},
                     {PARAM_dc_overvoltage, MORE_HELPS},
                     {PARAM_ride_through_time, LESS_HELPS}}},
-    [RULE_OPEN] = {"1.732 motor_flux_linkage motor_pole_pairs overspeed_trip <= " TEXT_OF(
-                       BOARD_OVERVOLTAGE_MAX_MV) " mV, the board's largest DC link, else a rotor that fast "
-                                                 "charges it beyond that while the bridge is off",
-                   3,
-                   {{PARAM_overspeed_trip, LESS_HELPS},
-                    {PARAM_motor_flux_linkage, LESS_HELPS},
-                    {PARAM_motor_pole_pairs, LESS_HELPS}}},
+    [RULE_OPEN] =
+        {"field_weakening = off, or 1.732 motor_flux_linkage motor_pole_pairs overspeed_trip <= " TEXT_OF(
+             BOARD_OVERVOLTAGE_MAX_MV) " mV, the board's largest DC link, else a rotor that fast "
+                                       "charges it beyond that while the bridge is off",
+         4,
+         {{PARAM_overspeed_trip, LESS_HELPS},
+          {PARAM_motor_flux_linkage, LESS_HELPS},
+          {PARAM_motor_pole_pairs, LESS_HELPS},
+          {PARAM_field_weakening, LESS_HELPS}}},
     [RULE_SALIENT] =
         {"motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d where position_source or "
          "encoder_fault_reaction is sensorless, for the estimator holds no rotor beyond that; use "
@@ -308,9 +310,10 @@ bool rules_hold(rule_number_t rule, const params_t *params)
                (LINK_HOLD + LINK_HOLD_BAND) * params->dc_undervoltage <=
                    (LINK_FULL - LINK_OVER_BAND) * params->dc_overvoltage * ROUNDING;
     case RULE_OPEN:
-        return SQRT_3 * params->motor_flux_linkage * (float)params->motor_pole_pairs *
-                   params->overspeed_trip <=
-               BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) * ROUNDING;
+        return params->field_weakening == (int32_t)WEAKENING_OFF ||
+               SQRT_3 * params->motor_flux_linkage * (float)params->motor_pole_pairs *
+                       params->overspeed_trip <=
+                   BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) * ROUNDING;
     case RULE_SALIENT:
         return salient_takes(params);
     case RULES:

@@ -399,16 +399,59 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
     }
 }
 
+/* Share of the link that the drive uses of the field's voltage (theory, 30). */
+static double voltage_used(void)
+{
+    const double duty_least = (BOARD_DEAD_TIME_NS + BOARD_MINIMUM_PULSE_NS) / 1e9 / T_S;
+    const double lost = (BOARD_DEAD_TIME_NS + BOARD_TURN_ON_DELAY_NS - BOARD_TURN_OFF_DELAY_NS) / 1e9 / T_S;
+    return smaller(VOLTAGE_USE / SQRT_3, WITHIN_MADE * ((1.0 - 2.0 * duty_least) / SQRT_3 - 4.0 / PI * lost));
+}
+
+/* i_d of most torque per ampere at this current [A]. */
+static double most_per_ampere(const given_t *g, double current)
+{
+    const double taken = g->l_q > SALIENT_FROM * g->l_d ? (g->l_q - g->l_d) * current : 0.0;
+    return -2.0 * taken * current / (g->psi + hypot(g->psi, sqrt(8.0) * taken));
+}
+
+/* Speed from which on this current at most torque per ampere takes more than that voltage [rad/s] mechanical.
+ */
+static double corner(const given_t *g, double current)
+{
+    const double i_d = most_per_ampere(g, current);
+    const double i_q = sqrt(current * current - i_d * i_d);
+    const double r = g->r + DEVICE_RESISTANCE;
+    const double d = g->psi + g->l_d * i_d;
+    const double q = g->l_q * i_q;
+    const double a = d * d + q * q;
+    const double b = r * (i_q * d - i_d * q);
+    const double c = r * current * r * current - voltage_used() * g->link * voltage_used() * g->link;
+    return c < 0.0 ? (sqrt(b * b - a * c) - b) / (a * g->p) : 0.0;
+}
+
+static void add_reference(tune_t *tune, const given_t *g)
+{
+    const double i_d = most_per_ampere(g, g->limit);
+    const double i_q = sqrt(g->limit * g->limit - i_d * i_d);
+    if (i_d < 0.0) {
+        add(tune, "mtpa", 1.0, "at current_limit %.3g A of i_d and %.3g A of i_q: %.3g N m (theory, 30)", i_d,
+            i_q, 1.5 * g->p * (g->psi - (g->l_q - g->l_d) * i_d) * i_q);
+    }
+    add(tune, "field_weakening", 1.0,
+        "from %.0f r/min on at current_limit, %.0f at %.3g A, %.0f without load; above %.0f the EMF alone "
+        "passes the board's link (theory, 30)",
+        corner(g, g->limit) / RPM, corner(g, tune->current) / RPM, tune->current,
+        voltage_used() * g->link / (g->psi * g->p) / RPM,
+        BOARD_OVERVOLTAGE_MAX_MV / 1e3 / (SQRT_3 * g->psi * g->p) / RPM);
+}
+
 /* psi_a [Wb] of the i_d that overspeed_trip takes with the least link which the drive does not hold by
  * itself, where circle and voltage meet or the voltage has its most torque (theory, 30); with less speed that
  * of current_limit. */
 static double weakened(const given_t *g)
 {
     const double d = g->l_q - g->l_d;
-    const double duty_least = (BOARD_DEAD_TIME_NS + BOARD_MINIMUM_PULSE_NS) / 1e9 / T_S;
-    const double lost = (BOARD_DEAD_TIME_NS + BOARD_TURN_ON_DELAY_NS - BOARD_TURN_OFF_DELAY_NS) / 1e9 / T_S;
-    const double made = WITHIN_MADE * ((1.0 - 2.0 * duty_least) / SQRT_3 - 4.0 / PI * lost);
-    const double voltage = smaller(VOLTAGE_USE / SQRT_3, made) * LINK_LEAST * g->under;
+    const double voltage = voltage_used() * LINK_LEAST * g->under;
     const double flux = voltage / (g->p * g->overspeed);
     const double q = g->l_q * g->limit;
     const double c = g->psi * g->psi + q * q - flux * flux;
@@ -570,6 +613,7 @@ bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error)
     add_motor(motor, tune, &g);
     add_limits(motor, tune, &g);
     add_control(motor, tune, &g);
+    add_reference(tune, &g);
     add_estimator(tune, &g);
     if (tune->needs_encoder) {
         add(tune, "position_source", ENCODER, "L_q is %.3g L_d: without an encoder at most %.2g (theory, 6)",

@@ -367,16 +367,22 @@ static void invalid_sample(void)
     expect(running());
 }
 
-/* A DC link too low for the speed: twice the divisions of the modulator, and the integrators held back. */
+/* A DC link too low for the speed: twice the divisions of the modulator, and the integrators held back; then
+ * the field is weakened. */
 static void voltage_limit(void)
 {
     stage(1.0);
+    set("field_weakening", 0.0);
     set("dc_undervoltage", 20.0);
     start_on_shaft(1500.0);
     set("dc_voltage", 150.0);
     set("speed_request", 1900.0 * RPM);
     run(200);
     expect(running() && hypot(value("u_d") - value("u_d_ref"), value("u_q") - value("u_q_ref")) > 1.0);
+    set("field_weakening", 1.0);
+    apply();
+    run(400);
+    expect(running() && value("i_d_ref") < -1.0);
 }
 
 /* A current near zero at low speed: its leg's voltage is in doubt, and the loop coasts. */
@@ -399,6 +405,7 @@ static void everything(void)
     stage(1.0);
     set("torque_feedforward", 1.0);
     set("flux_adaptation", 0.5);
+    set("field_weakening", 0.0);
     set("dc_undervoltage", 20.0);
     set("overcurrent_trip", 19.0);
     start_on_shaft(1500.0);

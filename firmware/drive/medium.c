@@ -218,6 +218,7 @@ static void manoeuvre(medium_t *medium, const window_t *window, const requests_t
         setpoint->source = (int32_t)(m->sensorless != 0u ? SOURCE_NONE : SOURCE_ENCODER);
         setpoint->current = (dq_t){0.0f, 0.0f};
         setpoint->omega_m_ref = 0.0f;
+        m->run.torque = 0.0f;
         return;
     }
     if ((order & SEQUENCE_BEGIN) != 0u) {

@@ -260,6 +260,13 @@ static bool salient_takes(const params_t *params)
            params->motor_inductance_q <= CHOSEN_SALIENT_MAX * params->motor_inductance_d * ROUNDING;
 }
 
+/* Does the board's link stand the EMF of a rotor at its trip, rectified while the bridge is off? */
+static bool open_bridge_takes(const params_t *params)
+{
+    return SQRT_3 * params->motor_flux_linkage * (float)params->motor_pole_pairs * params->overspeed_trip <=
+           BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) * ROUNDING;
+}
+
 bool rules_hold(rule_number_t rule, const params_t *params)
 {
     switch (rule) {
@@ -310,10 +317,7 @@ bool rules_hold(rule_number_t rule, const params_t *params)
                (LINK_HOLD + LINK_HOLD_BAND) * params->dc_undervoltage <=
                    (LINK_FULL - LINK_OVER_BAND) * params->dc_overvoltage * ROUNDING;
     case RULE_OPEN:
-        return params->field_weakening == (int32_t)WEAKENING_OFF ||
-               SQRT_3 * params->motor_flux_linkage * (float)params->motor_pole_pairs *
-                       params->overspeed_trip <=
-                   BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) * ROUNDING;
+        return params->field_weakening == (int32_t)WEAKENING_OFF || open_bridge_takes(params);
     case RULE_SALIENT:
         return salient_takes(params);
     case RULES:

@@ -125,9 +125,9 @@ class Grid(unittest.TestCase):
     def test_a_wrong_l_q_leaves_the_error_of_the_law(self):
         for ratio, speed, load, wrong in share(itertools.product((1.5, 2.0, 3.0), (600, 1200), (1.0, -1.0), (0.2, -0.2))):
             with self.subTest(ratio=ratio, speed=speed, load=load, wrong=wrong):
-                slope = 1.6 * L_Q * (1.0 + wrong) / (300.0 * 1e-4)  # with a gain for the flux that goes with it
+                slope = 1.6 * L_Q * (1.0 + wrong) / (330.0 * 1e-4)  # with a gain for the flux that goes with it
                 seen = loaded(ratio, speed, load, f"motor_inductance_q={L_Q * (1.0 + wrong)}", "inductance_adaptation=0",
-                              "observer_gain=300", f"observer_slope={slope}", f"estimate_current_max={4.0 / slope}")
+                              "observer_gain=330", f"observer_slope={slope}", f"estimate_current_max={4.0 / slope}")
                 self.assertEqual((seen["losses"], seen["fault"]), (0, 0), seen)
                 self.assertLess(abs(seen["mean"] - law(ratio, wrong, seen["i_d"], seen["i_q"])), 6e-3, seen)
                 self.assertLess(seen["sd"], 5e-3, seen)

@@ -187,7 +187,7 @@ class TheRig(unittest.TestCase):
 
     def test_a_salient_motor_is_refused_without_an_encoder_and_taken_with_one(self):
         with lagless.Rig() as rig:
-            rig.set(mtpa="off")
+            rig.set(mtpa="off", field_weakening="off")
             before = rig.hash
             with self.assertRaisesRegex(lagless.Error, r"motor_inductance_q = 0\.041 H: accepted .* to 0\.04 H \(motor_inductance_q <= 4 "
                                                        r"motor_inductance_d .*use an encoder\); with motor_inductance_d = 0\.01 H"):

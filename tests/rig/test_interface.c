@@ -226,6 +226,7 @@ static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
 
 static void test_a_row_without_room_is_told_with_the_one_to_change(void)
 {
+    run_put(rig, "field_weakening", 0.0);
     run_put(rig, "overspeed_trip", 500.0);
     TEST_ASSERT_FALSE(rig_apply(rig));
     expect_refusal("observer_gain", REASON_CROSS_RULE, "accepted none (observer_gain >= 1.1 times");

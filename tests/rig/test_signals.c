@@ -99,7 +99,11 @@
     X(i_q_lower)                                                                                             \
     X(i_q_upper)                                                                                             \
     X(dc_swing)                                                                                              \
-    X(coasting) X(speed_calm)
+    X(coasting)                                                                                              \
+    X(speed_calm)                                                                                            \
+    X(torque_current)                                                                                        \
+    X(field_weakened)                                                                                        \
+    X(voltage_trim)
 
 enum {
 #define ROW_PLACE(name) R_##name,
@@ -252,6 +256,7 @@ static void run_all(void)
     run_put(rig, "observer_switching", 1.0); /* of each axis: three gains that differ */
     run_put(rig, "offset_trim", 0.1);
     run_put(rig, "inductance_adaptation", 0.0); /* i_d is what is asked for */
+    run_put(rig, "field_weakening", 0.0);
     run_put(rig, "compensation_gain", 0.0);
     run_parameter(rig, "motor_flux_linkage", 1.04 * FLUX);
     run_to_ready_at(rig, 500.0);
@@ -489,6 +494,8 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(leg_voltage_beta_hat, 0.0, 0.0)
     EXPECT(leg_resistance_alpha_hat, 0.0, 0.0)
     EXPECT(leg_resistance_beta_hat, 0.0, 0.0)
+    EXPECT(field_weakened, 0.0, 0.0) /* tests/cases/field_weakening.py looks at both */
+    EXPECT(voltage_trim, 0.0, 0.0)
     if (s->bridge) {
         EXPECT(estimator_invalid, s->invalid, 0.0)
     }
@@ -538,6 +545,7 @@ static bool frames(const stretch_t *s, uint32_t k)
         EXPECT(duty_c, 0.5, 0.0)
         EXPECT(i_d_ref, 0.0, 0.0)
         EXPECT(i_q_ref, 0.0, 0.0)
+        EXPECT(torque_current, 0.0, 0.0)
         EXPECT(omega_m_ref, 0.0, 0.0)
         return true;
     }
@@ -547,6 +555,7 @@ static bool frames(const stretch_t *s, uint32_t k)
         EXPECT(frame_theta_e, V(theta_e), 0.0)
         EXPECT(i_d_ref, (double)(float)s->i_d_ref, 0.0)
         EXPECT(i_q_ref, (double)(float)s->i_q_ref, 0.0)
+        EXPECT(torque_current, (double)(float)s->i_q_ref, 0.0) /* a round rotor's is i_q */
     }
     if (s->forced) {
         EXPECT(omega_m_ref, s->omega_m_ref, 0.01)
@@ -788,15 +797,16 @@ static void test_every_row_shows_what_it_says(void)
 }
 
 /* Rows in which this run shows nothing: a confidence in what is not learnt here, rows of the fault table that
- * are not provoked, a heat that is not judged, a link that is stiff; without a sensor of temperature,
- * warnings. */
+ * are not provoked, a heat that is not judged, a link that is stiff, a field that is not weakened; without a
+ * sensor of temperature, warnings. */
 static bool empty(uint32_t row)
 {
     return row == R_inductance_confidence || row == R_emf_shape_d_hat || row == R_emf_shape_q_hat ||
            row == R_leg_voltage_alpha_hat || row == R_leg_voltage_beta_hat ||
-           row == R_leg_resistance_alpha_hat || row == R_leg_resistance_beta_hat || row == R_faults_later_2 ||
-           row == R_warnings_2 || row == R_motor_heat || row == R_module_heat || row == R_dc_swing ||
-           row == R_coasting || (row == R_warnings && !DRIVE_SINK_SENSOR);
+           row == R_leg_resistance_alpha_hat || row == R_leg_resistance_beta_hat || row == R_field_weakened ||
+           row == R_voltage_trim || row == R_faults_later_2 || row == R_warnings_2 || row == R_motor_heat ||
+           row == R_module_heat || row == R_dc_swing || row == R_coasting ||
+           (row == R_warnings && !DRIVE_SINK_SENSOR);
 }
 
 /* A board without sensors of temperature shows the same in both rows. */
@@ -848,14 +858,16 @@ static bool moves(uint32_t row)
 static void test_any_row_that_is_a_period_old_is_found(void)
 {
     uint32_t moving = 0;
+    uint32_t shown = 0;
     TEST_ASSERT_TRUE(all_right());
     for (uint32_t n = 0; n < ROW_COUNT; n++) {
         wire_all();
         late[n] = 1u;
         moving += moves(n);
+        shown += empty(n) ? 0u : 1u;
         TEST_ASSERT_TRUE_MESSAGE(!moves(n) || !all_right(), row_names[n]);
     }
-    TEST_ASSERT_TRUE(moving > ROW_COUNT / 2u);
+    TEST_ASSERT_TRUE(moving > shown / 2u);
 }
 
 int main(void)

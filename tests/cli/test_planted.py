@@ -1,6 +1,6 @@
 """A campaign finds a bug that was planted: one sign of catch turned. usage: test_planted.py LAGLESS PLANTED FOLDER
 
-It must break a promise within 60 runs of one seed, or 200 of another, and the small scenario that is written must break it with the
+It must break a promise within 60 runs of one seed, 120 of another, or 200 of a third, and the small scenario that is written must break it with the
 planted program and hold with the right one: then it is about that sign and nothing else."""
 
 import glob
@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tomllib
 
-CAMPAIGNS = (("60", "5"), ("200", "2"))  # runs, seed
+CAMPAIGNS = (("60", "5"), ("120", "4"), ("200", "2"))  # runs, seed
 EVENTS_MOST = 3  # switched on, asked for a speed, and one more
 ROWS_MOST = 40   # set in a scenario that was made small
 

@@ -33,7 +33,7 @@ SECONDS = 120  # a session that takes longer hangs
 # set acts from the end of the next on.
 WINDOW = 8
 CALIBRATION = 64 + 512  # samples, the first is that of period 0
-INTERRUPT, MEDIUM = 4500 / 15000, 12900 / 15000  # how long they take in the rig: cycles of 150 MHz
+INTERRUPT, MEDIUM = 5500 / 15000, 10000 / 15000  # how long they take in the rig: cycles of 150 MHz
 
 
 def end_of_window(period):

@@ -38,9 +38,9 @@ typedef struct {
 } rig_plant_t;
 
 /* [SYSCLK cycles] What the software takes on the chip. The sample interrupt and the medium task:
- * isr_cycles_c28x_estimate and medium_cycles_c28x_estimate of tools/target/cost.json to a quarter, for that is
- * an estimate to 30 % itself, and not every change of the firmware shall move the instants of its writes. A
- * section with interrupts off: a few instructions that hand over what was prepared. */
+ * isr_cycles_c28x_estimate and medium_cycles_c28x_estimate of tools/target/cost.json to a quarter, for that
+ * is an estimate to 30 % itself, and not every change of the firmware shall move the instants of its writes.
+ * A section with interrupts off: a few instructions that hand over what was prepared. */
 #define RIG_INTERRUPT_CYCLES 5500u
 #define RIG_MEDIUM_CYCLES    10000u
 #define RIG_SECTION_CYCLES   50u

@@ -10,9 +10,6 @@ endif()
 
 # Optimised, with debug info and with assertions: a programming error must not pass because the build is fast.
 set(CMAKE_C_FLAGS_RELWITHDEBINFO "-O2 -g")
-if(LAGLESS_TARGET STREQUAL "avr") # 256 K of flash hold the whole drive on the fixed-point estimator only by size
-    set(CMAKE_C_FLAGS_RELWITHDEBINFO "-Os -g")
-endif()
 set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g")
 
 # The chip's compiler has flags of its own: cmake/f28335.toolchain.cmake. Its headers are written for its extensions.

@@ -7,8 +7,9 @@ set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR avr)
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
 set(CMAKE_C_COMPILER avr-gcc)
-# The drive on the fixed-point estimator fits the 256 K of flash only without what it does not call, and with short calls.
-set(CMAKE_C_FLAGS_INIT "-mmcu=atmega2560 -ffunction-sections")
+# The drive on the fixed-point estimator fits the 256 K of flash only without what it does not call, with short calls, and with one
+# copy of what functions begin and end with.
+set(CMAKE_C_FLAGS_INIT "-mmcu=atmega2560 -ffunction-sections -mcall-prologues")
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-mrelax -Wl,--gc-sections")
 set(CMAKE_EXECUTABLE_SUFFIX_C .elf)
 set(CMAKE_CROSSCOMPILING_EMULATOR "${CMAKE_CURRENT_LIST_DIR}/../../build/host/tests/target/avr_simulator")

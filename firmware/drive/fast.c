@@ -239,8 +239,7 @@ static void limit_by_link(fast_t *fast, fast_orders_t orders)
 /* The current reference in the frame of the rotor, within what heat and DC link leave of it. */
 static void limit_reference(const bounds_t *bounds, dq_t *current)
 {
-    const float below = current->q < bounds->upper ? current->q : bounds->upper;
-    current->q = below > bounds->lower ? below : bounds->lower;
+    current->q = bounds_between(current->q, *bounds);
 }
 
 /* The dither from whose answer L is learnt. */

@@ -118,7 +118,7 @@ typedef struct {
     demand_t demand;        /* with the frame in force */
     fast_control_t control;
     float load_current; /* of i_q, that carries the load and does not accelerate [A] */
-    bounds_t bounds;
+    bounds_t bounds;    /* limits of i_q in force, by heat and DC link [A] */
     drive_command_t command;
 
     measure_t measure;

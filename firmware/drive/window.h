@@ -11,6 +11,7 @@
 #include "drive/fault_set.h"
 #include "estimator/estimate.h"
 #include "estimator/position.h"
+#include "math/bounds.h"
 #include "math/frames.h"
 
 /* From the window that a setpoint is made of to the one in which it acts, beyond the next [windows]. */
@@ -51,11 +52,6 @@ typedef enum {
     BRIDGE_ON
 } bridge_t;
 
-/* Limits of i_q, by heat and DC link [A]. */
-typedef struct {
-    float lower, upper;
-} bounds_t;
-
 /* What is summed in each period. */
 typedef struct {
     uint32_t periods; /* [periods] so far */
@@ -87,7 +83,7 @@ typedef struct {
     dq_t reference;    /* what control asks for [A] */
     dq_t voltage;      /* likewise [V] */
     float omega_m_ref; /* speed reference in force [rad/s] */
-    bounds_t bounds;   /* in force */
+    bounds_t bounds;   /* limits of i_q in force, by heat and DC link [A] */
     window_link_t link;
     window_catch_t catching;
     int32_t calibration; /* [-] calibration_t */

@@ -87,18 +87,13 @@ static float unweakened(run_t *run, float i_q, float omega_e)
 
 /* ---- torque ---- */
 
-/* [A]. */
-typedef struct {
-    float lower, upper; /* lower <= upper */
-} limits_t;
-
 float run_room(const run_t *run)
 {
     const float limit = run->speed.current_limit;
     const bool looks = run->weakening.looks != 0u;
     const float i_d = run->tuning.saliency > 0.0f || looks ? run->i_d : run->i_d_left;
     const float square = limit * limit - i_d * i_d;
-    const float room = i_d == 0.0f ? limit : square > 0.0f ? square * inverse_root(square) : 0.0f;
+    const float room = i_d == 0.0f ? limit : root_or_none(square);
     const float most = run->weakening.i_q_most;
     return looks && most < room ? most : room;
 }
@@ -106,12 +101,12 @@ float run_room(const run_t *run)
 /* Of the torque as a current of psi_f: by heat and DC link, longest vector and voltage. Where the voltage may
  * limit, i_d goes to where there is most torque only if that much may be wished for: so there it is the i_d
  * of the limit that makes a torque of i_q, and what is left of i_q in the fast task has the last word. */
-static limits_t torque_limits(const run_t *run)
+static bounds_t torque_limits(const run_t *run)
 {
     const weakening_t *weakening = &run->weakening;
     const float room = run_room(run);
     const float torque = weakening->looks != 0u ? ROOM_SPARE * weakening->torque_share : run_torque(run);
-    limits_t limits = {torque * bounds_clamp(run->lower, room), torque * bounds_clamp(run->upper, room)};
+    bounds_t limits = {torque * bounds_clamp(run->lower, room), torque * bounds_clamp(run->upper, room)};
     if (weakening->looks != 0u) {
         limits.lower = bounds_clamp(limits.lower, weakening->torque_limit);
         limits.upper = bounds_clamp(limits.upper, weakening->torque_limit);
@@ -119,31 +114,24 @@ static limits_t torque_limits(const run_t *run)
     return limits;
 }
 
-/* `value` within the limits. */
-static float within(limits_t limits, float value)
-{
-    const float below = value < limits.upper ? value : limits.upper;
-    return below > limits.lower ? below : limits.lower;
-}
-
 /* To where the torque may have grown at the end of this step. */
-static limits_t grown(const run_t *run)
+static bounds_t grown(const run_t *run)
 {
     const float last = run->torque;
-    return (limits_t){(last < 0.0f ? last : 0.0f) - run->tuning.slew,
+    return (bounds_t){(last < 0.0f ? last : 0.0f) - run->tuning.slew,
                       (last > 0.0f ? last : 0.0f) + run->tuning.slew};
 }
 
 /* The torque of the speed control, and how the periods until the next step change it with the speed. */
-static void follow_speed(run_t *run, float omega_m, limits_t limits)
+static void follow_speed(run_t *run, float omega_m, bounds_t limits)
 {
     const float kp = run->speed.pi.tuning.kp;
     float standing = speed_control_standing(&run->speed, run->omega_m_ref);
-    limits_t narrow = limits;
+    bounds_t narrow = limits;
     if (run->tuning.slew > 0.0f) {
-        const limits_t slewed = grown(run);
-        narrow = (limits_t){within(limits, slewed.lower), within(limits, slewed.upper)};
-        standing = within(slewed, standing - kp * omega_m) + kp * omega_m;
+        const bounds_t slewed = grown(run);
+        narrow = (bounds_t){bounds_between(slewed.lower, limits), bounds_between(slewed.upper, limits)};
+        standing = bounds_between(standing - kp * omega_m, slewed) + kp * omega_m;
     }
     run->torque = speed_control_step(&run->speed, run->omega_m_ref, omega_m, narrow.lower, narrow.upper);
     run->i_q_standing = standing;
@@ -151,10 +139,10 @@ static void follow_speed(run_t *run, float omega_m, limits_t limits)
 }
 
 /* The torque that is wished for [N m]. The speed control follows it. */
-static void follow_torque(run_t *run, float wanted, float omega_m, limits_t limits)
+static void follow_torque(run_t *run, float wanted, float omega_m, bounds_t limits)
 {
-    const float torque = within(limits, run->tuning.per_torque * wanted);
-    run->torque = run->tuning.slew > 0.0f ? within(grown(run), torque) : torque;
+    const float torque = bounds_between(run->tuning.per_torque * wanted, limits);
+    run->torque = run->tuning.slew > 0.0f ? bounds_between(torque, grown(run)) : torque;
     run->i_q_standing = run->torque;
     run->stiffness = 0.0f;
     run->omega_m_ref = omega_m;
@@ -191,7 +179,8 @@ void run_step(run_t *run, const run_wish_t *wish, float omega_e, float omega_m, 
         return;
     case RUN_CURRENT:
         run->omega_m_ref = omega_m;
-        *current = (dq_t){wish->current.d, within((limits_t){run->lower, run->upper}, wish->current.q)};
+        *current =
+            (dq_t){wish->current.d, bounds_between(wish->current.q, (bounds_t){run->lower, run->upper})};
         run->i_q_standing = current->q;
         run->stiffness = 0.0f;
         run->i_d = current->d;

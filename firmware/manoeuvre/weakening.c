@@ -39,16 +39,6 @@ void weakening_init(weakening_t *weakening, const weakening_tuning_t *tuning)
     weakening_take(weakening, tuning);
 }
 
-static float larger(float a, float b)
-{
-    return a > b ? a : b;
-}
-
-static float root(float square)
-{
-    return square > 0.0f ? square * inverse_root(square) : 0.0f;
-}
-
 /* i_d where circle and ellipse meet [A]: -c/(L_d psi_f + sqrt(L_d^2 psi_f^2 + (L_q^2 - L_d^2) c)), c =
  * psi_f^2
  * + L_q^2 I^2 - psi_m^2; above zero where the circle lies within. */
@@ -60,7 +50,7 @@ static float where_they_meet(const weakening_t *weakening)
                     weakening->flux_most * weakening->flux_most;
     const float along = tuning->inductance_d * tuning->flux_linkage;
     const float across = tuning->saliency * (tuning->inductance_q + tuning->inductance_d);
-    return -c / (along + root(along * along + across * c));
+    return -c / (along + root_or_none(along * along + across * c));
 }
 
 /* i_d of the most torque on the ellipse [A]: psi_d = -2 D psi_m^2/(L_q psi_f + sqrt(L_q^2 psi_f^2 + 8 D^2
@@ -71,28 +61,28 @@ static float most_per_volt(const weakening_t *weakening)
     const float along = tuning->inductance_q * tuning->flux_linkage;
     const float taken = tuning->saliency * weakening->flux_most;
     const float flux_d =
-        -2.0f * taken * weakening->flux_most / (along + root(along * along + 8.0f * taken * taken));
+        -2.0f * taken * weakening->flux_most / (along + root_or_none(along * along + 8.0f * taken * taken));
     return (flux_d - tuning->flux_linkage) * tuning->inverse_d;
 }
 
 static float active_flux(const weakening_tuning_t *tuning, float i_d)
 {
-    return larger(tuning->flux_linkage - tuning->saliency * i_d, FLUX_LEAST * tuning->flux_linkage);
+    return bounds_more(tuning->flux_linkage - tuning->saliency * i_d, FLUX_LEAST * tuning->flux_linkage);
 }
 
 /* i_d, i_q and torque where there is most of it. */
 static void limit(weakening_t *weakening)
 {
     const weakening_tuning_t *tuning = &weakening->tuning;
-    const float least = larger(where_they_meet(weakening), most_per_volt(weakening));
-    const float within = larger(least, -tuning->current_max);
-    weakening->i_d_limit = within < tuning->i_d_mtpa ? within : tuning->i_d_mtpa;
+    const float least = bounds_more(where_they_meet(weakening), most_per_volt(weakening));
+    const float within = bounds_more(least, -tuning->current_max);
+    weakening->i_d_limit = bounds_less(within, tuning->i_d_mtpa);
     const float flux_d = tuning->flux_linkage + tuning->inductance_d * weakening->i_d_limit;
     const float by_voltage =
-        root(weakening->flux_most * weakening->flux_most - flux_d * flux_d) * tuning->inverse_q;
+        root_or_none(weakening->flux_most * weakening->flux_most - flux_d * flux_d) * tuning->inverse_q;
     const float by_current =
-        root(tuning->current_max * tuning->current_max - weakening->i_d_limit * weakening->i_d_limit);
-    const float i_q = by_voltage < by_current ? by_voltage : by_current;
+        root_or_none(tuning->current_max * tuning->current_max - weakening->i_d_limit * weakening->i_d_limit);
+    const float i_q = bounds_less(by_voltage, by_current);
     weakening->i_q_most = flux_d > 0.0f ? by_voltage : weakening->flux_most * tuning->inverse_q;
     weakening->torque_share = active_flux(tuning, weakening->i_d_limit) * tuning->inverse_flux;
     weakening->torque_limit = weakening->torque_share * i_q;
@@ -105,8 +95,8 @@ static void trim(weakening_t *weakening, float u, dq_t voltage)
         weakening->trim *= TRIM_FORGETS;
         return;
     }
-    const float asked = root(voltage.d * voltage.d + voltage.q * voltage.q);
-    const float counts = asked < ASKED_MOST * u ? asked : ASKED_MOST * u;
+    const float asked = root_or_none(voltage.d * voltage.d + voltage.q * voltage.q);
+    const float counts = bounds_less(asked, ASKED_MOST * u);
     weakening->trim =
         bounds_clamp(weakening->trim + weakening->tuning.trim_share * (u - counts) / u, TRIM_MOST);
 }
@@ -129,7 +119,7 @@ void weakening_look(weakening_t *weakening, float u_dc, float omega_e, dq_t volt
     trim(weakening, u, voltage);
     const float left = u * (1.0f + weakening->trim) - weakening->drop;
     const float flux = left > 0.0f ? left / speed : 0.0f;
-    const float most = flux < tuning->flux_bound ? flux : tuning->flux_bound;
+    const float most = bounds_less(flux, tuning->flux_bound);
     weakening->flux_most = lowpass_step(looked ? weakening->flux_most : most, FLUX_SHARE, most);
     limit(weakening);
 }

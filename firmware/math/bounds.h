@@ -41,6 +41,16 @@ static inline float bounds_clamp(float value, float limit)
     return bounds_more(bounds_less(value, limit), -limit);
 }
 
+typedef struct {
+    float lower, upper; /* lower <= upper */
+} bounds_t;
+
+/* `value`, but not beyond the bounds. */
+static inline float bounds_between(float value, bounds_t bounds)
+{
+    return bounds_more(bounds_less(value, bounds.upper), bounds.lower);
+}
+
 /* Is `value` inside +-`limit`, the limits excluded? */
 static inline bool bounds_within(float value, float limit)
 {

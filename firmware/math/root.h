@@ -29,4 +29,10 @@ static inline float inverse_root(float square)
     return y;
 }
 
+/* sqrt(square), 0 where there is none: `square` at most 0. Accuracy and range of inverse_root(). */
+static inline float root_or_none(float square)
+{
+    return square > 0.0f ? square * inverse_root(square) : 0.0f;
+}
+
 #endif

@@ -40,9 +40,9 @@ SECTIONS
                       /* firmware/drive/drive.c */
                       *(.text:drive_step) *(.text:fast_bridge_on) *(.text:orders_of) *(.text:turn_window)
                       /* firmware/drive/fast.c */
-                      *(.text:angle_turn_back) *(.text:begin_estimate) *(.text:begin_window) *(.text:bounds_clamp)
-                      *(.text:bounds_less) *(.text:bounds_magnitude) *(.text:bounds_more) *(.text:bounds_span)
-                      *(.text:bounds_within) *(.text:calibrate) *(.text:comes_on) *(.text:control)
+                      *(.text:angle_turn_back) *(.text:begin_estimate) *(.text:begin_window) *(.text:bounds_between)
+                      *(.text:bounds_clamp) *(.text:bounds_less) *(.text:bounds_magnitude) *(.text:bounds_more)
+                      *(.text:bounds_span) *(.text:bounds_within) *(.text:calibrate) *(.text:comes_on) *(.text:control)
                       *(.text:current_control_applied) *(.text:current_control_step) *(.text:current_control_take)
                       *(.text:current_control_turn) *(.text:dead_time_edge_signs) *(.text:dead_time_leg)
                       *(.text:dead_time_signs) *(.text:dead_time_voltage) *(.text:demand) *(.text:doubt_may_be)

@@ -35,11 +35,11 @@ SECTIONS
                       *(.text:begin) *(.text:capture_reset) *(.text:capture_step) *(.text:capture_trigger)
                       *(.text:float_of_bits) *(.text:follow) *(.text:is_edge) *(.text:tap_slot_at) *(.text:value_of)
                       *(.text:watch)
-                      /* firmware/control/current_control.c */
+                      /* firmware/fast/control/current_control.c */
                       *(.text:current_control_reset)
                       /* firmware/drive/drive.c */
                       *(.text:drive_step) *(.text:fast_bridge_on) *(.text:orders_of) *(.text:turn_window)
-                      /* firmware/drive/fast.c */
+                      /* firmware/fast/fast.c */
                       *(.text:angle_turn_back) *(.text:begin_estimate) *(.text:begin_window) *(.text:bounds_between)
                       *(.text:bounds_clamp) *(.text:bounds_less) *(.text:bounds_magnitude) *(.text:bounds_more)
                       *(.text:bounds_span) *(.text:bounds_within) *(.text:calibrate) *(.text:comes_on) *(.text:control)
@@ -62,7 +62,7 @@ SECTIONS
                       *(.text:run) *(.text:set_models) *(.text:smo_take) *(.text:sum_up) *(.text:svpwm_modulate)
                       *(.text:tracker_set_flux) *(.text:tracker_take) *(.text:trig_advance) *(.text:trig_turn)
                       *(.text:validity_take) *(.text:voltage_uncertain)
-                      /* firmware/drive/fast_trips.c */
+                      /* firmware/fast/fast_trips.c */
                       *(.text:encoder_watch_jumped) *(.text:fast_open_bridge) *(.text:fast_trip) *(.text:fault_set_any)
                       *(.text:fault_set_both) *(.text:find_gates_on) *(.text:guard_background_stalled)
                       *(.text:guard_bad_sample) *(.text:guard_current_gain) *(.text:guard_current_stuck)
@@ -80,10 +80,10 @@ SECTIONS
                       *(.text:guard_start_unlocked) *(.text:guard_tripped) *(.text:guard_u_dc) *(.text:guard_unlocked)
                       *(.text:judge_trips) *(.text:moments) *(.text:still_watch_count) *(.text:still_watch_one)
                       *(.text:trip_input) *(.text:watch_jump) *(.text:watch_still)
-                      /* firmware/drive/fast_window.c */
+                      /* firmware/fast/fast_window.c */
                       *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:snapshot)
                       *(.text:snapshot_catch) *(.text:still_watch_moved)
-                      /* firmware/drive/guard.c */
+                      /* firmware/guard/guard.c */
                       *(.text:fault_set_common) *(.text:fault_set_has)
                       /* firmware/estimator/estimator.c */
                       *(.text:angle_wrap) *(.text:at_rest) *(.text:estimator_coast) *(.text:estimator_observe)
@@ -106,9 +106,9 @@ SECTIONS
                       *(.text:debounce_reset) *(.text:validity_reset)
                       /* firmware/estimator/tracker_salient.c */
                       *(.text:share_of) *(.text:tracker_follow) *(.text:tracker_reciprocal) *(.text:tracker_transient)
-                      /* firmware/manoeuvre/catch.c */
+                      /* firmware/fast/reference/catch.c */
                       *(.text:catch_step) *(.text:is_steady) *(.text:slip_of) *(.text:turned_on)
-                      /* firmware/manoeuvre/reference.c */
+                      /* firmware/fast/reference/reference.c */
                       *(.text:caught) *(.text:follow_catch) *(.text:force) *(.text:forced_step) *(.text:lock_to)
                       *(.text:obey) *(.text:reference_rest) *(.text:reference_step) *(.text:reference_take)
                       *(.text:run_on_estimate)

@@ -1,7 +1,7 @@
 /* What goes on outside the interrupts: the start, the background list, changes from outside. */
 #include "app/app.h"
 
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 
 #define LEARN_PERIODS DRIVE_PERIODS(10e-3f)  /* from one tuning to the next, at least */
 #define WATCH_PERIODS DRIVE_PERIODS(0.4e-3f) /* from one slice of memory to the next, at least */

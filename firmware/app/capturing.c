@@ -1,7 +1,7 @@
 #include "app/capturing.h"
 
 #include "app/app.h"
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 
 #define FIRST_ROW                                                                                            \
     UINT32_C(1911) /* what can be wished for, capture_on, and so on in the order of their ids                \

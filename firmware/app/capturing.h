@@ -8,7 +8,7 @@
 
 #include "contract/capture.h"
 #include "contract/refusal.h"
-#include "drive/signals.h"
+#include "settings/signals.h"
 
 #define CAPTURING_LEVEL_MAX 1e9f
 

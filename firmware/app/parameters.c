@@ -1,7 +1,7 @@
 #include "app/parameters.h"
 
 #include "app/app.h"
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 #include "talk/store.h"
 
 /* Of each sector: some sets for an erase, and a look at the start that takes no longer than some ms. */

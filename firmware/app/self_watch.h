@@ -9,8 +9,8 @@
 
 #include <stdint.h>
 
-#include "drive/params.h"
 #include "hal/hal.h"
+#include "settings/params.h"
 
 /* A look at one memory takes so many of its words; each call is one of one memory. */
 #define SELF_WATCH_WORDS 16u

@@ -1,8 +1,8 @@
 #include "app/services.h"
 
 #include "app/app.h"
-#include "drive/reasons.h"
-#include "drive/signals.h"
+#include "settings/reasons.h"
+#include "settings/signals.h"
 
 static const table_row_t rows[] = {
 #define ROW_FLOAT(id, name, unit, initial, min, max, access, text)                                           \

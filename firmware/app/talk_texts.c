@@ -2,7 +2,7 @@
 
 #include "app/app.h"
 #include "app/talk_values.h"
-#include "drive/signals.h"
+#include "settings/signals.h"
 #include "talk/a2l.h"
 
 /* Carrier in whole kHz for a name; the period itself is in the event's data. */

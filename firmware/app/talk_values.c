@@ -3,8 +3,8 @@
 #include "app/app.h"
 #include "app/talk_texts.h"
 #include "contract/line.h"
-#include "drive/reasons.h"
-#include "drive/signals.h"
+#include "settings/reasons.h"
+#include "settings/signals.h"
 
 /* ---- slots ---- */
 

@@ -2,9 +2,9 @@
 
 #include <string.h>
 
-#include "drive/reasons.h"
-#include "drive/signals.h"
 #include "math/check.h"
+#include "settings/reasons.h"
+#include "settings/signals.h"
 
 /* ---- what is shown ---- */
 

@@ -1,10 +1,10 @@
 /* The drive: a fast task every PWM period, a medium task once in a window of DRIVE_WINDOW of them. Pure: no
  * registers, no globals.
  *
- *     samples --> fast (drive/fast.h): measure, estimator, frame, current control, duties; trips
+ *     samples --> fast (fast/fast.h): measure, estimator, frame, current control, duties; trips
  *                   |  window_t                                   ^
  *                   v                                             |  setpoint_t
- *                 medium (drive/medium.h): learn, watch, guard, sequence, manoeuvre
+ *                 medium (medium/medium.h): learn, watch, guard, sequence, manoeuvre
  *
  * Two structs go from the one to the other and nothing else: the window, closed at its last period, and the
  * setpoint that was made of it, which acts from the first period of the window after the next on, whenever it
@@ -13,11 +13,12 @@
  * Timing (docs/theory.md, 2): the step of period k gets the currents and the encoder at t_k; the duties it
  * returns act on [t_{k+1}, t_{k+2}). The dq voltage is therefore turned into the stationary frame at theta_e
  * + 1.5 T_s omega_e of the frame in force, and the estimator gets the voltage that the duties of two steps
- * ago made (inverter/inverter.h).
+ * ago made (fast/inverter/inverter.h).
  *
  * Position: the encoder or the estimator, as position_source says. With the encoder the estimator runs beside
  * it from the encoder's angle; without, nothing of the encoder is used, and a manoeuvre brings the rotor to
- * where its EMF can be tracked (drive/manoeuvres.h). Control turns with the frame that the setpoint names.
+ * where its EMF can be tracked (medium/manoeuvre/manoeuvres.h). Control turns with the frame that the
+ * setpoint names.
  *
  * Parameters change by a flip: of two tunings the one is in force, and the background prepares a new set in
  * the other and offers it; at the end of a window the fast task turns one index, and what was in force is
@@ -29,10 +30,10 @@
 #include <stdint.h>
 
 #include "contract/capture.h"
-#include "drive/fast.h"
-#include "drive/medium.h"
-#include "drive/requests.h"
-#include "drive/tuning.h"
+#include "fast/fast.h"
+#include "medium/medium.h"
+#include "settings/requests.h"
+#include "settings/tuning.h"
 
 /* The last faults, through resets. */
 #define FAULT_LOG_LENGTH 16u

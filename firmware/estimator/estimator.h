@@ -53,10 +53,11 @@ typedef struct {
     smo_params_t smo;
     lag_mode_t lag;
     pll_params_t pll;
-    float flux_linkage;    /* psi_f [Wb], 1e-4..10; for the feed-forward (3) only */
-    float saliency;        /* D = L_q - L_d [H], -1..1; smo.inductance is L_q */
-    float flux_most;       /* largest psi_a [Wb], for the judgement of k_s; less than psi_f: psi_f */
-    float flux_adaptation; /* [rad/s], 0..100; 0 = off; for adapt/flux.h, which works beside the estimator */
+    float flux_linkage;       /* psi_f [Wb], 1e-4..10; for the feed-forward (3) only */
+    float saliency;           /* D = L_q - L_d [H], -1..1; smo.inductance is L_q */
+    float flux_most;          /* largest psi_a [Wb], for the judgement of k_s; less than psi_f: psi_f */
+    float flux_adaptation;    /* [rad/s], 0..100; 0 = off; for medium/adapt/flux.h, which works beside the
+                                 estimator */
     float torque_feedforward; /* K = 1.5 p^2 psi_f/J [rad/s^2 per A], 0..1e7; 0 = off, as in the paper */
     validity_params_t validity;
 } estimator_params_t;

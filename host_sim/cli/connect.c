@@ -8,7 +8,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "drive/reasons.h"
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/connect.h"
@@ -19,6 +18,7 @@
 #include "host_sim/lab/names.h"
 #include "host_sim/line/transport.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 
 static bool connect_help(session_t *session, uint32_t count, char **words);
 static bool connect_explain(session_t *session, uint32_t count, char **words);

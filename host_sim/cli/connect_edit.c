@@ -38,9 +38,9 @@ void connect_edit_end(void)
 #include <string.h>
 #include <unistd.h>
 
-#include "drive/reasons.h"
 #include "host_sim/cli/connect.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 
 #define PROMPT          "lagless> "
 

@@ -2,7 +2,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "host_sim/cli/connect.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/scenario_parts.h"
@@ -10,6 +9,7 @@
 #include "host_sim/lab/units.h"
 #include "host_sim/line/judge.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 
 #define START_WAIT  2.0  /* [s] for the bridge to come on */
 #define RESET_WAIT  0.05 /* [s] for a fault to go, after each of ... */

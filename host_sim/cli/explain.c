@@ -4,13 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/fault_table.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/names.h"
+#include "settings/reasons.h"
 
 typedef struct {
     bool json;

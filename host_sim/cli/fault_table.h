@@ -1,8 +1,8 @@
-/* Rows of the drive's fault table (drive/faults.h), as people and programs read them. */
+/* Rows of the drive's fault table (settings/faults.h), as people and programs read them. */
 #ifndef HOST_SIM_CLI_FAULT_TABLE_H
 #define HOST_SIM_CLI_FAULT_TABLE_H
 
-#include "drive/faults.h"
+#include "settings/faults.h"
 
 #define FAULT_TABLE_TEXT_SIZE 160u
 

@@ -8,8 +8,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "drive/faults.h"
-#include "drive/reasons.h"
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/library.h"
@@ -18,6 +16,8 @@
 #include "host_sim/lab/matrix.h"
 #include "host_sim/lab/names.h"
 #include "host_sim/lab/units.h"
+#include "settings/faults.h"
+#include "settings/reasons.h"
 
 #define RPM      (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
 #define MS       1e-3                                  /* [s] */

@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/fault_table.h"
@@ -14,6 +13,7 @@
 #include "host_sim/lab/inputs.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 
 #define SCRIPT "plot/look.py"
 

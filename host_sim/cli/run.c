@@ -7,7 +7,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "drive/reasons.h"
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/library.h"
@@ -22,6 +21,7 @@
 #include "host_sim/lab/scenario.h"
 #include "host_sim/lab/times.h"
 #include "host_sim/lab/units.h"
+#include "settings/reasons.h"
 
 #define ISR_TICKS    600u /* [1/150 MHz] 4 us: how long VCD shows the interrupt to take */
 #define SETTINGS_MAX 256u

@@ -3,12 +3,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/lab/scenario.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 
 static void print_rows(bool settable, const char *after)
 {

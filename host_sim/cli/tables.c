@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/fault_table.h"
@@ -12,6 +11,7 @@
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/units.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 
 /* Of the rig's tables, in their order: which hold what can be set. */
 static bool settable(const table_t *table)

@@ -8,10 +8,10 @@
 
 #include <pthread.h>
 
-#include "drive/reasons.h"
 #include "host_sim/lab/campaign_parts.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/times.h"
+#include "settings/reasons.h"
 
 /* ---- on all cores ---- */
 

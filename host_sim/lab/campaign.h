@@ -21,9 +21,9 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "drive/faults.h"
 #include "host_sim/lab/pool.h"
 #include "host_sim/lab/scenario.h"
+#include "settings/faults.h"
 
 #define CAMPAIGN_RUNS_MAX    1000000u
 #define CAMPAIGN_SECONDS_MIN 0.1

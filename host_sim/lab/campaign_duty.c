@@ -1,8 +1,8 @@
 /* The judge of what a drive must do: it works, it obeys, and it ends what its limits forbid. */
 #include <math.h>
 
-#include "drive/reasons.h"
 #include "host_sim/lab/campaign_parts.h"
+#include "settings/reasons.h"
 
 #define OFF_PERIODS     (2u * DRIVE_WINDOW + 2u) /* [periods] of campaign_invariants */
 #define LINK_PERIODS    3u                       /* [periods] of too high a link with a gate on */

@@ -2,8 +2,8 @@
  * the reason of a latched fault is what has happened. */
 #include <math.h>
 
-#include "drive/reasons.h"
 #include "host_sim/lab/campaign_parts.h"
+#include "settings/reasons.h"
 
 #define CARRIES 0.25 /* [-] of rated current: with less nothing is expected of a phase ... */
 #define CARRIES_SEEN                                                                                         \

@@ -5,12 +5,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "drive/faults.h"
-#include "drive/reasons.h"
 #include "host_sim/lab/course.h"
 #include "host_sim/lab/matrix_table.h"
 #include "host_sim/lab/promised.h"
 #include "host_sim/rig/rig.h"
+#include "settings/faults.h"
+#include "settings/reasons.h"
 
 #define NOTICED_MOST 1.0 /* [s] */
 #define HALF         0.5

@@ -4,12 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/faults.h"
 #include "host_sim/lab/course.h"
 #include "host_sim/lab/matrix.h"
 #include "host_sim/lab/matrix_table.h"
 #include "host_sim/lab/paper_drive.h"
 #include "host_sim/rig/rig.h"
+#include "settings/faults.h"
 
 #define PI           3.14159265358979323846
 #define SEED         1u

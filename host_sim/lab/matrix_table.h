@@ -8,10 +8,10 @@
 
 #include <math.h>
 
-#include "drive/faults.h"
 #include "host_sim/lab/matrix.h"
 #include "host_sim/lab/promised.h"
 #include "host_sim/rig/rig.h"
+#include "settings/faults.h"
 
 /* clang-format off */
 

@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "host_sim/lab/runner.h"
 #include "host_sim/lab/scenario_parts.h"
+#include "settings/reasons.h"
 
 static const runner_verdict_t *verdict_of(const runner_result_t *result, const char *name)
 {

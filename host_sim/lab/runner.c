@@ -6,10 +6,10 @@
 #include <string.h>
 #include <time.h>
 
-#include "drive/reasons.h"
 #include "host_sim/lab/course.h"
 #include "host_sim/lab/tally.h"
 #include "host_sim/lab/units.h"
+#include "settings/reasons.h"
 
 /* One expectation. */
 typedef struct {

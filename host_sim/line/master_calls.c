@@ -5,9 +5,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "drive/reasons.h"
 #include "host_sim/line/master_parts.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 
 #define EPK_LENGTH 16u /* [octets] "lagless-" and 8 digits */
 #define AGAIN_WAIT 0.1 /* [s] from one try to connect anew to the next */

@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "host_sim/lab/times.h"
 #include "host_sim/lab/units.h"
+#include "settings/reasons.h"
 
 /* ---- tables ---- */
 

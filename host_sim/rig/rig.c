@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "contract/tap.h"
-#include "drive/reasons.h"
-#include "drive/signals.h"
 #include "host_sim/rig/rig_parts.h"
+#include "settings/reasons.h"
+#include "settings/signals.h"
 
 /* Nothing of the program reads it; `used` keeps it where the linker looks across rooms. */
 __attribute__((used)) const uint32_t rig_period_ticks = RIG_PERIOD_TICKS;

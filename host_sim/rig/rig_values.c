@@ -4,10 +4,10 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "drive/reasons.h"
-#include "drive/rules.h"
-#include "drive/signals.h"
 #include "host_sim/rig/rig_parts.h"
+#include "settings/reasons.h"
+#include "settings/rules.h"
+#include "settings/signals.h"
 
 #define OTHERS_OF 4 /* [-] rows of a rule at most, of which a refusal tells all values */
 

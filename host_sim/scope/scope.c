@@ -8,13 +8,13 @@
 #include <string.h>
 #include <time.h>
 
-#include "drive/reasons.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/line/transport.h"
 #include "host_sim/rig/rig.h"
 #include "host_sim/scope/http.h"
 #include "host_sim/scope/scope_capture.h"
 #include "host_sim/scope/scope_text.h"
+#include "settings/reasons.h"
 
 #define FRAME       0.025 /* [s] from one picture to the next */
 #define ASK         0.03  /* [s] from one question for values to the next */

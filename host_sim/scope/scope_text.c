@@ -4,12 +4,12 @@
 #include <string.h>
 
 #include "contract/line.h"
-#include "drive/faults.h"
-#include "drive/reasons.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/units.h"
 #include "host_sim/line/master.h"
 #include "host_sim/rig/rig.h"
+#include "settings/faults.h"
+#include "settings/reasons.h"
 
 #define RPM_PER_RAD_S 9.549296585513721 /* 30/pi */
 

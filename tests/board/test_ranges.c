@@ -3,9 +3,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "drive/params.h"
-#include "drive/reasons.h"
-#include "drive/requests.h"
+#include "settings/params.h"
+#include "settings/reasons.h"
+#include "settings/requests.h"
 #include "unity.h"
 
 static params_t params;

@@ -3,8 +3,8 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "drive/reasons.h"
 #include "host_sim/rig/rig_state.h"
+#include "settings/reasons.h"
 #include "tests/board/motors.h"
 
 #define TRIP (BOARD_OVERCURRENT_TRIP_MA / 1e3) /* [A] */

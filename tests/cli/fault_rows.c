@@ -3,7 +3,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#include "drive/guard.h"
+#include "guard/guard.h"
 #include "hal/board.h"
 
 /* By fault_when_t and by fault_reaction_t. */

@@ -10,8 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 
 #define SEED        UINT64_C(20240607)
 #define SPEED       62.831853 /* [rad/s] 600 r/min */

@@ -2,7 +2,7 @@
  * and a set that is saved then is the one that is loaded afterwards. usage: fuzz_store SEED SECONDS */
 #include "fuzz.h"
 
-#include "drive/params.h"
+#include "settings/params.h"
 #include "talk/store.h"
 
 #define PAGE 2048u /* [words] */

@@ -22,11 +22,11 @@ IN_GUARD = "if (FAULT_##rate == asked && GUARD_IF_"
 
 
 def without(row):
-    return ("drive/guard.c", IN_GUARD, f"if (FAULT_##NAME != FAULT_{row} && FAULT_##rate == asked && GUARD_IF_")
+    return ("guard/guard.c", IN_GUARD, f"if (FAULT_##NAME != FAULT_{row} && FAULT_##rate == asked && GUARD_IF_")
 
 
 # name: file, what is written there, what instead. A text that is not there exactly so often as is expected stops the script.
-SEQUENCE = "drive/sequence.c"
+SEQUENCE = "medium/sequence.c"
 DEFECTS = {
     "never_on": (SEQUENCE, "    uint32_t order = OFF;\n    if (input->requests->enable == (int32_t)REQUEST_ON) {",
                  "    uint32_t order = OFF;\n    if (input->requests->enable > (int32_t)REQUEST_QUICK_STOP) {"),

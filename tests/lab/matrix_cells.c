@@ -7,8 +7,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "drive/reasons.h"
 #include "host_sim/lab/matrix.h"
+#include "settings/reasons.h"
 
 /* name NULL: all. */
 static int run(const char *name, matrix_cell_t *cells)

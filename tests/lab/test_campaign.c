@@ -5,11 +5,11 @@
 #include <string.h>
 
 #include "drive/drive.h"
-#include "drive/manoeuvres.h"
-#include "drive/measure.h"
-#include "drive/sequence.h"
-#include "drive/signals.h"
+#include "fast/measure.h"
 #include "host_sim/lab/campaign_parts.h"
+#include "medium/manoeuvre/manoeuvres.h"
+#include "medium/sequence.h"
+#include "settings/signals.h"
 #include "tests/lab/watched.h"
 #include "unity.h"
 

@@ -2,10 +2,10 @@
 #include <string.h>
 
 #include "drive/drive.h"
-#include "drive/manoeuvres.h"
-#include "drive/reasons.h"
-#include "drive/sequence.h"
 #include "host_sim/lab/campaign_parts.h"
+#include "medium/manoeuvre/manoeuvres.h"
+#include "medium/sequence.h"
+#include "settings/reasons.h"
 #include "tests/lab/watched.h"
 #include "unity.h"
 

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "host_sim/lab/matrix.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 #include "tests/rig/seed.h"
 #include "unity.h"
 

@@ -17,8 +17,8 @@ import sys
 import tempfile
 
 BUILD, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
-GUARD = "drive/guard.c"
-HEADER = "drive/faults.h"
+GUARD = "guard/guard.c"
+HEADER = "settings/faults.h"
 MOST = 8  # cells of a mutation of the table
 
 # A row of the table: number, NAME, "name", quantity, comparison, "limit", margin, rate, debounce, when, reaction.
@@ -113,10 +113,10 @@ def exchanged(a, b):
 
 # Limits that are no row of the fault table's: row, file, what is written there, what instead.
 WATCHES = [
-    ("stalled", "drive/params.c", "drive/params.h", r'(stall_time, "s", )2\.0f', r"\g<1>4.0f"),
-    ("encoder_mismatch", "protect/encoder_watch.c", "protect/encoder_watch.h", r"(define ENCODER_WATCH_TIME\s+)(\S+)", r"\g<1>(2.0f * \g<2>)"),
-    ("current_stuck", "protect/current_watch.c", "protect/current_watch.c", r"(define STUCK_SHARE\s+)(\S+)", r"\g<1>(2.0f * \g<2>)"),
-    ("phase_loss", "protect/current_watch.c", "protect/current_watch.c", r"(define LOSS_TIME\s+)(\S+)", r"\g<1>(2.0f * \g<2>)"),
+    ("stalled", "settings/params.c", "settings/params.h", r'(stall_time, "s", )2\.0f', r"\g<1>4.0f"),
+    ("encoder_mismatch", "medium/protect/encoder_watch.c", "medium/protect/encoder_watch.h", r"(define ENCODER_WATCH_TIME\s+)(\S+)", r"\g<1>(2.0f * \g<2>)"),
+    ("current_stuck", "medium/protect/current_watch.c", "medium/protect/current_watch.c", r"(define STUCK_SHARE\s+)(\S+)", r"\g<1>(2.0f * \g<2>)"),
+    ("phase_loss", "medium/protect/current_watch.c", "medium/protect/current_watch.c", r"(define LOSS_TIME\s+)(\S+)", r"\g<1>(2.0f * \g<2>)"),
 ]
 
 

@@ -4,12 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/params.h" /* position_source_t */
 #include "estimator/chosen.h"
 #include "host_sim/lab/motor.h"
 #include "host_sim/lab/runner.h"
 #include "host_sim/lab/scenario.h"
 #include "host_sim/lab/tune.h"
+#include "settings/params.h" /* position_source_t */
 #include "tests/rig/seed.h"
 #include "unity.h"
 

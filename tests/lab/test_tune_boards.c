@@ -6,12 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/params.h"
 #include "host_sim/lab/board_facts.h"
 #include "host_sim/lab/motor_trial.h"
 #include "host_sim/lab/scenario_parts.h"
 #include "host_sim/lab/tune.h"
 #include "host_sim/lab/units.h"
+#include "settings/params.h"
 #include "tests/rig/seed.h"
 #include "unity.h"
 

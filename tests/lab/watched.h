@@ -5,9 +5,9 @@
 
 #include <string.h>
 
-#include "drive/manoeuvres.h"
-#include "drive/sequence.h"
 #include "host_sim/lab/campaign_parts.h"
+#include "medium/manoeuvre/manoeuvres.h"
+#include "medium/sequence.h"
 #include "unity.h"
 
 static uint32_t ids[CAMPAIGN_WATCHED_MAX];

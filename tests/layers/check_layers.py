@@ -51,7 +51,7 @@ TALK = ("firmware/talk",)
 FLOOR_4 = FLOOR_3 + ("firmware/manoeuvre",)
 FIRMWARE_CORE = FLOOR_4 + ("firmware/drive",)
 # The door, the shapes of the tables, what both ends of a line hold to.
-RIG_DOOR = ("host_sim/rig/rig.h", "firmware/contract/table.h", "firmware/contract/line.h", "firmware/drive/reasons.h", "firmware/drive/faults.h")
+RIG_DOOR = ("host_sim/rig/rig.h", "firmware/contract/table.h", "firmware/contract/line.h", "firmware/settings/reasons.h", "firmware/settings/faults.h")
 
 # What each room may include besides itself: rooms, or single files. Each floor of the firmware calls only downward.
 MAY_INCLUDE = {

@@ -36,10 +36,10 @@ TREE = {
     "firmware/estimator/smo.h": "float smo_step(float x);\n",
     "firmware/estimator/smo.c": '#include "estimator/smo.h"\n#include "contract/table.h"\n#include "math/angle.h"\n'
     "float smo_step(float x)\n{\n    return angle_wrap(x);\n}\n",
-    "firmware/inverter/svpwm.h": "float svpwm(float x);\n",
-    "firmware/inverter/svpwm.c": '#include "inverter/svpwm.h"\nfloat svpwm(float x)\n{\n    return x;\n}\n',
+    "firmware/fast/inverter/svpwm.h": "float svpwm(float x);\n",
+    "firmware/inverter/svpwm.c": '#include "fast/inverter/svpwm.h"\nfloat svpwm(float x)\n{\n    return x;\n}\n',
     "firmware/drive/drive.h": "float drive_step(float x);\n",
-    "firmware/drive/drive.c": '#include "drive.h"\n#include "estimator/smo.h"\n#include "inverter/svpwm.h"\n'
+    "firmware/drive/drive.c": '#include "drive.h"\n#include "estimator/smo.h"\n#include "fast/inverter/svpwm.h"\n'
     "float drive_step(float x)\n{\n    return svpwm(smo_step(x));\n}\n",
     "firmware/app/app.c": '#include "drive/drive.h"\n#include "hal/hal.h"\nfloat app_run(void);\n'
     "struct { float x; } app;\n"
@@ -69,9 +69,9 @@ LIBRARIES = {
 
 
 FORBIDDEN_INCLUDES = (
-    ("firmware/math/angle.c", "estimator/smo.h"), ("firmware/math/angle.h", "../inverter/svpwm.h"),
+    ("firmware/math/angle.c", "estimator/smo.h"), ("firmware/math/angle.h", "../fast/inverter/svpwm.h"),
     ("firmware/math/angle.c", "contract/table.h"), ("firmware/contract/table.c", "estimator/smo.h"),
-    ("firmware/contract/table.h", "drive/drive.h"), ("firmware/estimator/smo.c", "inverter/svpwm.h"),
+    ("firmware/contract/table.h", "drive/drive.h"), ("firmware/estimator/smo.c", "fast/inverter/svpwm.h"),
     ("firmware/estimator/smo.c", "estimator/chosen.h"),
     ("firmware/inverter/svpwm.c", "firmware/estimator/smo.h"), ("firmware/inverter/svpwm.c", "drive/drive.h"),
     ("firmware/drive/drive.c", "app/app.h"), ("firmware/drive/drive.c", "hal/hal.h"),
@@ -237,7 +237,7 @@ class CheckLayers(unittest.TestCase):
                     self.assertEqual(self.check().returncode, 0)
 
     def test_file_of_more_than_500_lines_is_told_but_for_a_table(self):
-        self.write("firmware/drive/faults.h", "\n" * 501)
+        self.write("firmware/settings/faults.h", "\n" * 501)
         self.assertEqual(self.check().returncode, 0)
         self.prepend("firmware/math/angle.c", "\n" * 501)
         self.assert_breach("firmware/math/angle.c:501: length: ", "500 at most")

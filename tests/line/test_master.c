@@ -6,10 +6,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "drive/reasons.h"
 #include "host_sim/line/master.h"
 #include "host_sim/line/master_parts.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 #include "tests/line/slave.h"
 #include "unity.h"
 

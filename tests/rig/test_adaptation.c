@@ -187,8 +187,9 @@ typedef struct {
 /* All that is learnt, after a second of this, from 100 r/min under load. A current that jumps and stands
  * still from then on is seen to stand after two sums of it, which count: each at the rate of one that has
  * settled, a fifth of 6/s, over its 0.8 ms, of no more than the whole dead band's voltage, times what the
- * weight of a phase is at most over its mean, 1.3/0.165 (adapt/dead_time_learn.h): within 1.5 %, of which 38
- * runs had 0.8. Of L a look that is nearly over may end with it: one run of 24, by 0.16 %, times 3. */
+ * weight of a phase is at most over its mean, 1.3/0.165 (medium/adapt/dead_time_learn.h): within 1.5 %, of
+ * which 38 runs had 0.8. Of L a look that is nearly over may end with it: one run of 24, by 0.16 %, times 3.
+ */
 static void expect_kept(rig_t *rig, const void *learnt, const char *what, const change_t changes[2])
 {
     run_back_to(rig, learnt);

@@ -1,6 +1,6 @@
 /* A drive that is switched on while its rotor turns: caught without an encoder at every speed and angle, both
  * ways; a slow one is brought to what is asked for; one beyond the DC link is refused. */
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 #include "tests/rig/start.h"
 #include "tests/rig/the_rig.h"
 

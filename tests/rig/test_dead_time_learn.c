@@ -2,7 +2,7 @@
  * what is learnt, how quickly, and what it is worth to the estimate. */
 #include <math.h>
 
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 #include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 

@@ -3,10 +3,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "hal/f28335/bus.h"
 #include "hal/f28335/pwm.h"
 #include "host_sim/rig/rig_state.h"
+#include "settings/reasons.h"
 #include "tests/rig/run.h"
 
 #define ALL_UPPER   0x15u /* as RIG_EDGE_GATES tells them */

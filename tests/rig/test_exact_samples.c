@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "hal/f28335/bus.h"
 #include "hal/hal.h"
 #include "host_sim/rig/rig_state.h"
+#include "settings/reasons.h"
 #include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 

@@ -3,8 +3,8 @@
  */
 #include <math.h>
 
-#include "drive/reasons.h"
 #include "host_sim/rig/rig_state.h"
+#include "settings/reasons.h"
 #include "tests/rig/run.h"
 
 static rig_t *rig;

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 #include "tests/rig/run.h"
 
 static rig_t *rig;

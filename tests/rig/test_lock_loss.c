@@ -1,5 +1,5 @@
 /* Is the rotor lost? Never told so in what is normal, soon where it is; caught again, or given up. */
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 #include "tests/rig/start.h"
 #include "tests/rig/the_rig.h"
 

@@ -1,8 +1,8 @@
 /* Parameters that stay, through the whole ring: orders, HAL, the virtual chip's flash, its supply. */
 #include <stdlib.h>
 
-#include "drive/reasons.h"
 #include "host_sim/rig/rig_state.h"
+#include "settings/reasons.h"
 #include "talk/store.h"
 #include "tests/rig/run.h"
 

@@ -1,7 +1,7 @@
 /* Heat and DC link in the closed loop: braking into a link that nobody takes power from, a supply that is
  * lost for a while, a supply that ripples, and a motor that is asked for more than it stands for long. Both
  * shafts, with and without the encoder; every number is of every period. */
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 #include "tests/rig/start.h"
 #include "tests/rig/the_rig.h"
 

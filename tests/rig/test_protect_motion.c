@@ -5,7 +5,7 @@
  * "Noticed within" is 20 ms or a third of an electrical turn of the rotor, whichever is longer, from when the
  * fault shows: an angle that has gone by 0.64 rad, or a shaft that has begun to move. Below the hand-over's
  * speed the EMF does not tell: there a torque that is gone is a stall, after its time. */
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 #include "tests/rig/no_rig.h"
 #include "tests/rig/start.h"
 

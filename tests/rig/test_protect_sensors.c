@@ -5,7 +5,7 @@
 #include "tests/rig/start.h"
 #include "tests/rig/the_rig.h"
 
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 
 #define CODES_PER_AMPERE 102.4
 

@@ -1,7 +1,7 @@
 /* Errors of memory and of the background under a running drive: what is noticed, how soon, and what follows.
  */
 #include "app/app.h"
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 #include "tests/rig/run.h"
 
 #define FLASH       1.0

@@ -7,8 +7,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "estimator/estimator.h"
+#include "settings/reasons.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
 

@@ -10,8 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "drive/reasons.h"
 #include "estimator/pll.h"
+#include "settings/reasons.h"
 #include "tests/rig/run.h"
 
 #define PI 3.14159265358979323846

@@ -3,8 +3,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "drive/reasons.h"
 #include "host_sim/rig/rig_state.h"
+#include "settings/reasons.h"
 #include "tests/rig/run.h"
 
 #define RPM_ASKED 700.0

@@ -1,8 +1,8 @@
 /* Starting without an encoder from standstill: every angle on three shafts, under every load that the current
  * can turn, with parameters that are wrong by what a data sheet, a winding's temperature or an unknown load
  * leaves, under a load that sticks; and a shaft that is held. Each case is a row, its points are a grid. */
-#include "drive/reasons.h"
 #include "host_sim/rig/rig_state.h"
+#include "settings/reasons.h"
 #include "tests/rig/start.h"
 #include "tests/rig/the_rig.h"
 

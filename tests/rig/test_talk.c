@@ -3,9 +3,9 @@
 #include <string.h>
 
 #include "app/talk.h"
-#include "drive/reasons.h"
-#include "drive/signals.h"
 #include "host_sim/rig/rig_state.h"
+#include "settings/reasons.h"
+#include "settings/signals.h"
 #include "tests/rig/frame_tail.h"
 #include "tests/rig/run.h"
 

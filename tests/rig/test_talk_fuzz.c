@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "app/talk.h"
-#include "drive/signals.h"
 #include "host_sim/rig/rig_state.h"
+#include "settings/signals.h"
 #include "tests/rig/frame_tail.h"
 #include "tests/rig/run.h"
 

@@ -85,7 +85,7 @@ BREACHES = (
     (FLASH, r"\.const        : > FLASH_H_D", ".const        : LOAD = FLASH_H_D, RUN = L4_L7",
      "copy: section .const runs elsewhere than where it is loaded, and nobody copies it"),
     ("firmware/app/app.c", r"    app_write\(&command\);\n", "    app_write(&command);\n"
-     "    (void)params_check(&app->staged, 0);\n", "firmware/drive/judgement.c:", "params_check stays in flash",
+     "    (void)params_check(&app->staged, 0);\n", "firmware/settings/judgement.c:", "params_check stays in flash",
      "app_interrupt -> params_check"),
     ("firmware/app/app.c", r"    drive_trip\(&app->drive\);\n", "    extern float sinf(float);\n    "
      "app->drive.fast.period = (uint32_t)sinf((float)app->drive.fast.period);\n    drive_trip(&app->drive);\n", "firmware/app/app.c:",
@@ -243,9 +243,9 @@ class CheckLinker(unittest.TestCase):
         self.write(IN_FLASH, (self.root / IN_FLASH).read_text(encoding="utf-8") + text + "\n")
 
     def test_a_function_that_is_to_stay_in_flash_and_is_not_the_interrupt_s_or_not_there(self):
-        self.listed_in_flash("firmware/drive/judgement.c: params_check")
+        self.listed_in_flash("firmware/settings/judgement.c: params_check")
         self.listed_in_flash("firmware/drive/none.c: nobody")
-        self.assert_breach("linker/interrupt_in_flash.txt:", "params_check of firmware/drive/judgement.c: the interrupt does not call it",
+        self.assert_breach("linker/interrupt_in_flash.txt:", "params_check of firmware/settings/judgement.c: the interrupt does not call it",
                            "nobody of firmware/drive/none.c: there is no such function")
 
     def test_what_sets_the_flash_may_not_stay_there_whatever_the_list_says(self):

@@ -10,8 +10,8 @@
 #include <string.h>
 
 #include "app/app.h"
-#include "drive/reasons.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 #include "tests/target/recording.h"
 
 #define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */

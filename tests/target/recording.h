@@ -14,7 +14,7 @@
 #define TESTS_TARGET_RECORDING_H
 
 #include "drive/drive.h"
-#include "drive/signals.h"
+#include "settings/signals.h"
 
 #ifdef LAGLESS_ESTIMATOR_FIXED
 #define RECORDING_MAGIC     UINT32_C(0x534C474C)

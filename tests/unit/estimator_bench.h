@@ -16,8 +16,8 @@
 #include <string.h>
 #include <unity.h>
 
-#include "adapt/flux.h"
 #include "estimator/estimator.h"
+#include "medium/adapt/flux.h"
 #include "tests/oracle/estimator_oracle.h"
 #include "tests/oracle/pll_oracle.h"
 #include "tests/oracle/smo_oracle.h"

@@ -1,10 +1,10 @@
-/* A DC link between 200 V and 400 V for the tests of protect/link.h, and its usual parameters. */
+/* A DC link between 200 V and 400 V for the tests of medium/protect/link.h, and its usual parameters. */
 #ifndef TESTS_UNIT_LINK_BENCH_H
 #define TESTS_UNIT_LINK_BENCH_H
 
 #include <string.h>
 
-#include "protect/link.h"
+#include "medium/protect/link.h"
 
 #define LOOK   1.6e-3 /* [s] */
 #define PERIOD 1e-4   /* [s] */

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "drive/manoeuvres.h"
+#include "medium/manoeuvre/manoeuvres.h"
 #include "tests/unit/compare.h"
 
 #define T          1e-4

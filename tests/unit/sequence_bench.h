@@ -5,9 +5,9 @@
 #include <string.h>
 #include <unity.h>
 
-#include "drive/faults.h"
-#include "drive/reasons.h"
-#include "drive/sequence.h"
+#include "medium/sequence.h"
+#include "settings/faults.h"
+#include "settings/reasons.h"
 
 #define REARM DRIVE_WINDOWS(20e-3f) /* [windows] without a fault or its line */
 

@@ -4,7 +4,7 @@
 #include <unity.h>
 
 #include "app/app.h"
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 
 /* ---- the board ---- */
 

@@ -3,7 +3,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "manoeuvre/catch.h"
+#include "fast/reference/catch.h"
 #include "tests/unit/compare.h"
 
 #define T         1e-4

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "control/current_control.h"
+#include "fast/control/current_control.h"
 
 #define J ((double complex)I)
 

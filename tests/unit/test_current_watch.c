@@ -1,6 +1,6 @@
 /* The watch over current sensors and phases, fed with a winding of its own in double: alpha and beta by
  * L di = T (u - R i), the rotor standing. Expected times and limits follow from the coefficients by hand. */
-#include "protect/current_watch.h"
+#include "medium/protect/current_watch.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <unity.h>
 
-#include "inverter/dead_time.h"
+#include "fast/inverter/dead_time.h"
 #include "tests/unit/compare.h"
 
 #define J ((double complex)I)

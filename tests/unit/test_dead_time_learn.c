@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "adapt/dead_time_learn.h"
+#include "medium/adapt/dead_time_learn.h"
 #include "tests/unit/compare.h"
 
 #define J ((double complex)I)

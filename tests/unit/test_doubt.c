@@ -3,7 +3,7 @@
  * speed, 0.1 with a light rotor, 30 rad/s; where the acceleration is known 0.1 of the largest, 3 rad/s,
  * and a load that turns the rotor by 20 mrad in 5 ms when it turns round, or an acceleration that is not as
  * foreseen by as much. */
-#include "inverter/doubt.h"
+#include "fast/inverter/doubt.h"
 
 #include <math.h>
 #include <stddef.h>

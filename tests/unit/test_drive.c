@@ -4,8 +4,8 @@
 #include <unity.h>
 
 #include "drive/drive.h"
-#include "drive/reasons.h"
-#include "drive/signals.h"
+#include "settings/reasons.h"
+#include "settings/signals.h"
 #include "tests/unit/compare.h"
 #include "tests/unit/drive_bench.h"
 

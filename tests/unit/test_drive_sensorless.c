@@ -6,7 +6,7 @@
 #include <unity.h>
 
 #include "drive/drive.h"
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 #include "tests/unit/compare.h"
 #include "tests/unit/drive_bench.h"
 

@@ -4,7 +4,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "adapt/emf_shape.h"
+#include "medium/adapt/emf_shape.h"
 #include "tests/unit/compare.h"
 
 #define J    ((double complex)I)

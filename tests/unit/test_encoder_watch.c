@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "protect/encoder_watch.h"
+#include "medium/protect/encoder_watch.h"
 #include "tests/unit/compare.h"
 
 #define T     1e-4

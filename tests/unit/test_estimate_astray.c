@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "drive/reasons.h"
+#include "settings/reasons.h"
 
 static drive_t drive;
 

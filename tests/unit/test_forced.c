@@ -8,7 +8,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "manoeuvre/forced.h"
+#include "fast/reference/forced.h"
 #include "tests/unit/compare.h"
 
 #define T           1e-4

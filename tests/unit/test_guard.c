@@ -1,6 +1,6 @@
 /* Every row of the fault table, from the table: what the guard says is compared period by period with a model
  * that reads the same rows one at a time. */
-#include "drive/guard.h"
+#include "guard/guard.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -10,15 +10,15 @@
 
 #include "sweep.h"
 
-#include "drive/guard_quantities.h"
-#include "drive/manoeuvres.h"
-#include "drive/measure.h"
-#include "drive/reasons.h"
 #include "estimator/chosen.h"
-#include "protect/current_watch.h"
-#include "protect/encoder_watch.h"
-#include "protect/link.h"
-#include "protect/motion_watch.h"
+#include "fast/measure.h"
+#include "guard/guard_quantities.h"
+#include "medium/manoeuvre/manoeuvres.h"
+#include "medium/protect/current_watch.h"
+#include "medium/protect/encoder_watch.h"
+#include "medium/protect/link.h"
+#include "medium/protect/motion_watch.h"
+#include "settings/reasons.h"
 
 #define ROWS ((uint32_t)FAULTS)
 

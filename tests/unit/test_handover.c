@@ -4,7 +4,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "manoeuvre/handover.h"
+#include "medium/manoeuvre/handover.h"
 #include "tests/unit/compare.h"
 
 #define T       1e-4f

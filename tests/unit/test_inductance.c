@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "adapt/inductance.h"
+#include "medium/adapt/inductance.h"
 #include "tests/unit/compare.h"
 
 #define PERIOD 1e-4

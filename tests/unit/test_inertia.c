@@ -4,7 +4,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "adapt/inertia.h"
+#include "medium/adapt/inertia.h"
 
 #define PERIOD     1e-4
 #define PSI        0.183

@@ -1,7 +1,7 @@
 /* Oracle: three legs in double precision. A leg loses its share of dead time and drops against its current,
  * half at each of its edges, linearly within the zone; its duty is the nearest whole count; what is left acts
  * two steps later. */
-#include "inverter/inverter.h"
+#include "fast/inverter/inverter.h"
 #include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 

@@ -1,5 +1,5 @@
 /* The DC link's limits: by their lines, and beside a capacitor that the rotor feeds; supply and ripple. */
-#include "protect/link.h"
+#include "medium/protect/link.h"
 #include "tests/unit/compare.h"
 #include "tests/unit/link_bench.h"
 

@@ -1,6 +1,6 @@
 /* What a supply does that stands near a trip: above the limit of braking it must not drive the rotor, below
  * that of driving it must not brake it. */
-#include "protect/link.h"
+#include "medium/protect/link.h"
 
 #include <math.h>
 #include <stdio.h>

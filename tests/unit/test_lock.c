@@ -3,7 +3,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "manoeuvre/lock.h"
+#include "medium/manoeuvre/lock.h"
 #include "tests/unit/compare.h"
 
 #define T     1e-4f

@@ -1,4 +1,4 @@
-#include "drive/measure.h"
+#include "fast/measure.h"
 
 #include <math.h>
 #include <string.h>

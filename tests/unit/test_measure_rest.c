@@ -1,6 +1,6 @@
 /* Offsets of the current sensors while the bridge is off: found block by block, kept where they have hardly
  * moved, left alone where a current flows, refused where they are too large. */
-#include "drive/measure.h"
+#include "fast/measure.h"
 
 #include <math.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "protect/motion_watch.h"
+#include "medium/protect/motion_watch.h"
 
 #define LOOK       0.8e-3 /* [s] T_j */
 #define PER_AMPERE 17.0   /* K_t/J [rad/s^2 per A] */

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "adapt/offset_trim.h"
+#include "medium/adapt/offset_trim.h"
 #include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 

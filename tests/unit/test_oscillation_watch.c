@@ -4,7 +4,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "protect/oscillation_watch.h"
+#include "medium/protect/oscillation_watch.h"
 
 #define LIMIT 5.0    /* [A] */
 #define STEP  0.8e-3 /* [s] */

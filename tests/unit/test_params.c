@@ -1,11 +1,11 @@
-#include "drive/params.h"
 #include "estimator/chosen.h"
+#include "settings/params.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "drive/reasons.h"
-#include "drive/requests.h"
+#include "settings/reasons.h"
+#include "settings/requests.h"
 #include "unity.h"
 
 static params_t params;

@@ -3,7 +3,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "manoeuvre/proof.h"
+#include "medium/manoeuvre/proof.h"
 
 #define T      1e-4f
 #define PSI    0.183

@@ -1,4 +1,4 @@
-#include "manoeuvre/reference.h"
+#include "fast/reference/reference.h"
 
 #include <string.h>
 #include <unity.h>

@@ -4,7 +4,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "control/speed_control.h"
+#include "medium/manoeuvre/speed_control.h"
 #include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 

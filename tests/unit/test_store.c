@@ -7,7 +7,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "drive/params.h"
+#include "settings/params.h"
 #include "sweep.h"
 
 #define PAGE  2048u                                          /* [words] eight sets of the parameters */

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <unity.h>
 
-#include "inverter/svpwm.h"
+#include "fast/inverter/svpwm.h"
 #include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 

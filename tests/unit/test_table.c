@@ -3,10 +3,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "drive/params.h"
-#include "drive/reasons.h"
-#include "drive/requests.h"
-#include "drive/signals.h"
+#include "settings/params.h"
+#include "settings/reasons.h"
+#include "settings/requests.h"
+#include "settings/signals.h"
 #include "unity.h"
 
 typedef struct {

@@ -1,6 +1,6 @@
 /* Heat of motor and module beside the exact solution of tau dh/dt = i^2/I_c^2 - h in double, period by period
  * of the carrier; and what it leaves of the current. */
-#include "protect/thermal.h"
+#include "medium/protect/thermal.h"
 #include "tests/unit/compare.h"
 
 #include <math.h>

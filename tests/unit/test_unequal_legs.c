@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "adapt/unequal_legs.h"
+#include "medium/adapt/unequal_legs.h"
 #include "tests/unit/compare.h"
 
 #define J    ((double complex)I)

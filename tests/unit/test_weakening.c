@@ -1,4 +1,4 @@
-#include "manoeuvre/weakening.h"
+#include "medium/manoeuvre/weakening.h"
 
 #include <math.h>
 #include <unity.h>

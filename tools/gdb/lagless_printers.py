@@ -59,7 +59,7 @@ def reason_row(value):
         reasons = global_value("reasons")
         count = int(global_value("reasons_count"))  # the array may be seen through its header, without a length
     except (gdb.error, gdb.GdbError):  # the linker leaves out what a program does not use
-        return f"reason {int(value)}", "this program does not carry the table of reasons", "see drive/reasons.h"
+        return f"reason {int(value)}", "this program does not carry the table of reasons", "see settings/reasons.h"
     for n in range(count):
         if int(reasons[n]["number"]) == int(value):
             return tuple(text_at(reasons[n][field]) for field in ("name", "text", "remedy"))
@@ -97,7 +97,7 @@ def slot_text(row, slot):
 
 
 def fault_rows_of(fault_set):
-    """Rows of the fault table (drive/faults.h) that are in a fault_set_t."""
+    """Rows of the fault table (settings/faults.h) that are in a fault_set_t."""
     words = [int(word) for word in elements(fault_set["word"])]
     return [row for n, row in enumerate(elements(global_value("fault_rows"))) if words[n // 32] >> n % 32 & 1]
 

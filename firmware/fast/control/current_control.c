@@ -1,0 +1,26 @@
+#include "fast/control/current_control.h"
+
+current_control_tuning_t current_control_prepare(const current_control_params_t *params)
+{
+    const float ki = params->resistance * params->bandwidth;
+    return (current_control_tuning_t){
+        .inductance_d = params->inductance_d,
+        .inductance_q = params->inductance_q,
+        .d = pi_prepare(params->inductance_d * params->bandwidth, ki, params->period),
+        .q = pi_prepare(params->inductance_q * params->bandwidth, ki, params->period),
+    };
+}
+
+void current_control_init(current_control_t *control, const current_control_tuning_t *tuning)
+{
+    current_control_take(control, tuning);
+    current_control_reset(control, (dq_t){0.0f, 0.0f});
+}
+
+void current_control_reset(current_control_t *control, dq_t integral)
+{
+    pi_reset(&control->d, integral.d);
+    pi_reset(&control->q, integral.q);
+    control->current_err = (dq_t){0.0f, 0.0f};
+    control->voltage_ref = (dq_t){0.0f, 0.0f};
+}

@@ -1,0 +1,428 @@
+#include "fast/fast_parts.h"
+
+#include <string.h>
+
+#include "math/bounds.h"
+#include "math/filter.h"
+#include "math/trig.h"
+#include "settings/reasons.h"
+
+/* [-] of the link, by which a voltage must fall short of what control asks for to be limited; a shortest
+ * pulse and what the dead time takes are less */
+#define LIMITED_SHARE 0.05f
+
+/* What is learnt of motor, load and inverter, to who works with it. */
+static void set_models(fast_t *fast, fast_orders_t orders)
+{
+    const setpoint_t *setpoint = orders.setpoint;
+    chosen_set_flux(&fast->estimator, setpoint->models.flux_linkage, setpoint->models.speed_per_volt);
+    inverter_set_dead_time(&fast->inverter, &orders.tuning->inverter, setpoint->models.dead_time);
+}
+
+/* Other coefficients; the state goes on. */
+static void set_tuning(fast_t *fast, const fast_tuning_t *tuning)
+{
+    measure_take(&fast->measure);
+    chosen_take(&fast->estimator, &tuning->estimator);
+    inverter_take(&fast->inverter, &tuning->inverter);
+    current_control_take(&fast->current_control, &tuning->current_control);
+    link_take(&fast->link, &tuning->link);
+}
+
+void fast_init(fast_t *fast, fast_orders_t orders)
+{
+    const fast_tuning_t *tuning = orders.tuning;
+    memset(fast, 0, sizeof *fast);
+    measure_init(&fast->measure);
+    guard_init(&fast->trips);
+    inverter_init(&fast->inverter, &tuning->inverter);
+    doubt_init(&fast->doubt);
+    current_control_init(&fast->current_control, &tuning->current_control);
+    reference_init(&fast->reference);
+    link_init(&fast->link, &tuning->link);
+    encoder_reset(&fast->encoder, &tuning->encoder, 0u);
+    set_tuning(fast, tuning);
+    set_models(fast, orders);
+    chosen_reset(&fast->estimator, fast->shaft.position, fast->measure.measured.current);
+}
+
+/* ---- the setpoint ---- */
+
+/* What heat and DC link leave of i_q, on the side of the speed. */
+static void limit(fast_t *fast, const setpoint_t *setpoint)
+{
+    const float most = setpoint->current_limit;
+    const float braking = bounds_clamp(fast->link.braking, most);
+    const float asked = bounds_clamp(fast->link.driving, most);
+    const float least = braking < 0.0f ? -braking : 0.0f; /* what a full link gives away */
+    const float driving = setpoint->only_brakes != 0u && asked > least ? least : asked;
+    const bool backwards = fast->omega_m < 0.0f;
+    fast->bounds.lower = backwards ? -driving : -braking;
+    fast->bounds.upper = backwards ? braking : driving;
+}
+
+void fast_turn(fast_t *fast, fast_orders_t orders, fast_orders_t before, uint32_t encoder_count)
+{
+    const setpoint_t *setpoint = orders.setpoint;
+    fast->given.late = 0u;
+    fast->given.fresh = FAST_FRESH_SETPOINT;
+    if (orders.tuning != before.tuning) {
+        fast->given.fresh |= FAST_FRESH_TUNING;
+        encoder_take(&fast->encoder, &before.tuning->encoder, &orders.tuning->encoder, encoder_count);
+    }
+    if (setpoint->gates == 0u && (int32_t)(setpoint->number - fast->bridge.open_since) >= 0) {
+        fast->bridge.open = 0u;
+    }
+    if (setpoint->calibrate != before.setpoint->calibrate) {
+        fast->report.calibration = (int32_t)CALIBRATION_GOES_ON;
+        if (setpoint->calibrate == (int32_t)CALIBRATE_NOT) {
+            measure_begin_calibration(&fast->measure);
+        }
+    }
+}
+
+/* The first period of a window: what is new is taken. */
+static void begin_window(fast_t *fast, fast_orders_t orders)
+{
+    const setpoint_t *setpoint = orders.setpoint;
+    if ((fast->given.fresh & FAST_FRESH_TUNING) != 0u) {
+        set_tuning(fast, orders.tuning);
+    }
+    fast->given.fresh = 0u;
+    reference_take(&fast->reference, &orders.tuning->reference, setpoint);
+    set_models(fast, orders);
+    fast->link.sunk = setpoint->link.sunk;
+    fast->link.low = setpoint->link.low;
+    const bool later = fast->link.limits != 0u && fast->bridge.on != 0u; /* by limit_by_link() */
+    if (!later) {
+        limit(fast, setpoint);
+    }
+}
+
+/* ---- where the rotor is ---- */
+
+/* Is what acted too uncertain to track by? */
+static inline bool voltage_uncertain(fast_t *fast, fast_orders_t orders, const inverter_acted_t *acted)
+{
+    const estimate_t *last = &fast->estimator.estimate;
+    if (!doubt_may_be(&fast->doubt, last->amplitude, acted->leg)) {
+        return false;
+    }
+    const setpoint_t *setpoint = orders.setpoint;
+    const doubt_input_t input = {
+        .current = acted->current,
+        .leg = acted->leg,
+        .amplitude = last->amplitude,
+        .detector = last->detector,
+        .omega_e = last->frame.omega_e,
+        .omega_m = fast->omega_m,
+        .omega_m_miss = fast->demand.omega_m_ref - fast->omega_m,
+        .load = setpoint->models.load_seen,
+        .gained = setpoint->models.gained,
+        .foreseen = setpoint->models.foreseen,
+    };
+    return doubt_step(&fast->doubt, &orders.tuning->doubt, &input);
+}
+
+/* While the reference of the speed stays, i_q is there for the load. What it has beyond that accelerates, and
+ * the tracking loop gets it as a torque in its next step. It is the i_q of the frame at t_k, as the loop has
+ * it: in the frame of t_k-1 a part of i_d is in it. */
+static void estimate_load(fast_t *fast, const setpoint_t *setpoint)
+{
+    if (fast->reference.tracking == 0u) {
+        fast->load_current = 0.0f;
+    } else {
+        const estimate_t *estimate = &fast->estimator.estimate;
+        const float i_q = frames_park(fast->measure.measured.current, estimate->frame.rotation).q;
+        const float torque =
+            i_q * estimate->flux * setpoint->models.speed_per_volt; /* as a current of psi_f */
+        fast->load_current = lowpass_step(fast->load_current, setpoint->models.load_share, torque);
+    }
+    chosen_set_load(&fast->estimator, fast->load_current);
+}
+
+static void estimate(fast_t *fast, fast_orders_t orders)
+{
+    const measured_t *measured = &fast->measure.measured;
+    fast->acted =
+        inverter_acted(&fast->inverter, &orders.tuning->inverter, measured->current, measured->u_dc);
+    const inverter_acted_t *acted = &fast->acted;
+    const ab_t spared = orders.setpoint->models.spared;
+    const ab_t voltage = {acted->voltage.alpha - spared.alpha, acted->voltage.beta - spared.beta};
+    if (fast->reference.tracking == 0u) {
+        chosen_observe(&fast->estimator, voltage, measured->current, reference_speed(&fast->reference));
+    } else if (voltage_uncertain(fast, orders, acted)) {
+        (void)chosen_coast(&fast->estimator, voltage, measured->current);
+    } else {
+        (void)chosen_track(&fast->estimator, voltage, measured->current);
+    }
+    estimate_load(fast, orders.setpoint);
+}
+
+/* The rotor as it is believed, and its speed for what must not be noisy: of the estimate without the loop's
+ * proportional part, whose noise would come back through the speed control. */
+void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning)
+{
+    const estimate_t *estimate = &fast->estimator.estimate;
+    const reference_t *reference = &fast->reference;
+    fast->rotor = reference_rotor(reference, &fast->shaft.frame, estimate);
+    const bool smooth = tuning->limits.smooth != 0u && reference_tracks(reference);
+    fast->omega_m =
+        (smooth ? estimate->omega_smooth : fast->rotor.omega_e) * tuning->limits.pole_pairs_inverse;
+}
+
+/* While the bridge is off nothing is known of the voltage: the estimator rests. */
+static void estimate_position(fast_t *fast, fast_orders_t orders)
+{
+    const fast_tuning_t *tuning = orders.tuning;
+    fast->shaft.position =
+        encoder_step(&fast->encoder, &tuning->encoder, fast->measure.measured.encoder_count);
+    if (fast->reference.source == (int32_t)SOURCE_ENCODER) {
+        fast->shaft.frame = (frame_t){fast->shaft.position.theta_e, fast->shaft.position.omega_e,
+                                      trig_turn(fast->shaft.position.theta_e)};
+    }
+    reference_advance(&fast->reference, &tuning->reference);
+    if (fast->estimating != 0u) {
+        estimate(fast, orders);
+    }
+    fast_update_rotor(fast, tuning);
+}
+
+/* ---- control ---- */
+
+/* What is asked of control in this period; `left`: the first without the encoder. Where the loop is locked,
+ * the next step goes on from there. */
+static void demand(fast_t *fast, fast_orders_t orders, bool left)
+{
+    const measured_t *measured = &fast->measure.measured;
+    const reference_input_t input = {
+        .u_dc = measured->u_dc,
+        .estimate = &fast->estimator.estimate,
+        .position = &fast->shaft.position,
+        .encoder = &fast->shaft.frame,
+        .omega_m = fast->omega_m,
+        .estimating = fast->estimating,
+    };
+    reference_t *reference = &fast->reference;
+    const frame_t last = fast->demand.frame;
+    reference_step(reference, &orders.tuning->reference, orders.setpoint, &input, &fast->demand);
+    if (reference->locking != 0u) {
+        chosen_lock(&fast->estimator, reference->locked, reference->locked_emf);
+    }
+    if (left) {
+        fast->demand.change =
+            (int32_t)(reference->source == (int32_t)SOURCE_CATCH ? FRAME_ANEW : FRAME_TURNS);
+    }
+    const rotation_t now = fast->demand.frame.rotation;
+    if (fast->demand.change == (int32_t)FRAME_TURNS) {
+        const rotation_t before = trig_advance(last.rotation, DRIVE_PERIOD * last.omega_e);
+        current_control_turn(&fast->current_control, frames_between(before, now));
+    } else if (fast->demand.change == (int32_t)FRAME_ANEW) {
+        current_control_reset(&fast->current_control, (dq_t){0.0f, 0.0f});
+    }
+    fast->control.current = frames_park(measured->current, now);
+}
+
+/* The limits of i_q near the ends of the DC link, in each period. In a forced frame they do not act: the
+ * rotor feeds nothing on their behalf. */
+static void limit_by_link(fast_t *fast, fast_orders_t orders)
+{
+    const link_tuning_t *tuning = &orders.tuning->link;
+    const float u_dc = fast->measure.measured.u_dc;
+    if (link_is_near(&fast->link, tuning, u_dc)) {
+        const bool forced = fast->reference.source == (int32_t)SOURCE_FORCED;
+        link_limit(&fast->link, tuning, u_dc, forced ? 0.0f : fast->omega_m);
+        limit(fast, orders.setpoint);
+    }
+}
+
+/* The current reference in the frame of the rotor, within what heat and DC link leave of it. */
+static void limit_reference(const bounds_t *bounds, dq_t *current)
+{
+    current->q = bounds_between(current->q, *bounds);
+}
+
+/* The dither from whose answer L is learnt. */
+static void inject_dither(const setpoint_t *setpoint, dq_t *current)
+{
+    current->d += setpoint->dither.d;
+    current->q += setpoint->dither.q;
+}
+
+/* Field-oriented control: a demand in, duties out. */
+static abc_t control(fast_t *fast, const fast_tuning_t *tuning)
+{
+    const frame_t *frame = &fast->demand.frame;
+    const rotation_t acting = trig_advance(frame->rotation, 1.5f * DRIVE_PERIOD * frame->omega_e);
+    const dq_t asked = current_control_step(&fast->current_control, fast->demand.current,
+                                            fast->control.current, frame->omega_e, fast->demand.emf);
+    const inverter_made_t made =
+        inverter_make(&fast->inverter, &tuning->inverter, frames_inverse_park(asked, acting),
+                      frames_inverse_park(fast->demand.current, acting), fast->measure.measured.u_dc);
+    fast->control.voltage = asked;
+    fast->control.limited = 0u;
+    if (made.cut) {
+        const dq_t missing = frames_park(made.missing, acting);
+        const float most = LIMITED_SHARE * fast->measure.measured.u_dc;
+        fast->control.limited =
+            bounds_within(missing.d, most) && bounds_within(missing.q, most) ? UINT32_C(0) : UINT32_C(1);
+        fast->control.voltage = (dq_t){asked.d + missing.d, asked.q + missing.q};
+    }
+    current_control_applied(&fast->current_control, fast->control.voltage);
+    return made.duty;
+}
+
+/* First period: the first duties go out; second: the gates come on with them. Where the upper gates get their
+ * supply through the lower switches, the gates come on a period later, for a pulse that a duty of zero finds
+ * begun is ended by the one after, and those switches alone are on for a while. A rotor that turns is shorted
+ * by that: where current flows, control takes over at once, in whose zero vectors the charging goes on. */
+static bool comes_on(fast_t *fast, const fast_limits_t *limits)
+{
+    const bool charges = limits->charge_periods != 0u;
+    const uint32_t gates_at = charges ? UINT32_C(3) : UINT32_C(2);
+    if (fast->bridge.on == 0u) {
+        fast->bridge.charging = limits->charge_periods;
+    }
+    fast->bridge.on += fast->bridge.on < FAST_ON ? 1u : 0u;
+    fast->command.gates = (int32_t)(fast->bridge.on < gates_at    ? GATES_OFF
+                                    : fast->bridge.on == gates_at ? GATES_ON
+                                                                  : GATES_KEEP);
+    if (fast->bridge.charging != 0u && fast->bridge.on > gates_at) {
+        fast->bridge.charging -= 1u;
+        fast->bridge.charging = measure_current_flows(&fast->measure.measured) ? 0u : fast->bridge.charging;
+    }
+    return fast->bridge.on < gates_at || fast->bridge.charging != 0u;
+}
+
+/* The estimator runs from the gates' period on. */
+static void begin_estimate(fast_t *fast)
+{
+    const bool encoder = fast->reference.source == (int32_t)SOURCE_ENCODER;
+    chosen_reset(&fast->estimator, encoder ? fast->shaft.position : (position_t){0.0f, 0.0f},
+                 fast->measure.measured.current);
+    current_control_reset(&fast->current_control, (dq_t){0.0f, 0.0f});
+    fast->estimating = 1u;
+}
+
+static void run(fast_t *fast, fast_orders_t orders, bool left)
+{
+    const bool comes =
+        (fast->bridge.on < FAST_ON || fast->bridge.charging != 0u) && comes_on(fast, &orders.tuning->limits);
+    if (fast->bridge.on >= FAST_ON) {
+        fast->command.gates = (int32_t)GATES_KEEP;
+    }
+    if (!comes && fast->estimating == 0u) {
+        begin_estimate(fast);
+    }
+    demand(fast, orders, left);
+    limit_by_link(fast, orders);
+    if (reference_in_rotor(&fast->reference)) {
+        limit_reference(&fast->bounds, &fast->demand.current);
+        inject_dither(orders.setpoint, &fast->demand.current);
+    }
+    fast->command.duty =
+        fast->bridge.charging != 0u ? (abc_t){0.0f, 0.0f, 0.0f} : control(fast, orders.tuning);
+}
+
+/* The offsets of the current sensors, while the bridge is off. Below dc_undervoltage a rotor that turns
+ * slowly may feed the link with what seems to be one. */
+static void calibrate(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples)
+{
+    const fast_tuning_t *tuning = orders.tuning;
+    measure_t *measure = &fast->measure;
+    switch ((calibrate_t)orders.setpoint->calibrate) {
+    case CALIBRATE_ALL:
+        if (fast->report.calibration == (int32_t)CALIBRATION_GOES_ON) {
+            fast->report.calibration = (int32_t)measure_calibrate(measure, &tuning->measure, samples);
+        }
+        break;
+    case CALIBRATE_BLOCKS:
+        if (measure->measured.u_dc < tuning->limits.dc_undervoltage) {
+            measure_begin_rest(measure);
+        } else if (measure_rest(measure, &tuning->measure, samples, orders.setpoint->trim)) {
+            fast->report.offsets = 1u;
+        }
+        fast->report.calibration = (int32_t)measure_found(measure);
+        break;
+    case CALIBRATE_NOT:
+        break;
+    }
+}
+
+static void rest(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples)
+{
+    const dq_t none = {0.0f, 0.0f};
+    const bool encoder = orders.setpoint->source == (int32_t)SOURCE_ENCODER;
+    if (fast->bridge.on != 0u) {
+        measure_begin_rest(&fast->measure);
+    }
+    fast->bridge.on = 0u;
+    fast->bridge.runs = 0u;
+    fast->estimating = 0u;
+    reference_rest(&fast->reference, (int32_t)(encoder ? SOURCE_ENCODER : SOURCE_NONE));
+    fast_update_rotor(fast, orders.tuning);
+    fast->demand = (demand_t){fast->rotor, (int32_t)FRAME_GOES_ON, none, none, 0.0f};
+    current_control_reset(&fast->current_control, none);
+    fast->control.current = frames_park(fast->measure.measured.current, fast->rotor.rotation);
+    fast->control.voltage = none;
+    fast->command.duty = (abc_t){0.5f, 0.5f, 0.5f};
+    fast->command.gates = (int32_t)GATES_OFF;
+    calibrate(fast, orders, samples);
+}
+
+/* ---- the period ---- */
+
+static void sum_up(fast_t *fast)
+{
+    const estimate_t *estimate = &fast->estimator.estimate;
+    const observed_t *observed = &fast->estimator.observed;
+    const measured_t *measured = &fast->measure.measured;
+    window_sums_t *sum = &fast->sum;
+    sum->periods++;
+    sum->limited |= fast->control.limited;
+    sum->current.alpha += measured->current.alpha;
+    sum->current.beta += measured->current.beta;
+    if (fast->estimating == 0u) {
+        sum->unsound = 1u;
+        return;
+    }
+    sum->unsound |= estimate->invalid | (measured->good ^ 1u);
+    sum->tracked += estimate->coasted ^ 1u;
+    sum->scatter += estimate->detector * estimate->detector;
+    sum->voltage.alpha += fast->acted.voltage.alpha;
+    sum->voltage.beta += fast->acted.voltage.beta;
+    sum->emf.alpha += estimate->emf.alpha;
+    sum->emf.beta += estimate->emf.beta;
+    sum->emf_hat.alpha += observed->emf_hat.alpha;
+    sum->emf_hat.beta += observed->emf_hat.beta;
+    sum->reference.d += fast->demand.current.d;
+    sum->reference.q += fast->demand.current.q;
+}
+
+void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples, int32_t opens,
+               drive_command_t *command)
+{
+    const setpoint_t *setpoint = orders.setpoint;
+    if (fast->given.fresh != 0u) {
+        begin_window(fast, orders);
+    }
+    if (opens != (int32_t)REASON_NONE) {
+        fast_open_bridge(fast, fast->report.number - 1u);
+    }
+    if (fast->period == 0u) {
+        encoder_reset(&fast->encoder, &orders.tuning->encoder, samples->encoder);
+    }
+    fast->period++;
+    measure_step(&fast->measure, samples, setpoint->trim);
+    estimate_position(fast, orders);
+    const bool left = fast_trip(fast, orders);
+    sum_up(fast);
+    if (setpoint->gates != 0u && fast->bridge.open == 0u) {
+        run(fast, orders, left);
+    } else {
+        rest(fast, orders, samples);
+    }
+    inverter_remember(&fast->inverter, fast->command.duty, fast->measure.measured.current,
+                      fast->measure.measured.u_dc);
+    *command = fast->command;
+}

@@ -1,0 +1,86 @@
+/* The end of a window: what the fast task hands over to the medium task. */
+#include "fast/fast.h"
+
+#include "settings/reasons.h"
+
+/* Field by field: the compiler would call for a routine that clears memory. */
+static void begin_sums(window_sums_t *sum)
+{
+    const ab_t none = {0.0f, 0.0f};
+    sum->periods = 0u;
+    sum->tracked = 0u;
+    sum->unsound = 0u;
+    sum->moved = 0u;
+    sum->limited = 0u;
+    sum->scatter = 0.0f;
+    sum->voltage = none;
+    sum->current = none;
+    sum->emf = none;
+    sum->emf_hat = none;
+    sum->reference = (dq_t){0.0f, 0.0f};
+}
+
+/* What was seen at its last period, field by field: a whole struct would be cleared first, or copied twice.
+ */
+static void snapshot(const fast_t *fast, window_t *window)
+{
+    window->measured = fast->measure.measured;
+    window->estimate = fast->estimator.estimate;
+    window->encoder = fast->shaft.position;
+    window->frame = fast->demand.frame;
+    window->rotor = fast->rotor;
+    window->omega_m = fast->omega_m;
+    window->current = fast->control.current;
+    window->reference = fast->demand.current;
+    window->voltage = fast->current_control.voltage_ref;
+    window->omega_m_ref = fast->demand.omega_m_ref;
+    window->link.mean = fast->acted.link;
+    window->bounds = fast->bounds;
+    window->link.slow = fast->link.slow;
+    window->link.limits = fast->link.limits;
+}
+
+static void snapshot_catch(const reference_t *reference, window_catch_t *seen)
+{
+    const catch_t *catching = &reference->catching;
+    seen->outcome = reference->outcome;
+    seen->turning = catching->turning;
+    seen->periods_beyond = catching->periods_beyond;
+    seen->length = catching->length;
+    seen->emf = catching->emf;
+    seen->cross = catching->cross;
+    seen->cross_min = catching->cross_min;
+}
+
+void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
+{
+    fast->sum.moved = still_watch_moved(&fast->still_watch, DRIVE_WINDOW);
+    window->number = fast->report.number;
+    window->period = fast->period;
+    window->setpoint = setpoint->number;
+    window->sum = fast->sum;
+    snapshot(fast, window);
+    snapshot_catch(&fast->reference, &window->catching);
+    window->calibration = fast->report.calibration;
+    window->offsets = fast->report.offsets;
+    window->estimating = fast->estimating;
+    window->tracking = fast->reference.tracking;
+    window->bridge = (int32_t)(fast->bridge.on < FAST_ON     ? BRIDGE_OFF
+                               : fast->bridge.charging != 0u ? BRIDGE_CHARGES
+                                                             : BRIDGE_ON);
+    window->failed = fast->report.failed;
+    window->left = fast->report.left;
+    window->stop = fast->report.stop;
+    begin_sums(&fast->sum);
+    fast->report.number++;
+    fast->report.offsets = 0u;
+    fast->report.failed = fault_set_none();
+    fast->report.left = (int32_t)JUMP_IGNORED;
+    fast->report.stop.reason = (int32_t)REASON_NONE;
+}
+
+void fast_miss(fast_t *fast)
+{
+    begin_sums(&fast->sum);
+    fast->given.late++;
+}

@@ -1,0 +1,71 @@
+/* The current of a leg at its two edges.
+ *
+ * The switches whose zero vector is sampled, the upper ones say, are on at both ends of a period and off
+ * around its middle: leg j, of duty d_j, falls at d_j T/2 and rises at T - d_j T/2. The voltage is even about
+ * the middle, so the current runs odd about it, and the edges meet
+ *
+ *     i_j - a_j (falling),   i_j + a_j (rising),   i_j = (i_j(t_k-1) + i_j(t_k))/2
+ *     a_j = (1 - d_j)/2 (Di_j - T/L u_j) - T u_dc/(6 L) (sum over x of max(0, d_x - d_j) - T_e/T)
+ *
+ * with the change Di of the current in this period, the voltage u on the winding, and duties as they act
+ * behind the dead time, d - T_e/T sign(i). The first term is what EMF and resistance do while the leg is off,
+ * the second what the legs do that are on longer, T_e what the own dead band takes, in which a leg without
+ * current stands half way. Where the lower switches are sampled, d is their share, 1 - duty, and currents and
+ * voltages have the other sign. Derivation: docs/theory.md, 12.
+ *
+ * No state. Does not handle: an EMF that turns within the period. */
+#ifndef FAST_INVERTER_EDGES_H
+#define FAST_INVERTER_EDGES_H
+
+#include <stdbool.h>
+
+#include "math/bounds.h"
+#include "math/frames.h"
+
+typedef struct {
+    float current_per_volt; /* T/L [A/V] */
+    float none;             /* duty of a leg whose sampled switch is never on [-] */
+    float way;              /* 1, or -1 where the lower switches are sampled [-] */
+} edges_tuning_t;
+
+/* Coefficients for the period T [s] and the inductance L [H], > 0; are the currents sampled while the upper
+ * switches are on, or the lower ones? One division. */
+static inline edges_tuning_t edges_prepare(float period, float inductance, bool upper)
+{
+    return (edges_tuning_t){period / inductance, upper ? 0.0f : 1.0f, upper ? 1.0f : -1.0f};
+}
+
+/* What the voltage of a leg is ahead of another's, or nothing. */
+static inline float edges_ahead(float difference)
+{
+    return bounds_more(difference, 0.0f);
+}
+
+/* Half of the current's way from the one edge to the other of each leg, +-a_j [A]. `duty` of the upper
+ * switches as it acts [-], `change` of the current in the period [A], `effective`: T_e/T [-], DC link `u_dc`
+ * [V]. No division, three compares. */
+static inline abc_t edges_swing(const edges_tuning_t *edges, abc_t duty, ab_t change, float effective,
+                                float u_dc)
+{
+    const float way = edges->way;
+    const abc_t on = {way * (duty.a - edges->none), way * (duty.b - edges->none),
+                      way * (duty.c - edges->none)};
+    const ab_t made = frames_clarke(on);
+    const float ampere = edges->current_per_volt * u_dc;
+    const abc_t off = frames_inverse_clarke((ab_t){0.5f * (way * change.alpha - ampere * made.alpha),
+                                                   0.5f * (way * change.beta - ampere * made.beta)});
+    const float sixth = ampere * (1.0f / 6.0f);
+    const float ab = on.a - on.b;
+    const float bc = on.b - on.c;
+    const float ca = on.c - on.a;
+    const float ab_ahead = edges_ahead(ab);
+    const float bc_ahead = edges_ahead(bc);
+    const float ca_ahead = edges_ahead(ca);
+    return (abc_t){
+        (1.0f - on.a) * off.a - sixth * (ca_ahead + (ab_ahead - ab) - effective),
+        (1.0f - on.b) * off.b - sixth * (ab_ahead + (bc_ahead - bc) - effective),
+        (1.0f - on.c) * off.c - sixth * (bc_ahead + (ca_ahead - ca) - effective),
+    };
+}
+
+#endif

@@ -1,0 +1,150 @@
+/* The power stage: what it makes of a voltage, and which voltage it made. One model for both ways: dead time,
+ * drops and the whole counts of the compare registers.
+ *
+ *     wanted u, current then --> inverter_make: u + what will be lost --> svpwm --> whole counts: duties of k
+ *     duties of k-2, current, u_dc --> inverter_acted: the voltage on the winding in [t_k-1, t_k)
+ *
+ * Timing: the duties of step k act on [t_k+1, t_k+2); inverter_acted() of step k therefore speaks of those of
+ * step k-2, at the mean of the currents and of the DC link at t_k-1 and t_k. Does not handle: differences
+ * between the legs. */
+#ifndef FAST_INVERTER_INVERTER_H
+#define FAST_INVERTER_INVERTER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "fast/inverter/dead_time.h"
+#include "fast/inverter/edges.h"
+#include "fast/inverter/svpwm.h"
+#include "math/frames.h"
+
+typedef struct {
+    dead_time_params_t dead_time; /* its `gain` is the share that is compensated */
+    float inductance;             /* of the winding [H], > 0 */
+    bool sampled_upper;           /* are the currents sampled while the upper switches are on? */
+    float duty_min, duty_max;     /* [-] least and largest duty of a leg */
+    float duty_counts;            /* [-] steps of a duty from 0 to 1 */
+} inverter_params_t;
+
+typedef struct {
+    dead_time_tuning_t compensated; /* what the modulation makes up for */
+    dead_time_tuning_t lost;        /* what the inverter takes: all of it, whatever share is compensated */
+    edges_tuning_t edges;
+    svpwm_tuning_t modulation;
+    float gain;        /* share that is compensated [-] */
+    float duty_counts; /* [-] */
+    float per_count;   /* 1/duty_counts [-] */
+} inverter_tuning_t;
+
+typedef struct {
+    dead_time_tuning_t compensated; /* those of the tuning, with the dead time as it is learnt */
+    dead_time_tuning_t lost;        /* what the inverter takes, with the dead time as it is learnt */
+    abc_t duty_prev[2];             /* duties of one and two steps ago [-] */
+    ab_t current_prev;              /* one period ago [A] */
+    float u_dc_prev;                /* one period ago [V] */
+} inverter_t;
+
+typedef struct {
+    abc_t duty;   /* [-] of whole counts */
+    ab_t missing; /* what the DC link has too little for: made minus wanted voltage [V] */
+    bool cut;     /* is anything missing? */
+} inverter_made_t;
+
+typedef struct {
+    ab_t voltage; /* on the winding in [t_k-1, t_k) [V] */
+    ab_t current; /* mean in the same time [A] */
+    float link;   /* mean of the DC link in the same time [V] */
+    float leg;    /* loss of a leg whose sign is certain [V] */
+} inverter_acted_t;
+
+/* Coefficients. Six divisions. */
+inverter_tuning_t inverter_prepare(const inverter_params_t *params);
+
+/* These coefficients; nothing has acted yet. */
+void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning);
+
+/* New coefficients; what acted stays in memory. */
+static inline void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning)
+{
+    inverter->compensated = tuning->compensated;
+    inverter->lost = tuning->lost;
+}
+
+/* Another effective dead time than that of the tuning, T_e/T_s [-], for both ways, until the next
+ * inverter_take(). */
+static inline void inverter_set_dead_time(inverter_t *inverter, const inverter_tuning_t *tuning,
+                                          float effective)
+{
+    inverter->lost.volt_per_volt = effective;
+    inverter->compensated.volt_per_volt = tuning->gain * effective;
+}
+
+/* The nearest duty that the compare registers can hold, so that the observer computes with what acts. */
+static inline float inverter_whole_counts(const inverter_tuning_t *tuning, float duty)
+{
+    return (float)(int32_t)(duty * tuning->duty_counts + 0.5f) * tuning->per_count;
+}
+
+/* Duties for the voltage `wanted` [V] on the winding at the DC link `u_dc` [V]. `current` [A]: as expected in
+ * the middle of the period in which they act, for its sign decides what a leg loses; its reference is the
+ * best guess, a sampled one has the wrong sign near its zero crossings. Both edges of a leg are taken to meet
+ * it: what that leaves inverter_acted() knows. One division, two at the voltage limit. */
+static inline inverter_made_t inverter_make(const inverter_t *inverter, const inverter_tuning_t *tuning,
+                                            ab_t wanted, ab_t current, float u_dc)
+{
+    const dead_time_tuning_t *compensated = &inverter->compensated;
+    const abc_t signs = dead_time_signs(compensated, frames_inverse_clarke(current));
+    const ab_t lost = dead_time_voltage(compensated, signs, u_dc);
+    const ab_t asked = {wanted.alpha + lost.alpha, wanted.beta + lost.beta};
+    const svpwm_t modulated = svpwm_modulate(&tuning->modulation, asked, u_dc);
+    return (inverter_made_t){
+        {inverter_whole_counts(tuning, modulated.duty.a), inverter_whole_counts(tuning, modulated.duty.b),
+         inverter_whole_counts(tuning, modulated.duty.c)},
+        {modulated.voltage.alpha - asked.alpha, modulated.voltage.beta - asked.beta},
+        modulated.cut,
+    };
+}
+
+/* Duties as they act behind the dead time, where the currents have these signs. */
+static inline abc_t inverter_effective(const inverter_t *inverter, abc_t signs)
+{
+    const float effective = inverter->lost.volt_per_volt;
+    const abc_t duty = inverter->duty_prev[1];
+    return (abc_t){duty.a - effective * signs.a, duty.b - effective * signs.b, duty.c - effective * signs.c};
+}
+
+/* What acted in the last period, from the current [A] and the DC link [V] at t_k. The mean current says which
+ * way the duties act behind the dead time, those what the current is at the edges, and that what was lost. No
+ * division. */
+static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const inverter_tuning_t *tuning,
+                                              ab_t current, float u_dc)
+{
+    const dead_time_tuning_t *dead_time = &inverter->lost;
+    const ab_t last = inverter->current_prev;
+    const float link = 0.5f * (u_dc + inverter->u_dc_prev);
+    const ab_t middle = {0.5f * (current.alpha + last.alpha), 0.5f * (current.beta + last.beta)};
+    const ab_t change = {current.alpha - last.alpha, current.beta - last.beta};
+    const abc_t phases = frames_inverse_clarke(middle);
+    const abc_t duty = inverter_effective(inverter, dead_time_signs(dead_time, phases));
+    const abc_t swing = edges_swing(&tuning->edges, duty, change, dead_time->volt_per_volt, link);
+    const ab_t lost = dead_time_voltage(dead_time, dead_time_edge_signs(dead_time, phases, swing), link);
+    const ab_t made = frames_clarke(inverter->duty_prev[1]);
+    return (inverter_acted_t){
+        {made.alpha * link - lost.alpha, made.beta * link - lost.beta},
+        middle,
+        link,
+        dead_time_leg(dead_time, link),
+    };
+}
+
+/* The end of a period: what the next ones will want to know of its duties, its current [A] and its DC link
+ * [V]. */
+static inline void inverter_remember(inverter_t *inverter, abc_t duty, ab_t current, float u_dc)
+{
+    inverter->duty_prev[1] = inverter->duty_prev[0];
+    inverter->duty_prev[0] = duty;
+    inverter->current_prev = current;
+    inverter->u_dc_prev = u_dc;
+}
+
+#endif

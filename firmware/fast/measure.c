@@ -1,0 +1,161 @@
+#include "fast/measure.h"
+
+#include <string.h>
+
+#include "math/bounds.h"
+#include "math/filter.h"
+
+#define SETTLE_PERIODS 64u    /* [periods] after the start before offsets are averaged */
+#define RECENT_SHARE   0.015f /* [-] of a sample in what the sensors have read in the last 7 ms */
+#define UNSURE_SHARE                                                                                         \
+    0.25f /* [-] of MEASURE_MOVED, by which offsets that are unsure may be off at a start                    \
+           */
+
+measure_tuning_t measure_prepare(const params_t *params)
+{
+    return (measure_tuning_t){
+        .weight = 1.0f / (float)params->calibration_periods,
+        .periods = SETTLE_PERIODS + (uint32_t)params->calibration_periods,
+        .offset_max = params->current_offset_max,
+    };
+}
+
+void measure_init(measure_t *measure)
+{
+    memset(measure, 0, sizeof *measure);
+}
+
+void measure_begin_calibration(measure_t *measure)
+{
+    measure->calibrated = 0u;
+    measure_begin_rest(measure);
+}
+
+static void widen(float value, float *smallest, float *largest)
+{
+    *smallest = value < *smallest ? value : *smallest;
+    *largest = value > *largest ? value : *largest;
+}
+
+/* The first sample of a block, or another one. */
+static void collect(measure_rest_t *rest, const drive_samples_t *samples, float weight, bool first)
+{
+    const abc_t now = {samples->i_a, samples->i_b, samples->i_c};
+    if (first) {
+        rest->mean = (abc_t){0.0f, 0.0f, 0.0f};
+        rest->smallest = now;
+        rest->largest = now;
+    }
+    rest->mean.a += weight * now.a;
+    rest->mean.b += weight * now.b;
+    rest->mean.c += weight * now.c;
+    widen(now.a, &rest->smallest.a, &rest->largest.a);
+    widen(now.b, &rest->smallest.b, &rest->largest.b);
+    widen(now.c, &rest->smallest.c, &rest->largest.c);
+}
+
+/* Did no current flow in this block? */
+static bool is_quiet(const measure_rest_t *rest)
+{
+    return rest->largest.a - rest->smallest.a <= MEASURE_QUIET &&
+           rest->largest.b - rest->smallest.b <= MEASURE_QUIET &&
+           rest->largest.c - rest->smallest.c <= MEASURE_C_SHARE * MEASURE_QUIET;
+}
+
+/* May sensors have these offsets [A]? */
+static calibration_t judged(const measure_tuning_t *tuning, abc_t offset)
+{
+    const float limit = tuning->offset_max;
+    return bounds_within(offset.a, limit) && bounds_within(offset.b, limit) &&
+                   bounds_within(offset.c, MEASURE_C_SHARE * limit)
+               ? CALIBRATION_GOOD
+               : CALIBRATION_FAILED;
+}
+
+calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuning,
+                                const drive_samples_t *samples)
+{
+    measure_rest_t *rest = &measure->rest;
+    if (measure->calibrated == 0u) {
+        measure->offset = (abc_t){0.0f, 0.0f, 0.0f};
+    }
+    if (measure->measured.good == 0u) {
+        return CALIBRATION_GOES_ON;
+    }
+    if (measure->calibrated >= SETTLE_PERIODS) {
+        measure->offset.a += tuning->weight * samples->i_a;
+        measure->offset.b += tuning->weight * samples->i_b;
+        measure->offset.c += tuning->weight * samples->i_c;
+        collect(rest, samples, tuning->weight, measure->calibrated == SETTLE_PERIODS);
+    }
+    measure->calibrated++;
+    if (measure->calibrated < tuning->periods) {
+        return CALIBRATION_GOES_ON;
+    }
+    rest->unsure = is_quiet(rest) ? 0u : 1u;
+    return judged(tuning, measure->offset);
+}
+
+void measure_begin_rest(measure_t *measure)
+{
+    measure->rest.periods = 0u;
+    measure->rest.recent = (ab_t){0.0f, 0.0f};
+    measure->rest.found = (int32_t)CALIBRATION_GOES_ON;
+}
+
+static bool is_longer(ab_t vector, float length)
+{
+    return vector.alpha * vector.alpha + vector.beta * vector.beta > length * length;
+}
+
+/* Is what the sensors read in this block, less what is known of their offsets, as good as no current? */
+static bool has_moved(const measure_t *measure, ab_t trim)
+{
+    const abc_t mean = measure->rest.mean;
+    const abc_t offset = measure->offset;
+    const ab_t left = frames_clarke((abc_t){mean.a - offset.a, mean.b - offset.b, mean.c - offset.c});
+    return is_longer((ab_t){left.alpha - trim.alpha, left.beta - trim.beta}, MEASURE_MOVED);
+}
+
+calibration_t measure_found(const measure_t *measure)
+{
+    const measure_rest_t *rest = &measure->rest;
+    const calibration_t found = (calibration_t)rest->found;
+    const float most = rest->unsure != 0u ? UNSURE_SHARE * MEASURE_MOVED : MEASURE_MOVED;
+    const bool due = found != CALIBRATION_FAILED && is_quiet(rest) && is_longer(rest->recent, most);
+    return due ? CALIBRATION_DUE : found;
+}
+
+bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const drive_samples_t *samples,
+                  ab_t trim)
+{
+    measure_rest_t *rest = &measure->rest;
+    if (measure->measured.good == 0u) {
+        return false;
+    }
+    rest->periods++;
+    if (rest->periods <= SETTLE_PERIODS) {
+        return false;
+    }
+    const ab_t now = measure->measured.current;
+    rest->recent.alpha = lowpass_step(rest->recent.alpha, RECENT_SHARE, now.alpha);
+    rest->recent.beta = lowpass_step(rest->recent.beta, RECENT_SHARE, now.beta);
+    collect(rest, samples, tuning->weight, rest->periods == SETTLE_PERIODS + 1u);
+    if (rest->periods < tuning->periods) {
+        return false;
+    }
+    rest->periods = SETTLE_PERIODS;
+    if (!is_quiet(rest)) {
+        return false;
+    }
+    const calibration_t found = judged(tuning, rest->mean);
+    rest->found = (int32_t)found;
+    const bool moved = has_moved(measure, trim);
+    if (found != CALIBRATION_GOOD || (rest->unsure == 0u && !moved)) {
+        return false;
+    }
+    measure->offset = rest->mean;
+    rest->recent = (ab_t){0.0f, 0.0f};
+    rest->unsure = moved ? UINT32_C(1) : UINT32_C(0); /* a step within this block leaves its mean halfway */
+    return true;
+}

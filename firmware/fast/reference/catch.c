@@ -1,0 +1,190 @@
+#include "fast/reference/catch.h"
+
+#include <stdbool.h>
+
+#include "math/angle.h"
+#include "math/bounds.h"
+#include "math/filter.h"
+#include "math/periods.h"
+#include "math/root.h"
+#include "math/trig.h"
+
+#define TRAIL_CUTOFF  200.0f /* [rad/s] of <e>: the slowest rotor turns by some degrees in 1/200 s */
+#define TRAIL_MOST    0.08f /* [-] of e x <e>/e^2 that is expected at most: it is omega/200 of a slow rotor */
+#define TRAIL_PART    0.4f  /* [-] of it that must be seen: of a fast one it is 200/omega, enough to 5000 */
+#define STEADY_PART   0.7f  /* [-] of the slowest rotor's EMF that must be left of it in its frame */
+#define CLEAR_OF_ZONE 3.0f  /* [-] of the doubtful current: b and c carry half of what a does */
+#define LENGTH_CUTOFF 330.0f /* [rad/s] of <|e|> */
+#define EMF_CUTOFF    600.0f /* [rad/s] a fifth of the noise is left, and 3 % of where it begins after 6 ms */
+#define SLIP_NATURAL  430.0f /* [rad/s] of the loop that finds the slip: damping 0.7 with EMF_CUTOFF */
+#define SLIP_SPEED    80.0f  /* [rad/s] slower rotors: their EMF is too unsteady, their error within reach */
+#define SLIP_MOST     0.5f   /* [-] of <|e|>/psi_f: psi_f wrong by a third */
+#define SEEN_TIME     2.0e-3f  /* [s] the observer is on the EMF by then: the mean begins there */
+#define SETTLED_TIME  4.0e-3f  /* [s] the direction's sum has a sign by then */
+#define SURE_TIME     10.0e-3f /* [s] the lengths have settled by then */
+#define SURE_TURN     1.0f     /* [rad] since the direction is known */
+#define BEYOND_TIME   1.0e-3f  /* [s] */
+
+float catch_current_along(float doubtful, float current_d, bool salient)
+{
+    const float clear = CLEAR_OF_ZONE * doubtful;
+    const float along = current_d > clear ? current_d : clear;
+    return salient ? -along : along;
+}
+
+catch_tuning_t catch_prepare(const catch_params_t *params)
+{
+    const float clear = CLEAR_OF_ZONE * params->doubtful;
+    const float slowest = params->flux_linkage * params->speed_min;
+    return (catch_tuning_t){
+        .trail_share = lowpass_share(TRAIL_CUTOFF, params->period),
+        .trail_time = 1.0f / TRAIL_CUTOFF,
+        .length_share = lowpass_share(LENGTH_CUTOFF, params->period),
+        .emf_share = lowpass_share(EMF_CUTOFF, params->period),
+        .period = params->period,
+        .speed_per_volt = 1.0f / params->flux_linkage,
+        .speed_min = params->speed_min,
+        .emf_min_square = STEADY_PART * STEADY_PART * slowest * slowest,
+        .current = clear,
+        .current_d = catch_current_along(params->doubtful, params->current_d, params->salient),
+        .lead = 1.5f * params->period,
+        .seen = periods_of(SEEN_TIME, params->period),
+        .settled = periods_of(SETTLED_TIME, params->period),
+        .sure = periods_of(SURE_TIME, params->period),
+        .turn_sure = SURE_TURN / params->period,
+        .beyond = periods_of(BEYOND_TIME, params->period),
+    };
+}
+
+void catch_init(catch_t *catching)
+{
+    catch_enter(catching, 0u, 0.0f);
+}
+
+void catch_enter(catch_t *catching, uint32_t periods, float omega_e)
+{
+    catching->trail = (ab_t){0.0f, 0.0f};
+    catching->emf = (ab_t){0.0f, 0.0f};
+    catching->cross = 0.0f;
+    catching->cross_min = 0.0f;
+    catching->length = 0.0f;
+    catching->slip = 0.0f;
+    catching->omega_e = omega_e;
+    catching->turned = 0.0f;
+    catching->periods = 0u;
+    catching->turning = 0u;
+    catching->found = 0u;
+    catching->wanted = periods;
+    catching->periods_beyond = 0u;
+}
+
+/* Of the d axis under this EMF, which turns with a speed of this sign. */
+static rotation_t direction(ab_t emf, float omega_e)
+{
+    const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
+    const float share = omega_e < 0.0f ? -inverse_root(square) : inverse_root(square);
+    return (rotation_t){-share * emf.alpha, share * emf.beta};
+}
+
+/* A vector [V], turned on as far as the rotor turns in this time [s]. */
+static ab_t turned_on(const catch_t *catching, ab_t emf, float time)
+{
+    static const rotation_t none = {0.0f, 1.0f};
+    return frames_inverse_park((dq_t){emf.alpha, emf.beta}, trig_advance(none, time * catching->omega_e));
+}
+
+/* One period of the slip: `emf` turns on against `before`, the frame's, whose low-pass is the loop's
+ * proportional part. No quicker than the rotor turns: a voltage error that stands still goes round in the
+ * frame, and is taken for slip in no more than its share of the EMF. */
+static float slip_of(const catch_t *catching, const catch_tuning_t *tuning, ab_t before, ab_t emf,
+                     float speed)
+{
+    const float across = before.alpha * emf.beta - before.beta * emf.alpha;
+    const float sine = across * inverse_root(before.alpha * before.alpha + before.beta * before.beta) *
+                       inverse_root(emf.alpha * emf.alpha + emf.beta * emf.beta);
+    const float natural = bounds_clamp(speed > SLIP_SPEED ? speed - SLIP_SPEED : 0.0f, SLIP_NATURAL);
+    return bounds_clamp(catching->slip + natural * natural * tuning->period * sine, SLIP_MOST * speed);
+}
+
+/* Is the EMF that turns as long as that of the slowest rotor? Noise has a length, but no mean. */
+static bool is_steady(const catch_t *catching, const catch_tuning_t *tuning)
+{
+    const ab_t emf = catching->emf;
+    return emf.alpha * emf.alpha + emf.beta * emf.beta >= tuning->emf_min_square;
+}
+
+catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t emf, float length,
+                           float voltage_max)
+{
+    catching->cross += catching->trail.alpha * emf.beta - catching->trail.beta * emf.alpha;
+    catching->trail.alpha = lowpass_step(catching->trail.alpha, tuning->trail_share, emf.alpha);
+    catching->trail.beta = lowpass_step(catching->trail.beta, tuning->trail_share, emf.beta);
+    const float share = catching->periods < tuning->seen ? 1.0f : tuning->length_share;
+    catching->length = lowpass_step(catching->length, share, length);
+    const ab_t before = turned_on(catching, catching->emf, tuning->period);
+    const float along = catching->periods < tuning->settled ? 1.0f : tuning->emf_share;
+    catching->emf.alpha = lowpass_step(before.alpha, along, emf.alpha);
+    catching->emf.beta = lowpass_step(before.beta, along, emf.beta);
+    catching->periods_beyond = length > voltage_max ? catching->periods_beyond + 1u : 0u;
+    catching->periods++;
+    const float speed = catching->length * tuning->speed_per_volt;
+    catching->cross_min += TRAIL_PART * bounds_clamp(speed * tuning->trail_time, TRAIL_MOST) *
+                           catching->length * catching->length;
+    if (catching->periods_beyond >= tuning->beyond) {
+        return CATCH_TOO_FAST;
+    }
+    if (catching->periods > tuning->settled) { /* `before` turns with the speed */
+        catching->slip = slip_of(catching, tuning, before, emf, speed);
+    }
+    if (catching->periods >= tuning->settled) {
+        catching->omega_e = (catching->cross < 0.0f ? -speed : speed) + catching->slip;
+        catching->turned += speed;
+    }
+    const bool turning = bounds_magnitude(catching->cross) >= catching->cross_min &&
+                         speed >= tuning->speed_min && is_steady(catching, tuning);
+    catching->turning = turning && catching->periods >= tuning->settled;
+    const bool sure = catching->periods >= tuning->sure && catching->turned >= tuning->turn_sure;
+    const bool over = catching->periods >= catching->wanted;
+    if (turning && (sure || over)) {
+        catching->found = 1u;
+        return CATCH_TURNING;
+    }
+    return over ? CATCH_STANDING : CATCH_GOES_ON;
+}
+
+void catch_turn(catch_t *catching, const catch_tuning_t *tuning)
+{
+    catching->emf = turned_on(catching, catching->emf, tuning->period);
+}
+
+ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning)
+{
+    if (catching->turning == 0u) {
+        return (ab_t){tuning->current, 0.0f};
+    }
+    const rotation_t rotor = direction(catching->emf, catching->omega_e);
+    return (ab_t){tuning->current_d * rotor.cos, tuning->current_d * rotor.sin};
+}
+
+ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf)
+{
+    return turned_on(catching, emf, tuning->lead);
+}
+
+float catch_angle(ab_t emf, float omega_e)
+{
+    return trig_angle(direction(emf, omega_e));
+}
+
+frame_t catch_rotor(const catch_t *catching)
+{
+    const rotation_t rotor = direction(catching->emf, catching->omega_e);
+    return (frame_t){trig_angle(rotor), catching->omega_e, rotor};
+}
+
+float catch_length(const catch_t *catching)
+{
+    const ab_t emf = catching->emf;
+    const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
+    return square * inverse_root(square);
+}

@@ -1,0 +1,232 @@
+#include "fast/reference/reference.h"
+
+#include <string.h>
+
+#include "math/angle.h"
+#include "math/trig.h"
+
+#define LOCKING 1u /* [periods] of a catch in which the loop is locked to the rotor that was found */
+
+void reference_init(reference_t *reference)
+{
+    memset(reference, 0, sizeof *reference);
+    forced_init(&reference->forced);
+    catch_init(&reference->catching);
+}
+
+void reference_rest(reference_t *reference, int32_t source)
+{
+    reference->source = source;
+    reference->named = source;
+    reference->tracking = 0u;
+    reference->current = (dq_t){0.0f, 0.0f};
+    reference->slope = (dq_t){0.0f, 0.0f};
+    reference->stiffness = 0.0f;
+    reference->outcome = (int32_t)CATCH_GOES_ON;
+    reference->catching.found = 0u;
+}
+
+void reference_leave_encoder(reference_t *reference, bool to_estimate, float omega_e, uint32_t periods)
+{
+    if (to_estimate) {
+        reference->source = (int32_t)SOURCE_ESTIMATE;
+        reference->tracking = 1u;
+    } else {
+        reference->source = (int32_t)SOURCE_CATCH;
+        reference->tracking = 0u;
+        reference->outcome = (int32_t)CATCH_GOES_ON;
+        catch_enter(&reference->catching, periods - LOCKING, omega_e);
+    }
+}
+
+void reference_take(reference_t *reference, const reference_tuning_t *tuning, const setpoint_t *setpoint)
+{
+    const float share = tuning->per_period;
+    const bool other = setpoint->source != reference->named || setpoint->enter != 0u;
+    reference->fresh = 1u;
+    reference->left = tuning->periods;
+    /* a catch that has not been entered anew is the one that the fast task has begun or ended by itself */
+    if (other && (setpoint->source != (int32_t)SOURCE_CATCH || setpoint->enter != 0u)) {
+        reference->source = setpoint->source;
+    }
+    reference->named = setpoint->source;
+    if (setpoint->change == (int32_t)FRAME_GOES_ON) {
+        /* with another stiffness i_q goes on from where it is */
+        reference->current.q += (setpoint->stiffness - reference->stiffness) * reference->omega_m;
+        reference->slope = (dq_t){share * (setpoint->current.d - reference->current.d),
+                                  share * (setpoint->current.q - reference->current.q)};
+    } else {
+        reference->current = setpoint->current;
+        reference->slope = (dq_t){0.0f, 0.0f};
+    }
+    reference->stiffness = setpoint->stiffness;
+    if (setpoint->enter != 0u && setpoint->source == (int32_t)SOURCE_FORCED) {
+        reference->forced.frame.omega_e = setpoint->forced.begin;
+        reference->forced.current = setpoint->change == (int32_t)FRAME_ANEW ? 0.0f : setpoint->forced.current;
+    }
+    reference->forced_slope = share * (setpoint->forced.speed - reference->forced.frame.omega_e);
+    reference->rise = share * (setpoint->forced.current - reference->forced.current);
+}
+
+static void lock_to(reference_t *reference, position_t position, float emf)
+{
+    reference->locking = 1u;
+    reference->locked = position;
+    reference->locked_emf = emf;
+    reference->tracking = 1u;
+}
+
+/* What the setpoint orders for its first period. */
+static void obey(reference_t *reference, const setpoint_t *setpoint, const reference_input_t *input)
+{
+    const estimate_t *estimate = input->estimate;
+    const float forced = reference->forced.frame.omega_e;
+    if (setpoint->enter != 0u) {
+        reference->outcome = (int32_t)CATCH_GOES_ON;
+        reference->tracking = 0u;
+        if (setpoint->source == (int32_t)SOURCE_FORCED) {
+            const float from = setpoint->change == (int32_t)FRAME_ANEW ? 0.0f : estimate->frame.theta_e;
+            forced_enter(&reference->forced, angle_turn_back(from + setpoint->forced.ahead), forced,
+                         reference->forced.current);
+        } else {
+            catch_enter(&reference->catching, setpoint->catching.periods - LOCKING, setpoint->catching.speed);
+        }
+    }
+    switch ((lock_order_t)setpoint->lock) {
+    case LOCK_RELEASE:
+        reference->tracking = 0u;
+        break;
+    case LOCK_TO_EMF:
+        lock_to(reference, (position_t){catch_angle(estimate->emf, forced), forced}, estimate->amplitude);
+        break;
+    case LOCK_TO_ENCODER:
+        lock_to(reference, *input->position, estimate->amplitude);
+        break;
+    case LOCK_FOLLOWS:
+        reference->tracking = 1u;
+        break;
+    case LOCK_KEEP:
+        break;
+    }
+}
+
+static void force(reference_t *reference, const reference_tuning_t *tuning, const reference_input_t *input,
+                  demand_t *demand)
+{
+    forced_t *forced = &reference->forced;
+    forced->frame.omega_e += reference->forced_slope;
+    forced->current += reference->rise;
+    const dq_t emf = frames_park(input->estimate->emf, forced->frame.rotation);
+    demand->frame = forced->frame;
+    demand->current = forced_step(forced, &tuning->forced, emf);
+    demand->emf = (dq_t){FORCED_EMF_SHARE * emf.d, FORCED_EMF_SHARE * emf.q};
+}
+
+/* The rotor turns: the loop is locked to it, what flows along its d axis goes on, and there is no torque. */
+static void caught(reference_t *reference, const reference_tuning_t *tuning, demand_t *demand)
+{
+    catch_turn(&reference->catching, &tuning->catching);
+    const frame_t rotor = catch_rotor(&reference->catching);
+    reference->outcome = (int32_t)CATCH_TURNING;
+    lock_to(reference, (position_t){rotor.theta_e, rotor.omega_e}, catch_length(&reference->catching));
+    reference->source = (int32_t)SOURCE_ESTIMATE;
+    reference->stiffness = 0.0f;
+    reference->omega_m = rotor.omega_e * tuning->pole_pairs_inverse;
+    reference->current = (dq_t){tuning->catching.current_d, 0.0f};
+    reference->slope = (dq_t){0.0f, 0.0f};
+    demand->frame = rotor;
+    demand->change = (int32_t)FRAME_TURNS;
+    demand->current = reference->current;
+    demand->emf = frames_park(reference->catching.emf, demand->frame.rotation);
+}
+
+static void follow_catch(reference_t *reference, const reference_tuning_t *tuning,
+                         const reference_input_t *input, demand_t *demand)
+{
+    catch_t *catching = &reference->catching;
+    const estimate_t *estimate = input->estimate;
+    if (catching->found != 0u && reference->outcome == (int32_t)CATCH_GOES_ON) {
+        caught(reference, tuning, demand);
+        return;
+    }
+    const ab_t current = catch_current(catching, &tuning->catching);
+    demand->frame = reference_stationary(0.0f);
+    demand->current = (dq_t){current.alpha, current.beta};
+    demand->emf = (dq_t){0.0f, 0.0f};
+    if (input->estimating == 0u) {
+        return;
+    }
+    const ab_t voltage = catch_voltage(catching, &tuning->catching, estimate->emf);
+    demand->emf = (dq_t){voltage.alpha, voltage.beta};
+    if (reference->outcome == (int32_t)CATCH_STANDING) {
+        return; /* what follows is set by the medium task */
+    }
+    const catch_outcome_t outcome = catch_step(catching, &tuning->catching, estimate->emf,
+                                               estimate->amplitude, FRAMES_ONE_OVER_SQRT_3 * input->u_dc);
+    if (outcome != CATCH_TURNING) { /* else in the next period: finding and locking are long, both of them */
+        reference->outcome = (int32_t)outcome;
+    }
+}
+
+/* Run in the frame of the rotor, with its mechanical speed [rad/s] and the EMF that is known beforehand [V];
+ * the reference stays where it has come to if no other setpoint takes over. */
+static void run(reference_t *reference, const setpoint_t *setpoint, const frame_t *rotor, float omega_m,
+                dq_t emf, demand_t *demand)
+{
+    reference->left -= reference->left > 0.0f ? 1.0f : 0.0f;
+    reference->current.d = setpoint->current.d - reference->left * reference->slope.d;
+    reference->current.q = setpoint->current.q - reference->left * reference->slope.q;
+    reference->omega_m = omega_m;
+    demand->frame = *rotor;
+    demand->current.d = reference->current.d;
+    demand->current.q = reference->current.q - reference->stiffness * omega_m;
+    demand->emf = emf;
+}
+
+/* With the EMF that is observed, as the loop filters it: within a period or two it is right whatever the
+ * angle, so that an angle that is lost sets no current free. Of a salient rotor it is that of the active
+ * flux, beside omega L_q i_d; current control goes by omega L_d i_d, and D of it is added. */
+static void run_on_estimate(reference_t *reference, const reference_tuning_t *tuning,
+                            const setpoint_t *setpoint, const reference_input_t *input, demand_t *demand)
+{
+    const estimate_t *estimate = input->estimate;
+    if (reference->locking != 0u) {
+        const position_t at = reference->locked;
+        const frame_t frame = {at.theta_e, at.omega_e, trig_turn(at.theta_e)};
+        run(reference, setpoint, &frame, at.omega_e * tuning->pole_pairs_inverse,
+            (dq_t){0.0f, at.omega_e * setpoint->models.flux_linkage}, demand);
+    } else {
+        const float of_axes = estimate->frame.omega_e * tuning->saliency * reference->current.d;
+        run(reference, setpoint, &estimate->frame, input->omega_m,
+            (dq_t){estimate->emf_loop.d, estimate->emf_loop.q + of_axes}, demand);
+    }
+}
+
+void reference_step(reference_t *reference, const reference_tuning_t *tuning, const setpoint_t *setpoint,
+                    const reference_input_t *input, demand_t *demand)
+{
+    reference->locking = 0u;
+    demand->change = (int32_t)FRAME_GOES_ON;
+    if (reference->fresh != 0u) {
+        demand->change = setpoint->change;
+        obey(reference, setpoint, input);
+        reference->fresh = 0u;
+    }
+    switch ((frame_source_t)reference->source) {
+    case SOURCE_ENCODER:
+        run(reference, setpoint, input->encoder, input->omega_m,
+            (dq_t){0.0f, input->encoder->omega_e * tuning->flux_linkage}, demand);
+        break;
+    case SOURCE_ESTIMATE:
+        run_on_estimate(reference, tuning, setpoint, input, demand);
+        break;
+    case SOURCE_FORCED:
+        force(reference, tuning, input, demand);
+        break;
+    case SOURCE_NONE:
+    case SOURCE_CATCH:
+        follow_catch(reference, tuning, input, demand);
+        break;
+    }
+    demand->omega_m_ref = setpoint->omega_m_ref;
+}

@@ -1,0 +1,165 @@
+#include "guard/guard.h"
+
+#include <string.h>
+
+#include "guard/guard_quantities.h"
+#include "settings/reasons.h"
+
+const fault_row_t fault_rows[FAULTS] = {
+#define FAULT_ROW(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,         \
+                  reaction, text, remedy)                                                                    \
+    {number, name,         #quantity, #comparison,  limit_row,                                               \
+     margin, FAULT_##rate, debounce,  FAULT_##when, FAULT_##reaction},
+    DRIVE_FAULTS(FAULT_ROW)
+#undef FAULT_ROW
+};
+
+/* The rows of one moment or reaction. */
+static inline fault_set_t rows_at(fault_when_t asked)
+{
+#define FAULT_IF_WHEN(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,     \
+                      reaction, text, remedy)                                                                \
+    set.word[FAULT_WORD(FAULT_##NAME)] |= FAULT_##when == asked ? FAULT_BIT(FAULT_##NAME) : UINT32_C(0);
+    fault_set_t set = fault_set_none();
+    DRIVE_FAULTS(FAULT_IF_WHEN)
+#undef FAULT_IF_WHEN
+    return set;
+}
+
+static inline fault_set_t rows_with(fault_reaction_t asked)
+{
+#define FAULT_IF_REACTION(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when, \
+                          reaction, text, remedy)                                                            \
+    set.word[FAULT_WORD(FAULT_##NAME)] |= FAULT_##reaction == asked ? FAULT_BIT(FAULT_##NAME) : UINT32_C(0);
+    fault_set_t set = fault_set_none();
+    DRIVE_FAULTS(FAULT_IF_REACTION)
+#undef FAULT_IF_REACTION
+    return set;
+}
+
+float guard_limit(const fault_row_t *row, const params_t *params)
+{
+    const table_row_t *limit = table_by_name(&params_table, row->limit);
+    return row->margin + (limit != NULL ? table_get(limit, params) : 0.0f);
+}
+
+#define PREPARE_ABOVE(NAME) tuning.limit[FAULT_LIMIT_##NAME] = guard_limit(&fault_rows[FAULT_##NAME], params);
+#define PREPARE_BELOW(NAME) PREPARE_ABOVE(NAME)
+#define PREPARE_HOLDS(NAME)
+
+guard_tuning_t guard_prepare(const params_t *params)
+{
+#define FAULT_PREPARED(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,    \
+                       reaction, text, remedy)                                                               \
+    PREPARE_##comparison(NAME)
+    guard_tuning_t tuning;
+    DRIVE_FAULTS(FAULT_PREPARED)
+#undef FAULT_PREPARED
+    return tuning;
+}
+
+void guard_init(guard_t *guard)
+{
+    memset(guard, 0, sizeof *guard);
+}
+
+/* The rows that count now. */
+static fault_set_t counting(uint32_t now)
+{
+    const fault_set_t none = fault_set_none();
+    const fault_set_t turning = fault_set_both((now & GUARD_ENCODER) != 0u ? rows_at(FAULT_ENCODER) : none,
+                                               (now & GUARD_TRACKING) != 0u ? rows_at(FAULT_TRACKING) : none);
+    const fault_set_t on = fault_set_both((now & GUARD_RUNNING) != 0u ? rows_at(FAULT_RUNNING) : none,
+                                          (now & GUARD_SUPPLIED) != 0u ? rows_at(FAULT_SUPPLIED) : none);
+    return fault_set_both(rows_at(FAULT_ALWAYS), fault_set_both(on, turning));
+}
+
+/* The rows of a rate that hold in this period, whether they count or not. */
+static inline fault_set_t rows_that_hold(const guard_tuning_t *tuning, const guard_input_t *input,
+                                         fault_rate_t asked)
+{
+#define FAULT_HOLDS(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,       \
+                    reaction, text, remedy)                                                                  \
+    if (FAULT_##rate == asked && GUARD_IF_##comparison(tuning, guard_##quantity(input), NAME)) {             \
+        all.word[FAULT_WORD(FAULT_##NAME)] |= FAULT_BIT(FAULT_##NAME);                                       \
+    }
+    fault_set_t all = fault_set_none();
+    DRIVE_FAULTS(FAULT_HOLDS)
+#undef FAULT_HOLDS
+    return all;
+}
+
+/* Counts a row that is judged once in so many `periods`, for how long it has surely held; is that still too
+ * short for its debounce? */
+static inline bool waits(uint32_t *held, uint32_t debounce, uint32_t periods, bool holds)
+{
+    if (!holds) {
+        *held = 0u;
+        return false;
+    }
+    const uint32_t now = *held == 0u ? 1u : *held + periods;
+    if (now >= debounce) {
+        return false;
+    }
+    *held = now;
+    return true;
+}
+
+/* The rows of a rate that have held for their debounce, of those that hold `now`; the others begin anew. */
+static inline fault_set_t rows_that_fail(guard_t *guard, fault_set_t now, fault_rate_t asked)
+{
+#define FAULT_COUNTED(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,     \
+                      reaction, text, remedy)                                                                \
+    if (FAULT_##rate == asked && (debounce) > 1u &&                                                          \
+        waits(&guard->held[FAULT_##NAME], debounce, periods, fault_set_has(now, FAULT_##NAME))) {            \
+        failed.word[FAULT_WORD(FAULT_##NAME)] &= ~FAULT_BIT(FAULT_##NAME);                                   \
+    }
+    const uint32_t periods = asked == FAULT_SLOW ? DRIVE_WINDOW : UINT32_C(1);
+    fault_set_t failed = now;
+    DRIVE_FAULTS(FAULT_COUNTED)
+#undef FAULT_COUNTED
+    return failed;
+}
+
+static inline void judge(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input,
+                         fault_rate_t asked)
+{
+    const fault_set_t now = fault_set_common(rows_that_hold(tuning, input, asked), counting(input->now));
+    guard->failed = rows_that_fail(guard, now, asked);
+    guard->holding = now;
+    guard->faults = fault_set_common(guard->failed, rows_with(FAULT_OPEN));
+    guard->stops = fault_set_common(guard->failed, rows_with(FAULT_STOP));
+    guard->losses = fault_set_common(guard->failed, rows_with(FAULT_CATCH));
+    guard->warnings = fault_set_common(guard->failed, rows_with(FAULT_WARN));
+}
+
+/* Two functions, so that neither makes the quantities of the other's rows. */
+void guard_step_each(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input)
+{
+    judge(guard, tuning, input, FAULT_EACH);
+}
+
+void guard_step_slow(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input)
+{
+    judge(guard, tuning, input, FAULT_SLOW);
+}
+
+int32_t guard_reason(fault_set_t faults)
+{
+    for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
+        if (fault_set_has(faults, (fault_bit_t)n)) {
+            return fault_rows[n].reason;
+        }
+    }
+    return REASON_NONE;
+}
+
+fault_set_t guard_fault_of(int32_t reason)
+{
+    for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
+        if (fault_rows[n].reason == reason) {
+            return fault_set_of((fault_bit_t)n);
+        }
+    }
+    return fault_set_none();
+}

@@ -1,0 +1,111 @@
+/* The guard: which rows of the fault table (faults.h) hold, each with its own debounce. Comparing and
+ * counting, straight line, no division. The fast task has a guard of the rows that are judged in each period,
+ * the medium task one of all others.
+ *
+ * The gates themselves are shut by the trip zone without software; this is the reaction of the software, and
+ * the protection against all that the power module cannot see. */
+#ifndef GUARD_GUARD_H
+#define GUARD_GUARD_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "contract/measured.h"
+#include "guard/fault_set.h"
+#include "settings/faults.h"
+
+/* The rows that have a limit. */
+#define FAULT_LIMIT_IF_ABOVE(NAME) FAULT_LIMIT_##NAME,
+#define FAULT_LIMIT_IF_BELOW(NAME) FAULT_LIMIT_##NAME,
+#define FAULT_LIMIT_IF_HOLDS(NAME)
+typedef enum {
+#define FAULT_LIMIT(number, NAME, name, quantity, comparison, limit, margin, rate, debounce, when, reaction, \
+                    text, remedy)                                                                            \
+    FAULT_LIMIT_IF_##comparison(NAME)
+    DRIVE_FAULTS(FAULT_LIMIT)
+#undef FAULT_LIMIT
+        FAULT_LIMITS
+} fault_limit_t;
+
+typedef struct {
+    float limit[FAULT_LIMITS]; /* [unit of the quantity] by fault_limit_t, margin added */
+} guard_tuning_t;
+
+/* What the background has found: bits of the memories of app/self_watch.h that have changed, in their order,
+ * and beside them what it knows of the line. */
+#define GUARD_CORRUPT_PROGRAM        UINT32_C(1)
+#define GUARD_CORRUPT_INTERRUPT_CODE UINT32_C(2)
+#define GUARD_CORRUPT_STACK_END      UINT32_C(4)
+#define GUARD_CORRUPT_PARAMS         UINT32_C(8)
+#define GUARD_MASTER_SILENT          UINT32_C(0x10000)
+
+/* What is wrong with the loops. */
+#define GUARD_LOOP_SLOW       UINT32_C(1) /* the tracking loop is set too slow */
+#define GUARD_LOOP_OSCILLATED UINT32_C(2) /* the speed loop oscillated, and was slowed down */
+
+/* What the medium task has found. */
+typedef struct {
+    uint32_t estimate_invalid; /* [-] ESTIMATOR_... bits, the criteria by which the estimate has failed */
+    uint32_t unlocked;         /* [-] 1: a sign of a lost lock stands */
+    uint32_t failed;           /* [-] MANOEUVRE_... bits, but for that of a rotor ... */
+    uint32_t too_fast;         /* [-] 1: ... whose EMF is beyond the link */
+    uint32_t unattended;       /* [-] 1: the background has stayed away for too long */
+    uint32_t reported;         /* [-] GUARD_CORRUPT_... and other bits, what the background has found */
+    uint32_t moves_wrong;      /* [-] MOTION_... bits */
+    uint32_t encoder_lost;     /* [-] 1: it is left */
+    uint32_t current_faults;   /* [-] CURRENT_WATCH_... bits */
+    uint32_t heat;             /* [-] THERMAL_... bits */
+    uint32_t link;             /* [-] LINK_... bits */
+    uint32_t loops;            /* [-] GUARD_LOOP_... bits */
+} guard_found_t;
+
+/* What is judged. */
+typedef struct {
+    const measured_t *measured;
+    float omega_m;              /* [rad/s] mechanical */
+    uint32_t encoder_wrong;     /* [-] ENCODER_WATCH_... bits */
+    uint32_t medium_late;       /* [-] 1: the medium task has missed two windows in a row */
+    uint32_t now;               /* [-] GUARD_... bits: which rows count */
+    const guard_found_t *found; /* NULL where rows with the rate EACH are judged, which need none of it */
+} guard_input_t;
+
+/* Bits of the moments of fault_when_t. */
+#define GUARD_MOMENT(when) (UINT32_C(1) << (uint32_t)(when))
+#define GUARD_ALWAYS       GUARD_MOMENT(FAULT_ALWAYS)
+#define GUARD_RUNNING      GUARD_MOMENT(FAULT_RUNNING)
+#define GUARD_ENCODER      GUARD_MOMENT(FAULT_ENCODER)
+#define GUARD_TRACKING     GUARD_MOMENT(FAULT_TRACKING)
+#define GUARD_SUPPLIED     GUARD_MOMENT(FAULT_SUPPLIED)
+
+typedef struct {
+    uint32_t held[FAULTS]; /* [periods] for how long a row has held without a break before this one, until it
+                              fails; of those that do not fail at once */
+    fault_set_t holding;   /* rows that held when they were last judged */
+    fault_set_t failed;    /* those of them that have held for their debounce */
+    fault_set_t faults;    /* of these, with reaction OPEN */
+    fault_set_t stops;     /* with STOP */
+    fault_set_t losses;    /* with CATCH */
+    fault_set_t warnings;  /* with WARN */
+} guard_t;
+
+/* Limit of a row in this set, margin added [unit of the quantity]; 0 for a condition. */
+float guard_limit(const fault_row_t *row, const params_t *params);
+
+/* The limits of this set. */
+guard_tuning_t guard_prepare(const params_t *params);
+
+/* Nothing holds. */
+void guard_init(guard_t *guard);
+
+/* guard->faults, stops, losses and warnings by these limits, of the rows of one rate, of which this guard has
+ * no other: in each period, where it changes nothing while guard_is_calm(); or once a window. */
+void guard_step_each(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input);
+void guard_step_slow(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input);
+
+/* Reason number of the first of these rows; REASON_NONE: there is none. */
+int32_t guard_reason(fault_set_t faults);
+
+/* The row with this reason number; empty: none of the table's. */
+fault_set_t guard_fault_of(int32_t reason);
+
+#endif

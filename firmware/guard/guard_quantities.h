@@ -1,0 +1,138 @@
+/* What the fault table's rows compare: a function for each of their quantities, of what the guard is told of
+ * a period; and whether any of them holds. For guard.c, and for whoever asks whether it has to be called. */
+#ifndef GUARD_GUARD_QUANTITIES_H
+#define GUARD_GUARD_QUANTITIES_H
+
+#include <stdbool.h>
+
+#include "estimator/chosen.h"
+#include "fast/measure.h"
+#include "guard/guard.h"
+#include "math/bounds.h"
+#include "medium/manoeuvre/manoeuvres.h"
+#include "medium/protect/current_watch.h"
+#include "medium/protect/encoder_watch.h"
+#include "medium/protect/link.h"
+#include "medium/protect/motion_watch.h"
+#include "medium/protect/thermal.h"
+
+/* The largest phase current's amount, offsets removed [A]. */
+static inline float guard_phase_current(const guard_input_t *input)
+{
+    const abc_t i = input->measured->current_abc;
+    return bounds_span(bounds_magnitude(i.a), bounds_magnitude(i.b), bounds_magnitude(i.c)).largest;
+}
+
+/* Amount, mechanical [rad/s]. */
+static inline float guard_speed(const guard_input_t *input)
+{
+    return bounds_magnitude(input->omega_m);
+}
+
+/* Not a number, or a current sensor at its rail. */
+static inline uint32_t guard_bad_sample(const guard_input_t *input)
+{
+    return input->measured->good ^ 1u;
+}
+
+/* All others: a number in the unit of its limit; a whole field of guard_input_t, or bits, of a condition that
+ * holds while it is not 0. */
+#define GUARD_QUANTITIES(NUMBER, WHOLE, BITS)                                                                \
+    /* of the rows that are judged in each period */                                                         \
+    NUMBER(u_dc, measured->u_dc)                         /* [V] */                                           \
+    BITS(tripped, measured->flags, DRIVE_SAMPLE_TRIPPED) /* the trip zone holds the gates off */             \
+    BITS(late, measured->flags, DRIVE_SAMPLE_LATE)       /* this interrupt came too late for its period */   \
+    WHOLE(medium_late, medium_late) /* the medium task has missed two windows in a row */                    \
+    /* quadrature phase error since the last sample */                                                       \
+    BITS(encoder_error, measured->flags, DRIVE_SAMPLE_ENCODER)                                               \
+    /* the estimate in use is lost by this criterion */                                                      \
+    BITS(estimate_amplitude, found->estimate_invalid, ESTIMATOR_AMPLITUDE)                                   \
+    BITS(estimate_detector, found->estimate_invalid, ESTIMATOR_DETECTOR)                                     \
+    BITS(estimate_current, found->estimate_invalid, ESTIMATOR_CURRENT)                                       \
+    BITS(estimate_speed, found->estimate_invalid, ESTIMATOR_SPEED)                                           \
+    WHOLE(unlocked, found->unlocked) /* a sign of a lost lock stands */                                      \
+    BITS(lock_lost, found->failed,                                                                           \
+         MANOEUVRE_LOST) /* the manoeuvre has failed by this, and the next three */                          \
+    BITS(start_stalled, found->failed, MANOEUVRE_STALLED)                                                    \
+    BITS(start_unlocked, found->failed, MANOEUVRE_UNLOCKED)                                                  \
+    WHOLE(rotor_too_fast, found->too_fast)                                                                   \
+    BITS(encoder_jump, encoder_wrong, ENCODER_WATCH_JUMP) /* the encoder is wrong by this */                 \
+    BITS(current_stuck, found->current_faults,                                                               \
+         CURRENT_WATCH_STUCK) /* a sensor is, as current_watch.h says */                                     \
+    /* of the slow rows */                                                                                   \
+    NUMBER(sink_temperature, measured->sink_temperature)   /* [degC] */                                      \
+    NUMBER(motor_temperature, measured->motor_temperature) /* [degC] */                                      \
+    /* flash, or its copy in RAM, has changed */                                                             \
+    BITS(program_corrupt, found->reported, GUARD_CORRUPT_PROGRAM | GUARD_CORRUPT_INTERRUPT_CODE)             \
+    BITS(params_corrupt, found->reported, GUARD_CORRUPT_PARAMS) /* the active set has changed */             \
+    BITS(stack_low, found->reported, GUARD_CORRUPT_STACK_END)   /* the end of the stack was written to */    \
+    WHOLE(background_stalled, found->unattended) /* the background has not come round for too long */        \
+    BITS(encoder_direction, encoder_wrong, ENCODER_WATCH_DIRECTION) /* the encoder is wrong by this */       \
+    BITS(encoder_mismatch, encoder_wrong, ENCODER_WATCH_MISMATCH)                                            \
+    BITS(runaway, found->moves_wrong, MOTION_RUNAWAY) /* the shaft does not move as it should, by this */    \
+    BITS(stalled, found->moves_wrong, MOTION_STALLED)                                                        \
+    BITS(speed_error, found->moves_wrong, MOTION_SPEED_ERROR)                                                \
+    WHOLE(encoder_lost, found->encoder_lost) /* the motor goes on without an encoder that was wrong */       \
+    BITS(current_gain, found->current_faults,                                                                \
+         CURRENT_WATCH_GAIN) /* as current_watch.h says, and the next two */                                 \
+    BITS(phase_loss, found->current_faults, CURRENT_WATCH_LOSS)                                              \
+    BITS(current_sum, found->current_faults, CURRENT_WATCH_SUM)                                              \
+    BITS(motor_overload, found->heat, THERMAL_MOTOR) /* by its heat, and the next */                         \
+    BITS(module_overload, found->heat, THERMAL_MODULE)                                                       \
+    BITS(derating, found->heat, THERMAL_DERATING)  /* the limit of the current is lower */                   \
+    BITS(dc_ripple, found->link, LINK_RIPPLES)     /* of the DC link */                                      \
+    BITS(dc_limits, found->link, LINK_LIMITS)      /* the DC link limits the torque */                       \
+    BITS(loop_slow, found->loops, GUARD_LOOP_SLOW) /* the tracking loop is set too slow */                   \
+    BITS(oscillation, found->loops,                                                                          \
+         GUARD_LOOP_OSCILLATED) /* the speed loop oscillated, and was slowed down */                         \
+    /* the master on the line was silent for too long */                                                     \
+    BITS(master_silent, found->reported, GUARD_MASTER_SILENT)
+
+#define GUARD_NUMBER_OF(quantity, field)                                                                     \
+    static inline float guard_##quantity(const guard_input_t *input)                                         \
+    {                                                                                                        \
+        return input->field;                                                                                 \
+    }
+#define GUARD_WHOLE_OF(quantity, field)                                                                      \
+    static inline uint32_t guard_##quantity(const guard_input_t *input)                                      \
+    {                                                                                                        \
+        return input->field;                                                                                 \
+    }
+#define GUARD_BITS_OF(quantity, field, bits)                                                                 \
+    static inline uint32_t guard_##quantity(const guard_input_t *input)                                      \
+    {                                                                                                        \
+        return input->field & (bits);                                                                        \
+    }
+GUARD_QUANTITIES(GUARD_NUMBER_OF, GUARD_WHOLE_OF, GUARD_BITS_OF)
+
+/* Does a row hold? */
+#define GUARD_IF_ABOVE(tuning, quantity, NAME) ((quantity) > (tuning)->limit[FAULT_LIMIT_##NAME])
+#define GUARD_IF_BELOW(tuning, quantity, NAME) ((quantity) < (tuning)->limit[FAULT_LIMIT_##NAME])
+#define GUARD_IF_HOLDS(tuning, quantity, NAME) ((quantity) != 0u)
+
+/* Does any of those with a limit hold; and the bits of all conditions? */
+#define GUARD_BEYOND_ABOVE(tuning, quantity, NAME) GUARD_IF_ABOVE(tuning, quantity, NAME)
+#define GUARD_BEYOND_BELOW(tuning, quantity, NAME) GUARD_IF_BELOW(tuning, quantity, NAME)
+#define GUARD_BEYOND_HOLDS(tuning, quantity, NAME) false
+#define GUARD_SIGN_ABOVE(quantity)                 0u
+#define GUARD_SIGN_BELOW(quantity)                 0u
+#define GUARD_SIGN_HOLDS(quantity)                 (quantity)
+
+/* Does nothing hold, nor has held, of the rows of this rate? Of `input` only what they compare counts. */
+static inline bool guard_is_calm(const guard_t *guard, const guard_tuning_t *tuning,
+                                 const guard_input_t *input, fault_rate_t asked)
+{
+#define FAULT_SIGN(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,        \
+                   reaction, text, remedy)                                                                   \
+    signs |= FAULT_##rate == asked ? GUARD_SIGN_##comparison(guard_##quantity(input)) : 0u;
+#define FAULT_BEYOND(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,      \
+                     reaction, text, remedy)                                                                 \
+    || (FAULT_##rate == asked && GUARD_BEYOND_##comparison(tuning, guard_##quantity(input), NAME))
+    uint32_t signs = 0u;
+    DRIVE_FAULTS(FAULT_SIGN)
+    return signs == 0u && !fault_set_any(guard->holding) && !(false DRIVE_FAULTS(FAULT_BEYOND));
+#undef FAULT_BEYOND
+#undef FAULT_SIGN
+}
+
+#endif

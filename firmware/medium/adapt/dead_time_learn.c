@@ -1,0 +1,176 @@
+#include "medium/adapt/dead_time_learn.h"
+
+#include "math/bounds.h"
+#include "math/filter.h"
+#include "math/root.h"
+#include "math/sixth.h"
+#include "medium/adapt/gain.h"
+
+/* [-] of the signs across the current over what is along it, 1/11 + 1/13; <q s>; mean of the signs along the
+ * current; way of the current over that of the reference, at most. */
+#define TWELFTH  (24.0f / 143.0f)
+#define POWER    (0.5f * TWELFTH)
+#define ALONG    (4.0f / 3.14159265f)
+#define WAY_MOST 3.0f
+
+dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
+{
+    const float effective = params->effective;
+    const float current = DEAD_TIME_LEARN_ZONES * params->zone;
+    return (dead_time_learn_tuning_t){
+        .rate = params->rate,
+        .per_rate = params->rate > 0.0f ? 1.0f / params->rate : 0.0f,
+        .effective = effective,
+        .least = effective < 0.0f ? effective : 0.0f,
+        .most = DEAD_TIME_LEARN_RANGE * (effective > params->band ? effective : params->band),
+        .band = params->band,
+        .per_band = params->flux_linkage / (DEAD_TIME_LEARN_EMF_FULL * params->band),
+        .flux_linkage = params->flux_linkage,
+        .current_square = current * current,
+        .period = (float)params->every * params->period,
+    };
+}
+
+void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning_t *tuning)
+{
+    const bool same = tuning->effective == learn->tuning.effective && tuning->band == learn->tuning.band;
+    if (!same || tuning->rate == 0.0f) {
+        learn->effective = tuning->effective;
+        learn->learnt = tuning->effective;
+        learn->rate = tuning->rate;
+        learn->begun = 0u;
+    }
+    if (tuning->rate != learn->tuning.rate) {
+        learn->rate = tuning->rate;
+    }
+    learn->tuning = *tuning;
+}
+
+static inline float cross(ab_t a, ab_t b)
+{
+    return a.alpha * b.beta - a.beta * b.alpha;
+}
+
+static inline float square_of(ab_t a)
+{
+    return a.alpha * a.alpha + a.beta * a.beta;
+}
+
+static inline ab_t product(ab_t a, ab_t b)
+{
+    return (ab_t){a.alpha * b.alpha - a.beta * b.beta, a.alpha * b.beta + a.beta * b.alpha};
+}
+
+static inline bool same(ab_t a, ab_t b)
+{
+    return a.alpha == b.alpha && a.beta == b.beta;
+}
+
+/* Is there something to be seen, with a current of this square [A^2], beside the dead band's voltage [V]? Not
+ * of what is no number. */
+static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_learn_input_t *input,
+                    float square, float band)
+{
+    const float due = tuning->flux_linkage * bounds_magnitude(input->omega_e_ref);
+    const float least = DEAD_TIME_LEARN_EMF_LEAST * due;
+    const float seen = square_of(input->emf);
+    return due > DEAD_TIME_LEARN_EMF_MIN * band && due < DEAD_TIME_LEARN_EMF_MAX * band &&
+           seen > least * least && seen < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT &&
+           square > tuning->current_square && square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
+}
+
+/* What the EMF across the current is correlated with, by the current's direction: s [-]. */
+static inline float twelfth(ab_t unit)
+{
+    const ab_t sixth = sixth_power(unit);
+    return 2.0f * sixth.alpha * sixth.beta;
+}
+
+/* A mean that turns by `turn` [rad] from one call to the next and follows the vector by `share` [-]. */
+static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
+{
+    const float kept = 1.0f - 0.5f * turn * turn;
+    const ab_t turned = {kept * mean.alpha - turn * mean.beta, kept * mean.beta + turn * mean.alpha};
+    return (ab_t){lowpass_step(turned.alpha, share, vector.alpha),
+                  lowpass_step(turned.beta, share, vector.beta)};
+}
+
+/* The slow means; the way of the current's direction; whether it stands still. */
+static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along)
+{
+    if (learn->begun == 0u) {
+        learn->begun = 1u;
+        learn->emf_mean = input->emf;
+        learn->along_mean = along;
+        learn->along = along;
+        learn->against = (ab_t){0.0f, 0.0f};
+    }
+    const float turn = learn->tuning.period * input->omega_e_ref;
+    const float share = bounds_magnitude(turn);
+    learn->emf_mean = follow(learn->emf_mean, turn, share, input->emf);
+    learn->along_mean = follow(learn->along_mean, turn, share, along);
+    learn->rest = (ab_t){input->emf.alpha - learn->emf_mean.alpha, input->emf.beta - learn->emf_mean.beta};
+    const ab_t against = product(learn->rest, along);
+    learn->against.alpha = lowpass_step(learn->against.alpha, share, against.alpha);
+    learn->against.beta = lowpass_step(learn->against.beta, share, against.beta);
+    const float way = cross(learn->along, along) * inverse_root(share * share);
+    learn->way = 0.5f + 0.5f * bounds_clamp(turn < 0.0f ? -way : way, WAY_MOST);
+    learn->along = along;
+    learn->moved = same(input->current, learn->current) ? 0u : 1u;
+    learn->current = input->current;
+}
+
+/* Are speed and reference together, does the current turn with them, and are the currents what the sensors
+ * say? Those with a wrong gain or offset leave more against the current than legs that differ. */
+static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float band)
+{
+    const float missing = input->omega_e_ref - input->omega_e;
+    const float against = DEAD_TIME_LEARN_AGAINST * band;
+    return square_of(learn->against) < against * against &&
+           bounds_within(learn->tuning.flux_linkage * missing, DEAD_TIME_LEARN_MISS * band) &&
+           square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
+}
+
+/* The parameters hold until what is learnt differs by more than noise makes of it. */
+static void use(dead_time_learn_t *learn)
+{
+    const dead_time_learn_tuning_t *tuning = &learn->tuning;
+    const float share = learn->rate * tuning->per_rate;
+    const float chance = DEAD_TIME_LEARN_CHANCE * tuning->band * share * inverse_root(share);
+    const bool differs = !bounds_within(learn->learnt - tuning->effective, chance);
+    learn->effective = differs ? learn->learnt : tuning->effective;
+}
+
+void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
+{
+    const dead_time_learn_tuning_t *tuning = &learn->tuning;
+    const float band = tuning->band * input->link;
+    const float square = square_of(input->current);
+    learn->seen = 0.0f;
+    if (!visible(tuning, input, square, band)) {
+        learn->begun = 0u;
+        return;
+    }
+    const float inverse = inverse_root(square);
+    const ab_t along = {inverse * input->current.alpha, inverse * input->current.beta};
+    go_on(learn, input, along);
+    if (!settled(learn, input, band)) {
+        return;
+    }
+    const float across = cross(along, learn->rest);
+    if (!bounds_within(across, band)) {
+        return;
+    }
+    const float per_volt = inverse_root(input->link * input->link);
+    const float emf_share = tuning->per_band * bounds_magnitude(input->omega_e_ref) * per_volt;
+    const float time = emf_share < 1.0f ? emf_share * emf_share * tuning->period : tuning->period;
+    learn->seen = time;
+    const float seen = across * twelfth(along) * learn->way * per_volt;
+    const float missed = (1.0f / (ALONG * POWER)) * seen;
+    const float wanted = learn->learnt + learn->rate * time * (learn->effective + missed - learn->learnt);
+    learn->rate = gain_step(learn->rate, tuning->rate, time);
+    if (wanted >= tuning->least && wanted <= tuning->most) {
+        learn->learnt = wanted;
+    }
+    use(learn);
+}

@@ -1,0 +1,322 @@
+#include "medium/adapt/inductance.h"
+
+#include "math/angle.h"
+#include "math/periods.h"
+#include "medium/adapt/gain.h"
+
+#define TWO_PI        6.2831853f
+#define TRUST         0.2f /* [-] by which a cycle that agrees with the one before moves the confidence */
+#define CONFIDENT     0.5f /* [-] from which on what a cycle says counts */
+#define OPPOSED       0.5f /* [-] of what is left of the swing of i_q, a cycle */
+#define WAVE_SQUARE   0.53333333f                             /* mean of s^2 [-] */
+#define SHARE_MAX     0.5f                                    /* [-] */
+#define TORQUE_MIN    (INDUCTANCE_TORQUE / INDUCTANCE_DITHER) /* [-] of the dither: i_q at least */
+#define ANSWER_MIN    0.5f                                    /* [-] of what i_d is told */
+#define ANSWER_MAX    1.5f                                    /* [-] likewise */
+#define EMF_MIN       0.5f                                    /* [-] of psi_f |omega| */
+#define SETTLED       0.2f /* [-] of the first rate: R has been looked for long enough to do without torque */
+#define PLAUSIBLE_MAX 3.0f /* [-] of the parameter: what a noisy cycle may say of an L within its range */
+
+static inductance_wave_t wave_of(const inductance_params_t *params, float frequency)
+{
+    const float step = (float)params->every * params->period;
+    const uint32_t steps = (uint32_t)(1.0f / (frequency * step) + 0.5f);
+    const float count = (float)steps;
+    const float omega = TWO_PI * frequency;
+    const float passed = omega * omega / (omega * omega + INDUCTANCE_CUTOFF * INDUCTANCE_CUTOFF);
+    return (inductance_wave_t){
+        .steps = steps,
+        .step = 2.0f / count,
+        .per_sum = 1.0f / (passed * WAVE_SQUARE * count),
+    };
+}
+
+inductance_tuning_t inductance_prepare(const inductance_params_t *params)
+{
+    const float step = (float)params->every * params->period;
+    return (inductance_tuning_t){
+        .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2),
+                 wave_of(params, INDUCTANCE_FREQUENCY_3)},
+        .rate = params->inductance_q > INDUCTANCE_SALIENT_MAX * params->inductance_d ? 0.0f : params->rate,
+        .from = params->from,
+        .inductance_q = params->inductance_q,
+        .saliency = params->inductance_d - params->inductance_q,
+        .ratio = params->inductance_q / params->inductance_d,
+        .resistance = params->resistance,
+        .resistance_from = params->resistance_from,
+        .flux_linkage = params->flux_linkage,
+        .current = INDUCTANCE_DITHER * params->current_max,
+        .moved = INDUCTANCE_MOVED * params->current_max,
+        .look = periods_of(INDUCTANCE_LOOK, step),
+        .rest = periods_of(INDUCTANCE_REST, step),
+        .mean_share = lowpass_share(INDUCTANCE_CUTOFF, step),
+        .time = step,
+        .ahead = (float)params->ahead,
+    };
+}
+
+static void start(inductance_t *x)
+{
+    x->learnt = (learnt_value_t){x->tuning.from, x->tuning.from};
+    x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
+    x->rate = x->tuning.rate;
+    x->resistance_rate = x->tuning.rate;
+    x->look.looked = 0u;
+    x->look.rests = 0u;
+    inductance_rest(x);
+}
+
+void inductance_init(inductance_t *x, const inductance_tuning_t *tuning)
+{
+    x->tuning = *tuning;
+    start(x);
+}
+
+void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
+{
+    const bool other_rate = tuning->rate != x->tuning.rate;
+    x->tuning = *tuning;
+    if (tuning->from != x->learnt.from || tuning->resistance_from != x->resistance.from ||
+        tuning->rate == 0.0f) {
+        start(x);
+    } else if (other_rate) {
+        x->rate = tuning->rate;
+        x->resistance_rate = tuning->rate;
+        x->look.rests = 0u;
+    }
+}
+
+/* Is there torque enough for L to matter? Of i_q [A]. */
+static bool loaded(const inductance_t *x, float i_q)
+{
+    return !bounds_within(i_q, TORQUE_MIN * x->tuning.current);
+}
+
+/* Is a frequency near one or two times the electrical one? In [rad/s]. */
+static bool is_near_first(float frequency, float omega)
+{
+    return bounds_within(frequency - omega, TWO_PI * INDUCTANCE_NEAR) ||
+           bounds_within(frequency - 2.0f * omega, TWO_PI * INDUCTANCE_NEAR);
+}
+
+/* The frequency at this speed [rad/s]: the first that is not near one, two or six times that, without torque
+ * five or seven times, too. Where the first is near, the second may be near the sixth alone. */
+static uint32_t frequency_at(float omega, bool torque)
+{
+    const float sixth = 6.0f * omega;
+    const float reach = torque ? TWO_PI * INDUCTANCE_NEAR_SIXTH : TWO_PI * INDUCTANCE_NEAR + omega;
+    if (!bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_1 - sixth, reach) &&
+        !is_near_first(TWO_PI * INDUCTANCE_FREQUENCY_1, omega)) {
+        return 0u;
+    }
+    return bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_2 - sixth, reach) ? 2u : 1u;
+}
+
+/* Is R still looked for at this speed [rad/s]? */
+static bool looks_for_resistance(const inductance_t *x, float speed)
+{
+    return speed < INDUCTANCE_R_SPEED_MAX && x->resistance_rate > SETTLED * x->tuning.rate;
+}
+
+/* A cycle has ended, and said something or not. Has the look seen enough? Then the dither rests. */
+static void look(inductance_t *x, bool said, float speed)
+{
+    const inductance_tuning_t *tuning = &x->tuning;
+    x->look.looked += said ? tuning->wave[x->which].steps : 0u;
+    if (x->look.looked >= tuning->look && x->rate <= INDUCTANCE_LOOKED * tuning->rate &&
+        !looks_for_resistance(x, speed)) {
+        x->look.looked = 0u;
+        x->look.rests = tuning->rest;
+        x->look.looked_at = x->mean.q;
+    }
+}
+
+/* Does the dither rest, at this i_q [A]? */
+static bool rests(inductance_t *x, float i_q)
+{
+    if (x->look.rests == 0u) {
+        return false;
+    }
+    x->look.rests = bounds_within(i_q - x->look.looked_at, x->tuning.moved) ? x->look.rests - 1u : 0u;
+    x->follows = 0u;
+    x->dither = (dq_t){0.0f, 0.0f};
+    return x->look.rests != 0u;
+}
+
+/* A cycle begins. false: there is nothing to see. */
+static bool begin(inductance_t *x, const inductance_input_t *input)
+{
+    const float speed = bounds_magnitude(input->omega_smooth);
+    const bool torque = loaded(x, input->current.q);
+    if (speed < INDUCTANCE_SPEED_MIN || !(torque || looks_for_resistance(x, speed))) {
+        inductance_rest(x);
+        return false;
+    }
+    if (!looks_for_resistance(x, speed) && rests(x, input->current.q)) {
+        return false;
+    }
+    if (x->follows == 0u) {
+        x->emf_mean = input->emf.q;
+        x->emf_d_mean = input->emf.d;
+        x->turned = 0.0f;
+        x->theta = input->theta;
+        x->mean = input->current;
+    }
+    x->follows = 0u;
+    x->which = frequency_at(speed, torque);
+    x->left = x->tuning.wave[x->which].steps;
+    x->sound = 1u;
+    x->voltage_known = input->voltage_known ? 1u : 0u;
+    x->t = -1.0f;
+    x->omega = input->omega_smooth;
+    x->sum.emf = 0.0f;
+    x->sum.answer = 0.0f;
+    x->sum.drop = 0.0f;
+    x->swing.s = 0.0f;
+    x->swing.c = 0.0f;
+    x->sum.detector = 0.0f;
+    return true;
+}
+
+/* Did the rotor turn, and the loop with it, in the cycle that ends now? */
+static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, float speed)
+{
+    const bool turns = speed > INDUCTANCE_SPEED_MIN &&
+                       bounds_magnitude(x->emf_mean) > EMF_MIN * x->tuning.flux_linkage * speed;
+    return turns && x->sum.detector < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
+}
+
+/* L_q as the cycle that ends now says [H]; 0: it says nothing. */
+static float said_by(const inductance_t *x, const inductance_wave_t *wave, float omega)
+{
+    if (x->follows == 0u || !is_locked(x, wave, bounds_magnitude(omega))) {
+        return 0.0f;
+    }
+    const inductance_tuning_t *tuning = &x->tuning;
+    const float miss = x->sum.emf / (omega * x->sum.answer) - tuning->saliency;
+    const float said = tuning->inductance_q + tuning->ratio * miss;
+    return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
+}
+
+/* May it count that a cycle has said this [H]? */
+static bool is_trusted(inductance_t *x, float said)
+{
+    const bool agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value);
+    x->confidence = lowpass_step(x->confidence, TRUST, agrees ? 1.0f : 0.0f);
+    x->said = said;
+    return agrees && x->confidence > CONFIDENT;
+}
+
+/* The next cycle opposes what this one has seen of the swing of i_q. */
+static void oppose(inductance_t *x, const inductance_wave_t *wave)
+{
+    const float most = x->tuning.current;
+    const float part = OPPOSED * wave->per_sum;
+    x->swing.against_s = bounds_clamp(x->swing.against_s - part * x->swing.s, most);
+    x->swing.against_c = bounds_clamp(x->swing.against_c - part * x->swing.c, most);
+}
+
+/* A value follows what a cycle of this time [s] says of it, by its rate, which falls; it stays within half
+ * and twice the parameter that it began from. */
+static void learn(const inductance_tuning_t *tuning, float time, float said, learnt_value_t *learnt,
+                  float *rate)
+{
+    const float share = *rate * time;
+    const float next = lowpass_step(learnt->value, share < SHARE_MAX ? share : SHARE_MAX, said);
+    const float least = INDUCTANCE_MIN * learnt->from;
+    const float most = INDUCTANCE_MAX * learnt->from;
+    learnt->value = next < most ? (next > least ? next : least) : most;
+    *rate = gain_step(*rate, tuning->rate, time);
+}
+
+/* R as the cycle says, from what of e_d stands in step with i_d [ohm]. */
+static float resistance_said(const inductance_t *x)
+{
+    return x->tuning.resistance + bounds_clamp(x->sum.drop / x->sum.answer, x->resistance.from);
+}
+
+/* How steady the speed was in a cycle: as all need it, or as it may be of a light rotor. */
+typedef enum { UNSTEADY, RIPPLED, STEADY } steadiness_t;
+
+static steadiness_t steadiness(const inductance_t *x, float omega)
+{
+    const float drift = bounds_magnitude(omega - x->omega);
+    const float speed = bounds_magnitude(omega);
+    if (drift <= INDUCTANCE_R_SPEED_DRIFT * speed) {
+        return STEADY;
+    }
+    return drift <= INDUCTANCE_SPEED_DRIFT * speed && x->voltage_known != 0u && loaded(x, x->mean.q)
+               ? RIPPLED
+               : UNSTEADY;
+}
+
+static void end(inductance_t *x, float omega_smooth)
+{
+    const inductance_wave_t *wave = &x->tuning.wave[x->which];
+    const float told = x->tuning.current;
+    const float answer = wave->per_sum * x->sum.answer;
+    const steadiness_t steady = steadiness(x, omega_smooth);
+    x->follows = x->sound != 0u && answer > ANSWER_MIN * told && answer < ANSWER_MAX * told;
+    const float said = steady != UNSTEADY ? said_by(x, wave, omega_smooth) : 0.0f;
+    if (said > 0.0f) {
+        const inductance_tuning_t *tuning = &x->tuning;
+        const float time = (float)wave->steps * tuning->time;
+        oppose(x, wave);
+        if (steady == STEADY && x->voltage_known != 0u && bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
+            learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
+        }
+        if (is_trusted(x, said) && loaded(x, x->mean.q)) {
+            learn(tuning, time, said, &x->learnt, &x->rate);
+        }
+    }
+    look(x, said > 0.0f, bounds_magnitude(omega_smooth));
+}
+
+/* The dither's wave at t, -1..1. */
+static float wave_at(float t)
+{
+    return 4.0f * t * (1.0f - bounds_magnitude(t));
+}
+
+/* A place in the wave, so much later. */
+static float later(float t, float by)
+{
+    const float next = t + by;
+    return next < 1.0f ? next : next - 2.0f;
+}
+
+void inductance_step(inductance_t *x, const inductance_input_t *input)
+{
+    const float share = x->tuning.mean_share;
+    if (x->left == 0u && !begin(x, input)) {
+        return;
+    }
+    x->emf_mean = lowpass_step(x->emf_mean, share, input->emf.q);
+    x->mean.d = lowpass_step(x->mean.d, share, input->current.d);
+    x->mean.q = lowpass_step(x->mean.q, share, input->current.q);
+    const float s = wave_at(x->t);
+    const float c = wave_at(later(x->t, 0.5f));
+    const float t = later(x->t, x->tuning.ahead * x->tuning.wave[x->which].step);
+    const float given = wave_at(t);
+    x->dither = (dq_t){x->tuning.current * given,
+                       x->swing.against_s * given + x->swing.against_c * wave_at(later(t, 0.5f))};
+    const float i_q = input->current.q - x->mean.q;
+    x->sum.emf += (input->emf.q - x->emf_mean) * s;
+    x->sum.answer += (input->current.d - x->mean.d) * s;
+    x->swing.s += i_q * s;
+    x->swing.c += i_q * c;
+    const float moved = angle_wrap(input->theta - x->theta) - x->tuning.time * x->omega;
+    x->theta = input->theta;
+    x->turned = (1.0f - share) * (x->turned + moved);
+    x->emf_d_mean = lowpass_step(x->emf_d_mean, share, input->emf.d);
+    x->sum.drop += (input->emf.d - x->emf_d_mean - x->tuning.flux_linkage * x->omega * x->turned) * s;
+    x->sum.detector += bounds_magnitude(input->detector);
+    if (!input->sound) {
+        x->sound = 0u;
+    }
+    x->t += x->tuning.wave[x->which].step;
+    x->left--;
+    if (x->left == 0u) {
+        end(x, input->omega_smooth);
+    }
+}

@@ -1,0 +1,65 @@
+#include "medium/manoeuvre/handover.h"
+
+#include <stdbool.h>
+
+#include "math/periods.h"
+
+#define CURRENT_CUTOFF 10.0f /* [rad/s] of the way down to what the load needs */
+#define MEAN_CUTOFF    70.0f /* [rad/s] of the current: a leg that passes zero disturbs it for some 2 ms */
+#define MARGIN         0.1f  /* [-] of I over what the load needs */
+#define EXCESS         0.15f /* [-] of I as i_d that may be left */
+#define WANTED_TIME    0.15f /* [s] */
+#define LONGEST_TIME   1.0f  /* [s] */
+
+#define SALIENT_TIME  40e-3f /* [s] of a salient rotor */
+#define SALIENT_APART 0.7f   /* [-] likewise */
+#define EXCESS_ANY    1e6f   /* [A] likewise: any i_d may be left */
+
+#define SPEED_APART  0.2f  /* [-] */
+#define LENGTH_MIN   0.75f /* [-] */
+#define LENGTH_MAX   1.3f  /* [-] */
+#define SCATTER_MAX  0.05f /* [-] mean square of the detector */
+#define EXCESS_SHARE 1.6f  /* [-] of i_q */
+
+handover_tuning_t handover_prepare(const handover_params_t *params)
+{
+    return (handover_tuning_t){
+        .current_share = lowpass_share(CURRENT_CUTOFF, params->period),
+        .mean_share = lowpass_share(MEAN_CUTOFF, params->period),
+        .current_margin = MARGIN * params->current,
+        .current_excess = params->salient ? EXCESS_ANY : EXCESS * params->current,
+        .speed_apart = params->salient ? SALIENT_APART : SPEED_APART,
+        .wanted = periods_of(params->salient ? SALIENT_TIME : WANTED_TIME, params->period),
+        .longest = periods_of(LONGEST_TIME, params->period),
+    };
+}
+
+void handover_init(handover_t *handover, const handover_tuning_t *tuning)
+{
+    handover_take(handover, tuning);
+    handover_enter(handover, (dq_t){0.0f, 0.0f});
+}
+
+static bool holds(const handover_tuning_t *tuning, const estimate_t *estimate, const lock_t *lock,
+                  float omega_forced, dq_t current)
+{
+    const float apart = estimate->omega_smooth - omega_forced;
+    return bounds_magnitude(apart) < tuning->speed_apart * bounds_magnitude(omega_forced) &&
+           lock->projection > LENGTH_MIN * lock->expected && lock->projection < LENGTH_MAX * lock->expected &&
+           lock->scatter < SCATTER_MAX &&
+           bounds_magnitude(current.d) < EXCESS_SHARE * bounds_magnitude(current.q) + tuning->current_excess;
+}
+
+handover_outcome_t handover_step(handover_t *handover, const estimate_t *estimate, const lock_t *lock,
+                                 float omega_forced, dq_t current)
+{
+    const handover_tuning_t *tuning = &handover->tuning;
+    handover->mean.d = lowpass_step(handover->mean.d, tuning->mean_share, current.d);
+    handover->mean.q = lowpass_step(handover->mean.q, tuning->mean_share, current.q);
+    handover->held = holds(tuning, estimate, lock, omega_forced, handover->mean) ? handover->held + 1u : 0u;
+    handover->periods++;
+    if (handover->held >= tuning->wanted) {
+        return HANDOVER_GOOD;
+    }
+    return handover->periods >= tuning->longest ? HANDOVER_FAILED : HANDOVER_GOES_ON;
+}

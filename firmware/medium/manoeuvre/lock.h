@@ -1,0 +1,97 @@
+/* Lock: is the loop that control turns with on the rotor? Three signs that fail for different reasons:
+ *
+ *     projection   LP(e_q sign(omega)) < 0.5 LP(psi_a |omega|)   the EMF along the estimated axis: 1 on the
+ *                                                               rotor, -1 half a turn off, 0 blocked
+ *     scatter      LP(eps^2) > 0.12                             the loop's error: 0.35 rad rms
+ *     standing     |omega| slow, |omega_ref| not                what the other two do not see
+ *
+ * LP: a low-pass of 5 ms. One step per window, of its means; how long a sign must last is the guard's
+ * (settings/faults.h). Does not handle: the passage through zero speed, where there is no EMF (the caller
+ * does not ask then). */
+#ifndef MEDIUM_MANOEUVRE_LOCK_H
+#define MEDIUM_MANOEUVRE_LOCK_H
+
+#include <stdbool.h>
+
+#include "estimator/estimate.h"
+#include "math/bounds.h"
+#include "math/filter.h"
+#include "math/frames.h"
+
+#define LOCK_PROJECTION_MIN 0.5f   /* [-] */
+#define LOCK_SCATTER_MAX    0.12f  /* [-] mean square of the detector */
+#define LOCK_CUTOFF         200.0f /* [rad/s] of the low-passes */
+
+typedef struct {
+    float flux_linkage; /* psi_f [Wb], > 0 */
+    float speed_slow;   /* an estimate below it has no rotor any more ... [rad/s], electrical */
+    float speed_asked;  /* ... while more than this is asked for [rad/s], electrical */
+    float period;       /* from one step to the next [s] */
+} lock_params_t;
+
+typedef struct {
+    float share;        /* of the low-passes [-] */
+    float flux_linkage; /* psi_f, for a lock that is reset [Wb] */
+    float speed_floor;  /* |omega| in the projection is at least this [rad/s] */
+    float speed_slow;   /* [rad/s] electrical */
+    float speed_asked;  /* [rad/s] electrical */
+} lock_tuning_t;
+
+typedef struct {
+    lock_tuning_t tuning;
+    float projection; /* LP of the EMF along the axis in the direction of rotation [V] */
+    float expected;   /* LP of psi_a |omega| [V] */
+    float scatter;    /* LP of the detector's square [-] */
+} lock_t;
+
+/* Coefficients. An exponential: for the background. */
+lock_tuning_t lock_prepare(const lock_params_t *params);
+
+/* These coefficients; locked at standstill. */
+void lock_init(lock_t *lock, const lock_tuning_t *tuning);
+
+/* New coefficients; the means go on. */
+static inline void lock_take(lock_t *lock, const lock_tuning_t *tuning)
+{
+    lock->tuning = *tuning;
+}
+
+/* As if locked for long at omega_e [rad/s]. */
+void lock_reset(lock_t *lock, float omega_e);
+
+/* One window that was tracked, of which `estimate` has the mean EMF; `scatter`: mean square of the detector
+ * [-]. */
+static inline void lock_step(lock_t *lock, const estimate_t *estimate, float scatter)
+{
+    const lock_tuning_t *tuning = &lock->tuning;
+    const float across = frames_park(estimate->emf, estimate->frame.rotation).q;
+    const float speed = bounds_magnitude(estimate->omega_smooth);
+    const float along = estimate->omega_smooth < 0.0f ? -across : across;
+    const float length = estimate->flux * (speed > tuning->speed_floor ? speed : tuning->speed_floor);
+    lock->projection = lowpass_step(lock->projection, tuning->share, along);
+    lock->expected = lowpass_step(lock->expected, tuning->share, length);
+    lock->scatter = lowpass_step(lock->scatter, tuning->share, scatter);
+}
+
+/* Is the EMF not where the estimate has it? */
+static inline bool lock_is_off(const lock_t *lock)
+{
+    return lock->projection < LOCK_PROJECTION_MIN * lock->expected;
+}
+
+/* Does the loop not settle? */
+static inline bool lock_is_scattered(const lock_t *lock)
+{
+    return lock->scatter > LOCK_SCATTER_MAX;
+}
+
+/* Does a sign of a lost rotor stand, at this electrical speed estimate and reference [rad/s]? The scatter is
+ * asked for in a loop that is `settled`: one that has just been locked is still finding its speed. */
+static inline bool lock_is_lost(const lock_t *lock, float omega_smooth, float omega_ref, bool settled)
+{
+    return lock_is_off(lock) || (settled && lock_is_scattered(lock)) ||
+           (bounds_within(omega_smooth, lock->tuning.speed_slow) &&
+            !bounds_within(omega_ref, lock->tuning.speed_asked));
+}
+
+#endif

@@ -1,0 +1,232 @@
+/* The manoeuvres in the forced frame: align, ramp, forced, reverse, hand-over. */
+#include "medium/manoeuvre/manoeuvres_parts.h"
+
+#include "math/bounds.h"
+#include "math/filter.h"
+#include "math/root.h"
+#include "math/trig.h"
+
+#define PAUSE_PERIODS DRIVE_PERIODS(0.3f)   /* without current before another start */
+#define STALL_WINDOWS DRIVE_WINDOWS(50e-3f) /* with too little EMF */
+#define STALL_SHARE   0.6f                  /* [-] of the EMF that a rotor in step has, at least */
+#define LENGTH_SHARE                                                                                         \
+    (50.0f * DRIVE_WINDOW_PERIOD) /* [-] low-pass of the EMF's length: a leg that passes zero current        \
+                                     slowly pretends one for some 20 ms */
+#define TRACK_SHARE   0.4f        /* [-] of handover_speed, from which on the loop tracks */
+#define UNTRACK_SHARE 0.3f        /* [-] likewise, below which it does not any more */
+#define REACHED_SHARE 0.02f       /* [-] of handover_speed: so near is there */
+#define RETRY_CURRENT 1.3f        /* [-] of the last try's */
+#define RETRY_RAMP    0.6f        /* [-] likewise */
+#define GRIP_MAX      0.83f       /* [-] sine of the largest load angle at which a forced frame takes over */
+#define NEED_SHARE    (5.0f * DRIVE_WINDOW_PERIOD) /* [-] low-pass of the current that the load needs */
+
+/* What has been decided of the frame, for the end of the next window. */
+static void force_by(const manoeuvres_t *m, setpoint_t *setpoint)
+{
+    setpoint->source = (int32_t)SOURCE_FORCED;
+    setpoint->forced.speed = m->forced.speed;
+    setpoint->forced.current = m->forced.current;
+    setpoint->omega_m_ref = m->forced.speed * m->limits.pole_pairs_inverse;
+}
+
+/* Towards `wanted` [A], by no more than the rise. */
+static void raise_current(manoeuvres_t *m, float wanted)
+{
+    m->forced.current += bounds_clamp(wanted - m->forced.current, m->limits.current_rise);
+}
+
+/* A forced frame begins, ahead of the estimate or of zero by this angle [rad], at the speed that it has. */
+static void begin_frame(manoeuvres_t *m, frame_change_t change, float ahead, setpoint_t *setpoint)
+{
+    m->tracking = 0u;
+    setpoint->enter = 1u;
+    setpoint->change = (int32_t)change;
+    setpoint->lock = (int32_t)LOCK_KEEP;
+    setpoint->forced.ahead = ahead;
+    setpoint->forced.begin = m->forced.speed;
+    force_by(m, setpoint);
+}
+
+/* The frame turns from the first period on, in the direction that is wished for: slowly, and once round, so
+ * that it takes every rotor along wherever that stands. */
+void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
+{
+    const manoeuvres_limits_t *limits = &m->limits;
+    const bool first = m->start_try == 0u;
+    m->start_try++;
+    m->forced.quickness = first ? 1.0f : RETRY_RAMP * m->forced.quickness;
+    m->forced.wanted =
+        first ? limits->current_start : bounds_clamp(RETRY_CURRENT * m->forced.wanted, limits->current_retry);
+    m->forced.needed = m->forced.wanted;
+    m->forced.emf_length = 0.0f;
+    manoeuvres_enter(m, MANOEUVRE_ALIGN);
+    /* who wanted to stop has found the rotor standing */
+    const float speed = input->wish.mode == RUN_STOP ? 0.0f : limits->align_speed;
+    m->forced.speed = manoeuvres_wanted(m, &input->wish) < 0.0f ? -speed : speed;
+    m->forced.current = 0.0f;
+    raise_current(m, m->forced.wanted);
+    begin_frame(m, FRAME_ANEW, 0.0f, setpoint);
+}
+
+void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
+{
+    const bool stops = input->wish.mode == RUN_STOP; /* the frame does not go round first */
+    raise_current(m, m->forced.wanted);
+    if (m->windows >= m->limits.align_windows || stops) {
+        manoeuvres_enter(m, MANOEUVRE_RAMP);
+    }
+    force_by(m, setpoint);
+}
+
+/* Is a leg's loss in doubt? One that dwells at zero current in a slow ramp pretends an EMF for some 20 ms. */
+static bool leg_dwells(const manoeuvres_t *m, ab_t current)
+{
+    const abc_t phases = frames_inverse_clarke(current);
+    const bounds_span_t span =
+        bounds_span(bounds_magnitude(phases.a), bounds_magnitude(phases.b), bounds_magnitude(phases.c));
+    return span.smallest < m->limits.doubtful;
+}
+
+/* Does the rotor follow? Asked from fallback_speed on. What is in doubt says nothing of the EMF's length. */
+static bool stalls(manoeuvres_t *m, const manoeuvres_input_t *input)
+{
+    const float speed = bounds_magnitude(m->forced.speed);
+    const bool asked = speed >= m->limits.fallback_speed;
+    if (!leg_dwells(m, input->sample)) {
+        m->forced.emf_length = lowpass_step(m->forced.emf_length, LENGTH_SHARE, input->estimate->amplitude);
+    }
+    /* along the magnet i_d > 0 takes from a salient rotor's flux; while nothing tracks the EMF is that of L_d
+     */
+    const float tracked = input->estimate->flux;
+    const bool less = m->tracking != 0u && tracked < m->limits.flux_linkage;
+    const float flux = less ? tracked : m->limits.flux_linkage;
+    const bool follows = m->forced.emf_length >= STALL_SHARE * flux * speed;
+    m->forced.stalling = asked && !follows ? m->forced.stalling + 1u : 0u;
+    return m->forced.stalling >= STALL_WINDOWS;
+}
+
+/* Whether the loop tracks beside the forced frame: it does where there is EMF enough. */
+static void track_beside(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
+{
+    const float speed = bounds_magnitude(m->forced.speed);
+    if (m->tracking == 0u && speed >= TRACK_SHARE * m->limits.handover_speed) {
+        setpoint->lock = (int32_t)LOCK_TO_EMF;
+        m->tracking = 1u;
+        lock_reset(&m->lock, m->forced.speed);
+    } else if (m->tracking != 0u && speed < UNTRACK_SHARE * m->limits.handover_speed) {
+        setpoint->lock = (int32_t)LOCK_RELEASE;
+        m->tracking = 0u;
+    } else if (m->tracking != 0u && input->tracked != 0u) {
+        lock_step(&m->lock, input->estimate, input->scatter);
+    }
+}
+
+/* Names of one thing: the forced frame on its way up, through zero, or at a speed that stays. */
+static void name_forced(manoeuvres_t *m, float wanted)
+{
+    if (bounds_within(wanted, m->limits.handover_speed)) {
+        m->now = (int32_t)MANOEUVRE_FORCED;
+    } else if (m->now == (int32_t)MANOEUVRE_FORCED) {
+        m->now = (int32_t)(wanted * m->forced.speed < 0.0f ? MANOEUVRE_REVERSE : MANOEUVRE_RAMP);
+    }
+}
+
+/* The current that the load needs, over some swings [A]; unknown while nothing tracks. */
+static void see_need(manoeuvres_t *m, const manoeuvres_input_t *input, const setpoint_t *setpoint)
+{
+    const float i_q = bounds_magnitude(input->current.q);
+    if (setpoint->lock == (int32_t)LOCK_TO_EMF) {
+        m->forced.needed = i_q;
+    } else if (m->tracking != 0u && input->tracked != 0u) {
+        m->forced.needed = lowpass_step(m->forced.needed, NEED_SHARE, i_q);
+    }
+}
+
+/* The current of the forced frame: all of a start's while it speeds up or passes zero; at a speed that stays
+ * what the load needs as far as it has been seen, and some more, for a step of the load is not seen before.
+ */
+static void force_current(manoeuvres_t *m)
+{
+    float wanted = m->forced.wanted;
+    if (m->now == (int32_t)MANOEUVRE_FORCED) {
+        const float with_margin = 1.5f * m->forced.needed + 0.1f * m->forced.wanted;
+        wanted = with_margin < wanted ? with_margin : wanted;
+        wanted = wanted > 0.5f * m->forced.wanted ? wanted : 0.5f * m->forced.wanted;
+    }
+    raise_current(m, wanted);
+}
+
+/* A start has failed by this: once more after a catch, or no more. */
+static void fail(manoeuvres_t *m, uint32_t why, setpoint_t *setpoint)
+{
+    if (m->start_try >= m->limits.start_tries) {
+        m->failed |= why;
+    } else {
+        manoeuvres_enter_catch(m, MANOEUVRE_CATCH, PAUSE_PERIODS, 0.0f, setpoint);
+    }
+}
+
+void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
+{
+    const manoeuvres_limits_t *limits = &m->limits;
+    const float wanted = manoeuvres_wanted(m, &input->wish);
+    const float target = bounds_clamp(wanted, limits->handover_speed);
+    m->forced.speed =
+        forced_eased(m->forced.speed, target, limits->ease_share, m->forced.quickness * limits->ramp);
+    name_forced(m, wanted);
+    track_beside(m, input, setpoint);
+    see_need(m, input, setpoint);
+    force_current(m);
+    force_by(m, setpoint);
+    if (stalls(m, input)) {
+        fail(m, MANOEUVRE_STALLED, setpoint);
+    } else if (m->now != (int32_t)MANOEUVRE_FORCED &&
+               bounds_within(target - m->forced.speed, REACHED_SHARE * limits->handover_speed)) {
+        manoeuvres_enter(m, MANOEUVRE_HANDOVER);
+        handover_enter(&m->handover, input->current);
+    }
+}
+
+void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
+{
+    const estimate_t *estimate = input->estimate;
+    const float forced = m->forced.speed;
+    const float wanted = manoeuvres_wanted(m, &input->wish);
+    lock_step(&m->lock, estimate, input->scatter);
+    see_need(m, input, setpoint);
+    m->forced.current = handover_current(&m->handover, m->forced.current, m->forced.wanted, m->forced.needed);
+    force_by(m, setpoint);
+    const handover_outcome_t outcome =
+        handover_step(&m->handover, estimate, &m->lock, forced, input->current);
+    if (outcome == HANDOVER_GOOD) { /* nothing but the frame changes */
+        manoeuvres_enter_run(m, m->handover.mean, estimate->omega_smooth);
+        manoeuvres_run_at(m, input, estimate->frame.omega_e, m->run.omega_m_ref, setpoint);
+        setpoint->change = (int32_t)FRAME_TURNS;
+    } else if (outcome == HANDOVER_FAILED) {
+        fail(m, MANOEUVRE_UNLOCKED, setpoint);
+    } else if (stalls(m, input)) {
+        fail(m, MANOEUVRE_STALLED, setpoint);
+    } else if (bounds_within(wanted, m->limits.handover_speed) || wanted * forced < 0.0f) {
+        manoeuvres_enter(m, MANOEUVRE_FORCED);
+    }
+}
+
+/* From the estimate's frame into a forced one in which the same torque acts: its d axis is ahead of the
+ * rotor's by the load angle. The speed is the lesser of two that can both be wrong. */
+void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
+{
+    const estimate_t *estimate = input->estimate;
+    const float i_q = input->current.q;
+    m->forced.wanted = m->limits.current_start;
+    m->forced.quickness = 1.0f;
+    m->forced.needed = bounds_magnitude(i_q);
+    m->forced.emf_length = estimate->amplitude;
+    const float sine = bounds_clamp(i_q * m->limits.current_inverse, GRIP_MAX);
+    const float square = 1.0f - sine * sine;
+    const float ahead = trig_angle((rotation_t){sine, square * inverse_root(square)});
+    const float emf_speed = estimate->amplitude * m->limits.speed_per_volt;
+    manoeuvres_enter(m, MANOEUVRE_FORCED);
+    m->forced.speed = bounds_clamp(estimate->omega_smooth, emf_speed);
+    m->forced.current = m->forced.wanted;
+    begin_frame(m, FRAME_TURNS, ahead, setpoint);
+}

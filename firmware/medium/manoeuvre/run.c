@@ -1,0 +1,205 @@
+#include "medium/manoeuvre/run.h"
+
+#include "math/filter.h"
+#include "math/root.h"
+
+/* Of the speed control that is slowed down because it oscillates [-]. */
+#define CALMER     0.5f /* each time */
+#define CALM_LEAST 0.25f
+
+/* [-] by which the limits of i_q, which are those of two steps ago, are no limit of the torque. */
+#define ROOM_SPARE 1.05f
+
+void run_init(run_t *run, const run_tuning_t *tuning)
+{
+    run->tuning = *tuning;
+    run->calm = 1.0f;
+    run->low_kept = 1.0f;
+    weakening_init(&run->weakening, &tuning->weakening);
+    speed_control_init(&run->speed, &tuning->speed);
+    run_limit(run, -tuning->speed.current_limit, tuning->speed.current_limit);
+    run_enter(run, (dq_t){0.0f, 0.0f}, 0.0f);
+}
+
+void run_enter(run_t *run, dq_t current, float omega_m)
+{
+    const float kept = run->low_kept * run->tuning.low_current;
+    run->omega_m_ref = omega_m;
+    run->i_d = current.d;
+    run->i_d_mtpa = 0.0f;
+    if (run->tuning.saliency > 0.0f) {
+        run->i_d_low = current.d < 0.0f ? -bounds_clamp(current.d, kept) : 0.0f;
+        run->i_d_left = current.d + run->i_d_low;
+    } else {
+        run->i_d_low = bounds_clamp(current.d, kept);
+        run->i_d_left = current.d;
+    }
+    run->torque = run_torque(run) * current.q;
+    speed_control_reset(&run->speed, run->torque, omega_m);
+}
+
+void run_calm(run_t *run, bool whole)
+{
+    const float calmer = CALMER * run->calm;
+    run->calm = whole ? 1.0f : calmer > CALM_LEAST ? calmer : CALM_LEAST;
+    const speed_control_tuning_t speed = speed_control_slower(&run->tuning.speed, run->calm);
+    speed_control_take(&run->speed, &speed, run->omega_m_ref);
+}
+
+/* ---- i_d ---- */
+
+/* Size of the i_d of most torque per ampere beside this i_q [A]: 2 D i_q^2/(psi_f + sqrt(psi_f^2 + 4 D^2
+ * i_q^2)).
+ */
+static float most_per_ampere(const run_t *run, float i_q)
+{
+    const float lean = 2.0f * run->tuning.saliency * i_q;
+    const float square = 1.0f + lean * lean;
+    return lean * i_q / (1.0f + square * inverse_root(square));
+}
+
+/* i_d of a salient rotor [A]. It follows i_q in some steps, for i_q follows it. */
+static float salient(run_t *run, float i_q, float low)
+{
+    const run_tuning_t *tuning = &run->tuning;
+    const float wanted = tuning->mtpa != 0u ? most_per_ampere(run, i_q) : 0.0f;
+    run->i_d_mtpa = lowpass_step(run->i_d_mtpa, RUN_MTPA_SHARE, wanted);
+    run->i_d_low = lowpass_step(run->i_d_low, tuning->low_share, low);
+    return run->i_d_left - (run->i_d_low > run->i_d_mtpa ? run->i_d_low : run->i_d_mtpa);
+}
+
+/* i_d that is not wished for [A] beside an i_q [A], the voltage apart. */
+static float unweakened(run_t *run, float i_q, float omega_e)
+{
+    const run_tuning_t *tuning = &run->tuning;
+    const float slower = 1.2f - bounds_magnitude(omega_e) * tuning->low_inverse;
+    const float kept = slower < 1.0f ? (slower > 0.2f ? slower : 0.2f) : 1.0f;
+    const float short_of = kept * run->low_kept * tuning->low_current - bounds_magnitude(i_q);
+    const float low = short_of > 0.0f ? short_of : 0.0f;
+    const float left = tuning->fade * run->i_d_left;
+    run->i_d_left = bounds_within(left, RUN_NOTHING) ? 0.0f : left;
+    if (tuning->saliency > 0.0f) {
+        return salient(run, i_q, low);
+    }
+    run->i_d_low = lowpass_step(run->i_d_low, tuning->low_share, low);
+    return run->i_d_left > run->i_d_low ? run->i_d_left : run->i_d_low;
+}
+
+/* ---- torque ---- */
+
+float run_room(const run_t *run)
+{
+    const float limit = run->speed.current_limit;
+    const bool looks = run->weakening.looks != 0u;
+    const float i_d = run->tuning.saliency > 0.0f || looks ? run->i_d : run->i_d_left;
+    const float square = limit * limit - i_d * i_d;
+    const float room = i_d == 0.0f ? limit : root_or_none(square);
+    const float most = run->weakening.i_q_most;
+    return looks && most < room ? most : room;
+}
+
+/* Of the torque as a current of psi_f: by heat and DC link, longest vector and voltage. Where the voltage may
+ * limit, i_d goes to where there is most torque only if that much may be wished for: so there it is the i_d
+ * of the limit that makes a torque of i_q, and what is left of i_q in the fast task has the last word. */
+static bounds_t torque_limits(const run_t *run)
+{
+    const weakening_t *weakening = &run->weakening;
+    const float room = run_room(run);
+    const float torque = weakening->looks != 0u ? ROOM_SPARE * weakening->torque_share : run_torque(run);
+    bounds_t limits = {torque * bounds_clamp(run->lower, room), torque * bounds_clamp(run->upper, room)};
+    if (weakening->looks != 0u) {
+        limits.lower = bounds_clamp(limits.lower, weakening->torque_limit);
+        limits.upper = bounds_clamp(limits.upper, weakening->torque_limit);
+    }
+    return limits;
+}
+
+/* To where the torque may have grown at the end of this step. */
+static bounds_t grown(const run_t *run)
+{
+    const float last = run->torque;
+    return (bounds_t){(last < 0.0f ? last : 0.0f) - run->tuning.slew,
+                      (last > 0.0f ? last : 0.0f) + run->tuning.slew};
+}
+
+/* The torque of the speed control, and how the periods until the next step change it with the speed. */
+static void follow_speed(run_t *run, float omega_m, bounds_t limits)
+{
+    const float kp = run->speed.pi.tuning.kp;
+    float standing = speed_control_standing(&run->speed, run->omega_m_ref);
+    bounds_t narrow = limits;
+    if (run->tuning.slew > 0.0f) {
+        const bounds_t slewed = grown(run);
+        narrow = (bounds_t){bounds_between(slewed.lower, limits), bounds_between(slewed.upper, limits)};
+        standing = bounds_between(standing - kp * omega_m, slewed) + kp * omega_m;
+    }
+    run->torque = speed_control_step(&run->speed, run->omega_m_ref, omega_m, narrow.lower, narrow.upper);
+    run->i_q_standing = standing;
+    run->stiffness = kp;
+}
+
+/* The torque that is wished for [N m]. The speed control follows it. */
+static void follow_torque(run_t *run, float wanted, float omega_m, bounds_t limits)
+{
+    const float torque = bounds_between(run->tuning.per_torque * wanted, limits);
+    run->torque = run->tuning.slew > 0.0f ? bounds_between(torque, grown(run)) : torque;
+    run->i_q_standing = run->torque;
+    run->stiffness = 0.0f;
+    run->omega_m_ref = omega_m;
+    speed_control_reset(&run->speed, run->torque, omega_m);
+}
+
+/* The current that makes the torque [A]: i_d from the i_q that it takes beside the i_d of the last step, and
+ * by what the voltage leaves; of i_q psi_f/psi_a. */
+static dq_t current_of(run_t *run, float i_d_wanted, float omega_e)
+{
+    const bool salient_rotor = run->tuning.saliency > 0.0f;
+    const float i_q = salient_rotor ? run->torque / run_torque(run) : run->torque;
+    const float full = i_d_wanted + unweakened(run, i_q, omega_e);
+    run->i_d = weakening_i_d(&run->weakening, run->torque, full, omega_e) - i_d_wanted;
+    const float share = salient_rotor ? 1.0f / run_torque(run) : 1.0f;
+    run->i_q_standing *= share;
+    run->stiffness *= share;
+    return (dq_t){i_d_wanted + run->i_d, share * run->torque};
+}
+
+/* ---- the step ---- */
+
+void run_step(run_t *run, const run_wish_t *wish, float omega_e, float omega_m, dq_t *current,
+              float *omega_m_ref)
+{
+    switch (wish->mode) {
+    case RUN_ZERO:
+        run->omega_m_ref = omega_m;
+        run->torque = 0.0f;
+        *current = (dq_t){0.0f, 0.0f};
+        run->i_q_standing = 0.0f;
+        run->stiffness = 0.0f;
+        *omega_m_ref = 0.0f;
+        return;
+    case RUN_CURRENT:
+        run->omega_m_ref = omega_m;
+        *current =
+            (dq_t){wish->current.d, bounds_between(wish->current.q, (bounds_t){run->lower, run->upper})};
+        run->i_q_standing = current->q;
+        run->stiffness = 0.0f;
+        run->i_d = current->d;
+        run->torque = run_torque(run) * current->q;
+        speed_control_reset(&run->speed, run->torque, omega_m);
+        *omega_m_ref = omega_m;
+        return;
+    case RUN_TORQUE:
+        follow_torque(run, wish->torque, omega_m, torque_limits(run));
+        break;
+    case RUN_SPEED:
+        run->omega_m_ref = run_reference(run, wish->omega_m_ref, run->tuning.ramp);
+        follow_speed(run, omega_m, torque_limits(run));
+        break;
+    case RUN_STOP:
+        run->omega_m_ref = run_reference(run, 0.0f, run->tuning.stop_ramp);
+        follow_speed(run, omega_m, torque_limits(run));
+        break;
+    }
+    *current = current_of(run, wish->current.d, omega_e);
+    *omega_m_ref = run->omega_m_ref;
+}

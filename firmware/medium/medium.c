@@ -1,0 +1,372 @@
+#include "medium/medium_parts.h"
+
+#include <string.h>
+
+#include "guard/guard_quantities.h"
+#include "math/bounds.h"
+#include "settings/reasons.h"
+
+/* [-] of the EMF that a rotor of the estimated speed has: psi_f wrong by a quarter, and an angle by 0.35 rad
+ */
+#define CONFIRMED_LEAST 0.7f
+#define CONFIRMED_MOST  1.5f
+
+/* [-] of the link, that the EMF of a rotor may have whose current through the diodes is not seen */
+#define CONFIRMED_BEYOND 1.15f
+
+/* So long a suspicion against a sensor or a wire goes before what the EMF says of the rotor. */
+#define SUSPICION_PERIODS DRIVE_PERIODS(3.5e-3f)
+
+/* ---- faults ---- */
+
+/* Does the EMF of a catch come from a rotor? Noise has a length, but no mean in a frame that turns, and no
+ * direction. A rotor whose EMF is far beyond the link would have fed it before the gates came on. What has
+ * been lost is no witness. */
+static bool is_caught(const medium_t *medium, const window_t *window)
+{
+    const window_catch_t *catching = &window->catching;
+    const float least = CONFIRMED_LEAST * catching->length;
+    const float most = CONFIRMED_BEYOND * FRAMES_ONE_OVER_SQRT_3 * window->measured.u_dc;
+    const ab_t mean = catching->emf;
+    return medium->manoeuvres.now == (int32_t)MANOEUVRE_CATCH &&
+           mean.alpha * mean.alpha + mean.beta * mean.beta >= least * least &&
+           !bounds_within(catching->cross, catching->cross_min) && catching->length <= most;
+}
+
+/* Does the EMF confirm the speed? A loop that tracks the rotor has it on its q axis, with its length, but for
+ * a relock, whose loop was off the rotor when it began. The encoder needs no confirmation. */
+static bool is_confirmed(const medium_t *medium, const window_t *window)
+{
+    const manoeuvres_t *m = &medium->manoeuvres;
+    if (m->sensorless == 0u) {
+        return true;
+    }
+    if (m->tracking == 0u) {
+        return is_caught(medium, window);
+    }
+    return m->now != (int32_t)MANOEUVRE_RELOCK && m->lock.projection >= CONFIRMED_LEAST * m->lock.expected &&
+           m->lock.projection <= CONFIRMED_MOST * m->lock.expected;
+}
+
+/* The speed of a catch is the EMF's length over psi_f: may a psi_f that is believed too small make it one
+ * beyond the trip? A loop that tracks counts turns instead. */
+static bool is_by_length(const medium_t *medium, const window_t *window)
+{
+    const manoeuvres_t *m = &medium->manoeuvres;
+    const float least = CONFIRMED_LEAST * window->omega_m;
+    return m->sensorless != 0u && m->tracking == 0u && bounds_within(least, medium->speed.trip);
+}
+
+/* What is seen at the end of the window. */
+drive_fault_t medium_seen_in(const window_t *window, int32_t reason)
+{
+    return (drive_fault_t){
+        .reason = reason,
+        .period = window->period,
+        .i_a = window->measured.current_abc.a,
+        .i_b = window->measured.current_abc.b,
+        .u_dc = window->measured.u_dc,
+        .theta_e = window->rotor.theta_e,
+        .omega_e = window->rotor.omega_e,
+    };
+}
+
+/* The drive has gone into fault, with what was seen then. A fault that speaks of the shaft's speed, where
+ * only the estimate has one, names the estimate. */
+static void note(medium_t *medium, const window_t *window, drive_fault_t stop)
+{
+    sequence_t *sequence = &medium->sequence;
+    const bool overspeed = sequence->fault_reason == (int32_t)REASON_OVERSPEED;
+    const bool of_speed = overspeed || sequence->fault_reason == (int32_t)REASON_ROTOR_TOO_FAST;
+    if (of_speed && (!is_confirmed(medium, window) || (overspeed && is_by_length(medium, window)))) {
+        sequence->fault_reason = (int32_t)REASON_ESTIMATE_ASTRAY;
+    }
+    medium->fault = stop;
+    medium->fault.reason = sequence->fault_reason;
+    medium->fault.manoeuvre = medium->manoeuvres.now;
+    medium->faults++;
+}
+
+void medium_stop(medium_t *medium, const window_t *window, drive_fault_t stop)
+{
+    sequence_fault(&medium->sequence, stop.reason);
+    note(medium, window, stop);
+}
+
+/* ---- guard ---- */
+
+/* The moments in which rows of the fault table count, once the gates are on. */
+static uint32_t moments(const medium_t *medium, const medium_tuning_t *tuning)
+{
+    const manoeuvres_t *m = &medium->manoeuvres;
+    if (!sequence_bridge_on(&medium->sequence)) {
+        return GUARD_ALWAYS;
+    }
+    return GUARD_ALWAYS | GUARD_RUNNING | (m->sensorless != 0u ? 0u : GUARD_ENCODER) |
+           (manoeuvres_judged(m) ? GUARD_TRACKING : 0u) |
+           (link_excuses(&medium->link, &tuning->link) ? 0u : GUARD_SUPPLIED);
+}
+
+/* Is the EMF beyond the link? It may be that of a sensor or a wire: while one is suspected its own row has
+ * the first word, for a while. */
+static bool is_too_fast(const medium_t *medium, const window_t *window)
+{
+    return (medium->manoeuvres.failed & MANOEUVRE_TOO_FAST) != 0u &&
+           ((medium->found.current_faults & CURRENT_WATCH_MAYBE) == 0u ||
+            window->catching.periods_beyond >= SUSPICION_PERIODS);
+}
+
+/* The rows of the fault table that are judged once a window. */
+static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
+{
+    const manoeuvres_t *m = &medium->manoeuvres;
+    medium->background.unattended += medium->background.unattended != 0u ? DRIVE_WINDOW : 0u;
+    const guard_found_t found = {
+        .estimate_invalid = medium->estimate.invalid,
+        .unlocked = m->unlocked,
+        .failed = m->failed,
+        .too_fast = is_too_fast(medium, window) ? 1u : 0u,
+        .unattended = medium->background.unattended > tuning->unattended_max ? 1u : 0u,
+        .reported = medium->background.reported,
+        .moves_wrong = medium->found.moves_wrong,
+        .encoder_lost = m->encoder_lost,
+        .current_faults = medium->found.current_faults,
+        .heat = medium->thermal.conditions,
+        .link = medium->link.conditions,
+        .loops = (m->limits.slow_loop != 0u ? GUARD_LOOP_SLOW : 0u) |
+                 (m->run.calm < 1.0f ? GUARD_LOOP_OSCILLATED : 0u),
+    };
+    const guard_input_t input = {
+        .measured = &window->measured,
+        .omega_m = window->omega_m,
+        .encoder_wrong = medium->found.encoder_wrong,
+        .found = &found,
+        .now = medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON ? GUARD_ALWAYS : moments(medium, tuning),
+    };
+    guard_step_slow(&medium->guard, &tuning->guard, &input);
+}
+
+/* ---- sequence ---- */
+
+static uint32_t sequence(medium_t *medium, const window_t *window, const requests_t *requests)
+{
+    const bool was_fault = medium->sequence.state == (int32_t)DRIVE_FAULT;
+    const sequence_input_t input = {
+        .requests = requests,
+        .measured = &window->measured,
+        .faults = fault_set_both(medium->guard.faults, window->failed),
+        .stops = medium->guard.stops,
+        .standing =
+            manoeuvres_knows(&medium->manoeuvres) && bounds_within(window->omega_m, SEQUENCE_STANDSTILL),
+        .bridge = (bridge_t)window->bridge,
+        .calibration = (calibration_t)window->calibration,
+    };
+    if (window->stop.reason != (int32_t)REASON_NONE && !was_fault) {
+        medium_stop(medium, window, window->stop);
+    }
+    const bool stopped = medium->sequence.state == (int32_t)DRIVE_FAULT;
+    const uint32_t order = sequence_step(&medium->sequence, &input);
+    if (!stopped && medium->sequence.state == (int32_t)DRIVE_FAULT) {
+        note(medium, window, medium_seen_in(window, REASON_NONE));
+    }
+    return order;
+}
+
+/* ---- manoeuvre ---- */
+
+static run_wish_t wish(const medium_t *medium, const requests_t *requests)
+{
+    run_wish_t wish = {RUN_SPEED,
+                       requests->speed_request,
+                       {requests->i_d_request, requests->i_q_request},
+                       requests->torque_request};
+    if (medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON) {
+        wish.mode = RUN_ZERO;
+    } else if (medium->sequence.state == (int32_t)DRIVE_QUICK_STOP) {
+        wish.mode = RUN_STOP;
+    } else if (requests->mode == (int32_t)MODE_CURRENT) {
+        wish.mode = RUN_CURRENT;
+    } else if (requests->mode == (int32_t)MODE_TORQUE) {
+        wish.mode = RUN_TORQUE;
+    }
+    return wish;
+}
+
+/* What the fast task does by itself where the encoder's angle jumps. */
+static jump_reaction_t at_a_jump(const medium_t *medium, const window_t *window)
+{
+    const manoeuvres_t *m = &medium->manoeuvres;
+    const bool runs = sequence_bridge_on(&medium->sequence) &&
+                      medium->sequence.state != (int32_t)DRIVE_SWITCHED_ON &&
+                      m->now == (int32_t)MANOEUVRE_RUN && m->sensorless == 0u && window->estimating != 0u;
+    if (!runs || m->limits.encoder_fault == (int32_t)ENCODER_FAULT_IGNORED) {
+        return JUMP_IGNORED;
+    }
+    if (m->limits.encoder_fault != (int32_t)ENCODER_FAULT_SENSORLESS) {
+        return JUMP_OPENS;
+    }
+    return manoeuvres_is_locked(m, &window->estimate) ? JUMP_TO_ESTIMATE : JUMP_TO_CATCH;
+}
+
+/* What the motor does now: source of the frame and references. */
+static void manoeuvre(medium_t *medium, const window_t *window, const requests_t *requests, uint32_t order)
+{
+    manoeuvres_t *m = &medium->manoeuvres;
+    setpoint_t *setpoint = &medium->setpoint;
+    if ((order & SEQUENCE_ON) == 0u) {
+        manoeuvres_end(m);
+        setpoint->source = (int32_t)(m->sensorless != 0u ? SOURCE_NONE : SOURCE_ENCODER);
+        setpoint->current = (dq_t){0.0f, 0.0f};
+        setpoint->omega_m_ref = 0.0f;
+        m->run.torque = 0.0f;
+        return;
+    }
+    if ((order & SEQUENCE_BEGIN) != 0u) {
+        flux_reset(&medium->flux, m->sensorless != 0u ? 0.0f : window->encoder.omega_e);
+        offset_trim_reset(&medium->offset_trim, medium->offset_trim.offset);
+        current_watch_begin(&medium->current_watch);
+        manoeuvres_begin(m, window->omega_m, setpoint);
+        return;
+    }
+    const manoeuvres_input_t input = medium_manoeuvres_input(medium, window, wish(medium, requests));
+    const uint32_t tracked = m->tracking;
+    run_limit(&m->run, window->bounds.lower, window->bounds.upper);
+    run_look(&m->run, window->measured.u_dc, m->limits.pole_pairs * window->omega_m, window->voltage);
+    manoeuvres_step(m, &input, setpoint);
+    if (tracked == 0u && m->tracking != 0u) {
+        flux_reset(&medium->flux, input.estimate->omega_smooth);
+        offset_trim_reset(&medium->offset_trim, medium->offset_trim.offset);
+    }
+}
+
+manoeuvres_input_t medium_manoeuvres_input(medium_t *medium, const window_t *window, run_wish_t wish)
+{
+    const float share = 1.0f / (float)DRIVE_WINDOW;
+    return (manoeuvres_input_t){
+        .estimate = &medium->estimate,
+        .current = medium->means.current_rotor,
+        .sample = window->measured.current,
+        .scatter = share * window->sum.scatter,
+        .tracked = window->sum.tracked,
+        .encoder = window->encoder,
+        .omega_m = window->omega_m,
+        .wish = wish,
+        .losses = medium->guard.losses.word[0] | medium->guard.losses.word[1],
+        .outcome = window->catching.outcome,
+        .setpoint = window->setpoint,
+    };
+}
+
+/* ---- the task ---- */
+
+/* How the fast task's idea of the load follows i_q: not from the setpoint on that moves the reference until
+ * the speed has arrived, for what i_q has beyond it then accelerates. */
+static float load_share(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
+{
+    const inertia_t *inertia = &medium->inertia;
+    const bool moves = medium->setpoint.omega_m_ref != medium->speed.reference;
+    medium->speed.reference = medium->setpoint.omega_m_ref;
+    medium->speed.still = moves ? 0u : medium->speed.still + (medium->speed.still <= DRIVE_LATENCY ? 1u : 0u);
+    if (inertia->tuning.on == 0u || window->tracking == 0u) {
+        return 0.0f;
+    }
+    const float share = inertia_load_share(inertia, tuning->load_follows, tuning->load_most);
+    /* the setpoint that has moved the reference is not in a window yet */
+    return medium->speed.still <= DRIVE_LATENCY && share < 1.0f ? 0.0f : share;
+}
+
+/* What the fast task shall do, beside the manoeuvre's part. */
+static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t *window, uint32_t order)
+{
+    setpoint_t *setpoint = &medium->setpoint;
+    const sequence_t *sequence = &medium->sequence;
+    setpoint->gates = order & SEQUENCE_ON;
+    setpoint->calibrate = (int32_t)(sequence->state == (int32_t)DRIVE_NOT_READY ? CALIBRATE_ALL
+                                    : sequence->state == (int32_t)DRIVE_FAULT   ? CALIBRATE_NOT
+                                                                                : CALIBRATE_BLOCKS);
+    setpoint->trim = medium->offset_trim.offset;
+    setpoint->moments = moments(medium, tuning);
+    setpoint->jump = (int32_t)at_a_jump(medium, window);
+    setpoint->jump_periods = MANOEUVRE_CATCH_PERIODS;
+    setpoint->dither =
+        manoeuvres_dithers(&medium->manoeuvres) ? medium->inductance.dither : (dq_t){0.0f, 0.0f};
+    const float room = run_room(&medium->manoeuvres.run); /* beside what a hand-over has left of i_d */
+    setpoint->current_limit = room < medium->thermal.limit ? room : medium->thermal.limit;
+    setpoint->only_brakes =
+        sequence->state == (int32_t)DRIVE_QUICK_STOP && medium->manoeuvres.run.tuning.stop_ramp == 0.0f;
+    setpoint->models.load_share = load_share(medium, tuning, window);
+    setpoint->models.load_seen = medium->inertia.load;
+    setpoint->models.gained = inertia_gained(&medium->inertia, medium->means.omega);
+    setpoint->models.foreseen = inertia_foreseen(&medium->inertia);
+    setpoint->models.flux_linkage = medium->flux.flux_linkage;
+    setpoint->models.speed_per_volt = medium->flux.speed_per_volt;
+    setpoint->models.dead_time = medium->dead_time_learn.effective;
+    setpoint->models.spared = medium->ripple.spared;
+    setpoint->link.sunk = medium->link.sunk;
+    setpoint->link.low = medium->link.low;
+}
+
+void medium_step(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
+                 const requests_t *requests)
+{
+    setpoint_t *setpoint = &medium->setpoint;
+    setpoint->number = window->number;
+    setpoint->enter = 0u;
+    setpoint->change = (int32_t)FRAME_GOES_ON;
+    setpoint->lock = (int32_t)LOCK_KEEP;
+    setpoint->stiffness = 0.0f;
+
+    medium_learn(medium, window);
+    medium_watch_currents(medium, window);
+    medium_watch_motion(medium, window, requests);
+    medium_limit(medium, tuning, window, requests);
+    judge(medium, tuning, window);
+    const uint32_t order = sequence(medium, window, requests);
+    manoeuvre(medium, window, requests, order);
+    set(medium, tuning, window, order);
+}
+
+void medium_init(medium_t *medium, const medium_tuning_t *tuning)
+{
+    memset(medium, 0, sizeof *medium);
+    guard_init(&medium->guard);
+    sequence_init(&medium->sequence, &tuning->sequence);
+    manoeuvres_init(&medium->manoeuvres, &tuning->manoeuvres);
+    offset_trim_init(&medium->offset_trim, &tuning->offset_trim);
+    inductance_init(&medium->inductance, &tuning->inductance);
+    inertia_init(&medium->inertia, &tuning->inertia);
+    encoder_watch_init(&medium->encoder_watch, &tuning->encoder_watch);
+    motion_watch_init(&medium->motion_watch, &tuning->motion_watch);
+    oscillation_watch_init(&medium->oscillation_watch, &tuning->oscillation_watch);
+    thermal_init(&medium->thermal, &tuning->thermal);
+    link_init(&medium->link, &tuning->link);
+    medium_set_tuning(medium, tuning);
+    medium->setpoint.calibrate = (int32_t)CALIBRATE_ALL;
+    medium->setpoint.moments = GUARD_ALWAYS;
+    medium->setpoint.source = (int32_t)(medium->manoeuvres.sensorless != 0u ? SOURCE_NONE : SOURCE_ENCODER);
+    medium->setpoint.current_limit = medium->thermal.limit;
+}
+
+void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
+{
+    medium->speed.trip = tuning->guard.limit[FAULT_LIMIT_OVERSPEED];
+    sequence_take(&medium->sequence, &tuning->sequence);
+    validity_take(&medium->validity, &tuning->validity);
+    flux_take(&medium->flux, &tuning->flux);
+    offset_trim_take(&medium->offset_trim, &tuning->offset_trim);
+    inductance_take(&medium->inductance, &tuning->inductance);
+    inertia_take(&medium->inertia, &tuning->inertia);
+    dead_time_learn_take(&medium->dead_time_learn, &tuning->dead_time_learn);
+    emf_shape_take(&medium->ripple.emf_shape, &tuning->emf_shape);
+    unequal_legs_take(&medium->ripple.unequal_legs, &tuning->unequal_legs);
+    manoeuvres_take(&medium->manoeuvres, &tuning->manoeuvres);
+    encoder_watch_take(&medium->encoder_watch, &tuning->encoder_watch);
+    motion_watch_take(&medium->motion_watch, &tuning->motion_watch);
+    oscillation_watch_take(&medium->oscillation_watch, &tuning->oscillation_watch);
+    current_watch_take(&medium->current_watch, &tuning->current_watch);
+    thermal_take(&medium->thermal, &tuning->thermal);
+    link_take(&medium->link, &tuning->link);
+    medium->setpoint.models.flux_linkage = medium->flux.flux_linkage;
+    medium->setpoint.models.speed_per_volt = medium->flux.speed_per_volt;
+    medium->setpoint.models.dead_time = medium->dead_time_learn.effective;
+}

@@ -1,0 +1,129 @@
+/* The medium task, once in a window of DRIVE_WINDOW periods, 1.25 kHz: a window in, a setpoint out.
+ *
+ *     window --> learn --> watch --> limit --> guard --> sequence --> manoeuvre --> setpoint
+ *
+ * It reads the window and writes its own setpoint, nothing else of the fast task's. The setpoint of window n
+ * acts from the first period of window n + 2 on, however long it took to make: so nothing depends on when the
+ * task runs, and it may be interrupted anywhere. */
+#ifndef MEDIUM_MEDIUM_H
+#define MEDIUM_MEDIUM_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "estimator/validity.h"
+#include "fast/window.h"
+#include "guard/guard.h"
+#include "medium/adapt/dead_time_learn.h"
+#include "medium/adapt/emf_shape.h"
+#include "medium/adapt/flux.h"
+#include "medium/adapt/inductance.h"
+#include "medium/adapt/inertia.h"
+#include "medium/adapt/offset_trim.h"
+#include "medium/adapt/sums.h"
+#include "medium/adapt/unequal_legs.h"
+#include "medium/manoeuvre/manoeuvres.h"
+#include "medium/protect/current_watch.h"
+#include "medium/protect/encoder_watch.h"
+#include "medium/protect/link.h"
+#include "medium/protect/motion_watch.h"
+#include "medium/protect/oscillation_watch.h"
+#include "medium/protect/thermal.h"
+#include "medium/sequence.h"
+#include "settings/requests.h"
+
+typedef struct {
+    guard_tuning_t guard;
+    uint32_t unattended_max; /* [periods] that the background may stay away from a running motor */
+    sequence_tuning_t sequence;
+    validity_tuning_t validity;
+    flux_tuning_t flux;
+    offset_trim_tuning_t offset_trim;
+    inductance_tuning_t inductance;
+    inertia_tuning_t inertia;
+    dead_time_learn_tuning_t dead_time_learn;
+    emf_shape_tuning_t emf_shape;
+    unequal_legs_tuning_t unequal_legs;
+    float load_most;    /* of the doubt, with which a change of speed is foreseen [A] */
+    float load_follows; /* share with which the load follows i_q, a period [-] */
+    manoeuvres_tuning_t manoeuvres;
+    encoder_watch_tuning_t encoder_watch;
+    motion_watch_tuning_t motion_watch;
+    oscillation_watch_tuning_t oscillation_watch;
+    current_watch_tuning_t current_watch;
+    thermal_tuning_t thermal;
+    link_tuning_t link;
+} medium_tuning_t;
+
+/* What the watches have found in the last window. */
+typedef struct {
+    uint32_t encoder_wrong;  /* [-] ENCODER_WATCH_... bits */
+    uint32_t moves_wrong;    /* [-] MOTION_... bits */
+    uint32_t current_faults; /* [-] CURRENT_WATCH_... bits */
+} medium_found_t;
+
+/* What the EMF has beside that of a round rotor on equal legs. */
+typedef struct {
+    emf_shape_t emf_shape;
+    unequal_legs_t unequal_legs;
+    ab_t spared; /* what the estimator does not get of it, for the setpoint [V] */
+} medium_ripple_t;
+
+/* What is known of the background. */
+typedef struct {
+    uint32_t unattended; /* [periods] since it came round; 0: it never did */
+    uint32_t reported;   /* [-] GUARD_CORRUPT_... and other bits, as it has found */
+} medium_background_t;
+
+/* Of the mechanical speed. */
+typedef struct {
+    float trip;      /* of the tuning [rad/s] */
+    float reference; /* of the last setpoint [rad/s] */
+    uint32_t still;  /* [windows] for which that stays, up to those until it is in a window */
+} medium_speed_t;
+
+typedef struct {
+    sequence_t sequence;
+    manoeuvres_t manoeuvres;
+    guard_t guard; /* the rows of the fault table that are judged here */
+
+    flux_t flux;
+    offset_trim_t offset_trim;
+    means_t means;
+    validity_t validity; /* of the estimate, judged at the window's end */
+    estimate_t estimate; /* then, its EMF the mean of the window turned there */
+    inductance_t inductance;
+    inertia_t inertia;
+    dead_time_learn_t dead_time_learn;
+    medium_ripple_t ripple;
+    medium_speed_t speed;
+
+    encoder_watch_t encoder_watch;
+    motion_watch_t motion_watch;
+    oscillation_watch_t oscillation_watch;
+    current_watch_t current_watch;
+    medium_found_t found;
+    thermal_t thermal;
+    link_t link;
+    uint32_t coasting; /* [-] 1: the bridge is off because the supply is lost, and comes on again with it */
+
+    medium_background_t background;
+    drive_fault_t fault; /* the last fault: what the drive saw when it stopped */
+    uint32_t faults;     /* [-] since power-on */
+    setpoint_t setpoint; /* the newest */
+} medium_t;
+
+/* All state zero, in not ready, these coefficients. */
+void medium_init(medium_t *medium, const medium_tuning_t *tuning);
+
+/* New coefficients between two windows; the state goes on. */
+void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning);
+
+/* medium->setpoint from this window and what is requested, with these coefficients. */
+void medium_step(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
+                 const requests_t *requests);
+
+/* Latch a fault, with what was seen then; `window`: the newest. */
+void medium_stop(medium_t *medium, const window_t *window, drive_fault_t stop);
+
+#endif

@@ -1,0 +1,195 @@
+/* What is learnt of motor, inverter and sensors, from the sums of a window. */
+#include "medium/medium_parts.h"
+
+#include "math/bounds.h"
+#include "math/trig.h"
+
+/* From the middle of the periods of a mean to their end [s]. */
+#define TO_MIDDLE (0.5f * (float)(DRIVE_WINDOW - 1u) * DRIVE_PERIOD)
+
+/* From the end of a window to the middle of the time in which its setpoint acts, as a voltage [windows]. */
+#define TO_ACTING 1.5f
+
+/* Whether the estimate can be believed, by the criteria of estimator/validity.h: judged once a window, at its
+ * last period, if the loop tracked in that. Anew with the loop. */
+static void judge_estimate(medium_t *medium, const window_t *window)
+{
+    const estimate_t *estimate = &window->estimate;
+    const ab_t error = estimate->current_err;
+    if (window->tracking == 0u) {
+        validity_reset(&medium->validity);
+    } else if (estimate->coasted == 0u) {
+        validity_step(&medium->validity, estimate->omega_smooth, estimate->amplitude / estimate->flux,
+                      estimate->detector, error.alpha * error.alpha + error.beta * error.beta);
+    }
+}
+
+/* The means of the window, in the stationary frame and in the rotor's; medium->estimate: the estimate at its
+ * end with the mean of the EMF, turned there. */
+static void average(medium_t *medium, const window_t *window)
+{
+    const estimate_t *estimate = &window->estimate;
+    const sums_t sums = {
+        .emf = window->sum.emf,
+        .current = window->sum.current,
+        .unsound = window->sum.unsound | medium->validity.debounce.invalid,
+    };
+    sums_mean(&sums, 1.0f / (float)DRIVE_WINDOW, estimate->frame.rotation, estimate->omega_smooth, TO_MIDDLE,
+              &medium->means);
+    medium->means.theta = estimate->frame.theta_e;
+    medium->means.even = manoeuvres_even(&medium->manoeuvres) ? 1u : 0u;
+    medium->estimate = *estimate;
+    medium->estimate.invalid = medium->validity.debounce.invalid | (estimate->invalid & ESTIMATOR_SAMPLE);
+    medium->estimate.emf = frames_inverse_park(medium->means.emf_rotor, estimate->frame.rotation);
+    medium->estimate.coasted = window->sum.tracked < window->sum.periods ? UINT32_C(1) : UINT32_C(0);
+}
+
+/* The offsets of the current sensors, and psi_f: only while the loop tracks. */
+static void learn_slowly(medium_t *medium, const window_t *window)
+{
+    const estimate_t *estimate = &window->estimate;
+    const float share = 1.0f / (float)DRIVE_WINDOW;
+    if (window->tracking == 0u) {
+        return;
+    }
+    if (medium->flux.tuning.share > 0.0f && medium->estimate.coasted == 0u) {
+        flux_step(&medium->flux, estimate->amplitude, estimate->omega_smooth, estimate->detector);
+    }
+    const ab_t mean = {share * window->sum.emf_hat.alpha, share * window->sum.emf_hat.beta};
+    (void)offset_trim_step(&medium->offset_trim, mean, estimate->frame.theta_e, estimate->omega_smooth,
+                           &window->measured.current);
+}
+
+/* What the speed gains says of the inertia, and what of the current carries the load: the loop is not told of
+ * that. */
+static void learn_inertia(medium_t *medium, const window_t *window)
+{
+    inertia_t *inertia = &medium->inertia;
+    if (medium->inertia.tuning.on == 0u) {
+        return;
+    }
+    if (medium->manoeuvres.tracking == 0u) {
+        inertia_rest(inertia);
+        return;
+    }
+    const inertia_input_t input = {
+        .omega_ref = medium->manoeuvres.limits.pole_pairs * window->omega_m_ref,
+        .omega = medium->means.omega,
+        .i_q = medium->means.current_rotor.q * window->estimate.flux * medium->flux.speed_per_volt,
+    };
+    if (medium->means.unsound != 0u || !manoeuvres_steady(&medium->manoeuvres)) {
+        inertia_spoil(inertia);
+    }
+    inertia_step(inertia, &input);
+}
+
+/* What the EMF says of the dead time: for the next duties, and the voltage that acts from now on. It takes no
+ * more than a frame that turns evenly and like the rotor, forced or tracked: not a catch. */
+static void learn_dead_time(medium_t *medium, const window_t *window)
+{
+    if (!(medium->dead_time_learn.tuning.rate > 0.0f)) {
+        return;
+    }
+    if (medium->means.even == 0u) {
+        dead_time_learn_pause(&medium->dead_time_learn);
+        return;
+    }
+    const float pole_pairs = medium->manoeuvres.limits.pole_pairs;
+    const dead_time_learn_input_t input = {
+        .emf = medium->means.emf,
+        .current = medium->means.current,
+        .omega_e = pole_pairs * window->omega_m,
+        .omega_e_ref = pole_pairs * window->omega_m_ref,
+        .link = window->link.mean,
+    };
+    dead_time_learn_step(&medium->dead_time_learn, &input);
+}
+
+/* What the same says of the shape of the EMF and of how the legs differ, once the dead time is known; and
+ * what the estimator is spared of both. They turn little in the time of a window: so a mean of each window
+ * does. */
+static void learn_ripple(medium_t *medium, const window_t *window)
+{
+    const dead_time_learn_t *learn = &medium->dead_time_learn;
+    const bool tracking = window->tracking != 0u;
+    const float omega = tracking ? medium->means.omega : window->frame.omega_e;
+    const float share = tracking ? emf_shape_share(omega) : 0.0f;
+    const float legs_share = unequal_legs_share(omega);
+    if (learn->seen > 0.0f && dead_time_learn_is_settled(learn)) {
+        const emf_shape_input_t shape = {
+            .emf_mean = learn->emf_mean,
+            .rest = learn->rest,
+            .omega_e = medium->manoeuvres.limits.pole_pairs * window->omega_m_ref,
+            .time = learn->seen,
+            .taken = share,
+        };
+        const unequal_legs_input_t legs = {
+            .rest = learn->rest,
+            .current = learn->current,
+            .time = learn->seen,
+            .taken = legs_share,
+        };
+        emf_shape_step(&medium->ripple.emf_shape, &shape);
+        unequal_legs_step(&medium->ripple.unequal_legs, &legs);
+    }
+    const float period = DRIVE_WINDOW_PERIOD;
+    const float ahead = TO_ACTING * period;
+    const rotation_t rotor = trig_advance(window->estimate.frame.rotation, ahead * omega);
+    const ab_t shape = emf_shape_voltage(&medium->ripple.emf_shape, share * omega, rotor);
+    const float turns = (TO_MIDDLE + ahead) * bounds_clamp(omega, UNEQUAL_LEGS_SPEED_MOST);
+    const ab_t current = frames_inverse_park((dq_t){medium->means.current.alpha, medium->means.current.beta},
+                                             trig_turn(turns));
+    const ab_t legs = unequal_legs_voltage(&medium->ripple.unequal_legs, legs_share, current);
+    medium->ripple.spared = (ab_t){shape.alpha + legs.alpha, shape.beta + legs.beta};
+}
+
+/* What a locked loop without encoder answers to the dither, and the next of it. */
+static void learn_inductance(medium_t *medium, const window_t *window)
+{
+    if (!(medium->inductance.tuning.rate > 0.0f)) {
+        return;
+    }
+    if (!manoeuvres_dithers(&medium->manoeuvres)) {
+        inductance_rest(&medium->inductance);
+        return;
+    }
+    const inductance_input_t input = {
+        .emf = medium->means.emf_rotor,
+        .current = medium->means.current_rotor,
+        .detector = window->estimate.detector,
+        .omega_smooth = medium->means.omega,
+        .theta = medium->means.theta,
+        .sound = medium->means.unsound == 0u,
+        .voltage_known = dead_time_learn_is_settled(&medium->dead_time_learn),
+    };
+    inductance_step(&medium->inductance, &input);
+}
+
+/* Nothing is known of what acts. */
+static void pause(medium_t *medium)
+{
+    const ab_t none = {0.0f, 0.0f};
+    inductance_rest(&medium->inductance);
+    dead_time_learn_pause(&medium->dead_time_learn);
+    medium->ripple.spared = none;
+    medium->means = (means_t){none, none, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f, 0.0f, 0u, 0u};
+}
+
+void medium_learn(medium_t *medium, const window_t *window)
+{
+    const ab_t none = {0.0f, 0.0f};
+    if (medium->sequence.state == (int32_t)DRIVE_NOT_READY || window->offsets != 0u) {
+        offset_trim_reset(&medium->offset_trim, none);
+    }
+    if (window->estimating == 0u) {
+        pause(medium);
+        return;
+    }
+    judge_estimate(medium, window);
+    average(medium, window);
+    learn_slowly(medium, window);
+    learn_inertia(medium, window);
+    learn_dead_time(medium, window);
+    learn_ripple(medium, window);
+    learn_inductance(medium, window);
+}

@@ -1,0 +1,203 @@
+/* What the drive is watched by beyond single samples, and what it leaves of the current. */
+#include "medium/medium_parts.h"
+
+#include "math/bounds.h"
+#include "settings/reasons.h"
+
+/* [-] share of the EMF that may be wrong: psi_f by 20 % and the rotor's angle; where that is not known all of
+ * it, in every direction. */
+#define EMF_KNOWN   0.3f
+#define EMF_UNKNOWN 1.3f
+
+/* ---- current sensors and wires ---- */
+
+/* Does the EMF go on smoothly, or hardly count? Not where the loop tracks: that follows the sensors. */
+static bool is_comparable(const manoeuvres_t *m, const window_t *window)
+{
+    switch ((manoeuvre_t)m->now) {
+    case MANOEUVRE_CATCH:
+        return window->catching.turning == 0u;
+    case MANOEUVRE_ALIGN:
+        return true;
+    case MANOEUVRE_OFF:
+    case MANOEUVRE_RUN:
+    case MANOEUVRE_RELOCK:
+    case MANOEUVRE_HANDOVER:
+        break;
+    case MANOEUVRE_RAMP:
+    case MANOEUVRE_FORCED:
+    case MANOEUVRE_REVERSE:
+        return m->tracking == 0u && m->windows >= 1u;
+    }
+    return false;
+}
+
+void medium_watch_currents(medium_t *medium, const window_t *window)
+{
+    current_watch_t *watch = &medium->current_watch;
+    const manoeuvres_t *m = &medium->manoeuvres;
+    if (window->estimating == 0u || watch->tuning.judged == 0u) {
+        medium->found.current_faults = 0u;
+        return;
+    }
+    const bool known = m->sensorless == 0u || m->tracking != 0u;
+    const float omega_e = m->limits.pole_pairs * window->omega_m;
+    const current_watch_input_t input = {
+        .periods = window->sum.periods,
+        .voltage = window->sum.voltage,
+        .asked_for = window->sum.reference,
+        .moved = window->sum.moved,
+        .current = window->measured.current_abc,
+        .error = window->estimate.current_err,
+        .reference = window->reference,
+        .frame = window->frame.rotation,
+        .u_dc = window->measured.u_dc,
+        .rotor = window->rotor.rotation,
+        .omega_e = known ? omega_e : 0.0f,
+        .doubt = (known ? EMF_KNOWN : EMF_UNKNOWN) * bounds_magnitude(omega_e),
+        .forced = !known && manoeuvres_knows(m),
+        .contradicted = medium->encoder_watch.of_a_phase != 0u,
+        .elsewhere = medium->encoder_watch.elsewhere != 0u,
+        .limited = window->sum.limited != 0u,
+        .comparable = is_comparable(m, window),
+    };
+    medium->found.current_faults = current_watch_step(watch, &input);
+}
+
+/* ---- encoder and shaft ---- */
+
+/* Is the encoder to be judged: does control turn with it, and is the EMF known beside it? */
+static bool judges_encoder(const medium_t *medium, const window_t *window)
+{
+    const manoeuvres_t *m = &medium->manoeuvres;
+    return m->sensorless == 0u && m->limits.encoder_fault != (int32_t)ENCODER_FAULT_IGNORED &&
+           window->estimating != 0u;
+}
+
+static uint32_t watch_shaft(medium_t *medium, const window_t *window, const requests_t *requests)
+{
+    const manoeuvres_t *m = &medium->manoeuvres;
+    const motion_watch_input_t input = {
+        .i_q = run_torque(&m->run) * window->current.q, /* as a current of psi_f */
+        .i_q_ref = window->reference.q,
+        .limit = run_room(&m->run),
+        .omega_m = window->omega_m,
+        .omega_m_ref = window->omega_m_ref,
+        .believed = m->sensorless == 0u,
+        .confirmed = medium->encoder_watch.confirmed != 0u,
+        .asked = requests->mode == (int32_t)MODE_SPEED || medium->sequence.state == (int32_t)DRIVE_QUICK_STOP,
+    };
+    return motion_watch_step(&medium->motion_watch, &input);
+}
+
+/* May the EMF be wrong, by a wire or a current sensor? Those are told by the current watch, which needs
+ * longer than a large EMF that is off the encoder's axis, and has the first word where both find something. A
+ * sensor that is only suspected is no doubt: the watch expects the EMF where the encoder puts it. */
+static bool doubts_emf(const medium_t *medium, const window_t *window)
+{
+    if ((medium->found.current_faults & ~CURRENT_WATCH_MAYBE) != 0u) {
+        return true;
+    }
+    const abc_t asked = frames_inverse_clarke(frames_inverse_park(window->reference, window->frame.rotation));
+    return current_watch_lacks(&medium->current_watch, window->measured.current_abc, asked);
+}
+
+/* A speed loop that oscillates is made slower. In mode current nothing is controlled by the speed. */
+static void watch_oscillation(medium_t *medium, const window_t *window, const requests_t *requests)
+{
+    oscillation_watch_t *watch = &medium->oscillation_watch;
+    if (requests->mode != (int32_t)MODE_SPEED) {
+        oscillation_watch_rest(watch);
+    } else if (oscillation_watch_step(watch, window->reference.q, window->omega_m_ref)) {
+        run_calm(&medium->manoeuvres.run, false);
+    }
+}
+
+/* Without the encoder from here on: who watched it begins anew. */
+static void forget_encoder(medium_t *medium)
+{
+    encoder_watch_rest(&medium->encoder_watch);
+    motion_watch_rest(&medium->motion_watch);
+    current_watch_begin(&medium->current_watch);
+    medium->found.encoder_wrong = 0u;
+}
+
+static void rest(medium_t *medium)
+{
+    encoder_watch_rest(&medium->encoder_watch);
+    motion_watch_rest(&medium->motion_watch);
+    oscillation_watch_rest(&medium->oscillation_watch);
+    medium->found.moves_wrong = 0u;
+}
+
+void medium_watch_motion(medium_t *medium, const window_t *window, const requests_t *requests)
+{
+    manoeuvres_t *m = &medium->manoeuvres;
+    const run_wish_t none = {RUN_ZERO, 0.0f, {0.0f, 0.0f}, 0.0f};
+    medium->found.encoder_wrong = 0u;
+    encoder_watch_add(&medium->encoder_watch, window->sum.voltage);
+    if (!sequence_bridge_on(&medium->sequence) || medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON ||
+        m->now != (int32_t)MANOEUVRE_RUN) { /* nobody drives the shaft */
+        rest(medium);
+        encoder_watch_begin(&medium->encoder_watch, window->measured.current);
+        return;
+    }
+    if (window->left != (int32_t)JUMP_IGNORED) {
+        const manoeuvres_input_t input = medium_manoeuvres_input(medium, window, none);
+        manoeuvres_left_encoder(m, &input, window->left == (int32_t)JUMP_TO_ESTIMATE, &medium->setpoint);
+        forget_encoder(medium);
+    }
+    watch_oscillation(medium, window, requests);
+    medium->found.moves_wrong = watch_shaft(medium, window, requests);
+    if (!judges_encoder(medium, window)) {
+        encoder_watch_rest(&medium->encoder_watch);
+        encoder_watch_begin(&medium->encoder_watch, window->measured.current);
+        return;
+    }
+    const encoder_watch_input_t input = {
+        .current = window->measured.current,
+        .encoder = window->frame.rotation,
+        .omega_e = window->encoder.omega_e,
+        .doubtful = doubts_emf(medium, window),
+    };
+    medium->found.encoder_wrong = encoder_watch_step(&medium->encoder_watch, &input);
+    if ((medium->found.encoder_wrong & ENCODER_WATCH_MISMATCH) != 0u &&
+        m->limits.encoder_fault == (int32_t)ENCODER_FAULT_SENSORLESS) {
+        const manoeuvres_input_t now = medium_manoeuvres_input(medium, window, none);
+        manoeuvres_leave_encoder(m, &now, &medium->setpoint);
+        forget_encoder(medium);
+    }
+}
+
+/* ---- heat and DC link ---- */
+
+/* Within ride_through_time a link that sinks opens the bridge, which comes on again with the supply: the
+ * rotor is caught. After that time it is the fault that it always was. */
+static void ride_through(medium_t *medium, const window_t *window, const requests_t *requests)
+{
+    const uint32_t conditions = medium->link.conditions;
+    if (sequence_bridge_on(&medium->sequence)) {
+        medium->coasting = (conditions & LINK_SINKS) != 0u ? UINT32_C(1) : UINT32_C(0);
+        if (medium->coasting != 0u) {
+            sequence_coast(&medium->sequence);
+        }
+    } else if (requests->enable == (int32_t)REQUEST_OFF) {
+        medium->coasting = 0u;
+    } else if (medium->coasting != 0u && (conditions & LINK_LOST) != 0u) {
+        medium->coasting = 0u;
+        medium_stop(medium, window, medium_seen_in(window, REASON_DC_UNDERVOLTAGE));
+    }
+}
+
+void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
+                  const requests_t *requests)
+{
+    thermal_add(&medium->thermal, window->measured.current_abc);
+    if (thermal_is_due(&medium->thermal)) {
+        thermal_step(&medium->thermal, &window->measured);
+    }
+    medium->link.slow = window->link.slow;
+    medium->link.limits = window->link.limits;
+    link_look(&medium->link, &tuning->link, window->measured.u_dc);
+    ride_through(medium, window, requests);
+}

@@ -1,0 +1,253 @@
+#include "medium/protect/current_watch_parts.h"
+
+#include "math/bounds.h"
+#include "math/periods.h"
+#include "math/trig.h"
+
+#define DEAD_VECTOR   1.33333333f /* [-] of a leg's loss: that of three legs together */
+#define WRONG_R       0.5f        /* [-] of R that may be wrong */
+#define HELD_SHARE    0.25f       /* [-] of what the dead time takes, while a current stays as it is */
+#define STUCK_SHARE   0.05f       /* [-] of the range: limit of what must have flowed */
+#define STUCK_TIME    0.4e-3f     /* [s] in which a value that is stuck has not moved */
+#define STILL_TIME    1.2e-3f     /* [s] the same for a value near zero ... */
+#define JUMP_TIME     0.6e-3f     /* [s] ... that no current can have come to */
+#define LONG_STILL    15e-3f  /* [s] in which no value that belongs to a current stays, where others move */
+#define BESIDE_SHARE  0.002f  /* [-] of the range: what another has moved by then, four codes */
+#define URGENT        3.0f    /* [-] limits, beyond which it is told after those of a jump, whatever it is */
+#define SURPRISE      0.15f   /* [-] of the range: what the observer may miss a current by */
+#define JUMP_SHARE    0.5f    /* [-] of p, which may be wrong by L */
+#define GAIN_SHARE    0.03f   /* [-] of the range: shortest Dp */
+#define GAIN_MIN      0.65f   /* [-] L believed 30 % too small: 0.7 */
+#define GAIN_MAX      1.45f   /* [-] L believed 30 % too large: 1.3 */
+#define GAIN_RATIO    1.2f    /* [-] of two sensors, where L is the same along all axes */
+#define GAIN_SWING    3.0f    /* [-] Dp over what the EMF of a rotor that swings may pretend */
+#define GAIN_PAIR     2.5f    /* [-] of the shortest Dp^2, that one sensor's must have to be compared */
+#define NONE_SHARE    0.0075f /* [-] of the range: what a phase without current may show */
+#define CARRIES_SHARE 0.02f   /* [-] of the range: what another must carry, and what is asked for */
+#define LOSS_TIME     3.2e-3f /* [s] */
+#define FLUX_TURN     2.6f    /* [-] of psi_f: half a turn, and psi_f believed a quarter too small */
+#define SUM_SHARE     0.08f   /* [-] of the range */
+
+current_watch_tuning_t current_watch_prepare(const current_watch_params_t *params)
+{
+    const float inductance = 0.5f * (params->inductance_d + params->inductance_q);
+    const float half = 0.5f * bounds_magnitude(params->inductance_q - params->inductance_d);
+    const float larger = inductance + half;
+    const float smaller = inductance - half;
+    const winding_t winding = winding_prepare(params->resistance, inductance, params->period);
+    const float per_speed = winding.per_volt * params->flux_linkage;
+    const float least = GAIN_SHARE * params->range;
+    return (current_watch_tuning_t){
+        .judged = params->judged ? 1u : 0u,
+        .winding = winding,
+        .per_speed = per_speed,
+        .back = -0.5f * params->period,
+        .dead_link = DEAD_VECTOR * winding.per_volt * params->dead_time / params->period,
+        .dead = DEAD_VECTOR * winding.per_volt * params->drop,
+        .per_current = WRONG_R * winding.per_volt * params->resistance,
+        .flux = FLUX_TURN * params->flux_linkage / inductance,
+        .slow_link = winding_slow_link(larger, params->range, params->period),
+        .stuck = STUCK_SHARE * params->range,
+        .beside = BESIDE_SHARE * params->range,
+        .still = {[STILL_STUCK] = periods_of(STUCK_TIME, params->period),
+                  [STILL_JUMP] = periods_of(JUMP_TIME, params->period),
+                  [STILL_ZERO] = periods_of(STILL_TIME, params->period)},
+        .long_still = periods_of(LONG_STILL, params->period),
+        .surprise = SURPRISE * params->range,
+        .gain_least = least * least,
+        .gain_pair = GAIN_PAIR * least * least,
+        .gain_ratio = GAIN_RATIO * larger / smaller,
+        .gain_swing = GAIN_SWING * per_speed * params->per_ampere * params->period,
+        .gain_min = GAIN_MIN * inductance / larger,
+        .gain_max = GAIN_MAX * inductance / smaller,
+        .none = NONE_SHARE * params->range,
+        .carries = CARRIES_SHARE * params->range,
+        .absent = periods_of(LOSS_TIME, params->period),
+        .sum = SUM_SHARE * params->range,
+        .sensors = params->three_sensors ? 3u : 2u,
+    };
+}
+
+void current_watch_init(current_watch_t *watch, const current_watch_tuning_t *tuning)
+{
+    *watch = (current_watch_t){.tuning = *tuning};
+}
+
+void current_watch_begin(current_watch_t *watch)
+{
+    watch->suspected = 0u;
+    watch->current = (ab_t){0.0f, 0.0f};
+    watch->emf = 0.0f;
+    watch->asked = 0.0f;
+    watch->steered = 0u;
+    watch->windows = 0u;
+    for (uint32_t n = 0; n < 3u; n++) {
+        watch->phase[n] = (current_watch_phase_t){.value = 0.0f};
+    }
+    watch->noise = 0.0f;
+    watch->all = (current_watch_gain_t){.side = 0};
+    watch->pair = (current_watch_gain_t){.side = 0};
+}
+
+bool current_watch_lacks(const current_watch_t *watch, abc_t current, abc_t asked)
+{
+    const float none = watch->tuning.none;
+    float now[3];
+    float wanted[3];
+    spread(now, current);
+    spread(wanted, asked);
+    bool lacks = false;
+    for (uint32_t n = 0; n < 3u; n++) {
+        lacks = lacks || (bounds_within(now[n], none) && bounds_within(watch->phase[n].value, none) &&
+                          !bounds_within(wanted[n], none));
+    }
+    return lacks;
+}
+
+static void see_window(current_watch_window_t *window, const current_watch_t *watch,
+                       const current_watch_input_t *input)
+{
+    const current_watch_tuning_t *tuning = &watch->tuning;
+    const float periods = (float)(int32_t)input->periods;
+    const ab_t current = frames_clarke(input->current);
+    const ab_t given = winding_given(&tuning->winding, input->voltage, periods, watch->current, current);
+    const rotation_t middle = trig_advance(input->rotor, tuning->back * periods * input->omega_e);
+    const float per_speed = tuning->per_speed * periods;
+    const float emf = per_speed * input->omega_e;
+    const ab_t moved = {given.alpha + emf * middle.sin, given.beta - emf * middle.cos};
+    window->periods = periods;
+    window->current = current;
+    spread(window->value, input->current);
+    spread(window->error, frames_inverse_clarke(input->error));
+    spread(window->given, frames_inverse_clarke(given));
+    spread(window->moved, frames_inverse_clarke(moved));
+    window->largest = 0.0f;
+    for (uint32_t n = 0; n < 3u; n++) {
+        const float amount = bounds_magnitude(window->value[n]);
+        window->largest = amount > window->largest ? amount : window->largest;
+        window->change[n] = window->value[n] - watch->phase[n].value;
+    }
+    window->dead = periods * (tuning->dead + tuning->dead_link * input->u_dc);
+    window->resistive = tuning->per_current * periods * window->largest;
+    window->emf = per_speed * input->doubt;
+    window->reverse = 2.0f * bounds_magnitude(emf) + window->emf;
+}
+
+/* The value that a sensor shows from here on is suspected. It must not move for so long: the noise of a wire
+ * without current is a code or two. */
+static void suspect(current_watch_t *watch, uint32_t n, float value, float beside, float p, float emf,
+                    current_watch_still_t near_zero)
+{
+    current_watch_phase_t *phase = &watch->phase[n];
+    watch->suspected |= UINT32_C(1) << n;
+    phase->beside = beside;
+    phase->path = 0.0f;
+    phase->stuck = 0.0f;
+    phase->still = 0u;
+    phase->held = p;
+    phase->emf = emf;
+    phase->sure = watch->tuning.still[bounds_within(value, watch->tuning.none) ? near_zero : STILL_STUCK];
+}
+
+/* Has the value not moved for so long that no current's does, while another sensor's has, and p went up and
+ * down? A wrong belief moves p as well, but then the current follows something else, and its value moves. */
+static bool stands(const current_watch_tuning_t *tuning, const current_watch_phase_t *phase, float beside)
+{
+    return phase->still >= tuning->long_still && phase->path > tuning->stuck &&
+           !bounds_within(beside - phase->beside, tuning->beside);
+}
+
+/* A value that has not moved by a bit in all periods of a window, and of those that follow: p stands beyond
+ * its doubt, or has changed by more than what is uncertain of its change while the current stays, or it does
+ * not for long. A value that has jumped, whatever the EMF, or that surprises the observer, is suspected too.
+ */
+static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_window_t *window, bool moved)
+{
+    const current_watch_tuning_t *tuning = &watch->tuning;
+    current_watch_phase_t *phase = &watch->phase[n];
+    const bool before = (watch->suspected >> n & 1u) != 0u;
+    const float p = window->moved[n];
+    const float change = window->change[n];
+    const float beside = window->value[n == 0u ? 1u : 0u];
+    if (moved) {
+        const float given = window->given[n];
+        const float doubt =
+            window->dead + window->resistive + window->reverse + JUMP_SHARE * bounds_magnitude(given);
+        if (bounds_magnitude(change - given) > doubt + 2.0f * tuning->stuck ||
+            !bounds_within(window->error[n], tuning->surprise)) {
+            suspect(watch, n, window->value[n], beside, 0.0f, watch->emf, STILL_JUMP);
+        }
+        return false;
+    }
+    if (!before) {
+        suspect(watch, n, phase->value, beside, p / window->periods, watch->emf, STILL_ZERO);
+    }
+    phase->still += (uint32_t)(int32_t)window->periods;
+    /* what has been believed of the rotor since then may be made of what the sensor says */
+    const float emf = window->emf < phase->emf ? window->emf : phase->emf;
+    const float off = bounds_magnitude(p - window->periods * phase->held);
+    const float beyond = bounds_magnitude(p) - window->dead - window->resistive - emf;
+    const float changed = off - HELD_SHARE * window->dead - 2.0f * emf;
+    const float more = beyond > changed ? beyond : changed;
+    phase->stuck += more > 0.0f ? more : 0.0f;
+    phase->path += off;
+    const uint32_t jump = tuning->still[STILL_JUMP];
+    const uint32_t sure = phase->stuck > URGENT * tuning->stuck && phase->sure > jump ? jump : phase->sure;
+    return (phase->still >= sure && phase->stuck > tuning->stuck &&
+            (phase->still >= tuning->still[STILL_ZERO] || !current_watch_feeds_another(watch, n))) ||
+           stands(tuning, phase, beside);
+}
+
+/* The sensors one by one, and the wires. */
+static uint32_t judge_phases(current_watch_t *watch, const current_watch_input_t *input,
+                             const current_watch_window_t *window)
+{
+    uint32_t bits = 0u;
+    for (uint32_t n = 0; n < watch->tuning.sensors; n++) {
+        if (is_stuck(watch, n, window, (input->moved >> n & 1u) != 0u)) {
+            bits |= CURRENT_WATCH_STUCK;
+        }
+    }
+    bits |= current_watch_wires(watch, input, window);
+    return watch->suspected != 0u ? bits | CURRENT_WATCH_MAYBE : bits;
+}
+
+/* Is it control that changes the current, in this window or the last? One that only turns may be that of a
+ * rotor that swings. */
+static void see_reference(current_watch_t *watch, dq_t reference, float largest)
+{
+    const float asked = reference.d * reference.d + reference.q * reference.q;
+    const bool changes = !bounds_within(asked - watch->asked, 2.0f * watch->tuning.stuck * largest);
+    watch->steered = (watch->steered << 1 & 6u) | (changes ? 1u : 0u);
+    watch->asked = asked;
+}
+
+/* What the next window begins with. */
+static void remember(current_watch_t *watch, const current_watch_window_t *window, bool comparable)
+{
+    watch->windows = !comparable ? 1u : watch->windows + (watch->windows < 3u ? 1u : 0u);
+    watch->current = window->current;
+    watch->emf = window->emf;
+    for (uint32_t n = 0; n < 3u; n++) {
+        watch->phase[n].value = window->value[n];
+        watch->phase[n].change = window->change[n];
+        watch->phase[n].expected = window->moved[n];
+    }
+}
+
+uint32_t current_watch_step(current_watch_t *watch, const current_watch_input_t *input)
+{
+    const abc_t now = input->current;
+    current_watch_window_t window;
+    see_window(&window, watch, input);
+    uint32_t bits = 0u;
+    watch->suspected &= ~input->moved;
+    see_reference(watch, input->reference, window.largest);
+    if (watch->windows > 0u) {
+        bits = judge_phases(watch, input, &window);
+        bits |= current_watch_gain(watch, input, &window) ? CURRENT_WATCH_GAIN : 0u;
+        bits |= bounds_within(now.a + now.b + now.c, watch->tuning.sum) ? 0u : CURRENT_WATCH_SUM;
+    }
+    remember(watch, &window, input->comparable);
+    return bits;
+}

@@ -1,0 +1,98 @@
+/* The wires: phases with next to no current, or with less than they are asked for. */
+#include "medium/protect/current_watch_parts.h"
+
+#include "math/bounds.h"
+
+#define ASKED_SHARE     0.25f /* [-] of what the largest phase carries, that another must be asked for */
+#define LITTLE_SHARE    0.5f  /* [-] of what is asked for: no more where the EMF contradicts */
+#define ELSEWHERE_TIMES 4u    /* [-] so much longer where the encoder may be wrong, whose watch needs 8 ms */
+#define FED_SHARE       0.1f  /* [-] of its limit, from which on nothing else is believed */
+/* Likewise, where a forced frame takes the rotor along: it does not turn by 80 degrees. */
+#define FORCED_SHARE 0.5f /* [-] */
+#define ALL_SIGNS    2.0f /* [-] of the dead time's voltage, where none of the three signs is certain */
+#define NEVER_STILL  6u   /* [periods] in all of which noise lets no value stay */
+
+/* Has a value not moved for longer than noise ever lets it? */
+static inline bool is_still(const current_watch_t *watch, uint32_t n)
+{
+    return (watch->suspected >> n & 1u) != 0u && watch->phase[n].still >= NEVER_STILL;
+}
+
+/* Towards zero by no more than `step`. */
+static inline float shrunk(float value, float step)
+{
+    return value - bounds_clamp(value, step);
+}
+
+/* Without current for so long, of the time in which it is asked for and another phase carries some; `asked`:
+ * in all of the window's periods [A]. Where the EMF contradicts, a diode may carry what a switch does not:
+ * half of what is asked for is none, too. Where it contradicts, but along no phase's axis, it is rather the
+ * encoder that is wrong, and the dead time, made up for by a wrong angle, may hold a phase at zero for some
+ * milliseconds: that takes longer. At the limit of a low link's voltage a current lags behind what is asked
+ * for. */
+static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_input_t *input,
+                      const current_watch_window_t *window, float asked)
+{
+    const current_watch_tuning_t *tuning = &watch->tuning;
+    current_watch_phase_t *phase = &watch->phase[n];
+    const bool lags = input->limited && input->u_dc < tuning->slow_link;
+    const bool driven = !bounds_within(window->moved[n], window->dead);
+    const bool much =
+        !lags && driven && window->largest > tuning->carries &&
+        !bounds_within(asked, window->periods * (tuning->carries + ASKED_SHARE * window->largest));
+    const float value = window->value[n];
+    const float half = input->contradicted && much ? LITTLE_SHARE * bounds_magnitude(asked) : 0.0f;
+    if (!bounds_within(value, tuning->none) && !bounds_within(value * window->periods, half)) {
+        phase->absent = 0u;
+    } else if (much && !is_still(watch, n)) {
+        phase->absent += (uint32_t)(int32_t)window->periods;
+    }
+    return phase->absent >= (input->elsewhere ? ELSEWHERE_TIMES * tuning->absent : tuning->absent);
+}
+
+/* How much more a phase without current is fed than the magnets' flux can make of it, wherever the rotor is;
+ * over that. */
+static float feed(current_watch_t *watch, uint32_t n, const current_watch_window_t *window)
+{
+    current_watch_phase_t *phase = &watch->phase[n];
+    const bool none = bounds_within(phase->value, watch->tuning.none) &&
+                      bounds_within(window->value[n], watch->tuning.none) && !is_still(watch, n);
+    const float dead = window->largest < watch->tuning.none ? ALL_SIGNS * window->dead : window->dead;
+    phase->fed = none ? shrunk(phase->fed + window->given[n], dead) : 0.0f;
+    return bounds_magnitude(phase->fed);
+}
+
+bool current_watch_feeds_another(const current_watch_t *watch, uint32_t n)
+{
+    const float most = FED_SHARE * watch->tuning.flux;
+    bool feeds = false;
+    for (uint32_t m = 0; m < 3u; m++) {
+        feeds = feeds || (m != n && !bounds_within(watch->phase[m].fed, most));
+    }
+    return feeds;
+}
+
+uint32_t current_watch_wires(current_watch_t *watch, const current_watch_input_t *input,
+                             const current_watch_window_t *window)
+{
+    const current_watch_tuning_t *tuning = &watch->tuning;
+    const float flux = input->forced ? FORCED_SHARE * tuning->flux : tuning->flux;
+    float asked[3];
+    spread(asked, frames_inverse_clarke(frames_inverse_park(input->asked_for, input->frame)));
+    uint32_t bits = 0u;
+    for (uint32_t n = 0; n < 3u; n++) {
+        if (!bounds_within(window->value[n], tuning->none) && !input->contradicted) {
+            watch->phase[n].absent = 0u;
+            watch->phase[n].fed = 0.0f;
+            continue;
+        }
+        const float fed = feed(watch, n, window);
+        if (is_absent(watch, n, input, window, asked[n]) || fed > flux) {
+            bits |= CURRENT_WATCH_LOSS;
+        }
+        if (fed > FED_SHARE * tuning->flux) {
+            bits |= CURRENT_WATCH_MAYBE;
+        }
+    }
+    return bits;
+}

@@ -1,0 +1,300 @@
+/* Judgement over a set of parameters: every row in its range, then the rules between rows (rules.h).
+ *
+ * The range of a row that would be accepted is not computed from the rules turned round, row by row, but
+ * found by asking them: bisection between an end of the row's range that keeps a rule and one that does not,
+ * down to neighbouring numbers. So the end that is told is the last number that the judgement itself accepts.
+ */
+#include <float.h>
+#include <string.h>
+
+#include "estimator/chosen.h"
+#include "math/float_bits.h"
+#include "settings/reasons.h"
+#include "settings/rules.h"
+
+/* The rule that the fixed-point twin breaks: its formats follow several rows, the range is told. */
+#define FORMATS "the number formats of the fixed-point estimator hold it with the other rows as they are"
+
+static const table_row_t *row_of(param_t param)
+{
+    return &params_table.rows[param];
+}
+
+/* A rule is judged where the rows that it reads, apart from `except`, are in their ranges. */
+static bool is_judged(const rule_t *rule, const params_t *params, param_t except)
+{
+    for (int32_t n = 0; n < rule->count; n++) {
+        const param_t param = rule->levers[n].row;
+        if (param != except && !table_holds(row_of(param), params)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* ---- the range that is accepted ---- */
+
+/* A row in which a range is searched, on a set of its own. Its values are numbered in their order, neighbours
+ * by neighbouring numbers: whole ones as they are, floats, none of them negative, by their bits. */
+typedef struct {
+    params_t params;
+    param_t param;
+    uint32_t min, max; /* numbers of the ends */
+    bool none;         /* nothing is accepted */
+} search_t;
+
+static uint32_t number_of(const table_row_t *row, float value)
+{
+    return row->kind == SLOT_FLOAT ? float_bits(value) : (uint32_t)(int32_t)value;
+}
+
+static void put(search_t *search, uint32_t number)
+{
+    const table_row_t *row = row_of(search->param);
+    if (row->kind == SLOT_FLOAT) {
+        table_set(row, &search->params, float_of_bits(number));
+    } else {
+        table_set_whole(row, &search->params, (int64_t)number);
+    }
+}
+
+/* The field of the estimator's set that a row stands behind. */
+typedef struct {
+    const char *field;
+    param_t param;
+} origin_t;
+
+/* What the estimator refuses although every rule above holds: the formats of the fixed-point twin. -1: the
+ * row's value is too small for it, 1: too large, 0: the row is not to blame. */
+static int32_t estimator_blames(const params_t *params, param_t *param, params_error_t *why)
+{
+    static const origin_t origins[] = {
+        {"gain", PARAM_observer_gain},
+        {"slope", PARAM_observer_slope},
+        {"emf_cutoff", PARAM_observer_emf_cutoff},
+        {"resistance", PARAM_motor_resistance},
+        {"inductance", PARAM_motor_inductance_q},
+        {"flux_linkage", PARAM_motor_flux_linkage},
+        {"amplitude_floor", PARAM_motor_flux_linkage},
+        {"torque_feedforward", PARAM_torque_feedforward},
+        {"speed_min", PARAM_estimate_speed_min},
+        {"speed_max", PARAM_overspeed_trip},
+    };
+    estimator_params_t estimator;
+    const believed_t believed = params_believed(params);
+    params_estimator(params, &believed, &estimator);
+    if (chosen_params_check(&estimator, why)) {
+        return 0;
+    }
+    *param = PARAM_pll_bandwidth;
+    for (uint32_t n = 0; n < sizeof origins / sizeof origins[0]; n++) {
+        if (strcmp(origins[n].field, why->field) == 0) {
+            *param = origins[n].param;
+        }
+    }
+    return why->value < why->min ? -1 : 1;
+}
+
+static int32_t estimator_side(const search_t *search)
+{
+    params_error_t ignored;
+    param_t blamed = search->param;
+    const int32_t side = estimator_blames(&search->params, &blamed, &ignored);
+    return blamed == search->param ? side : 0;
+}
+
+/* Is the row's value kept by the rule (RULES: by the estimator, seen from below or from above)? */
+static bool is_kept(const search_t *search, rule_number_t rule, lever_sense_t sense)
+{
+    if (rule != RULES) {
+        return rules_hold(rule, &search->params);
+    }
+    return sense == MORE_HELPS ? estimator_side(search) >= 0 : estimator_side(search) <= 0;
+}
+
+/* Moves the end of the range that the rule forbids to the last value that it keeps. */
+static void narrow(search_t *search, rule_number_t rule, lever_sense_t sense)
+{
+    const bool more = sense == MORE_HELPS;
+    uint32_t good = more ? search->max : search->min;
+    uint32_t bad = more ? search->min : search->max;
+    put(search, good);
+    search->none = search->none || !is_kept(search, rule, sense);
+    if (more && bad == 0u && rules_zero_is_apart(search->param)) {
+        bad = float_bits(FLT_MIN);
+    }
+    put(search, bad);
+    if (search->none || is_kept(search, rule, sense)) {
+        return;
+    }
+    while (good > bad + 1u || bad > good + 1u) {
+        const uint32_t middle = good < bad ? good + (bad - good) / 2u : bad + (good - bad) / 2u;
+        put(search, middle);
+        if (is_kept(search, rule, sense)) {
+            good = middle;
+        } else {
+            bad = middle;
+        }
+    }
+    if (more) {
+        search->min = good;
+    } else {
+        search->max = good;
+    }
+}
+
+/* The values of a row that the whole judgement accepts with every other row as it is. */
+static search_t accepted(const params_t *params, param_t param)
+{
+    const table_row_t *row = row_of(param);
+    search_t search = {.params = *params,
+                       .param = param,
+                       .min = number_of(row, table_min(row)),
+                       .max = number_of(row, table_max(row))};
+    for (rule_number_t rule = RULE_TRIP; rule < RULES && !search.none; rule++) {
+        const lever_sense_t sense = rules_sense(rule, param);
+        if (sense != IS_READ && is_judged(&rules[rule], params, param)) {
+            narrow(&search, rule, sense);
+        }
+    }
+    if (!search.none) {
+        narrow(&search, RULES, MORE_HELPS);
+    }
+    if (!search.none) {
+        narrow(&search, RULES, LESS_HELPS);
+    }
+    return search;
+}
+
+/* ---- the row to change ---- */
+
+/* The rule of thumb for a row, with the others as they are, in its unit; 0: there is none. */
+static float thumb(const params_t *params, param_t param)
+{
+    if (param == PARAM_observer_gain) {
+        const believed_t believed = params_believed(params);
+        return 1.75f * params_flux_most(params, &believed) * (float)params->motor_pole_pairs *
+               params->overspeed_trip;
+    }
+    if (param == PARAM_observer_slope) {
+        return 1.6f * params->motor_inductance_q / (params->observer_gain * DRIVE_PERIOD);
+    }
+    return param == PARAM_estimate_current_max ? 4.0f / params->observer_slope : 0.0f;
+}
+
+static float between(float value, float min, float max)
+{
+    const float upper = value < max ? value : max;
+    return upper > min ? upper : min;
+}
+
+/* Would `param` find room if the row of this lever went as far as it helps, or where its rule of thumb puts
+ * it? */
+static bool makes_room(const params_t *params, param_t param, const lever_t *lever, float *advice)
+{
+    const table_row_t *row = row_of(lever->row);
+    const float rule_of_thumb = thumb(params, lever->row);
+    params_t changed = *params;
+    float value = lever->sense == MORE_HELPS ? table_max(row) : table_min(row);
+    if (rule_of_thumb > 0.0f) {
+        value = between(rule_of_thumb, table_min(row), table_max(row));
+    }
+    *advice = rule_of_thumb > 0.0f ? value : 0.0f;
+    table_set(row, &changed, value);
+    return !accepted(&changed, param).none;
+}
+
+/* Where `param` has no room: another row of a rule that it stands in. */
+static void advise_another(const params_t *params, param_t param, params_error_t *why)
+{
+    const table_row_t *row = row_of(param);
+    const float rule_of_thumb = thumb(params, param);
+    params_t wished = *params;
+    if (rule_of_thumb > 0.0f) {
+        table_set(row, &wished, between(rule_of_thumb, table_min(row), table_max(row)));
+    }
+    why->change = 0u;
+    for (rule_number_t rule = RULE_TRIP; rule < RULES; rule++) {
+        for (int32_t n = 0; n < rules[rule].count && rules_sense(rule, param) != IS_READ; n++) {
+            const lever_t *lever = &rules[rule].levers[n];
+            if (why->change == 0u && lever->row != param && lever->sense != IS_READ &&
+                makes_room(&wished, param, lever, &why->advice)) {
+                why->change = row_of(lever->row)->id;
+            }
+        }
+    }
+}
+
+/* ---- the judgement ---- */
+
+static bool refuse(const params_t *params, param_t param, reason_t reason, const char *rule,
+                   params_error_t *why)
+{
+    const table_row_t *row = row_of(param);
+    const search_t search = accepted(params, param);
+    *why = (params_error_t){.field = row->name,
+                            .rule = rule,
+                            .value = table_get(row, params),
+                            .min = table_max(row),
+                            .max = table_min(row),
+                            .id = row->id,
+                            .reason = (int32_t)reason};
+    if (search.none) {
+        advise_another(params, param, why);
+        return false;
+    }
+    search_t ends = search;
+    put(&ends, search.min);
+    why->min = table_get(row, &ends.params);
+    put(&ends, search.max);
+    why->max = table_get(row, &ends.params);
+    const float rule_of_thumb = thumb(params, param);
+    why->change = row->id;
+    why->advice = rule_of_thumb > 0.0f ? between(rule_of_thumb, why->min, why->max) : 0.0f;
+    return false;
+}
+
+bool params_check(const params_t *params, params_error_t *why)
+{
+    for (uint32_t n = 0; n < params_table.count; n++) {
+        if (!table_holds(&params_table.rows[n], params)) {
+            return refuse(params, (param_t)n, REASON_OUT_OF_RANGE, PARAMS_RANGE, why);
+        }
+    }
+    for (rule_number_t rule = RULE_TRIP; rule < RULES; rule++) {
+        if (!rules_hold(rule, params)) {
+            return refuse(params, rules[rule].levers[0].row, REASON_CROSS_RULE, rules[rule].text, why);
+        }
+    }
+    param_t blamed = PARAM_motor_pole_pairs;
+    return estimator_blames(params, &blamed, why) == 0 ||
+           refuse(params, blamed, REASON_CROSS_RULE, FORMATS, why);
+}
+
+static bool differs(const table_row_t *row, const params_t *one, const params_t *other)
+{
+    if (row->kind == SLOT_FLOAT) {
+        return table_get(row, one) != table_get(row, other);
+    }
+    return table_whole(row, one) != table_whole(row, other);
+}
+
+bool params_check_live(const params_t *active, const params_t *next, params_error_t *why)
+{
+    for (uint32_t n = 0; n < params_table.count; n++) {
+        const table_row_t *row = &params_table.rows[n];
+        if (row->access == TABLE_OFF && differs(row, next, active)) {
+            const float now = table_get(row, active);
+            *why = (params_error_t){.field = row->name,
+                                    .rule = "changes only while the bridge is off",
+                                    .value = table_get(row, next),
+                                    .min = now,
+                                    .max = now,
+                                    .id = row->id,
+                                    .reason = (int32_t)REASON_BRIDGE_ON,
+                                    .change = row->id};
+            return false;
+        }
+    }
+    return true;
+}

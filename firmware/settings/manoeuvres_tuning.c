@@ -1,0 +1,184 @@
+/* Coefficients of the manoeuvres from a set of parameters. */
+#include "medium/manoeuvre/manoeuvres.h"
+
+#include "fast/inverter/doubt.h"
+#include "math/angle.h"
+#include "math/exponential.h"
+#include "math/filter.h"
+
+#define SALIENT_SLEW  10e-3f /* [s] to the torque of current_limit, by the rule */
+#define SPEED_DAMPING 3.0f   /* [-] four times the square of its damping, by the rule */
+#define LOW_CURRENT_LOSS                                                                                     \
+    0.1f /* [-] of the low-speed current per hand-over speed: a fifth is left at ten of them */
+#define LOW_CURRENT_CUTOFF 20.0f   /* [rad/s] */
+#define EMF_WRONG          1.3f    /* [-] of psi_f, that may be believed */
+#define EMF_HELD           0.15f   /* [-] of what the resistance holds, that may be fed forward too much */
+#define RISE_TIME          1.5e-3f /* [s] of the forced current from zero to that of a start */
+#define FADE_TIME          0.1f    /* [s] of what a hand-over leaves of i_d */
+#define ALIGN_NATURAL      16.0f   /* [rad] of the pendulum's phase in the turn of an alignment */
+#define ALIGN_TIME_MIN     0.3f    /* [s] by the rule */
+#define ALIGN_TIME_MAX     2.0f    /* [s] by the rule */
+#define SWING_SPEED        0.333f  /* [-] of w_n: six times that is 2 w_n */
+#define FALLBACK_MARGIN    1.4f    /* [-] over the time that the limit of current needs to pass zero */
+#define FALLBACK_MIN       20e-3f  /* [s] */
+#define FALLBACK_MAX       0.1f    /* [s] what the model of the loop bridges */
+#define SLOW_ASKED         1.67f   /* [-] of fallback_speed: what a reference is that wants more */
+
+static float within(float value, float least, float most)
+{
+    const float more = value > least ? value : least;
+    return more < most ? more : most;
+}
+
+/* How much of the EMF that the encoder's speed makes is fed forward [-]: all of it, but of a rotor so light
+ * that a flux believed too large by EMF_WRONG would make the current drive it on by itself (docs/theory.md,
+ * 15). */
+static float known_emf(const params_t *params, const believed_t *believed)
+{
+    const float flux = (float)params->motor_pole_pairs * believed->flux_linkage;
+    const float holds = params->current_bandwidth * believed->resistance * believed->inertia;
+    const float drives = 1.5f * flux * flux;
+    return within((1.0f + EMF_HELD * EMF_WRONG * EMF_WRONG * holds / drives) / EMF_WRONG, 1.0f / EMF_WRONG,
+                  1.0f);
+}
+
+/* By how much a torque may grow a window, as a current of psi_f [A]. */
+static float torque_slew(const params_t *params, const believed_t *believed)
+{
+    const float by_rule = params_salient(believed) ? SALIENT_SLEW : 0.0f;
+    const float time = params->torque_slew > 0.0f ? params->torque_slew : by_rule;
+    const float most = params_torque_most(params, believed) /
+                       (1.5f * (float)params->motor_pole_pairs * believed->flux_linkage);
+    return time > 0.0f ? most * DRIVE_WINDOW_PERIOD / time : 0.0f;
+}
+
+static run_tuning_t prepare_run(const params_t *params, const believed_t *believed, float handover_speed)
+{
+    const float fast = params_loop(params, believed).bandwidth / PARAMS_SPEED_BELOW_LOOP;
+    const float per_ampere =
+        1.5f * (float)params->motor_pole_pairs * believed->flux_linkage / believed->inertia;
+    const float kp = params->speed_kp > 0.0f ? params->speed_kp : fast / per_ampere;
+    const speed_control_params_t speed = {
+        .kp = kp,
+        .ki = params->speed_ki > 0.0f ? params->speed_ki : kp * kp * per_ampere / SPEED_DAMPING,
+        .weight = params->speed_setpoint_weight,
+        .current_limit = params->current_limit,
+        .period = DRIVE_WINDOW_PERIOD,
+    };
+    const weakening_params_t weakening = params_weakening(params, believed);
+    return (run_tuning_t){
+        .speed = speed_control_prepare(&speed),
+        .ramp = params->speed_ramp * DRIVE_WINDOW_PERIOD,
+        .stop_ramp = params->quick_stop_ramp * DRIVE_WINDOW_PERIOD,
+        .low_current = params->low_speed_current,
+        .low_inverse = LOW_CURRENT_LOSS / handover_speed,
+        .low_share = lowpass_share(LOW_CURRENT_CUTOFF, DRIVE_WINDOW_PERIOD),
+        .fade = exponential(-DRIVE_WINDOW_PERIOD / FADE_TIME),
+        .saliency = params_salient(believed)
+                        ? (believed->inductance_q - believed->inductance_d) / believed->flux_linkage
+                        : 0.0f,
+        .mtpa = params->mtpa == (int32_t)MTPA_ON,
+        .per_torque = 1.0f / (1.5f * (float)params->motor_pole_pairs * believed->flux_linkage),
+        .slew = torque_slew(params, believed),
+        .weakening = weakening_prepare(&weakening),
+    };
+}
+
+static forced_params_t forced_of(const params_t *params, const believed_t *believed,
+                                 const start_params_t *start)
+{
+    return (forced_params_t){
+        .resistance = believed->resistance,
+        .inductance = believed->inductance_q,
+        .flux_linkage = believed->flux_linkage,
+        .pole_pairs = (float)params->motor_pole_pairs,
+        .inertia = believed->inertia,
+        .dead_voltage = start->dead_voltage,
+        .current = start->current,
+        .current_max = params->current_limit,
+        .damping = params->start_damping,
+        .period = DRIVE_PERIOD,
+    };
+}
+
+reference_tuning_t reference_prepare(const params_t *params, const believed_t *believed)
+{
+    const start_params_t start = params_start(params, believed);
+    const forced_params_t forced = forced_of(params, believed, &start);
+    const catch_params_t catching = {
+        believed->flux_linkage,   (float)params->motor_pole_pairs * start.catch_speed,
+        params->doubtful_current, params->low_speed_current,
+        params_salient(believed), DRIVE_PERIOD};
+    return (reference_tuning_t){
+        .forced = forced_prepare(&forced),
+        .catching = catch_prepare(&catching),
+        .flux_linkage = known_emf(params, believed) * believed->flux_linkage,
+        .saliency = believed->inductance_q - believed->inductance_d,
+        .pole_pairs_inverse = 1.0f / (float)params->motor_pole_pairs,
+        .periods = (float)DRIVE_WINDOW,
+        .per_period = 1.0f / (float)DRIVE_WINDOW,
+    };
+}
+
+/* The rooms' own coefficients. */
+static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, const believed_t *believed,
+                          const start_params_t *start)
+{
+    const float psi_f = believed->flux_linkage;
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const handover_params_t handover = {start->current, params_salient(believed), DRIVE_WINDOW_PERIOD};
+    const lock_params_t lock = {psi_f, pole_pairs * start->fallback_speed,
+                                SLOW_ASKED * pole_pairs * start->fallback_speed, DRIVE_WINDOW_PERIOD};
+    tuning->handover = handover_prepare(&handover);
+    tuning->lock = lock_prepare(&lock);
+    tuning->proof = proof_prepare(DRIVE_WINDOW_PERIOD);
+    tuning->run = prepare_run(params, believed, pole_pairs * start->handover_speed);
+}
+
+manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t *believed)
+{
+    const start_params_t start = params_start(params, believed);
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const forced_params_t forced = forced_of(params, believed, &start);
+    const float natural = forced_natural(&forced);
+    const float align = params->start_align_time > 0.0f
+                            ? params->start_align_time
+                            : within(ALIGN_NATURAL / natural, ALIGN_TIME_MIN, ALIGN_TIME_MAX);
+    const float slowly = 2.0f * ANGLE_PI / align;
+    const float fallback_speed = pole_pairs * start.fallback_speed;
+    const float torque = 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
+    const float passing = FALLBACK_MARGIN * 2.0f * start.fallback_speed * believed->inertia / torque;
+    const bool gentler = params->speed_ramp > 0.0f && params->speed_ramp < start.ramp;
+
+    manoeuvres_tuning_t tuning;
+    tuning.limits = (manoeuvres_limits_t){
+        .sensorless = params->position_source == (int32_t)POSITION_SENSORLESS,
+        .pole_pairs = pole_pairs,
+        .pole_pairs_inverse = 1.0f / pole_pairs,
+        .handover_speed = pole_pairs * start.handover_speed,
+        .fallback_speed = fallback_speed,
+        .flux_linkage = believed->flux_linkage,
+        .speed_per_volt = 1.0f / believed->flux_linkage,
+        .ramp = pole_pairs * (gentler ? params->speed_ramp : start.ramp) * DRIVE_WINDOW_PERIOD,
+        .ease_share = lowpass_share(FORCED_EASE_CUTOFF, DRIVE_WINDOW_PERIOD),
+        .current_start = start.current,
+        .current_inverse = 1.0f / start.current,
+        .current_rise = start.current * DRIVE_WINDOW_PERIOD / RISE_TIME,
+        .current_retry = start.current_most,
+        .current_caught = catch_current_along(params->doubtful_current, params->low_speed_current,
+                                              params_salient(believed)),
+        .doubtful = params->doubtful_current < DOUBT_SHARE * start.current ? params->doubtful_current : 0.0f,
+        .align_speed = slowly < fallback_speed ? slowly : fallback_speed,
+        .swing_square = SWING_SPEED * SWING_SPEED * natural * natural / start.current,
+        .align_windows = DRIVE_WINDOWS(align),
+        .fallback_periods = DRIVE_PERIODS(within(passing, FALLBACK_MIN, FALLBACK_MAX)),
+        .start_tries = (uint32_t)params->start_tries,
+        .smooth = params->speed_feedback == (int32_t)SPEED_SMOOTH,
+        .slow_loop =
+            params->position_source == (int32_t)POSITION_SENSORLESS && params_loop(params, believed).slow,
+        .judging = params->lock_judged == (int32_t)LOCK_JUDGED,
+        .encoder_fault = params->encoder_fault_reaction,
+    };
+    prepare_rooms(&tuning, params, believed, &start);
+    return tuning;
+}

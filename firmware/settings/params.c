@@ -1,0 +1,252 @@
+#include "settings/params.h"
+
+#include "math/root.h"
+
+/* Speed of the EMF below which the detector is divided by a constant [rad/s] electrical: 2 V of the paper's
+ * motor, what its dead time leaves after compensation. */
+#define FLOOR_SPEED 11.0f
+
+static const table_row_t rows[] = {
+#define ROW_FLOAT(id, name, unit, initial, min, max, access, text)                                           \
+    {id, SLOT_FLOAT, access, offsetof(params_t, name), #name, unit, text, "", initial, min, max, {0, 0, 0}},
+#define ROW_INT(id, name, unit, initial, min, max, access, text)                                             \
+    {id,   SLOT_INT, access, offsetof(params_t, name), #name, unit, text, "",                                \
+     0.0f, 0.0f,     0.0f,   {initial, min, max}},
+#define ROW_ENUM(id, name, choices, initial, access, text)                                                   \
+    {id,   SLOT_ENUM, access, offsetof(params_t, name), #name, "-", text, choices,                           \
+     0.0f, 0.0f,      0.0f,   {initial, 0, 0}},
+    DRIVE_PARAMS(ROW_FLOAT, ROW_INT, ROW_ENUM)
+#undef ROW_FLOAT
+#undef ROW_INT
+#undef ROW_ENUM
+};
+
+const table_t params_table = {"params", rows, sizeof rows / sizeof rows[0]};
+
+void params_defaults(params_t *params)
+{
+    table_defaults(&params_table, params);
+}
+
+float params_duty_min(const params_t *params)
+{
+    return (params->dead_time + params->minimum_pulse) / DRIVE_PERIOD;
+}
+
+float params_duty_max(const params_t *params)
+{
+    const float settled = 2.0f * (params->dead_time + BOARD_SECONDS(BOARD_SHUNT_SETTLED_NS)) / DRIVE_PERIOD;
+    const float short_of = params_duty_min(params);
+    return 1.0f - (BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR && settled > short_of ? settled : short_of);
+}
+
+believed_t params_believed(const params_t *params)
+{
+    return (believed_t){
+        .resistance = params->motor_resistance + params->device_resistance,
+        .inductance_d = params->motor_inductance_d,
+        .inductance_q = params->motor_inductance_q,
+        .flux_linkage = params->motor_flux_linkage,
+        .inertia = params->motor_inertia,
+    };
+}
+
+#define LOOP_CUTOFF     1.6f   /* [-] over sqrt(p T/J), by the rule: 0.12 rad for a step of T */
+#define LOOP_TORQUE     0.5f   /* [-] of that at current_limit: the rated one */
+#define LOOP_LEAST      50.0f  /* [rad/s] */
+#define LOOP_MOST       0.025f /* [rad] a period: a bandwidth of 0.1 a period; noise beyond */
+#define LOOP_BANDWIDTHS 4.0f   /* [-] of the loop over the feed-forward, least overshoot */
+#define LOOP_SLOW       0.6f   /* [-] of the bandwidth by the rule, without its least */
+
+#define SALIENT_NATURAL 0.403f /* [-] natural frequency of the loop over its bandwidth, damping 1 */
+#define SALIENT_SPEED   0.6f   /* [-] of ki over the product of cutoff and largest speed */
+#define SALIENT_LEAST   4.0f   /* [rad/s] */
+#define SALIENT_MOST    50.0f  /* [rad/s] */
+
+/* Cutoff of a salient rotor's feed-forward [rad/s], ki/(0.6 omega_max): an L_q that is wrong by a fifth then
+ * leaves the loop stable up to the largest speed (docs/theory.md, 30). */
+static float salient_cutoff(float bandwidth, float omega_max)
+{
+    const float natural = SALIENT_NATURAL * bandwidth;
+    const float cutoff = natural * natural / (SALIENT_SPEED * omega_max);
+    const float least = cutoff > SALIENT_LEAST ? cutoff : SALIENT_LEAST;
+    return least < SALIENT_MOST ? least : SALIENT_MOST;
+}
+
+loop_params_t params_loop(const params_t *params, const believed_t *believed)
+{
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const float torque = LOOP_TORQUE * 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
+    const float square = LOOP_CUTOFF * LOOP_CUTOFF * pole_pairs * torque / believed->inertia;
+    const float cutoff = square * inverse_root(square);
+    const float most = LOOP_MOST / DRIVE_PERIOD;
+    const float within = cutoff < most ? cutoff : most;
+    if (params->pll_bandwidth == 0.0f && params->feedforward_cutoff == 0.0f) {
+        const float by_rule = within > LOOP_LEAST ? within : LOOP_LEAST;
+        const float bandwidth = LOOP_BANDWIDTHS * by_rule;
+        const float apart = pole_pairs * params->overspeed_trip;
+        return (loop_params_t){bandwidth,
+                               params_salient(believed) ? salient_cutoff(bandwidth, apart) : by_rule, false};
+    }
+    return (loop_params_t){params->pll_bandwidth, params->feedforward_cutoff,
+                           params->pll_bandwidth < LOOP_SLOW * LOOP_BANDWIDTHS * within};
+}
+
+float params_mtpa(const params_t *params, const believed_t *believed)
+{
+    const float psi_f = believed->flux_linkage;
+    const float taken = (believed->inductance_q - believed->inductance_d) * params->current_limit;
+    if (!params_salient(believed) || params->mtpa == (int32_t)MTPA_OFF) {
+        return 0.0f;
+    }
+    const float square = psi_f * psi_f + 8.0f * taken * taken;
+    return -2.0f * taken * params->current_limit / (psi_f + square * inverse_root(square));
+}
+
+float params_torque_most(const params_t *params, const believed_t *believed)
+{
+    const float i_d = params_mtpa(params, believed);
+    const float square = params->current_limit * params->current_limit - i_d * i_d;
+    const float saliency = params_salient(believed) ? believed->inductance_q - believed->inductance_d : 0.0f;
+    return 1.5f * (float)params->motor_pole_pairs * (believed->flux_linkage - saliency * i_d) * square *
+           inverse_root(square);
+}
+
+#define FUNDAMENTAL 1.27323954f /* 4/pi: of a square wave */
+#define WITHIN_MADE 0.98f       /* [-] of what the inverter makes, that the field may be weakened for */
+
+/* Share of the link that field_weakening uses in every direction [-]: voltage_use, or what duties and dead
+ * time leave to the inverter, if that is less. */
+static float voltage_used(const params_t *params)
+{
+    const float effective = params->dead_time + params->turn_on_delay - params->turn_off_delay;
+    const float lost = params->compensation_gain * effective / DRIVE_PERIOD;
+    const float range = params_duty_max(params) - params_duty_min(params);
+    const float made = WITHIN_MADE * (FRAMES_ONE_OVER_SQRT_3 * range - FUNDAMENTAL * lost);
+    const float wished = FRAMES_ONE_OVER_SQRT_3 * params->voltage_use;
+    return wished < made ? wished : made;
+}
+
+weakening_params_t params_weakening(const params_t *params, const believed_t *believed)
+{
+    const bool salient = params_salient(believed);
+    const float mean = 0.5f * (believed->inductance_d + believed->inductance_q);
+    return (weakening_params_t){
+        .flux_linkage = believed->flux_linkage,
+        .inductance_d = salient ? believed->inductance_d : mean,
+        .inductance_q = salient ? believed->inductance_q : mean,
+        .resistance = believed->resistance,
+        .current_max = params->current_limit,
+        .i_d_mtpa = params_mtpa(params, believed),
+        .use = params->field_weakening == (int32_t)WEAKENING_ON ? voltage_used(params) : 0.0f,
+        .period = DRIVE_WINDOW_PERIOD,
+    };
+}
+
+float params_flux_most(const params_t *params, const believed_t *believed)
+{
+    const float psi_f = believed->flux_linkage;
+    const float saliency = believed->inductance_q - believed->inductance_d;
+    if (!params_salient(believed)) {
+        return psi_f;
+    }
+    const weakening_params_t weakening = params_weakening(params, believed);
+    const weakening_tuning_t tuning = weakening_prepare(&weakening);
+    weakening_t most;
+    weakening_init(&most, &tuning);
+    weakening_look(&most, PARAMS_LINK_LEAST * params->dc_undervoltage,
+                   (float)params->motor_pole_pairs * params->overspeed_trip, (dq_t){0.0f, 0.0f});
+    return psi_f - saliency * (most.looks != 0u ? most.i_d_limit : weakening.i_d_mtpa);
+}
+
+void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator)
+{
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const float psi_f = believed->flux_linkage;
+    *estimator = (estimator_params_t){
+        .smo =
+            {
+                .resistance = believed->resistance,
+                .inductance = believed->inductance_q,
+                .gain = params->observer_gain,
+                /* by the rule it goes with L: the gain of the observer's loop stays */
+                .slope = params->observer_slope * (believed->inductance_q / params->motor_inductance_q),
+                .emf_cutoff = params->observer_emf_cutoff,
+                .period = DRIVE_PERIOD,
+                .switching = (smo_switching_t)params->observer_switching,
+            },
+        .lag = (lag_mode_t)params->lag_compensation,
+        .pll = {.amplitude_floor = psi_f * FLOOR_SPEED},
+        .flux_linkage = psi_f,
+        .saliency = believed->inductance_q - believed->inductance_d,
+        .flux_most = params_flux_most(params, believed),
+        .flux_adaptation = params->flux_adaptation,
+        .torque_feedforward =
+            params->torque_feedforward * 1.5f * pole_pairs * pole_pairs * psi_f / believed->inertia,
+        .validity =
+            {
+                .amplitude_min = params->estimate_amplitude_min,
+                .amplitude_max =
+                    params->estimate_amplitude_max > 1.0f ? params->estimate_amplitude_max : 0.0f,
+                .amplitude_time = params->estimate_time,
+                .detector_max = params->estimate_detector_max,
+                .detector_time = params->estimate_time,
+                .current_max = params->estimate_current_max,
+                .current_time = params->estimate_time,
+                .speed_min = pole_pairs * params->estimate_speed_min,
+                .speed_max = pole_pairs * params->overspeed_trip,
+                .speed_time = params->estimate_time,
+            },
+    };
+    const loop_params_t loop = params_loop(params, believed);
+    (void)pll_design(&estimator->pll, loop.bandwidth, params->pll_damping, loop.cutoff, DRIVE_PERIOD);
+}
+
+#define START_SALIENT      0.8f  /* [-] of psi_f/(L_q - L_d), by the rule */
+#define START_ACCELERATION 0.15f /* [-] of what the start's current could, by the rule */
+#define START_TIME         0.3f  /* [s] from standstill to hand-over at least, by the rule */
+#define HANDOVER_EMF       1.15f /* [-] over what dead time and resistance take, by the rule */
+#define HANDOVER_SPEED_MAX 0.3f  /* [-] of overspeed_trip, by the rule */
+#define FALLBACK_SHARE     0.4f  /* [-] of the hand-over's speed, by the rule */
+#define CATCH_SHARE        0.5f  /* [-] likewise, for the slowest rotor that is caught */
+
+/* The largest current of a start [A]. Above psi_f/D a salient rotor does not rest on the current's axis any
+ * more, and on it has no EMF. */
+static float start_most(const params_t *params, const believed_t *believed)
+{
+    const float saliency = believed->inductance_q - believed->inductance_d;
+    const float most = START_SALIENT * believed->flux_linkage;
+    const bool less = params_salient(believed) && most < saliency * params->current_limit;
+    return less ? most / saliency : params->current_limit;
+}
+
+start_params_t params_start(const params_t *params, const believed_t *believed)
+{
+    const float emf_per_speed = believed->flux_linkage * (float)params->motor_pole_pairs;
+    const float most = start_most(params, believed);
+    start_params_t start = {
+        .current = params->start_current > 0.0f ? params->start_current : most,
+        .current_most = most,
+        .ramp = params->start_ramp,
+        .handover_speed = params->handover_speed,
+        .fallback_speed = params->fallback_speed,
+        .dead_voltage = params->dead_time / DRIVE_PERIOD * params->dc_overvoltage,
+    };
+    if (start.handover_speed == 0.0f) {
+        const float resistive = believed->resistance * start.current;
+        const float largest = start.dead_voltage > resistive ? start.dead_voltage : resistive;
+        const float needed = HANDOVER_EMF * largest / emf_per_speed;
+        const float fastest = HANDOVER_SPEED_MAX * params->overspeed_trip;
+        start.handover_speed = needed < fastest ? needed : fastest;
+    }
+    if (start.fallback_speed == 0.0f) {
+        start.fallback_speed = FALLBACK_SHARE * start.handover_speed;
+    }
+    start.catch_speed = params->start_speed > 0.0f ? params->start_speed : CATCH_SHARE * start.handover_speed;
+    if (start.ramp == 0.0f) {
+        const float able = START_ACCELERATION * 1.5f * emf_per_speed * start.current / believed->inertia;
+        const float fastest = start.handover_speed / START_TIME;
+        start.ramp = able < fastest ? able : fastest;
+    }
+    return start;
+}

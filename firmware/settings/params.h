@@ -1,0 +1,336 @@
+/* Parameters of the drive: the one table, the struct made from it, and the judgement over a whole set.
+ *
+ * Staged and active: outside writes single values into a staged set; params_check judges the whole set,
+ * ranges first, then the rules between parameters; only then is its tuning made (drive_prepare) and taken. */
+#ifndef SETTINGS_PARAMS_H
+#define SETTINGS_PARAMS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "contract/refusal.h"
+#include "contract/table.h"
+#include "estimator/estimator.h"
+#include "hal/board.h"
+#include "medium/adapt/believed.h"
+#include "medium/manoeuvre/weakening.h"
+#include "medium/protect/link.h"
+
+/* Of the board: fixed by hardware, not parameters. The firmware below the app knows no more of it than this.
+ */
+#define DRIVE_PERIOD          BOARD_PERIOD                /* T_s [s] */
+#define DRIVE_DUTY_COUNTS     ((float)BOARD_PERIOD_COUNT) /* [-] steps of a duty from 0 to 1 */
+#define DRIVE_CURRENT_MIN     BOARD_CURRENT_MIN           /* [A] what the current sensors see, from ... */
+#define DRIVE_CURRENT_MAX     BOARD_CURRENT_MAX           /* [A] ... to */
+#define DRIVE_CURRENT_RANGE   BOARD_CURRENT_RANGE         /* [A] what they see in both directions */
+#define DRIVE_CURRENT_SENSORS BOARD_CURRENT_SENSORS /* [-] 2: current c is minus the sum of the others; 3 */
+#define DRIVE_SINK_SENSOR     (BOARD_SINK_INPUT != BOARD_NONE)  /* without one no temperature is judged */
+#define DRIVE_MOTOR_SENSOR    (BOARD_MOTOR_INPUT != BOARD_NONE) /* likewise */
+
+/* What a control may ask for [A]: above it ripple and overshoot need room below the trip. */
+#define DRIVE_CURRENT_LIMIT_MAX (0.8f * DRIVE_CURRENT_RANGE)
+
+/* So many periods take this time [s]: at least one. */
+#define DRIVE_PERIODS(seconds) ((uint32_t)((seconds) / DRIVE_PERIOD + 0.5f))
+
+/* The medium task runs once in a window of so many periods: at 1.25 kHz, or as near to it as whole periods
+ * come. */
+#define DRIVE_WINDOW        DRIVE_PERIODS(0.8e-3f)
+#define DRIVE_WINDOW_PERIOD ((float)DRIVE_WINDOW * DRIVE_PERIOD) /* [s] */
+
+/* So many windows take this time [s]. */
+#define DRIVE_WINDOWS(seconds) ((uint32_t)((seconds) / DRIVE_WINDOW_PERIOD + 0.5f))
+
+/* The lower switches are on for so long, at least, before an upper one may be [periods]. */
+#define DRIVE_CHARGE_PERIODS ((uint32_t)((float)BOARD_GATE_CHARGE_US / (1e6f * DRIVE_PERIOD) + 0.999f))
+/* Dead band at the register's end [s]. */
+#define DRIVE_DEAD_TIME_MAX ((float)BOARD_DEAD_BAND_MAX / (float)BOARD_SYSCLK_HZ)
+
+typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
+typedef enum { SPEED_SMOOTH, SPEED_WHOLE } speed_feedback_t;
+typedef enum { LOCK_NOT_JUDGED, LOCK_JUDGED } lock_judged_t;
+typedef enum { CURRENT_NOT_JUDGED, CURRENT_JUDGED } current_judged_t;
+typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
+typedef enum { MTPA_OFF, MTPA_ON } mtpa_t;
+typedef enum { WEAKENING_OFF, WEAKENING_ON } field_weakening_t;
+typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNORED } encoder_fault_reaction_t;
+
+/* The default motor at the default overspeed_trip has 279 V between two phases: on a board whose link stands
+ * less its field is not weakened. */
+#define DRIVE_WEAKENING (BOARD_OVERVOLTAGE_MAX_MV >= 280000 ? WEAKENING_ON : WEAKENING_OFF)
+
+/* F(id, name, unit, default, min, max, access, text): float
+ * I(id, name, unit, default, min, max, access, text): int32_t
+ * E(id, name, choices, default, access, text): int32_t with named values
+ * Defaults: the paper's Table I motor and rig; power stage and limits of the board. */
+#define DRIVE_PARAMS(F, I, E)                                                                                \
+    I(1, motor_pole_pairs, "-", 4, 1, 64, TABLE_OFF, "pole pairs p")                                         \
+    F(2, motor_resistance, "ohm", 0.95f, 1e-3f, 100.0f, TABLE_LIVE, "stator resistance R of a phase")        \
+    F(3, motor_inductance_d, "H", 12.5e-3f, 1e-5f, 1.0f, TABLE_LIVE, "direct-axis inductance L_d")           \
+    F(4, motor_inductance_q, "H", 12.5e-3f, 1e-5f, 1.0f, TABLE_LIVE, "quadrature-axis inductance L_q")       \
+    F(5, motor_flux_linkage, "Wb", 0.183f, 1e-4f, 10.0f, TABLE_LIVE,                                         \
+      "flux linkage psi_f, amplitude per phase")                                                             \
+    F(6, current_limit, "A", BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.1f, DRIVE_CURRENT_LIMIT_MAX,           \
+      TABLE_LIVE, "limit of i_q from the speed control, either sign")                                        \
+    F(7, current_bandwidth, "rad/s", 1000.0f, 10.0f, 3000.0f, TABLE_LIVE,                                    \
+      "closed-loop bandwidth of the current control")                                                        \
+    F(8, speed_kp, "A s/rad", 0.0f, 0.0f, 100.0f, TABLE_LIVE,                                                \
+      "speed control, proportional, per mechanical rad/s; 0: by motor_inertia, pll_bandwidth/14 fast")       \
+    F(9, speed_ki, "A/rad", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                                \
+      "speed control, integral, per mechanical rad; 0: a damping of 0.87")                                   \
+    F(10, overspeed_trip, "rad/s", 220.0f, 1.0f, 10000.0f, TABLE_LIVE,                                       \
+      "mechanical speed that stops the drive")                                                               \
+    F(11, overcurrent_trip, "A", BOARD_AMPERES(BOARD_OVERCURRENT_TRIP_MA), 0.2f,                             \
+      0.95f * DRIVE_CURRENT_RANGE, TABLE_LIVE, "phase current that stops the drive")                         \
+    F(12, dc_overvoltage, "V", BOARD_VOLTS(BOARD_OVERVOLTAGE_MV), 20.0f,                                     \
+      BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV), TABLE_LIVE, "DC-link voltage that stops the drive")             \
+    F(13, dc_undervoltage, "V", BOARD_VOLTS(BOARD_UNDERVOLTAGE_MV), 10.0f,                                   \
+      BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV - 10000), TABLE_LIVE,                                             \
+      "DC-link voltage below which the drive will not run")                                                  \
+    F(14, sink_temperature_max, "degC", (float)BOARD_SINK_HOT, 0.0f, (float)BOARD_SINK_MAX, TABLE_LIVE,      \
+      "heat-sink temperature that stops the drive")                                                          \
+    F(15, motor_temperature_max, "degC", (float)BOARD_MOTOR_HOT, 0.0f, (float)BOARD_MOTOR_MAX, TABLE_LIVE,   \
+      "motor temperature that stops the drive")                                                              \
+    F(16, dead_time, "s", BOARD_SECONDS(BOARD_DEAD_TIME_NS), BOARD_SECONDS(BOARD_DEAD_BAND_MIN_NS),          \
+      DRIVE_DEAD_TIME_MAX, TABLE_OFF, "dead band of the legs, set in the ePWM")                              \
+    F(17, minimum_pulse, "s", BOARD_SECONDS(BOARD_MINIMUM_PULSE_NS), 0.0f, 10.0e-6f, TABLE_OFF,              \
+      "shortest pulse the power module shall see")                                                           \
+    F(18, turn_on_delay, "s", BOARD_SECONDS(BOARD_TURN_ON_DELAY_NS), 0.0f, 5.0e-6f, TABLE_LIVE,              \
+      "command edge to current on, for the compensation")                                                    \
+    F(19, turn_off_delay, "s", BOARD_SECONDS(BOARD_TURN_OFF_DELAY_NS), 0.0f, 5.0e-6f, TABLE_LIVE,            \
+      "command edge to current off, for the compensation")                                                   \
+    F(20, device_drop, "V", ((float)BOARD_IGBT_DROP_MV + (float)BOARD_DIODE_DROP_MV) / 2e3f, 0.0f, 5.0f,     \
+      TABLE_LIVE, "mean forward drop of IGBT and diode at small current")                                    \
+    F(21, current_zone, "A", 0.05f, 1e-3f, 2.0f, TABLE_LIVE,                                                 \
+      "current below which the dead-time error fades")                                                       \
+    F(22, compensation_gain, "-", 1.0f, 0.0f, 1.2f, TABLE_LIVE,                                              \
+      "share of the modelled dead-time error that is compensated")                                           \
+    I(23, encoder_lines, "-", 2500, 16, 16384, TABLE_OFF, "lines per turn; four counts each")                \
+    F(24, encoder_offset, "rad", 0.0f, -3.1415927f, 3.1415927f, TABLE_OFF, "electrical angle at count zero") \
+    F(25, encoder_bandwidth, "rad/s", 1500.0f, 50.0f, 3000.0f, TABLE_LIVE,                                   \
+      "natural frequency of the speed tracking")                                                             \
+    I(26, calibration_periods, "-", 512, 16, 16384, TABLE_OFF, "samples averaged for the current offsets")   \
+    F(27, current_offset_max, "A", 0.05f * DRIVE_CURRENT_RANGE, 0.01f, 0.25f * DRIVE_CURRENT_RANGE,          \
+      TABLE_LIVE, "largest offset of a current sensor that is accepted")                                     \
+    E(28, position_source, "encoder|sensorless", POSITION_SENSORLESS, TABLE_LIVE,                            \
+      "where the control's angle comes from; the estimator runs in either case")                             \
+    F(29, start_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                            \
+      "mechanical speed from which on a turning rotor is caught, a slower one is aligned; 0: half of the "   \
+      "hand-over's")                                                                                         \
+    F(30, observer_gain, "V", 200.0f, 0.1f, 1e4f, TABLE_LIVE,                                                \
+      "k_s of the observer; rule: 1.75 times the largest EMF")                                               \
+    F(31, observer_slope, "1/A", 1.0f * (1e-4f / DRIVE_PERIOD), 1e-3f, 1e3f, TABLE_LIVE,                     \
+      "a_f of the sigmoid tanh(a_f x/2); rule: 1.6 L/(k_s T_s)")                                             \
+    F(32, observer_emf_cutoff, "rad/s", 2500.0f, 0.0f, 1e5f, TABLE_LIVE,                                     \
+      "omega_s of the back-EMF filter; 0: no filter")                                                        \
+    E(33, observer_switching, "sign|sigmoid|sigmoid_vector", SMO_SIGMOID_VECTOR, TABLE_OFF,                  \
+      "switching function of the observer")                                                                  \
+    E(34, lag_compensation, "none|printed|corrected|exact", LAG_EXACT, TABLE_LIVE,                           \
+      "phase self-compensation: paper eq. (14) as printed, as mended, or of the sampled observer")           \
+    F(35, pll_bandwidth, "rad/s", 0.0f, 0.0f, 5000.0f, TABLE_LIVE,                                           \
+      "-3 dB bandwidth of the closed tracking loop; 0, with feedforward_cutoff 0: four times what that is "  \
+      "by its rule")                                                                                         \
+    F(36, pll_damping, "-", 1.0f, 0.5f, 5.0f, TABLE_LIVE, "damping of the tracking loop")                    \
+    F(37, feedforward_cutoff, "rad/s", 0.0f, 0.0f, 5000.0f, TABLE_LIVE,                                      \
+      "omega_c of the speed feed-forward; 0: conventional PLL, or with pll_bandwidth 0 by motor_inertia "    \
+      "and "                                                                                                 \
+      "current_limit")                                                                                       \
+    F(38, flux_adaptation, "rad/s", 0.0f, 0.0f, 20.0f, TABLE_LIVE,                                           \
+      "rate at which the feed-forward's psi_f follows the EMF; 0: off")                                      \
+    F(39, torque_feedforward, "-", 1.0f, 0.0f, 2.0f, TABLE_LIVE,                                             \
+      "share of the torque's acceleration that the PLL is told; 0: the paper")                               \
+    F(40, motor_inertia, "kg m^2", 0.0636f, 1e-7f, 1e3f, TABLE_LIVE,                                         \
+      "everything that turns, for the torque feed-forward")                                                  \
+    F(41, estimate_amplitude_min, "-", 0.5f, 0.0f, 1.0f, TABLE_LIVE,                                         \
+      "least EMF over psi_f omega_e of a valid estimate; 0: not judged")                                     \
+    F(42, estimate_amplitude_max, "-", 1.5f, 1.0f, 100.0f, TABLE_LIVE,                                       \
+      "largest EMF over psi_f omega_e of a valid estimate; 1: not judged")                                   \
+    F(43, estimate_detector_max, "-", 0.6f, 0.0f, 1.0f, TABLE_LIVE,                                          \
+      "largest sine of the tracking error of a valid estimate; 0: not judged")                               \
+    F(44, estimate_current_max, "A", 4.0f * (DRIVE_PERIOD / 1e-4f), 0.0f, 100.0f, TABLE_LIVE,                \
+      "largest current error of a valid estimate, 0: not judged; rule: 4/observer_slope")                    \
+    F(45, estimate_speed_min, "rad/s", 3.0f, 0.0f, 10000.0f, TABLE_LIVE,                                     \
+      "least mechanical speed of a valid estimate; 0: not judged")                                           \
+    F(46, estimate_time, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                                 \
+      "for how long on balance a criterion must fail before the estimate counts as lost")                    \
+    F(47, doubtful_current, "A", 0.1f, 0.0f, 2.0f, TABLE_LIVE,                                               \
+      "phase current below which a leg's dead-time loss is in doubt: zone and sensor error; 0: none")        \
+    F(48, offset_trim, "A/V", 0.05f, 0.0f, 0.1f, TABLE_LIVE,                                                 \
+      "share of the EMF's mean by which the current offsets are trimmed while turning; 0: off")              \
+    F(49, device_resistance, "ohm", ((float)BOARD_IGBT_SLOPE_UOHM + (float)BOARD_DIODE_SLOPE_UOHM) / 2e6f,   \
+      0.0f, 1.0f, TABLE_LIVE,                                                                                \
+      "slope of the on-state drops, mean of IGBT and diode; adds to R in the control")                       \
+    F(50, start_current, "A", 0.0f, 0.0f, DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                               \
+      "current that takes the rotor along at start; 0: current_limit")                                       \
+    F(51, start_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                               \
+      "mechanical acceleration of the start; 0: 15 % of what start_current can, in 0.3 s at least")          \
+    F(52, handover_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
+      "mechanical speed from which on control turns with the estimate; 0: EMF over dead time and R I")       \
+    F(53, fallback_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
+      "mechanical speed below which it turns with a forced frame; 0: 0.4 of the hand-over's")                \
+    I(54, start_tries, "-", 3, 1, 100, TABLE_LIVE,                                                           \
+      "starts that may fail before the drive stops; until then each is followed by another, by itself")      \
+    F(55, speed_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                               \
+      "mechanical acceleration of the speed reference; 0: none, the current limit alone")                    \
+    F(56, speed_setpoint_weight, "-", 0.0f, 0.0f, 1.0f, TABLE_LIVE,                                          \
+      "share of the reference in the proportional part; 0: no overshoot, 1: the paper's PI")                 \
+    F(57, quick_stop_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                          \
+      "mechanical deceleration of a quick stop; 0: none, the current limit alone")                           \
+    F(58, start_damping, "A/V", 0.0f, 0.0f, 1000.0f, TABLE_LIVE,                                             \
+      "current across the forced frame per volt of swinging EMF; 0: by inertia, R and dead time")            \
+    F(59, start_align_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                              \
+      "of the turn of an alignment; 0: 16 over the pendulum's frequency")                                    \
+    F(60, low_speed_current, "A", 0.2f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f,                        \
+      DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                                                                   \
+      "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \
+      "off")                                                                                                 \
+    F(61, inductance_adaptation, "1/s", 3.0f, 0.0f, 20.0f, TABLE_LIVE,                                       \
+      "rate at which L_d and L_q, and R with them, begin to follow what a small alternating i_d shows, at "  \
+      "last a tenth; 0, or motor_inductance_q above 1.1 motor_inductance_d: off")                            \
+    F(62, dead_time_adaptation, "1/s", 6.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
+      "rate at which learning the legs' dead time from the EMF begins, at last a tenth; 0: off")             \
+    E(63, inertia_adaptation, "off|on", INERTIA_ON, TABLE_LIVE,                                              \
+      "J is learnt from steps of the speed reference, without encoder; the torque feed-forward then leaves " \
+      "out what carries the load")                                                                           \
+    E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
+      "estimated speed that the speed control hears: without the loop's proportional part, or with it, as "  \
+      "in the paper")                                                                                        \
+    E(65, lock_judged, "off|on", LOCK_JUDGED, TABLE_LIVE,                                                    \
+      "whether a rotor that the estimate has lost is reported at once (unlocked), whatever estimate_... "    \
+      "judge, and caught again by itself; off: as in the paper, whose loop lags by more than that")          \
+    E(67, mtpa, "off|on", MTPA_ON, TABLE_LIVE,                                                               \
+      "i_d of a salient rotor for most torque per ampere; off, or motor_inductance_q up to 1.1 "             \
+      "motor_inductance_d: i_d_request alone")                                                               \
+    E(85, field_weakening, "off|on", DRIVE_WEAKENING, TABLE_LIVE,                                            \
+      "i_d below zero where the DC link ends, of any rotor; off: the speed ends there")                      \
+    F(86, voltage_use, "-", 0.93f, 0.5f, 1.0f, TABLE_LIVE,                                                   \
+      "of U_dc/sqrt3, that field_weakening uses, as far as duties and dead time leave it; the rest is for "  \
+      "the "                                                                                                 \
+      "current control")                                                                                     \
+    F(87, torque_slew, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                                   \
+      "in which the torque may grow by that of current_limit; 0: 10 ms of a salient rotor, else at once")    \
+    F(70, stall_time, "s", 2.0f, 0.0f, 3600.0f, TABLE_LIVE,                                                  \
+      "that the rotor may stand at the current limit while a speed is asked for; 0: not judged")             \
+    F(71, speed_error_time, "s", 5.0f, 0.0f, 3600.0f, TABLE_LIVE,                                            \
+      "that the speed may stay far from its reference at the current limit, without coming nearer; 0: not "  \
+      "judged")                                                                                              \
+    E(72, encoder_fault_reaction, "open|sensorless|ignored", ENCODER_FAULT_OPEN, TABLE_LIVE,                 \
+      "what a motor does when its encoder turns out wrong: bridge open, on without it if it turns, or "      \
+      "nothing (a desk without a motor)")                                                                    \
+    E(66, current_judged, "off|on", CURRENT_JUDGED, TABLE_LIVE,                                              \
+      "whether current sensors and phases are judged by what the winding must do; off: a desk without a "    \
+      "motor")                                                                                               \
+    F(80, ride_through_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                             \
+      "for so long a lost supply is no fault: the rotor holds the DC link, or coasts, and with the supply "  \
+      "the motor runs again by itself; 0: off")                                                              \
+    F(81, motor_current_continuous, "A", 0.7f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f, 1000.0f,        \
+      TABLE_LIVE, "length of the current vector that the motor stands for ever; 0: not judged")              \
+    F(82, motor_time_constant, "s", 60.0f, 0.0f, 3600.0f, TABLE_LIVE,                                        \
+      "of the motor's winding, by which it warms; 0: not judged")                                            \
+    F(83, module_current_continuous, "A", BOARD_AMPERES(BOARD_MODULE_CONTINUOUS_MA), 0.0f, 1000.0f,          \
+      TABLE_LIVE, "direct current that a leg of the module stands for ever; 0: not judged")                  \
+    F(84, module_time_constant, "s", (float)BOARD_MODULE_TIME_MS / 1e3f, 0.0f, 100.0f, TABLE_LIVE,           \
+      "of the module's switches, by which they warm; 0: not judged")                                         \
+    F(90, fault_stop_time, "s", 5.0f, 0.0f, 600.0f, TABLE_LIVE,                                              \
+      "that a motor may take to stop for a fault until the bridge opens anyway; 0: opens at once")           \
+    F(92, background_time_max, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                           \
+      "for so long the background may stay away from a running motor; 0: not judged (a debugger that halts " \
+      "it alone)")                                                                                           \
+    F(93, command_timeout, "s", 1.0f, 0.0f, 3600.0f, TABLE_LIVE,                                             \
+      "that the master on the line may be silent before a motor that it has switched on stops; 0: for ever") \
+    I(91, module_fault_retries, "-", 0, 0, 100, TABLE_LIVE,                                                  \
+      "how often a fault of the power module resets itself, a second after, while `enable` stays on: the "   \
+      "motor then starts again by itself")
+
+typedef struct {
+#define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */
+#define PARAMS_INT(id, name, unit, initial, min, max, access, text)   int32_t name; /* [unit of its row] */
+#define PARAMS_ENUM(id, name, choices, initial, access, text)         int32_t name; /* [-] */
+    DRIVE_PARAMS(PARAMS_FLOAT, PARAMS_INT, PARAMS_ENUM)
+#undef PARAMS_FLOAT
+#undef PARAMS_INT
+#undef PARAMS_ENUM
+} params_t;
+
+extern const table_t params_table;
+
+/* Defaults of every row: a set that params_check accepts. */
+void params_defaults(params_t *params);
+
+/* May the drive run on this set? false: `why` names the first row that is out of its range, or the first
+ * broken rule between rows (rules.h) by its first row, with the row's value and the range that would be
+ * accepted with every other row as it is: the row's own, and within it what all rules between rows leave. The
+ * row to change is the one that is named; where nothing is accepted, another one that makes room for it, or 0
+ * where no single row does. Pure; for the background: a refusal asks the rules some hundred times. */
+bool params_check(const params_t *params, params_error_t *why);
+
+/* May `next` replace `active` while the bridge is on? false: names the first TABLE_OFF field that differs. */
+bool params_check_live(const params_t *active, const params_t *next, params_error_t *why);
+
+/* The estimator's part of a set that is in its ranges. A tracking loop exists for each of them; where
+ * feedforward_cutoff is not below pll_bandwidth, which params_check refuses, it is left out. */
+void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator);
+
+/* Bandwidth of the tracking loop over that of the speed control, by the rule [-]. */
+#define PARAMS_SPEED_BELOW_LOOP 14.0f
+
+/* The tracking loop: rows as they are, or by their rule where pll_bandwidth is 0 (docs/theory.md, 7). */
+typedef struct {
+    float bandwidth; /* [rad/s] */
+    float cutoff;    /* of the feed-forward [rad/s] */
+    bool slow; /* a step of torque as large as the current limit takes the angle further than it reaches */
+} loop_params_t;
+
+loop_params_t params_loop(const params_t *params, const believed_t *believed);
+
+/* Above this L_q/L_d a rotor counts as salient [-]: its i_d is below zero, and L is not learnt. */
+#define PARAMS_SALIENT 1.1f
+
+static inline bool params_salient(const believed_t *believed)
+{
+    return believed->inductance_q > PARAMS_SALIENT * believed->inductance_d;
+}
+
+/* The largest active flux [Wb]: with the longest current at most torque per ampere, or where field_weakening
+ * has it at overspeed_trip with the least link that the drive does not hold by itself. A round rotor's is
+ * psi_f. */
+float params_flux_most(const params_t *params, const believed_t *believed);
+
+/* The link that the drive does not hold by itself, over dc_undervoltage [-]: what ride-through begins at. */
+#define PARAMS_LINK_LEAST (LINK_HOLD + LINK_HOLD_BAND)
+
+/* What the field is weakened by. */
+weakening_params_t params_weakening(const params_t *params, const believed_t *believed);
+
+/* i_d of most torque per ampere at current_limit [A], not above zero; 0 of a round rotor, and without mtpa.
+ */
+float params_mtpa(const params_t *params, const believed_t *believed);
+
+/* The most torque of current_limit [N m]. */
+float params_torque_most(const params_t *params, const believed_t *believed);
+
+/* What a set of parameters says of all that could be learnt. */
+believed_t params_believed(const params_t *params);
+
+/* What a start and the change to a forced frame go by: rows as they are, or by their rules where they are 0
+ * (docs/theory.md, 23). */
+typedef struct {
+    float current;        /* [A] of the forced frame */
+    float current_most;   /* [A] of another try */
+    float ramp;           /* [rad/s^2] mechanical */
+    float handover_speed; /* [rad/s] mechanical */
+    float fallback_speed; /* [rad/s] mechanical */
+    float catch_speed;    /* [rad/s] mechanical, of the slowest rotor that is caught turning */
+    float dead_voltage;   /* [V] that the dead time takes of the largest link */
+} start_params_t;
+
+start_params_t params_start(const params_t *params, const believed_t *believed);
+
+/* Smallest duty of a leg: dead time and the shortest pulse fit into it. */
+float params_duty_min(const params_t *params);
+
+/* Largest duty of a leg: one minus the smallest; where shunts see the current only while the lower switch is
+ * on, it is on, and the shunt's signal settled, when the sample at the middle of its pulse is held. */
+float params_duty_max(const params_t *params);
+
+#endif

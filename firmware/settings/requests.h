@@ -1,0 +1,49 @@
+/* Requests: what the user wants of the drive from now on. One table, the struct made from it, the judgement
+ * over a set. Unlike parameters they are not staged: an accepted set acts in the next period. */
+#ifndef SETTINGS_REQUESTS_H
+#define SETTINGS_REQUESTS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "contract/table.h"
+#include "settings/params.h"
+
+/* F(id, name, unit, default, min, max, text): float
+ * E(id, name, choices, text): int32_t with named values, default the first */
+#define DRIVE_REQUESTS(F, E)                                                                                 \
+    E(1000, enable, "off|on|quick_stop",                                                                     \
+      "off: coast; on: run, also after a quick stop has ended; quick_stop: brake to standstill, then off")   \
+    E(1001, fault_reset, "no|yes",                                                                           \
+      "going from no to yes resets a fault whose cause is gone, and starts nothing: `enable` that is on "    \
+      "then has to go to off once")                                                                          \
+    E(1002, mode, "speed|current|torque", "what the references mean")                                        \
+    F(1003, speed_request, "rad/s", 0.0f, -10000.0f, 10000.0f, "mechanical speed reference in mode speed")   \
+    F(1004, i_d_request, "A", 0.0f, -DRIVE_CURRENT_LIMIT_MAX, DRIVE_CURRENT_LIMIT_MAX,                       \
+      "direct-axis current reference")                                                                       \
+    F(1005, i_q_request, "A", 0.0f, -DRIVE_CURRENT_LIMIT_MAX, DRIVE_CURRENT_LIMIT_MAX,                       \
+      "quadrature-axis current reference in mode current")                                                   \
+    F(1006, torque_request, "N m", 0.0f, -1e4f, 1e4f, "torque reference in mode torque")
+
+typedef enum { REQUEST_OFF, REQUEST_ON, REQUEST_QUICK_STOP } request_enable_t;
+typedef enum { MODE_SPEED, MODE_CURRENT, MODE_TORQUE } request_mode_t;
+
+typedef struct {
+#define REQUEST_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */
+#define REQUEST_ENUM(id, name, choices, text)                  int32_t name; /* [-] */
+    DRIVE_REQUESTS(REQUEST_FLOAT, REQUEST_ENUM)
+#undef REQUEST_FLOAT
+#undef REQUEST_ENUM
+} requests_t;
+
+extern const table_t requests_table;
+
+/* Off, no reset, speed mode, all references zero. */
+void requests_defaults(requests_t *requests);
+
+/* May the drive follow this set under these parameters? false: `why` names the field, value and accepted
+ * range. A speed reference must stay below 0.95 overspeed_trip, a current reference within current_limit, a
+ * torque within what current_limit makes. */
+bool requests_check(const requests_t *requests, const params_t *params, params_error_t *why);
+
+#endif

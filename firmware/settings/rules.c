@@ -1,0 +1,343 @@
+#include "settings/rules.h"
+
+#include "estimator/chosen.h"
+#include "medium/protect/link.h"
+
+/* Two numbers that keep a rule as they are typed, in decimals, keep it in binary too. */
+#define ROUNDING 1.0000005f
+
+#define SQRT_3 1.73205081f /* between the EMF of a phase and that between two */
+
+/* A number of the board in a text. */
+#define TEXT_OF(number)  TEXT_OF_ITS(number)
+#define TEXT_OF_ITS(sum) #sum
+
+/* What the speed of the hand-over follows from (params_start()). */
+#define HANDOVER_LEVERS                                                                                      \
+    {PARAM_handover_speed, MORE_HELPS}, {PARAM_dead_time, MORE_HELPS}, {PARAM_dc_overvoltage, MORE_HELPS},   \
+        {PARAM_motor_resistance, MORE_HELPS}, {PARAM_device_resistance, MORE_HELPS},                         \
+        {PARAM_start_current, MORE_HELPS}, {PARAM_current_limit, MORE_HELPS},                                \
+        {PARAM_overspeed_trip, MORE_HELPS}, {PARAM_motor_flux_linkage, LESS_HELPS},                          \
+    {                                                                                                        \
+        PARAM_motor_pole_pairs, LESS_HELPS                                                                   \
+    }
+
+const rule_t rules[RULES] = {
+    [RULE_TRIP] = {"overcurrent_trip >= 1.2 current_limit",
+                   2,
+                   {{PARAM_overcurrent_trip, MORE_HELPS}, {PARAM_current_limit, LESS_HELPS}}},
+    [RULE_LINK] = {"dc_undervoltage <= dc_overvoltage - 10 V",
+                   2,
+                   {{PARAM_dc_undervoltage, LESS_HELPS}, {PARAM_dc_overvoltage, MORE_HELPS}}},
+    [RULE_DELAY] = {"turn_off_delay <= dead_time + turn_on_delay, else the legs shoot through",
+                    3,
+                    {{PARAM_turn_off_delay, LESS_HELPS},
+                     {PARAM_dead_time, MORE_HELPS},
+                     {PARAM_turn_on_delay, MORE_HELPS}}},
+    [RULE_ENCODER] = {"256 motor_pole_pairs <= 4 encoder_lines",
+                      2,
+                      {{PARAM_motor_pole_pairs, LESS_HELPS}, {PARAM_encoder_lines, MORE_HELPS}}},
+    [RULE_TURN] = {"overspeed_trip motor_pole_pairs T_s <= 0.5 rad",
+                   2,
+                   {{PARAM_overspeed_trip, LESS_HELPS}, {PARAM_motor_pole_pairs, LESS_HELPS}}},
+    [RULE_WINDING] = {"motor_resistance + device_resistance <= motor_inductance_q / (2 T_s), and 100 ohm",
+                      3,
+                      {{PARAM_motor_resistance, LESS_HELPS},
+                       {PARAM_device_resistance, LESS_HELPS},
+                       {PARAM_motor_inductance_q, MORE_HELPS}}},
+    [RULE_FEEDFORWARD] = {"feedforward_cutoff <= 0.95 pll_bandwidth, or both 0: by their rule",
+                          2,
+                          {{PARAM_feedforward_cutoff, LESS_HELPS}, {PARAM_pll_bandwidth, MORE_HELPS}}},
+    [RULE_FORGETTING] = {"torque_feedforward = 0, or feedforward_cutoff >= 0.1 rad/s, or 0 with "
+                         "pll_bandwidth 0, else nothing forgets its error",
+                         2,
+                         {{PARAM_torque_feedforward, LESS_HELPS}, {PARAM_feedforward_cutoff, MORE_HELPS}}},
+    [RULE_TORQUE] = {"torque_feedforward 1.5 motor_pole_pairs^2 motor_flux_linkage / motor_inertia <= 1e7 "
+                     "rad/s^2 per A",
+                     4,
+                     {{PARAM_torque_feedforward, LESS_HELPS},
+                      {PARAM_motor_inertia, MORE_HELPS},
+                      {PARAM_motor_flux_linkage, LESS_HELPS},
+                      {PARAM_motor_pole_pairs, LESS_HELPS}}},
+    [RULE_SPEEDS] = {"estimate_speed_min < overspeed_trip",
+                     2,
+                     {{PARAM_estimate_speed_min, LESS_HELPS}, {PARAM_overspeed_trip, MORE_HELPS}}},
+    /* b k_s a_f/2 <= 1.2, b = (1 - exp(-R T_s/L))/R */
+    [RULE_RINGING] = {"observer_gain observer_slope (1 - exp(-R T_s / motor_inductance_q)) / (2 R) <= 1.2, R "
+                      "= motor_resistance + device_resistance, else the observer rings",
+                      6,
+                      {{PARAM_observer_gain, LESS_HELPS},
+                       {PARAM_observer_slope, LESS_HELPS},
+                       {PARAM_motor_inductance_q, MORE_HELPS},
+                       {PARAM_motor_resistance, MORE_HELPS},
+                       {PARAM_device_resistance, MORE_HELPS},
+                       {PARAM_observer_switching, IS_READ}}},
+    [RULE_LOOP] = {"pll_bandwidth, pll_damping and feedforward_cutoff make a stable loop at the PWM "
+                   "frequency",
+                   3,
+                   {{PARAM_pll_bandwidth, LESS_HELPS},
+                    {PARAM_pll_damping, LESS_HELPS},
+                    {PARAM_feedforward_cutoff, LESS_HELPS}}},
+    [RULE_FILTER] = {"observer_emf_cutoff = 0, or not below the gain that pll_bandwidth, pll_damping and "
+                     "feedforward_cutoff make, with lag_compensation exact",
+                     5,
+                     {{PARAM_observer_emf_cutoff, MORE_HELPS},
+                      {PARAM_pll_bandwidth, LESS_HELPS},
+                      {PARAM_pll_damping, LESS_HELPS},
+                      {PARAM_feedforward_cutoff, MORE_HELPS},
+                      {PARAM_lag_compensation, IS_READ}}},
+    [RULE_REACH] = {"observer_gain >= 1.1 times the largest EMF, motor_flux_linkage motor_pole_pairs "
+                    "overspeed_trip, of a salient rotor with the flux that mtpa and "
+                    "field_weakening add at current_limit, motor_inductance_q and motor_inductance_d",
+                    10,
+                    {{PARAM_observer_gain, MORE_HELPS},
+                     {PARAM_motor_flux_linkage, LESS_HELPS},
+                     {PARAM_overspeed_trip, LESS_HELPS},
+                     {PARAM_motor_pole_pairs, LESS_HELPS},
+                     {PARAM_current_limit, LESS_HELPS},
+                     {PARAM_motor_inductance_q, LESS_HELPS},
+                     {PARAM_motor_inductance_d, MORE_HELPS},
+                     {PARAM_mtpa, LESS_HELPS},
+                     {PARAM_field_weakening, LESS_HELPS},
+                     {PARAM_dc_undervoltage, MORE_HELPS}}},
+    [RULE_START] = {"start_current <= current_limit",
+                    2,
+                    {{PARAM_start_current, LESS_HELPS}, {PARAM_current_limit, MORE_HELPS}}},
+    [RULE_LOW_SPEED] = {"low_speed_current <= current_limit",
+                        2,
+                        {{PARAM_low_speed_current, LESS_HELPS}, {PARAM_current_limit, MORE_HELPS}}},
+    [RULE_FALLBACK] = {"fallback_speed < handover_speed, or what its rule makes of it where it is 0",
+                       11,
+                       {{PARAM_fallback_speed, LESS_HELPS}, HANDOVER_LEVERS}},
+    [RULE_CATCH] = {"start_speed <= handover_speed, or what its rule makes of it where it is 0",
+                    11,
+                    {{PARAM_start_speed, LESS_HELPS}, HANDOVER_LEVERS}},
+    [RULE_HANDOVER] = {"handover_speed <= 0.5 overspeed_trip",
+                       2,
+                       {{PARAM_handover_speed, LESS_HELPS}, {PARAM_overspeed_trip, MORE_HELPS}}},
+    [RULE_RAMP] = {"start_ramp motor_inertia <= 0.7 of the torque of a start, 1.5 motor_pole_pairs "
+                   "motor_flux_linkage start_current, or current_limit where that is 0",
+                   6,
+                   {{PARAM_start_ramp, LESS_HELPS},
+                    {PARAM_start_current, MORE_HELPS},
+                    {PARAM_current_limit, MORE_HELPS},
+                    {PARAM_motor_inertia, LESS_HELPS},
+                    {PARAM_motor_flux_linkage, MORE_HELPS},
+                    {PARAM_motor_pole_pairs, MORE_HELPS}}},
+    [RULE_RIDE] = {"ride_through_time = 0, or 1.27 dc_undervoltage <= 0.95 dc_overvoltage, else the link "
+                   "limits braking and driving at once",
+                   3,
+                   {{PARAM_dc_undervoltage, LESS_HELPS},
+                    {PARAM_dc_overvoltage, MORE_HELPS},
+                    {PARAM_ride_through_time, LESS_HELPS}}},
+    [RULE_OPEN] =
+        {"field_weakening = off, or 1.732 motor_flux_linkage motor_pole_pairs overspeed_trip <= " TEXT_OF(
+             BOARD_OVERVOLTAGE_MAX_MV) " mV, the board's largest DC link, else a rotor that fast "
+                                       "charges it beyond that while the bridge is off",
+         4,
+         {{PARAM_overspeed_trip, LESS_HELPS},
+          {PARAM_motor_flux_linkage, LESS_HELPS},
+          {PARAM_motor_pole_pairs, LESS_HELPS},
+          {PARAM_field_weakening, LESS_HELPS}}},
+    [RULE_SALIENT] =
+        {"motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d where position_source or "
+         "encoder_fault_reaction is sensorless, for the estimator holds no rotor beyond that; use "
+         "an encoder",
+         4,
+         {{PARAM_motor_inductance_q, LESS_HELPS},
+          {PARAM_position_source, LESS_HELPS},
+          {PARAM_motor_inductance_d, MORE_HELPS},
+          {PARAM_encoder_fault_reaction, IS_READ}}},
+};
+
+/* A set of the estimator that breaks none of its rules, and of which no part does whatever the others are. */
+static estimator_params_t harmless(void)
+{
+    return (estimator_params_t){
+        .smo = {.resistance = 1.0f,
+                .inductance = 1.0f,
+                .gain = 1e4f,
+                .slope = 1e-3f,
+                .period = DRIVE_PERIOD,
+                .switching = SMO_SIGN},
+        .lag = LAG_NONE,
+        .pll = {.kp = 100.0f,
+                .ki = 2500.0f,
+                .feedforward_cutoff = 1.0f,
+                .amplitude_floor = 1.0f,
+                .period = DRIVE_PERIOD},
+        .flux_linkage = 1e-4f,
+    };
+}
+
+/* The estimator's own rules are asked, one at a time: of the set that the rows make only what the rule reads,
+ * all else harmless. */
+static bool estimator_takes(rule_number_t rule, const params_t *params)
+{
+    params_error_t ignored;
+    estimator_params_t all;
+    estimator_params_t alone = harmless();
+    smo_params_t *observer = &alone.smo;
+    const believed_t believed = params_believed(params);
+    params_estimator(params, &believed, &all);
+    const smo_params_t *of_all = &all.smo;
+    switch (rule) {
+    case RULE_WINDING:
+        observer->resistance = of_all->resistance;
+        observer->inductance = of_all->inductance;
+        break;
+    case RULE_RINGING:
+        *observer = *of_all;
+        observer->emf_cutoff = 0.0f;
+        break;
+    case RULE_TORQUE:
+        alone.torque_feedforward = all.torque_feedforward;
+        break;
+    case RULE_SPEEDS:
+        alone.validity.speed_min = all.validity.speed_min;
+        alone.validity.speed_max = all.validity.speed_max;
+        break;
+    case RULE_FILTER:
+        alone.lag = all.lag;
+        observer->emf_cutoff = of_all->emf_cutoff;
+        alone.pll = all.pll;
+        break;
+    case RULE_LOOP:
+        alone.pll = all.pll;
+        break;
+    case RULE_REACH:
+        observer->gain = of_all->gain;
+        alone.flux_linkage = all.flux_linkage;
+        alone.flux_most = all.flux_most;
+        alone.validity.speed_max = all.validity.speed_max;
+        break;
+    case RULE_TRIP:
+    case RULE_LINK:
+    case RULE_DELAY:
+    case RULE_ENCODER:
+    case RULE_TURN:
+    case RULE_FEEDFORWARD:
+    case RULE_FORGETTING:
+    case RULE_START:
+    case RULE_LOW_SPEED:
+    case RULE_FALLBACK:
+    case RULE_CATCH:
+    case RULE_HANDOVER:
+    case RULE_RAMP:
+    case RULE_RIDE:
+    case RULE_OPEN:
+    case RULE_SALIENT:
+    case RULES:
+        break;
+    }
+    return estimator_params_check(&alone, &ignored);
+}
+
+/* Of its torque a start may use for the ramp; the rest is for the load, and for swings. */
+#define RAMP_SHARE 0.7f
+
+/* The rules of the speeds and of the ramp (RULE_RAMP), of what a start really goes by. */
+static bool start_takes(rule_number_t rule, const params_t *params)
+{
+    const believed_t believed = params_believed(params);
+    const start_params_t start = params_start(params, &believed);
+    const float per_ampere = 1.5f * (float)params->motor_pole_pairs * believed.flux_linkage;
+    if (rule == RULE_FALLBACK) {
+        return start.fallback_speed < start.handover_speed;
+    }
+    if (rule == RULE_CATCH) {
+        return params->start_speed <= start.handover_speed;
+    }
+    return params->start_ramp * believed.inertia <= RAMP_SHARE * per_ampere * start.current;
+}
+
+/* RULE_SALIENT: a fault of the encoder may hand the motor over to the estimator. */
+static bool salient_takes(const params_t *params)
+{
+    const bool estimated = params->position_source == (int32_t)POSITION_SENSORLESS ||
+                           params->encoder_fault_reaction == (int32_t)ENCODER_FAULT_SENSORLESS;
+    return !estimated ||
+           params->motor_inductance_q <= CHOSEN_SALIENT_MAX * params->motor_inductance_d * ROUNDING;
+}
+
+/* Does the board's link stand the EMF of a rotor at its trip, rectified while the bridge is off? */
+static bool open_bridge_takes(const params_t *params)
+{
+    return SQRT_3 * params->motor_flux_linkage * (float)params->motor_pole_pairs * params->overspeed_trip <=
+           BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) * ROUNDING;
+}
+
+bool rules_hold(rule_number_t rule, const params_t *params)
+{
+    switch (rule) {
+    case RULE_TRIP:
+        return params->overcurrent_trip * ROUNDING >= 1.2f * params->current_limit;
+    case RULE_LINK:
+        return params->dc_undervoltage + 10.0f <= params->dc_overvoltage * ROUNDING;
+    case RULE_DELAY:
+        return params->turn_off_delay <= (params->dead_time + params->turn_on_delay) * ROUNDING;
+    case RULE_ENCODER:
+        /* Fewer counts a pole pair: the angle steps by more than 25 mrad, and the current control hears it.
+         */
+        return 256 * params->motor_pole_pairs <= 4 * params->encoder_lines;
+    case RULE_TURN:
+        /* One sample must not turn the frame by more: the delays of the loop are made up for to first order
+         * only. */
+        return params->overspeed_trip * (float)params->motor_pole_pairs * DRIVE_PERIOD <= 0.5f * ROUNDING;
+    case RULE_FEEDFORWARD:
+        return params->feedforward_cutoff <= 0.95f * params->pll_bandwidth * ROUNDING;
+    case RULE_FORGETTING:
+        return params->torque_feedforward == 0.0f || params->feedforward_cutoff >= 0.1f ||
+               (params->pll_bandwidth == 0.0f && params->feedforward_cutoff == 0.0f);
+    case RULE_SPEEDS:
+        return params->estimate_speed_min < params->overspeed_trip && estimator_takes(rule, params);
+    case RULE_RINGING:
+        return !estimator_takes(RULE_WINDING, params) || estimator_takes(rule, params);
+    case RULE_LOOP:
+        return params->feedforward_cutoff > 0.95f * params->pll_bandwidth * ROUNDING ||
+               estimator_takes(rule, params);
+    case RULE_FILTER:
+        return !estimator_takes(RULE_LOOP, params) || estimator_takes(rule, params);
+    case RULE_WINDING:
+    case RULE_TORQUE:
+    case RULE_REACH:
+        return estimator_takes(rule, params);
+    case RULE_START:
+        return params->start_current <= params->current_limit;
+    case RULE_LOW_SPEED:
+        return params->low_speed_current <= params->current_limit;
+    case RULE_HANDOVER:
+        return params->handover_speed <= 0.5f * params->overspeed_trip;
+    case RULE_FALLBACK:
+    case RULE_CATCH:
+    case RULE_RAMP:
+        return start_takes(rule, params);
+    case RULE_RIDE:
+        return params->ride_through_time == 0.0f ||
+               (LINK_HOLD + LINK_HOLD_BAND) * params->dc_undervoltage <=
+                   (LINK_FULL - LINK_OVER_BAND) * params->dc_overvoltage * ROUNDING;
+    case RULE_OPEN:
+        return params->field_weakening == (int32_t)WEAKENING_OFF || open_bridge_takes(params);
+    case RULE_SALIENT:
+        return salient_takes(params);
+    case RULES:
+        break;
+    }
+    return true;
+}
+
+bool rules_zero_is_apart(param_t param)
+{
+    return param == PARAM_observer_emf_cutoff || param == PARAM_start_current ||
+           param == PARAM_handover_speed;
+}
+
+lever_sense_t rules_sense(rule_number_t rule, param_t param)
+{
+    for (int32_t n = 0; n < rules[rule].count; n++) {
+        if (rules[rule].levers[n].row == param) {
+            return rules[rule].levers[n].sense;
+        }
+    }
+    return IS_READ;
+}

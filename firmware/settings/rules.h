@@ -1,0 +1,75 @@
+/* Rules between the rows of the parameters: which rows each reads, whether larger or smaller values of a row
+ * help to keep it, and whether it holds. params_check (judgement.c) walks them in this order. */
+#ifndef SETTINGS_RULES_H
+#define SETTINGS_RULES_H
+
+#include "settings/params.h"
+
+/* Places of the rows in the table. */
+typedef enum {
+#define NUMBER_FLOAT(id, name, unit, initial, min, max, access, text) PARAM_##name,
+#define NUMBER_INT(id, name, unit, initial, min, max, access, text)   PARAM_##name,
+#define NUMBER_ENUM(id, name, choices, initial, access, text)         PARAM_##name,
+    DRIVE_PARAMS(NUMBER_FLOAT, NUMBER_INT, NUMBER_ENUM)
+#undef NUMBER_FLOAT
+#undef NUMBER_INT
+#undef NUMBER_ENUM
+} param_t;
+
+typedef enum {
+    RULE_TRIP,
+    RULE_LINK,
+    RULE_DELAY,
+    RULE_ENCODER,
+    RULE_TURN,
+    RULE_OPEN,
+    RULE_WINDING,
+    RULE_FEEDFORWARD,
+    RULE_FORGETTING,
+    RULE_TORQUE,
+    RULE_SPEEDS,
+    RULE_RINGING,
+    RULE_LOOP,
+    RULE_FILTER,
+    RULE_SALIENT,
+    RULE_REACH,
+    RULE_START,
+    RULE_LOW_SPEED,
+    RULE_FALLBACK,
+    RULE_CATCH,
+    RULE_HANDOVER,
+    RULE_RAMP,
+    RULE_RIDE,
+    RULES
+} rule_number_t;
+
+typedef enum { LESS_HELPS = -1, IS_READ = 0, MORE_HELPS = 1 } lever_sense_t;
+
+typedef struct {
+    param_t row;
+    lever_sense_t sense;
+} lever_t;
+
+#define LEVERS 11
+
+typedef struct {
+    const char *text; /* in rows */
+    int32_t count;    /* [-] of levers */
+    lever_t levers[LEVERS];
+} rule_t;
+
+/* By rule_number_t. The first lever is the row that is named. No row here is negative. */
+extern const rule_t rules[RULES];
+
+/* Does the set keep the rule? Every row that the rule reads is in its range. A rule that builds on another
+ * one holds where that does not. */
+bool rules_hold(rule_number_t rule, const params_t *params);
+
+/* Is 0 an exception of its own in this row, told in the rule: none, or by a rule? Other values near it may
+ * not be accepted where 0 is. */
+bool rules_zero_is_apart(param_t param);
+
+/* How a rule depends on a row; IS_READ: not at all, or not one way. */
+lever_sense_t rules_sense(rule_number_t rule, param_t param);
+
+#endif

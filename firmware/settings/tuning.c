@@ -1,0 +1,315 @@
+#include "settings/tuning.h"
+
+#include "math/angle.h"
+#include "math/filter.h"
+
+/* Standard deviation of a measured current, of the range: three codes [-]. */
+#define CURRENT_NOISE 1.5e-3f
+
+/* From this multiple of the hand-over's speed on the EMF judges the encoder [-]. */
+#define ENCODER_JUDGED_FROM 1.0f
+
+/* Rates over that of the dead time [-]; largest differences of the legs, and what noise makes of them at
+ * first, over the dead band's voltage and over R [-]. */
+#define EMF_SHAPE_RATE         0.3f
+#define LEGS_RATE              0.2f
+#define LEGS_VOLTAGE_MAX       0.2f
+#define LEGS_VOLTAGE_CHANCE    0.008f
+#define LEGS_RESISTANCE_MAX    0.3f
+#define LEGS_RESISTANCE_CHANCE 0.025f
+
+/* [rad] that a rotor swings with all of the torque at six times its speed, at most, if more than the dead
+ * time is learnt of its EMF. */
+#define SWING_MAX 0.05f
+
+believed_t drive_believed(const params_t *params, const learnt_t *learnt)
+{
+    believed_t believed = params_believed(params);
+    if (learnt->resistance.from == believed.resistance) {
+        believed.resistance = learnt->resistance.value;
+    }
+    if (learnt->inductance_q.from == params->motor_inductance_q) {
+        /* exactly 1 for a round rotor, which then stays round: the estimator of a salient one does more */
+        const float ratio = params->motor_inductance_d / params->motor_inductance_q;
+        believed.inductance_d = ratio * learnt->inductance_q.value;
+        believed.inductance_q = learnt->inductance_q.value;
+    }
+    if (learnt->inertia.from == params->motor_inertia) {
+        believed.inertia = learnt->inertia.value;
+    }
+    return believed;
+}
+
+bool drive_may_believe(const params_t *params, const believed_t *believed)
+{
+    params_error_t ignored;
+    estimator_params_t estimator;
+    params_estimator(params, believed, &estimator);
+    return chosen_params_check(&estimator, &ignored);
+}
+
+static void prepare_position(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const encoder_params_t encoder = {
+        .count_per_turn = 4.0f * (float)params->encoder_lines,
+        .pole_pairs = (float)params->motor_pole_pairs,
+        .offset = params->encoder_offset,
+        .bandwidth = params->encoder_bandwidth,
+        .period = DRIVE_PERIOD,
+    };
+    encoder_prepare(&tuning->fast.encoder, &encoder);
+
+    estimator_params_t estimator;
+    params_estimator(params, believed, &estimator);
+    chosen_prepare(&tuning->fast.estimator, &estimator);
+    validity_prepare(&tuning->medium.validity, &estimator.validity, DRIVE_WINDOW_PERIOD);
+}
+
+static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const flux_params_t flux = {
+        .flux_linkage = believed->flux_linkage,
+        .adaptation = params->flux_adaptation,
+        .period = DRIVE_WINDOW_PERIOD,
+    };
+    flux_prepare(&tuning->medium.flux, &flux);
+    const offset_trim_params_t trim = {.gain = params->offset_trim, .period = DRIVE_WINDOW_PERIOD};
+    tuning->medium.offset_trim = offset_trim_prepare(&trim);
+    const inductance_params_t inductance = {
+        .inductance_d = believed->inductance_d,
+        .inductance_q = believed->inductance_q,
+        .from = params->motor_inductance_q,
+        .resistance = believed->resistance,
+        .resistance_from = params_believed(params).resistance,
+        .flux_linkage = believed->flux_linkage,
+        .current_max = params->current_limit,
+        .rate = params->inductance_adaptation,
+        .period = DRIVE_PERIOD,
+        .every = DRIVE_WINDOW,
+        .ahead = DRIVE_LATENCY,
+    };
+    tuning->medium.inductance = inductance_prepare(&inductance);
+    const inertia_params_t inertia = {
+        .from = params->motor_inertia,
+        .inertia = believed->inertia,
+        .flux_linkage = believed->flux_linkage,
+        .pole_pairs = (float)params->motor_pole_pairs,
+        .current_max = params->current_limit,
+        .period = DRIVE_WINDOW_PERIOD,
+        .on = params->inertia_adaptation == (int32_t)INERTIA_ON,
+    };
+    tuning->medium.inertia = inertia_prepare(&inertia);
+}
+
+/* At the speed whose EMF is the dead band's voltage, by how much does the rotor swing with the sixth harmonic
+ * of the current limit's torque, an angle over the share of it? What a light one swings with is no shape of
+ * its EMF, nor of unequal legs. */
+static bool is_heavy(const params_t *params, const believed_t *believed)
+{
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const float acceleration =
+        1.5f * pole_pairs * pole_pairs * believed->flux_linkage * params->current_limit / believed->inertia;
+    const float sixth =
+        6.0f * params->dead_time / DRIVE_PERIOD * params->dc_overvoltage / believed->flux_linkage;
+    return acceleration < SWING_MAX * sixth * sixth;
+}
+
+static void prepare_shape_and_legs(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const float rate = is_heavy(params, believed) ? params->dead_time_adaptation : 0.0f;
+    const float per_rate = rate > 0.0f ? 1.0f / rate : 0.0f;
+    const float band = params->dead_time / DRIVE_PERIOD * params->dc_overvoltage;
+    tuning->medium.emf_shape = (emf_shape_tuning_t){
+        .rate = EMF_SHAPE_RATE * rate,
+        .per_rate = per_rate / EMF_SHAPE_RATE,
+        .flux_linkage = believed->flux_linkage,
+    };
+    tuning->medium.unequal_legs = (unequal_legs_tuning_t){
+        .rate = LEGS_RATE * rate,
+        .per_rate = per_rate / LEGS_RATE,
+        .voltage_max = LEGS_VOLTAGE_MAX * band,
+        .voltage_chance = LEGS_VOLTAGE_CHANCE * band,
+        .resistance_max = LEGS_RESISTANCE_MAX * believed->resistance,
+        .resistance_chance = LEGS_RESISTANCE_CHANCE * believed->resistance,
+        .per_zone = tuning->fast.inverter.lost.per_zone,
+    };
+}
+
+static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const inverter_params_t inverter = {
+        .dead_time =
+            {
+                .dead_time = params->dead_time,
+                .turn_on_delay = params->turn_on_delay,
+                .turn_off_delay = params->turn_off_delay,
+                .drop = params->device_drop,
+                .current_zone = params->current_zone,
+                .gain = params->compensation_gain,
+                .period = DRIVE_PERIOD,
+            },
+        .inductance = 0.5f * (believed->inductance_d + believed->inductance_q),
+        .sampled_upper = BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR,
+        .duty_min = params_duty_min(params),
+        .duty_max = params_duty_max(params),
+        .duty_counts = DRIVE_DUTY_COUNTS,
+    };
+    tuning->fast.inverter = inverter_prepare(&inverter);
+    const dead_time_learn_params_t learn = {
+        .rate = params->dead_time_adaptation,
+        .effective = tuning->fast.inverter.lost.volt_per_volt,
+        .band = params->dead_time / DRIVE_PERIOD,
+        .flux_linkage = believed->flux_linkage,
+        .zone = params->current_zone,
+        .period = DRIVE_PERIOD,
+        .every = DRIVE_WINDOW,
+    };
+    tuning->medium.dead_time_learn = dead_time_learn_prepare(&learn);
+    prepare_shape_and_legs(tuning, params, believed);
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const doubt_params_t doubt = {
+        .current = params->doubtful_current,
+        .emf_cutoff = params->observer_emf_cutoff,
+        .acceleration_known = params->torque_feedforward > 0.0f,
+        .acceleration = 1.5f * pole_pairs * pole_pairs * believed->flux_linkage * params->current_limit /
+                        believed->inertia,
+        .current_max = params->current_limit,
+        .period = DRIVE_PERIOD,
+    };
+    tuning->fast.doubt = doubt_prepare(&doubt);
+    tuning->medium.load_most = tuning->fast.doubt.load_most;
+    tuning->medium.load_follows = lowpass_share(INERTIA_LOAD_CUTOFF, DRIVE_PERIOD);
+}
+
+static void prepare_control(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const current_control_params_t current = {
+        .resistance = believed->resistance,
+        .inductance_d = believed->inductance_d,
+        .inductance_q = believed->inductance_q,
+        .bandwidth = params->current_bandwidth,
+        .period = DRIVE_PERIOD,
+    };
+    tuning->fast.current_control = current_control_prepare(&current);
+    tuning->medium.manoeuvres = manoeuvres_prepare(params, believed);
+    tuning->fast.reference = reference_prepare(params, believed);
+}
+
+/* Speed noise of the encoder: 0.75 times its bandwidth times the half step, mechanical (docs/theory.md, 18).
+ */
+static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const float pole_pairs = (float)params->motor_pole_pairs;
+    const float step = 2.0f * ANGLE_PI / (4.0f * (float)params->encoder_lines);
+    const start_params_t start = params_start(params, believed);
+    const encoder_watch_params_t encoder = {
+        .resistance = believed->resistance,
+        .inductance = believed->inductance_q,
+        .flux_linkage = believed->flux_linkage,
+        .speed_least = pole_pairs * ENCODER_JUDGED_FROM * start.handover_speed,
+        .noise = CURRENT_NOISE * DRIVE_CURRENT_RANGE,
+        .doubtful = 2.0f * MEASURE_MOVED,
+        .step = pole_pairs * step,
+        .period = DRIVE_PERIOD,
+        .every = DRIVE_WINDOW,
+    };
+    tuning->medium.encoder_watch = encoder_watch_prepare(&encoder);
+    const motion_watch_params_t motion = {
+        .per_ampere = 1.5f * pole_pairs * believed->flux_linkage / believed->inertia,
+        .current_limit = params->current_limit,
+        .noise = 0.75f * params->encoder_bandwidth * 0.5f * step,
+        .standing = SEQUENCE_STANDSTILL,
+        .stall_time = params->stall_time,
+        .speed_error_time = params->speed_error_time,
+        .period = DRIVE_PERIOD,
+        .every = DRIVE_WINDOW,
+    };
+    tuning->medium.motion_watch = motion_watch_prepare(&motion);
+    const float bandwidth = params_loop(params, believed).bandwidth;
+    const oscillation_watch_params_t oscillation = {
+        .slow = bandwidth / PARAMS_SPEED_BELOW_LOOP,
+        .fast = bandwidth,
+        .current_limit = params->current_limit,
+        .period = DRIVE_PERIOD,
+        .every = DRIVE_WINDOW,
+    };
+    tuning->medium.oscillation_watch = oscillation_watch_prepare(&oscillation);
+    tuning->fast.limits = (fast_limits_t){
+        .jump = tuning->medium.encoder_watch.leap,
+        .pole_pairs_inverse = 1.0f / pole_pairs,
+        .dc_undervoltage = params->dc_undervoltage,
+        .smooth = params->speed_feedback == (int32_t)SPEED_SMOOTH,
+        .charge_periods = DRIVE_CHARGE_PERIODS,
+    };
+}
+
+static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params)
+{
+    const current_watch_params_t current = {
+        .resistance = params->motor_resistance + params->device_resistance,
+        .inductance_d = params->motor_inductance_d,
+        .inductance_q = params->motor_inductance_q,
+        .flux_linkage = params->motor_flux_linkage,
+        .per_ampere = 1.5f * (float)params->motor_pole_pairs * (float)params->motor_pole_pairs *
+                      params->motor_flux_linkage / params->motor_inertia,
+        .dead_time = params->dead_time,
+        .drop = params->device_drop,
+        .range = DRIVE_CURRENT_RANGE,
+        .three_sensors = DRIVE_CURRENT_SENSORS == 3,
+        .judged = params->current_judged == (int32_t)CURRENT_JUDGED,
+        .period = DRIVE_PERIOD,
+    };
+    tuning->medium.current_watch = current_watch_prepare(&current);
+    const still_watch_params_t still = {
+        .range = current.range,
+        .inductance =
+            current.inductance_d > current.inductance_q ? current.inductance_d : current.inductance_q,
+        .period = current.period,
+        .three_sensors = current.three_sensors,
+        .judged = current.judged,
+    };
+    tuning->fast.still_watch = still_watch_prepare(&still);
+}
+
+static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    const thermal_params_t thermal = {
+        .current_max = params->current_limit,
+        .motor_continuous = params->motor_current_continuous,
+        .motor_time = params->motor_time_constant,
+        .module_continuous = params->module_current_continuous,
+        .module_time = params->module_time_constant,
+        .sink_hot = params->sink_temperature_max,
+        .motor_hot = params->motor_temperature_max,
+        .period = DRIVE_WINDOW_PERIOD,
+    };
+    tuning->medium.thermal = thermal_prepare(&thermal);
+    const link_params_t link = {
+        .overvoltage = params->dc_overvoltage,
+        .undervoltage = params->dc_undervoltage,
+        .ride_time = params->ride_through_time,
+        .current_max = params->current_limit,
+        .resistance = believed->resistance,
+        .torque = 1.5f * (float)params->motor_pole_pairs * believed->flux_linkage,
+        .period = DRIVE_WINDOW_PERIOD,
+    };
+    tuning->medium.link = link_prepare(&link);
+    tuning->fast.link = tuning->medium.link;
+}
+
+void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    tuning->fast.measure = measure_prepare(params);
+    tuning->medium.guard = guard_prepare(params);
+    tuning->fast.guard = tuning->medium.guard;
+    tuning->medium.unattended_max =
+        params->background_time_max > 0.0f ? DRIVE_PERIODS(params->background_time_max) : UINT32_MAX;
+    tuning->medium.sequence = sequence_prepare(params);
+    prepare_position(tuning, params, believed);
+    prepare_adaptation(tuning, params, believed);
+    prepare_inverter(tuning, params, believed);
+    prepare_control(tuning, params, believed);
+    prepare_motion(tuning, params, believed);
+    prepare_current_watch(tuning, params);
+    prepare_limits(tuning, params, believed);
+}

@@ -94,4 +94,11 @@ static inline position_t encoder_step(encoder_t *encoder, const encoder_tuning_t
     return (position_t){(float)(int32_t)phase * ENCODER_ANGLE_PER_STEP, encoder->omega_e};
 }
 
+/* Has the angle of the last sample moved by more than a rotor can? `leap` [rad]: electrical, the most that it
+ * may be off the one expected. */
+static inline bool encoder_jumped(const encoder_t *encoder, float leap)
+{
+    return bounds_magnitude(encoder->missed) > leap;
+}
+
 #endif

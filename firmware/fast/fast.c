@@ -26,7 +26,7 @@ static void set_tuning(fast_t *fast, const fast_tuning_t *tuning)
     chosen_take(&fast->estimator, &tuning->estimator);
     inverter_take(&fast->inverter, &tuning->inverter);
     current_control_take(&fast->current_control, &tuning->current_control);
-    link_take(&fast->link, &tuning->link);
+    link_limit_take(&fast->link, &tuning->link);
 }
 
 void fast_init(fast_t *fast, fast_orders_t orders)
@@ -39,7 +39,7 @@ void fast_init(fast_t *fast, fast_orders_t orders)
     doubt_init(&fast->doubt);
     current_control_init(&fast->current_control, &tuning->current_control);
     reference_init(&fast->reference);
-    link_init(&fast->link, &tuning->link);
+    link_limit_init(&fast->link, &tuning->link);
     encoder_reset(&fast->encoder, &tuning->encoder, 0u);
     set_tuning(fast, tuning);
     set_models(fast, orders);
@@ -227,11 +227,11 @@ static void demand(fast_t *fast, fast_orders_t orders, bool left)
  * rotor feeds nothing on their behalf. */
 static void limit_by_link(fast_t *fast, fast_orders_t orders)
 {
-    const link_tuning_t *tuning = &orders.tuning->link;
+    const link_limit_tuning_t *tuning = &orders.tuning->link;
     const float u_dc = fast->measure.measured.u_dc;
-    if (link_is_near(&fast->link, tuning, u_dc)) {
+    if (link_limit_is_near(&fast->link, tuning, u_dc)) {
         const bool forced = fast->reference.source == (int32_t)SOURCE_FORCED;
-        link_limit(&fast->link, tuning, u_dc, forced ? 0.0f : fast->omega_m);
+        link_limit_step(&fast->link, tuning, u_dc, forced ? 0.0f : fast->omega_m);
         limit(fast, orders.setpoint);
     }
 }

@@ -20,11 +20,11 @@
 #include "fast/inverter/doubt.h"
 #include "fast/inverter/inverter.h"
 #include "fast/measure.h"
+#include "fast/protect/link_limit.h"
+#include "fast/protect/still_watch.h"
 #include "fast/reference/reference.h"
-#include "fast/still_watch.h"
 #include "fast/window.h"
 #include "guard/guard.h"
-#include "medium/protect/link.h"
 
 /* [periods] after which a bridge that comes on is on, and its samples show it. */
 #define FAST_ON 4u
@@ -65,7 +65,7 @@ typedef struct {
     doubt_tuning_t doubt;
     current_control_tuning_t current_control;
     reference_tuning_t reference;
-    link_tuning_t link;
+    link_limit_tuning_t link;
     still_watch_tuning_t still_watch;
     fast_limits_t limits;
 } fast_tuning_t;
@@ -129,7 +129,7 @@ typedef struct {
     chosen_t estimator;
     reference_t reference;
     current_control_t current_control;
-    link_t link; /* its limits */
+    link_limit_t link;
     still_watch_t still_watch;
     guard_t trips; /* the rows of the fault table that are judged in each period */
 

@@ -3,7 +3,6 @@
 #include "fast/fast_parts.h"
 
 #include "guard/guard_quantities.h"
-#include "medium/protect/encoder_watch.h"
 #include "settings/reasons.h"
 
 void fast_open_bridge(fast_t *fast, uint32_t window)
@@ -38,7 +37,7 @@ static uint32_t watch_jump(fast_t *fast, fast_orders_t orders)
     const bool watched =
         fast->reference.source == (int32_t)SOURCE_ENCODER && setpoint->jump != (int32_t)JUMP_IGNORED &&
         (fast->measure.measured.flags & DRIVE_SAMPLE_LATE) == 0u; /* how far it turned is open */
-    if (!watched || !encoder_watch_jumped(orders.tuning->limits.jump, fast->encoder.missed)) {
+    if (!watched || !encoder_jumped(&fast->encoder, orders.tuning->limits.jump)) {
         return 0u;
     }
     if (setpoint->jump == (int32_t)JUMP_OPENS) {

@@ -12,7 +12,7 @@
 #include "medium/manoeuvre/manoeuvres.h"
 #include "medium/protect/current_watch.h"
 #include "medium/protect/encoder_watch.h"
-#include "medium/protect/link.h"
+#include "medium/protect/link_watch.h"
 #include "medium/protect/motion_watch.h"
 #include "medium/protect/thermal.h"
 

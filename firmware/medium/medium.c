@@ -104,7 +104,7 @@ static uint32_t moments(const medium_t *medium, const medium_tuning_t *tuning)
     }
     return GUARD_ALWAYS | GUARD_RUNNING | (m->sensorless != 0u ? 0u : GUARD_ENCODER) |
            (manoeuvres_judged(m) ? GUARD_TRACKING : 0u) |
-           (link_excuses(&medium->link, &tuning->link) ? 0u : GUARD_SUPPLIED);
+           (link_watch_excuses(&medium->link, &tuning->link) ? 0u : GUARD_SUPPLIED);
 }
 
 /* Is the EMF beyond the link? It may be that of a sensor or a wire: while one is suspected its own row has
@@ -339,7 +339,6 @@ void medium_init(medium_t *medium, const medium_tuning_t *tuning)
     motion_watch_init(&medium->motion_watch, &tuning->motion_watch);
     oscillation_watch_init(&medium->oscillation_watch, &tuning->oscillation_watch);
     thermal_init(&medium->thermal, &tuning->thermal);
-    link_init(&medium->link, &tuning->link);
     medium_set_tuning(medium, tuning);
     medium->setpoint.calibrate = (int32_t)CALIBRATE_ALL;
     medium->setpoint.moments = GUARD_ALWAYS;
@@ -365,7 +364,6 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
     oscillation_watch_take(&medium->oscillation_watch, &tuning->oscillation_watch);
     current_watch_take(&medium->current_watch, &tuning->current_watch);
     thermal_take(&medium->thermal, &tuning->thermal);
-    link_take(&medium->link, &tuning->link);
     medium->setpoint.models.flux_linkage = medium->flux.flux_linkage;
     medium->setpoint.models.speed_per_volt = medium->flux.speed_per_volt;
     medium->setpoint.models.dead_time = medium->dead_time_learn.effective;

@@ -25,7 +25,7 @@
 #include "medium/manoeuvre/manoeuvres.h"
 #include "medium/protect/current_watch.h"
 #include "medium/protect/encoder_watch.h"
-#include "medium/protect/link.h"
+#include "medium/protect/link_watch.h"
 #include "medium/protect/motion_watch.h"
 #include "medium/protect/oscillation_watch.h"
 #include "medium/protect/thermal.h"
@@ -52,7 +52,7 @@ typedef struct {
     oscillation_watch_tuning_t oscillation_watch;
     current_watch_tuning_t current_watch;
     thermal_tuning_t thermal;
-    link_tuning_t link;
+    link_watch_tuning_t link;
 } medium_tuning_t;
 
 /* What the watches have found in the last window. */
@@ -104,7 +104,7 @@ typedef struct {
     current_watch_t current_watch;
     medium_found_t found;
     thermal_t thermal;
-    link_t link;
+    link_watch_t link;
     uint32_t coasting; /* [-] 1: the bridge is off because the supply is lost, and comes on again with it */
 
     medium_background_t background;

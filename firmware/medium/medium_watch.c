@@ -196,8 +196,11 @@ void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_
     if (thermal_is_due(&medium->thermal)) {
         thermal_step(&medium->thermal, &window->measured);
     }
-    medium->link.slow = window->link.slow;
-    medium->link.limits = window->link.limits;
-    link_look(&medium->link, &tuning->link, window->measured.u_dc);
+    const link_watch_input_t link = {
+        .u_dc = window->measured.u_dc,
+        .slow = window->link.slow,
+        .limits = window->link.limits,
+    };
+    link_watch_step(&medium->link, &tuning->link, &link);
     ride_through(medium, window, requests);
 }

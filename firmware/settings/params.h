@@ -11,10 +11,10 @@
 #include "contract/refusal.h"
 #include "contract/table.h"
 #include "estimator/estimator.h"
+#include "fast/protect/link_limit.h"
 #include "hal/board.h"
 #include "medium/adapt/believed.h"
 #include "medium/manoeuvre/weakening.h"
-#include "medium/protect/link.h"
 
 /* Of the board: fixed by hardware, not parameters. The firmware below the app knows no more of it than this.
  */

@@ -1,7 +1,7 @@
 #include "settings/rules.h"
 
 #include "estimator/chosen.h"
-#include "medium/protect/link.h"
+#include "fast/protect/link_limit.h"
 
 /* Two numbers that keep a rule as they are typed, in decimals, keep it in binary too. */
 #define ROUNDING 1.0000005f

@@ -2,6 +2,7 @@
 
 #include "math/angle.h"
 #include "math/filter.h"
+#include "math/periods.h"
 
 /* Standard deviation of a measured current, of the range: three codes [-]. */
 #define CURRENT_NOISE 1.5e-3f
@@ -284,17 +285,24 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         .period = DRIVE_WINDOW_PERIOD,
     };
     tuning->medium.thermal = thermal_prepare(&thermal);
-    const link_params_t link = {
+    const link_limit_params_t limit = {
         .overvoltage = params->dc_overvoltage,
         .undervoltage = params->dc_undervoltage,
-        .ride_time = params->ride_through_time,
+        .rides = periods_of(params->ride_through_time, DRIVE_WINDOW_PERIOD) != 0u,
         .current_max = params->current_limit,
         .resistance = believed->resistance,
         .torque = 1.5f * (float)params->motor_pole_pairs * believed->flux_linkage,
+    };
+    tuning->fast.link = link_limit_prepare(&limit);
+    const link_watch_params_t watch = {
+        .undervoltage = params->dc_undervoltage,
+        .hold = tuning->fast.link.hold,
+        .band = LINK_HOLD_BAND * params->dc_undervoltage,
+        .driving_from = tuning->fast.link.driving_from,
+        .ride_time = params->ride_through_time,
         .period = DRIVE_WINDOW_PERIOD,
     };
-    tuning->medium.link = link_prepare(&link);
-    tuning->fast.link = tuning->medium.link;
+    tuning->medium.link = link_watch_prepare(&watch);
 }
 
 void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)

@@ -59,7 +59,9 @@ class Mutant:
         source = SOURCE / "firmware" / self.compiled
         if self.compiled in self.files:
             source = folder / self.compiled
-        library = "lagless_firmware" if self.compiled.startswith("drive/") else "lagless_core"
+        libraries = {name for name in ("lagless_core", "lagless_firmware")
+                     if (BUILD / f"firmware/CMakeFiles/{name}.dir/{self.compiled}.o").exists()}
+        (library,) = libraries
         made = f"firmware/CMakeFiles/{library}.dir/{self.compiled}.o"
         words = without_launcher(shlex.split(commands(made)[-1]))
         words.remove("-Werror")

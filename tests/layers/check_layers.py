@@ -21,12 +21,18 @@ ROOMS = (
     "firmware/math",
     "firmware/contract",
     "firmware/estimator",
-    "firmware/inverter",
-    "firmware/control",
-    "firmware/adapt",
-    "firmware/protect",
+    "firmware/fast/inverter",
+    "firmware/fast/control",
+    "firmware/fast/protect",
+    "firmware/fast/reference",
+    "firmware/fast",
+    "firmware/medium/adapt",
+    "firmware/medium/protect",
+    "firmware/medium/manoeuvre",
+    "firmware/medium",
+    "firmware/guard",
+    "firmware/settings",
     "firmware/talk",
-    "firmware/manoeuvre",
     "firmware/drive",
     "firmware/app",
     "firmware",
@@ -46,26 +52,41 @@ ROOMS = (
 # The floors of the firmware, lowest first; rooms of one floor do not call each other.
 FLOOR_1 = ("firmware/math",)
 FLOOR_2 = FLOOR_1 + ("firmware/contract",)
-FLOOR_3 = FLOOR_2 + ("firmware/estimator", "firmware/inverter", "firmware/control", "firmware/adapt", "firmware/protect")
+FAST_3 = FLOOR_2 + ("firmware/estimator", "firmware/fast/inverter", "firmware/fast/control", "firmware/fast/protect")
+MEDIUM_3 = ("firmware/medium/adapt", "firmware/medium/protect")
 TALK = ("firmware/talk",)
-FLOOR_4 = FLOOR_3 + ("firmware/manoeuvre",)
-FIRMWARE_CORE = FLOOR_4 + ("firmware/drive",)
+FAST_4 = FAST_3 + ("firmware/fast/reference",)
+# The tables of parameters, requests, faults and reasons: what they say is known to all that follow the board.
+TABLES_OF_SETTINGS = ("firmware/settings/params.h", "firmware/settings/requests.h", "firmware/settings/faults.h",
+                      "firmware/settings/reasons.h")
+# What the medium task knows of the fast one: the two structs between them, and what these are made of.
+WINDOW = FAST_4 + ("firmware/fast/window.h", "firmware/fast/measure.h")
+MEDIUM_4 = MEDIUM_3 + ("firmware/medium/manoeuvre",)
+TASKS = FAST_4 + MEDIUM_4 + ("firmware/guard", "firmware/fast", "firmware/medium")
+FIRMWARE_CORE = TASKS + ("firmware/settings", "firmware/drive")
 # The door, the shapes of the tables, what both ends of a line hold to.
-RIG_DOOR = ("host_sim/rig/rig.h", "firmware/contract/table.h", "firmware/contract/line.h", "firmware/settings/reasons.h", "firmware/settings/faults.h")
+RIG_DOOR = ("host_sim/rig/rig.h", "firmware/contract/table.h", "firmware/contract/line.h", "firmware/settings/reasons.h",
+            "firmware/settings/faults.h")
 
 # What each room may include besides itself: rooms, or single files. Each floor of the firmware calls only downward.
 MAY_INCLUDE = {
     "firmware/math": (),
     "firmware/contract": FLOOR_1,
     "firmware/estimator": FLOOR_2,
-    "firmware/inverter": FLOOR_2,
-    "firmware/control": FLOOR_2,
-    "firmware/adapt": FLOOR_2,
-    "firmware/protect": FLOOR_2,
+    "firmware/fast/inverter": FLOOR_2,
+    "firmware/fast/control": FLOOR_2,
+    "firmware/fast/protect": FLOOR_2,
+    "firmware/medium/adapt": FLOOR_2,
+    "firmware/medium/protect": FLOOR_2,
     "firmware/talk": FLOOR_2,
-    "firmware/manoeuvre": FLOOR_3,
-    # hal/board.h: rates, ranges and defaults of the board, constants all.
-    "firmware/drive": FLOOR_4 + ("hal/board.h",),
+    "firmware/fast/reference": FAST_3,
+    "firmware/medium/manoeuvre": WINDOW + MEDIUM_3 + TABLES_OF_SETTINGS,
+    "firmware/guard": WINDOW + MEDIUM_4 + TABLES_OF_SETTINGS,
+    "firmware/fast": FAST_4 + ("firmware/guard",) + TABLES_OF_SETTINGS,
+    "firmware/medium": WINDOW + MEDIUM_4 + ("firmware/guard",) + TABLES_OF_SETTINGS,
+    # hal/board.h: rates, ranges and defaults of the board, constants all. Signals are places in drive_t.
+    "firmware/settings": TASKS + ("hal/board.h", "firmware/drive/drive.h"),
+    "firmware/drive": TASKS + ("firmware/settings",),
     "firmware/app": FIRMWARE_CORE + TALK + ("hal",),
     "firmware": (),
     "hal": (),
@@ -84,7 +105,8 @@ MAY_INCLUDE = {
 
 # Which of the two estimators the drive runs on: only the drive and what is above it may see that, for lagless_core is compiled once
 # for both.
-CHOICE, CHOOSING = "firmware/estimator/chosen.h", ("firmware/drive", "firmware/app")
+CHOICE = "firmware/estimator/chosen.h"
+CHOOSING = ("firmware/guard", "firmware/fast", "firmware/medium", "firmware/settings", "firmware/drive", "firmware/app")
 
 # Headers of the system in firmware/ and hal/: types, limits, memcpy; math.h for sqrtf and isfinite.
 TARGET_HEADERS = {"stdint.h", "stdbool.h", "stddef.h", "limits.h", "float.h", "string.h", "math.h", "inttypes.h"}

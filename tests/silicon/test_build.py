@@ -5,6 +5,7 @@ options, in the right order. What the options do, only the real tools can tell.
 usage: test_build.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 """
 import pathlib
+import re
 import sys
 import tempfile
 import unittest
@@ -15,6 +16,9 @@ from chip_build import ROOT, run
 
 CHIP = ["-v28", "-ml", "-mt", "--abi=eabi", "--float_support=fpu32"]
 FLAGS = ["--gen_func_subsections=on", "--display_error_number", "--diag_warning=225", "--diag_wrap=off", "-O2", "-g"]
+
+# Sources that are compiled for a board; the core is independent of it.
+OF_BOARD = re.compile(r"firmware/(fast/[^/]+|guard/.*|medium/[^/]+|medium/manoeuvre/manoeuvres.*|settings/.*|drive/.*|app/.*)$|hal/")
 
 
 class Preset(unittest.TestCase):
@@ -31,7 +35,7 @@ class Preset(unittest.TestCase):
         high, low = (run("ninja", "-C", folder, "-t", "commands").stdout.replace(str(folder), "FOLDER")
                      for folder in (self.build.folder, self.build.low))
         given, other = (f"-DHAL_GATE_ACTIVE_HIGH={value}" for value in chip_build.GATES.values())
-        of_board = [name for name in self.build.compiled if name.startswith(("firmware/drive/", "firmware/app/", "hal/"))]
+        of_board = [name for name in self.build.compiled if OF_BOARD.match(name)]
         self.assertEqual(high.count(given), len(of_board))
         self.assertEqual(high.replace(given, other), low)
 
@@ -48,7 +52,7 @@ class Preset(unittest.TestCase):
             own = [word for word in words if word.startswith("-D")]
             where = [word for word in words if word == f"--include_path={ROOT}/firmware"]
             output = stand_in.value(words, "--output_file")
-            of_board = name.startswith(("firmware/drive/", "firmware/app/", "hal/"))  # the core knows no board
+            of_board = OF_BOARD.match(name)
             board = ["-DHAL_GATE_ACTIVE_HIGH=1", '-DLAGLESS_BOARD_FILE="hal/f28335/boards/pm50rl1a060.h"']
             self.assertEqual(own, board if of_board else [], name)
             self.assertEqual(words, [

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unity.h>
 
+#include "estimator/encoder.h"
 #include "medium/protect/encoder_watch.h"
 #include "tests/unit/compare.h"
 
@@ -353,12 +354,18 @@ static void test_a_burst_of_noise_is_no_sign(void)
     TEST_ASSERT_TRUE(alarms <= 1);
 }
 
+static bool jumped(float missed)
+{
+    const encoder_t encoder = {.missed = missed};
+    return encoder_jumped(&encoder, watch.tuning.leap);
+}
+
 static void test_an_angle_that_jumps_by_more_than_a_rotor_can_is_told_at_once(void)
 {
-    TEST_ASSERT_FALSE(encoder_watch_jumped(watch.tuning.leap, 0.5049f));
-    TEST_ASSERT_FALSE(encoder_watch_jumped(watch.tuning.leap, -0.5049f));
-    TEST_ASSERT_TRUE(encoder_watch_jumped(watch.tuning.leap, 0.5051f));
-    TEST_ASSERT_TRUE(encoder_watch_jumped(watch.tuning.leap, -0.5051f));
+    TEST_ASSERT_FALSE(jumped(0.5049f));
+    TEST_ASSERT_FALSE(jumped(-0.5049f));
+    TEST_ASSERT_TRUE(jumped(0.5051f));
+    TEST_ASSERT_TRUE(jumped(-0.5051f));
 }
 
 /* 0.5 s are 625 judgements of 0.8 ms. At an EMF of 1200 rad/s three judgements are enough. */

@@ -1,5 +1,4 @@
 /* The DC link's limits: by their lines, and beside a capacitor that the rotor feeds; supply and ripple. */
-#include "medium/protect/link.h"
 #include "tests/unit/compare.h"
 #include "tests/unit/link_bench.h"
 
@@ -14,10 +13,10 @@ void setUp(void)
 
 static void expect(double u_dc, double omega_m, double braking, double driving)
 {
-    link_limit(&x, &tuning, (float)u_dc, (float)omega_m);
-    TEST_ASSERT_FLOAT_WITHIN(2e-4f, (float)braking, x.braking);
-    TEST_ASSERT_FLOAT_WITHIN(2e-4f, (float)driving, x.driving);
-    TEST_ASSERT_EQUAL_UINT32(braking < MOST || driving < MOST, x.limits);
+    limit_at(u_dc, omega_m);
+    TEST_ASSERT_FLOAT_WITHIN(2e-4f, (float)braking, limit.braking);
+    TEST_ASSERT_FLOAT_WITHIN(2e-4f, (float)driving, limit.driving);
+    TEST_ASSERT_EQUAL_UINT32(braking < MOST || driving < MOST, limit.limits);
 }
 
 /* ---- limits ---- */
@@ -49,12 +48,12 @@ static void test_driving_fades_towards_the_undervoltage(void)
 static void test_without_ride_through_driving_is_never_limited(void)
 {
     begin(0.0);
-    TEST_ASSERT_FALSE(link_is_near(&x, &tuning, 0.0f));
+    TEST_ASSERT_FALSE(is_near(0.0));
     expect(0.0, OMEGA, 10.0, 10.0);
     for (int n = 0; n < 100; n++) {
-        link_look(&x, &tuning, 0.0f);
-        TEST_ASSERT_FALSE(link_excuses(&x, &tuning));
-        TEST_ASSERT_EQUAL_UINT32(0u, x.conditions & LINK_SINKS);
+        look(0.0);
+        TEST_ASSERT_FALSE(excuses());
+        TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions & LINK_SINKS);
     }
 }
 
@@ -73,13 +72,13 @@ static void test_limits_of_braking_open_towards_standstill(void)
 
 static void test_limits_are_asked_for_as_long_as_they_act(void)
 {
-    TEST_ASSERT_FALSE(link_is_near(&x, &tuning, 311.0f));
-    TEST_ASSERT_TRUE(link_is_near(&x, &tuning, 380.5f));
-    TEST_ASSERT_TRUE(link_is_near(&x, &tuning, 253.5f));
-    link_limit(&x, &tuning, 386.0f, (float)OMEGA);
-    TEST_ASSERT_TRUE(link_is_near(&x, &tuning, 311.0f));
-    link_limit(&x, &tuning, 311.0f, (float)OMEGA);
-    TEST_ASSERT_FALSE(link_is_near(&x, &tuning, 311.0f));
+    TEST_ASSERT_FALSE(is_near(311.0));
+    TEST_ASSERT_TRUE(is_near(380.5));
+    TEST_ASSERT_TRUE(is_near(253.5));
+    limit_at(386.0, OMEGA);
+    TEST_ASSERT_TRUE(is_near(311.0));
+    limit_at(311.0, OMEGA);
+    TEST_ASSERT_FALSE(is_near(311.0));
 }
 
 /* ---- supply ---- */
@@ -87,7 +86,7 @@ static void test_limits_are_asked_for_as_long_as_they_act(void)
 static void looks(double u_dc, double seconds)
 {
     for (int n = 0; n < (int)(seconds / LOOK + 0.5); n++) {
-        link_look(&x, &tuning, (float)u_dc);
+        look(u_dc);
     }
 }
 
@@ -95,18 +94,18 @@ static void looks(double u_dc, double seconds)
 static void test_a_lost_supply_is_excused_for_its_time(void)
 {
     looks(311.0, 1.0);
-    TEST_ASSERT_TRUE(link_excuses(&x, &tuning));
+    TEST_ASSERT_TRUE(excuses());
     looks(240.0, 1.0);
-    TEST_ASSERT_TRUE(link_excuses(&x, &tuning));
+    TEST_ASSERT_TRUE(excuses());
     looks(311.0, LOOK);
     looks(205.0, 0.499);
-    TEST_ASSERT_TRUE(link_excuses(&x, &tuning));
-    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions & (LINK_LOST | LINK_SINKS));
+    TEST_ASSERT_TRUE(excuses());
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions & (LINK_LOST | LINK_SINKS));
     looks(205.0, 0.003);
-    TEST_ASSERT_FALSE(link_excuses(&x, &tuning));
-    TEST_ASSERT_EQUAL_UINT32(LINK_LOST, x.conditions & (LINK_LOST | LINK_SINKS));
+    TEST_ASSERT_FALSE(excuses());
+    TEST_ASSERT_EQUAL_UINT32(LINK_LOST, watch.conditions & (LINK_LOST | LINK_SINKS));
     looks(255.0, LOOK);
-    TEST_ASSERT_TRUE(link_excuses(&x, &tuning));
+    TEST_ASSERT_TRUE(excuses());
 }
 
 /* One disturbed conversion is no link that sinks. */
@@ -114,14 +113,14 @@ static void test_a_link_that_sinks_is_seen_twice(void)
 {
     looks(311.0, 0.1);
     looks(0.0, LOOK);
-    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions & LINK_SINKS);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions & LINK_SINKS);
     looks(311.0, LOOK);
     looks(199.0, LOOK);
-    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions & LINK_SINKS);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions & LINK_SINKS);
     looks(199.0, LOOK);
-    TEST_ASSERT_EQUAL_UINT32(LINK_SINKS, x.conditions & LINK_SINKS);
+    TEST_ASSERT_EQUAL_UINT32(LINK_SINKS, watch.conditions & LINK_SINKS);
     looks(201.0, LOOK);
-    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions & LINK_SINKS);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions & LINK_SINKS);
 }
 
 /* ---- ripple ---- */
@@ -129,47 +128,45 @@ static void test_a_link_that_sinks_is_seen_twice(void)
 static void rectified(double hertz, double depth, double seconds)
 {
     for (int n = 0; n < (int)(seconds / LOOK + 0.5); n++) {
-        link_look(&x, &tuning, (float)(311.0 * (1.0 - depth * (1.0 - fabs(sin(PI * hertz * n * LOOK))))));
+        look(311.0 * (1.0 - depth * (1.0 - fabs(sin(PI * hertz * n * LOOK)))));
     }
 }
 
 static void test_a_lost_phase_shows_within_a_tenth_of_a_second(void)
 {
     rectified(100.0, 0.15, 0.09);
-    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
     rectified(100.0, 0.15, 0.04);
-    TEST_ASSERT_EQUAL_UINT32(LINK_RIPPLES, x.conditions);
+    TEST_ASSERT_EQUAL_UINT32(LINK_RIPPLES, watch.conditions);
     /* its cusps are missed by half a look at most, of a quarter of the depth */
-    TEST_ASSERT_TRUE(x.ripple <= 0.1501f * 311.0f && x.ripple >= 0.75f * 0.15f * 311.0f);
+    TEST_ASSERT_TRUE(watch.ripple <= 0.1501f * 311.0f && watch.ripple >= 0.75f * 0.15f * 311.0f);
     looks(311.0, 0.045);
-    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
 }
 
 static void test_three_phases_a_sag_and_a_braking_are_no_ripple(void)
 {
     rectified(300.0, 0.08, 0.5);
-    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
     for (int n = 0; n < 100; n++) {
-        link_look(&x, &tuning, 311.0f + 0.8f * (float)n);
-        TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
+        look(311.0 + 0.8 * n);
+        TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
     }
     looks(390.0, 0.2);
     looks(311.0, 0.2);
     looks(260.0, 0.05);
     looks(311.0, 0.2);
-    TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
 }
 
 static void test_new_coefficients_keep_what_is_lost_and_limit_anew(void)
 {
     looks(205.0, 0.3);
-    link_limit(&x, &tuning, 205.0f, (float)OMEGA);
-    link_params_t params = usual(0.2);
-    params.current_max = 4.0f;
-    tuning = link_prepare(&params);
-    link_take(&x, &tuning);
-    TEST_ASSERT_TRUE(link_is_near(&x, &tuning, 300.0f));
-    link_limit(&x, &tuning, 300.0f, (float)OMEGA);
-    TEST_ASSERT_TRUE(x.driving == 4.0f && x.braking == 4.0f);
-    TEST_ASSERT_FALSE(link_excuses(&x, &tuning));
+    limit_at(205.0, OMEGA);
+    prepare(0.2, 4.0);
+    link_limit_take(&limit, &limit_tuning);
+    TEST_ASSERT_TRUE(is_near(300.0));
+    limit_at(300.0, OMEGA);
+    TEST_ASSERT_TRUE(limit.driving == 4.0f && limit.braking == 4.0f);
+    TEST_ASSERT_FALSE(excuses());
 }

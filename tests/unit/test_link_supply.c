@@ -1,6 +1,5 @@
 /* What a supply does that stands near a trip: above the limit of braking it must not drive the rotor, below
  * that of driving it must not brake it. */
-#include "medium/protect/link.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -27,10 +26,10 @@ void tearDown(void)
 static void step(int k, double u, double omega)
 {
     if (k % PER_LOOK == 0) {
-        link_look(&x, &tuning, (float)u);
+        look(u);
     }
-    if (link_is_near(&x, &tuning, (float)u)) {
-        link_limit(&x, &tuning, (float)u, (float)omega);
+    if (is_near(u)) {
+        limit_at(u, omega);
     }
 }
 
@@ -42,9 +41,9 @@ static void test_what_may_drive_a_full_link_is_five_per_mille(void)
     for (int way = -1; way <= 1; way += 2) {
         for (double u = FULL + 0.1; u < 500.0; u += 3.0) {
             begin(0.5);
-            link_limit(&x, &tuning, 385.0f, (float)(way * OMEGA));
-            link_limit(&x, &tuning, (float)u, (float)(way * OMEGA));
-            TEST_ASSERT_FLOAT_WITHIN(1e-5f, (float)-TAKEN, x.braking);
+            limit_at(385.0, way * OMEGA);
+            limit_at(u, way * OMEGA);
+            TEST_ASSERT_FLOAT_WITHIN(1e-5f, (float)-TAKEN, limit.braking);
         }
     }
 }
@@ -59,31 +58,31 @@ static void test_a_supply_above_full_does_not_drive_a_rotor_without_friction(voi
         double omega = speeds[n / 3];
         const double first = fabs(omega);
         begin(0.0);
-        link_limit(&x, &tuning, 385.0f, (float)omega);
+        limit_at(385.0, omega);
         for (int k = 0; k < 50000; k++) {
             step(k, supplies[n % 3], omega);
-            const double drives = fmax(-(double)x.braking, 0.0);
+            const double drives = fmax(-(double)limit.braking, 0.0);
             omega += copysign(TORQUE * drives / 0.003 * PERIOD, omega);
         }
         TEST_ASSERT_TRUE(fabs(omega) < first + FREE + 0.01 * first + 0.05);
-        TEST_ASSERT_EQUAL_FLOAT(0.0f, x.braking);
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, limit.braking);
     }
 }
 
 /* One that the supply has been found to hold stays so until the link is 4 V below u_full. */
 static void test_a_supply_is_remembered_until_the_link_is_clearly_lower(void)
 {
-    link_limit(&x, &tuning, 385.0f, 20.0f);
-    link_limit(&x, &tuning, 395.0f, 20.0f);
-    TEST_ASSERT_TRUE(x.braking < 0.0f);
-    link_limit(&x, &tuning, 395.0f, 20.0f + (float)FREE + 0.21f);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, x.braking);
-    link_limit(&x, &tuning, 389.0f, 20.0f);
-    link_limit(&x, &tuning, 395.0f, 20.0f);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, x.braking);
-    link_limit(&x, &tuning, 387.9f, 20.0f);
-    link_limit(&x, &tuning, 395.0f, 20.0f);
-    TEST_ASSERT_TRUE(x.braking < 0.0f);
+    limit_at(385.0, 20.0);
+    limit_at(395.0, 20.0);
+    TEST_ASSERT_TRUE(limit.braking < 0.0f);
+    limit_at(395.0, 20.0 + FREE + 0.21);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, limit.braking);
+    limit_at(389.0, 20.0);
+    limit_at(395.0, 20.0);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, limit.braking);
+    limit_at(387.9, 20.0);
+    limit_at(395.0, 20.0);
+    TEST_ASSERT_TRUE(limit.braking < 0.0f);
 }
 
 /* What the 5 per mille are for: a zero error of 30 mA feeds 5 W into 1 mF that nobody takes power from, from
@@ -93,7 +92,7 @@ static void test_a_zero_error_does_not_fill_a_link_without_supply(void)
     double u = 390.0, omega = OMEGA;
     for (int k = 0; k < 100000 && omega > 5.0; k++) {
         step(k, u, omega);
-        const double asked = fmin(0.0, (double)x.braking); /* nothing is wished for */
+        const double asked = fmin(0.0, (double)limit.braking); /* nothing is wished for */
         u += PERIOD * TORQUE * omega * (asked + 0.030) / (1e-3 * u);
         omega -= 20.0 * PERIOD;
         TEST_ASSERT_TRUE(u < 392.5);
@@ -117,16 +116,16 @@ static void test_a_low_supply_that_delivers_limits_nothing(void)
         begin(0.5);
         supplied(311.0, OMEGA, 0.1);
         supplied(u, OMEGA, 0.31);
-        TEST_ASSERT_EQUAL_FLOAT((float)MOST, x.driving);
+        TEST_ASSERT_EQUAL_FLOAT((float)MOST, limit.driving);
         supplied(u, OMEGA, 3.0);
-        TEST_ASSERT_EQUAL_FLOAT((float)MOST, x.driving);
-        TEST_ASSERT_TRUE(link_excuses(&x, &tuning));
+        TEST_ASSERT_EQUAL_FLOAT((float)MOST, limit.driving);
+        TEST_ASSERT_TRUE(excuses());
     }
     for (double u = 200.5; u < 254.0; u += 3.0) {
         begin(0.5);
         supplied(u, 0.0, 0.11);
         supplied(u, OMEGA, 1.0);
-        TEST_ASSERT_EQUAL_FLOAT((float)MOST, x.driving);
+        TEST_ASSERT_EQUAL_FLOAT((float)MOST, limit.driving);
     }
 }
 
@@ -135,12 +134,12 @@ static void test_a_low_supply_that_goes_is_lost(void)
 {
     supplied(215.0, 0.0, 0.5);
     supplied(199.0, OMEGA, 0.01);
-    TEST_ASSERT_EQUAL_UINT32(LINK_SINKS, x.conditions & (LINK_SINKS | LINK_LOST));
+    TEST_ASSERT_EQUAL_UINT32(LINK_SINKS, watch.conditions & (LINK_SINKS | LINK_LOST));
     supplied(199.0, OMEGA, 0.6);
-    TEST_ASSERT_EQUAL_UINT32(LINK_LOST, x.conditions & (LINK_SINKS | LINK_LOST));
+    TEST_ASSERT_EQUAL_UINT32(LINK_LOST, watch.conditions & (LINK_SINKS | LINK_LOST));
     supplied(260.0, OMEGA, 0.01);
-    link_limit(&x, &tuning, 220.0f, (float)OMEGA);
-    TEST_ASSERT_TRUE(x.driving < 0.0f);
+    limit_at(220.0, OMEGA);
+    TEST_ASSERT_TRUE(limit.driving < 0.0f);
 }
 
 /* A capacitor that the rotor holds, while `taken` [W] go elsewhere and the motor wishes for `wish` [A]: it
@@ -152,9 +151,9 @@ static void held(double capacitance, double taken, double wish)
     supplied(311.0, OMEGA, 0.1);
     for (int k = 0; k < 20000; k++) {
         step(k, u, omega);
-        const double i = fmin(wish, (double)x.driving);
+        const double i = fmin(wish, (double)limit.driving);
         u -= PERIOD * (TORQUE * omega * i + taken) / (capacitance * u);
-        TEST_ASSERT_EQUAL_UINT32(0u, x.low);
+        TEST_ASSERT_EQUAL_UINT32(0u, watch.low);
         TEST_ASSERT_TRUE(u > UNDER);
     }
     printf("%g mF, %g W, %g A: %.1f V\n", 1e3 * capacitance, taken, wish, u);

@@ -1,6 +1,6 @@
 /* A current sensor that stands while control asks for another current: sensors of 20 A, so that 1 A is off, 3
  * A is far and 0.15 A is next to none. */
-#include "fast/still_watch.h"
+#include "fast/protect/still_watch.h"
 
 #include "unity.h"
 

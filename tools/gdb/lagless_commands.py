@@ -5,6 +5,7 @@ environment; the program then calls rig_stop_at() before that period, and from t
 interrupt. Loaded by lagless.py."""
 import functools
 import os
+import re
 import sys
 
 import gdb
@@ -78,6 +79,8 @@ def place_text():
 
 # ---- Travelling ---------------------------------------------------------------------------------------------------------
 
+DRIVE_SOURCES = re.compile(r"/firmware/(drive|fast|medium)/")  # the two tasks and what joins them
+
 
 class Entry(gdb.Breakpoint):
     """The interrupt's first line. On only from rig_stop_at() to the next interrupt, so that it costs nothing else."""
@@ -143,7 +146,7 @@ class Fault(gdb.Breakpoint):
 
     def stop(self):
         frame = gdb.newest_frame()
-        self.hit = frame.type() != gdb.INLINE_FRAME and "/firmware/drive/" in file_of(frame.older())
+        self.hit = frame.type() != gdb.INLINE_FRAME and DRIVE_SOURCES.search(file_of(frame.older()))
         return self.hit
 
 
@@ -491,7 +494,7 @@ that is not running is started."""
         names = []
         outermost = frame = gdb.newest_frame()
         while frame is not None and "/app/" not in file_of(frame):
-            if "/firmware/drive/" in file_of(frame) and frame.name() not in names:  # a part of one has its name, too
+            if DRIVE_SOURCES.search(file_of(frame)) and frame.name() not in names:  # a part of one has its name, too
                 names.append(frame.name())
             outermost, frame = frame, frame.older()
         while outermost.type() == gdb.INLINE_FRAME:

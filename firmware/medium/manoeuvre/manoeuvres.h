@@ -12,7 +12,7 @@
  *     a start that fails --> catch after a pause, with more current and a slower ramp; start_tries of them
  *
  * With the encoder there is nothing but run; if it turns out wrong, what is above goes on from there. Each
- * manoeuvre is a room file of firmware/manoeuvre/; here stands only when one ends. Rules by which the limits
+ * manoeuvre is a file of this folder; here stands only when one ends. Rules by which the limits
  * follow from motor and shaft: docs/theory.md, 23.
  *
  * One step per window, in the medium task: what it decides goes into the setpoint, from which

@@ -29,7 +29,7 @@
 
 #include "math/bounds.h"
 #include "math/frames.h"
-#include "medium/protect/winding.h"
+#include "math/winding.h"
 
 /* Conditions of the fault table. */
 #define CURRENT_WATCH_STUCK UINT32_C(1) /* a sensor does not follow what must flow */

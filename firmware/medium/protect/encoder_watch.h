@@ -44,7 +44,7 @@
 
 #include "math/bounds.h"
 #include "math/frames.h"
-#include "medium/protect/winding.h"
+#include "math/winding.h"
 
 #define ENCODER_WATCH_AXIS   0.8f  /* [-] cosine of the largest angle between EMF and q axis */
 #define ENCODER_WATCH_GONE   0.25f /* [-] of psi_f |omega|: less is no EMF */
@@ -60,7 +60,7 @@
 /* What has been noticed: bits. */
 #define ENCODER_WATCH_MISMATCH  UINT32_C(1)
 #define ENCODER_WATCH_DIRECTION UINT32_C(2)
-#define ENCODER_WATCH_JUMP      UINT32_C(4) /* the caller's, of encoder_watch_jumped() */
+#define ENCODER_WATCH_JUMP      UINT32_C(4) /* of the fast task, by encoder_jumped() */
 
 typedef struct {
     float resistance;   /* R [ohm] */
@@ -152,13 +152,6 @@ static inline void encoder_watch_add(encoder_watch_t *watch, ab_t voltage)
 {
     watch->voltage.alpha += voltage.alpha;
     watch->voltage.beta += voltage.beta;
-}
-
-/* Has the encoder's angle moved as no rotor does? `missed` [rad]: electrical, what it is off where its speed
- * puts it; `leap` [rad]: of the tuning. */
-static inline bool encoder_watch_jumped(float leap, float missed)
-{
-    return bounds_magnitude(missed) > leap;
 }
 
 /* The end of a window: ENCODER_WATCH_... bits, 0 or one of them. No division. */

@@ -1,7 +1,7 @@
-#include "fast/still_watch.h"
+#include "fast/protect/still_watch.h"
 
 #include "math/bounds.h"
-#include "medium/protect/winding.h"
+#include "math/winding.h"
 
 #define OFF_SHARE   0.05f   /* [-] of the range */
 #define FAR_SHARE   0.15f   /* [-] of it */

@@ -5,8 +5,8 @@
  *
  * The difference to i_n - i_0 is the EMF's. Noise of the samples comes into it through its two ends alone,
  * however long it is (docs/theory.md, 27). */
-#ifndef MEDIUM_PROTECT_WINDING_H
-#define MEDIUM_PROTECT_WINDING_H
+#ifndef MATH_WINDING_H
+#define MATH_WINDING_H
 
 #include "math/frames.h"
 

@@ -10,8 +10,8 @@
  * has next to none, only a value that is off by 15 % is judged, and has to stay for longer.
  *
  * Does not handle: a sensor that is stuck near what is asked for. */
-#ifndef FAST_STILL_WATCH_H
-#define FAST_STILL_WATCH_H
+#ifndef FAST_PROTECT_STILL_WATCH_H
+#define FAST_PROTECT_STILL_WATCH_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -35,35 +35,60 @@ SECTIONS
                       *(.text:begin) *(.text:capture_reset) *(.text:capture_step) *(.text:capture_trigger)
                       *(.text:float_of_bits) *(.text:follow) *(.text:is_edge) *(.text:tap_slot_at) *(.text:value_of)
                       *(.text:watch)
-                      /* firmware/fast/control/current_control.c */
-                      *(.text:current_control_reset)
                       /* firmware/drive/drive.c */
                       *(.text:drive_step) *(.text:fast_bridge_on) *(.text:orders_of) *(.text:turn_window)
+                      /* firmware/estimator/encoder.c */
+                      *(.text:encoder_phase)
+                      /* firmware/estimator/estimator.c */
+                      *(.text:angle_turn_back) *(.text:angle_wrap) *(.text:at_rest) *(.text:bounds_clamp)
+                      *(.text:bounds_less) *(.text:bounds_magnitude) *(.text:bounds_more) *(.text:estimator_coast)
+                      *(.text:estimator_observe) *(.text:estimator_track) *(.text:float_bits) *(.text:frames_park)
+                      *(.text:inverse_root) *(.text:lag_impedance) *(.text:lag_undone) *(.text:lowpass_step)
+                      *(.text:observer_step) *(.text:one_period) *(.text:pll_filtered) *(.text:pll_is_emf)
+                      *(.text:pll_soft_sign) *(.text:pll_step_inline) *(.text:pll_turn) *(.text:rested)
+                      *(.text:show_observer) *(.text:show_tracker) *(.text:smo_predict) *(.text:smo_switch_vector)
+                      *(.text:smo_vector_gain) *(.text:tanh_ratio) *(.text:tracker_acceleration) *(.text:tracker_coast)
+                      *(.text:tracker_flux) *(.text:tracker_step) *(.text:tracker_watch) *(.text:trig_turn)
+                      /* firmware/estimator/lag.c */
+                      *(.text:conductance_of) *(.text:filter_of) *(.text:lag_angle) *(.text:lag_attenuation) *(.text:lag_emf)
+                      *(.text:lag_error) *(.text:lag_filtered) *(.text:lag_switched) *(.text:over) *(.text:speed_within)
+                      *(.text:square_of) *(.text:times) *(.text:undoing)
+                      /* firmware/estimator/paper/lag_paper.c */
+                      *(.text:frames_inverse_park)
+                      /* firmware/estimator/pll.c */
+                      *(.text:bounds_within) *(.text:pll_watch)
+                      /* firmware/estimator/smo.c */
+                      *(.text:smo_answer) *(.text:smo_equivalent_gain) *(.text:smo_error_square) *(.text:switch_any)
+                      *(.text:switch_axes)
+                      /* firmware/estimator/tracker.c */
+                      *(.text:debounce_reset) *(.text:validity_reset)
+                      /* firmware/estimator/tracker_salient.c */
+                      *(.text:share_of) *(.text:tracker_follow) *(.text:tracker_reciprocal) *(.text:tracker_transient)
+                      /* firmware/fast/control/current_control.c */
+                      *(.text:current_control_reset)
                       /* firmware/fast/fast.c */
-                      *(.text:angle_turn_back) *(.text:begin_estimate) *(.text:begin_window) *(.text:bounds_between)
-                      *(.text:bounds_clamp) *(.text:bounds_less) *(.text:bounds_magnitude) *(.text:bounds_more)
-                      *(.text:bounds_span) *(.text:bounds_within) *(.text:calibrate) *(.text:comes_on) *(.text:control)
-                      *(.text:current_control_applied) *(.text:current_control_step) *(.text:current_control_take)
-                      *(.text:current_control_turn) *(.text:dead_time_edge_signs) *(.text:dead_time_leg)
-                      *(.text:dead_time_signs) *(.text:dead_time_voltage) *(.text:demand) *(.text:doubt_may_be)
-                      *(.text:doubt_small) *(.text:doubt_step) *(.text:edges_ahead) *(.text:edges_swing)
-                      *(.text:encoder_phase) *(.text:encoder_step) *(.text:estimate) *(.text:estimate_load)
-                      *(.text:estimate_position) *(.text:estimator_set_flux) *(.text:estimator_set_load)
-                      *(.text:estimator_take) *(.text:fast_step) *(.text:fast_turn) *(.text:fast_update_rotor)
-                      *(.text:forced_advance) *(.text:frames_between) *(.text:frames_clarke) *(.text:frames_inverse_clarke)
-                      *(.text:frames_inverse_park) *(.text:frames_park) *(.text:inject_dither) *(.text:inverter_acted)
+                      *(.text:begin_estimate) *(.text:begin_window) *(.text:bounds_between) *(.text:bounds_span)
+                      *(.text:calibrate) *(.text:comes_on) *(.text:control) *(.text:current_control_applied)
+                      *(.text:current_control_step) *(.text:current_control_take) *(.text:current_control_turn)
+                      *(.text:dead_time_edge_signs) *(.text:dead_time_leg) *(.text:dead_time_signs)
+                      *(.text:dead_time_voltage) *(.text:demand) *(.text:doubt_may_be) *(.text:doubt_small)
+                      *(.text:doubt_step) *(.text:edges_ahead) *(.text:edges_swing) *(.text:encoder_step) *(.text:estimate)
+                      *(.text:estimate_load) *(.text:estimate_position) *(.text:estimator_set_flux)
+                      *(.text:estimator_set_load) *(.text:estimator_take) *(.text:fast_step) *(.text:fast_turn)
+                      *(.text:fast_update_rotor) *(.text:forced_advance) *(.text:frames_between) *(.text:frames_clarke)
+                      *(.text:frames_inverse_clarke) *(.text:inject_dither) *(.text:inverter_acted)
                       *(.text:inverter_effective) *(.text:inverter_make) *(.text:inverter_remember)
                       *(.text:inverter_set_dead_time) *(.text:inverter_take) *(.text:inverter_whole_counts) *(.text:limit)
-                      *(.text:limit_by_link) *(.text:limit_reference) *(.text:link_is_near) *(.text:lowpass_step)
+                      *(.text:limit_by_link) *(.text:limit_reference) *(.text:link_limit_is_near)
                       *(.text:measure_current_flows) *(.text:measure_is_good) *(.text:measure_step) *(.text:measure_take)
                       *(.text:observer_take) *(.text:pi_output) *(.text:pi_take) *(.text:pi_update) *(.text:pll_take)
                       *(.text:reference_advance) *(.text:reference_in_rotor) *(.text:reference_rotor)
                       *(.text:reference_speed) *(.text:reference_stationary) *(.text:reference_tracks) *(.text:rest)
                       *(.text:run) *(.text:set_models) *(.text:smo_take) *(.text:sum_up) *(.text:svpwm_modulate)
-                      *(.text:tracker_set_flux) *(.text:tracker_take) *(.text:trig_advance) *(.text:trig_turn)
-                      *(.text:validity_take) *(.text:voltage_uncertain)
+                      *(.text:tracker_set_flux) *(.text:tracker_take) *(.text:trig_advance) *(.text:validity_take)
+                      *(.text:voltage_uncertain)
                       /* firmware/fast/fast_trips.c */
-                      *(.text:encoder_watch_jumped) *(.text:fast_open_bridge) *(.text:fast_trip) *(.text:fault_set_any)
+                      *(.text:encoder_jumped) *(.text:fast_open_bridge) *(.text:fast_trip) *(.text:fault_set_any)
                       *(.text:fault_set_both) *(.text:find_gates_on) *(.text:guard_background_stalled)
                       *(.text:guard_bad_sample) *(.text:guard_current_gain) *(.text:guard_current_stuck)
                       *(.text:guard_current_sum) *(.text:guard_dc_limits) *(.text:guard_dc_ripple) *(.text:guard_derating)
@@ -83,35 +108,14 @@ SECTIONS
                       /* firmware/fast/fast_window.c */
                       *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:snapshot)
                       *(.text:snapshot_catch) *(.text:still_watch_moved)
-                      /* firmware/guard/guard.c */
-                      *(.text:fault_set_common) *(.text:fault_set_has)
-                      /* firmware/estimator/estimator.c */
-                      *(.text:angle_wrap) *(.text:at_rest) *(.text:estimator_coast) *(.text:estimator_observe)
-                      *(.text:estimator_track) *(.text:float_bits) *(.text:inverse_root) *(.text:lag_impedance)
-                      *(.text:lag_undone) *(.text:observer_step) *(.text:one_period) *(.text:pll_filtered)
-                      *(.text:pll_is_emf) *(.text:pll_soft_sign) *(.text:pll_step_inline) *(.text:pll_turn) *(.text:rested)
-                      *(.text:show_observer) *(.text:show_tracker) *(.text:smo_predict) *(.text:smo_switch_vector)
-                      *(.text:smo_vector_gain) *(.text:tanh_ratio) *(.text:tracker_acceleration) *(.text:tracker_coast)
-                      *(.text:tracker_flux) *(.text:tracker_step) *(.text:tracker_watch)
-                      /* firmware/estimator/lag.c */
-                      *(.text:conductance_of) *(.text:filter_of) *(.text:lag_angle) *(.text:lag_attenuation) *(.text:lag_emf)
-                      *(.text:lag_error) *(.text:lag_filtered) *(.text:lag_switched) *(.text:over) *(.text:speed_within)
-                      *(.text:square_of) *(.text:times) *(.text:undoing)
-                      /* firmware/estimator/pll.c */
-                      *(.text:pll_watch)
-                      /* firmware/estimator/smo.c */
-                      *(.text:smo_answer) *(.text:smo_equivalent_gain) *(.text:smo_error_square) *(.text:switch_any)
-                      *(.text:switch_axes)
-                      /* firmware/estimator/tracker.c */
-                      *(.text:debounce_reset) *(.text:validity_reset)
-                      /* firmware/estimator/tracker_salient.c */
-                      *(.text:share_of) *(.text:tracker_follow) *(.text:tracker_reciprocal) *(.text:tracker_transient)
                       /* firmware/fast/reference/catch.c */
                       *(.text:catch_step) *(.text:is_steady) *(.text:slip_of) *(.text:turned_on)
                       /* firmware/fast/reference/reference.c */
                       *(.text:caught) *(.text:follow_catch) *(.text:force) *(.text:forced_step) *(.text:lock_to)
                       *(.text:obey) *(.text:reference_rest) *(.text:reference_step) *(.text:reference_take)
                       *(.text:run_on_estimate)
+                      /* firmware/guard/guard.c */
+                      *(.text:fault_set_common) *(.text:fault_set_has)
                       /* firmware/math/pi.c */
                       *(.text:pi_reset)
                       /* firmware/math/tanh.c */

@@ -11,23 +11,18 @@
 
 /* ---- current sensors and wires ---- */
 
-/* Does the EMF go on smoothly, or hardly count? Not where the loop tracks: that follows the sensors. */
+/* Whether the current of this window can be compared with what the winding must do. */
 static bool is_comparable(const manoeuvres_t *m, const window_t *window)
 {
-    switch ((manoeuvre_t)m->now) {
-    case MANOEUVRE_CATCH:
-        return window->catching.turning == 0u;
-    case MANOEUVRE_ALIGN:
+    switch ((manoeuvre_compared_t)manoeuvres_row(m)->compared) {
+    case COMPARED_ALWAYS:
         return true;
-    case MANOEUVRE_OFF:
-    case MANOEUVRE_RUN:
-    case MANOEUVRE_RELOCK:
-    case MANOEUVRE_HANDOVER:
-        break;
-    case MANOEUVRE_RAMP:
-    case MANOEUVRE_FORCED:
-    case MANOEUVRE_REVERSE:
+    case COMPARED_STANDING:
+        return window->catching.turning == 0u;
+    case COMPARED_UNTRACKED:
         return m->tracking == 0u && m->windows >= 1u;
+    case COMPARED_NEVER:
+        break;
     }
     return false;
 }

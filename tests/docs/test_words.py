@@ -16,7 +16,6 @@ NOT_YET = {
     "docs/theory.md": "the theory is rewritten last",
     "docs/accuracy.md": "generated together with its numbers",
     "docs/reference.md": "generated from the texts of the tables in firmware/settings",
-    "firmware/drive": "comments of headers",
     "firmware/fast": "comments of headers",
     "firmware/medium": "comments of headers",
     "firmware/guard": "comments of headers",

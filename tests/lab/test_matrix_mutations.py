@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 BUILD, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
-GUARD = "guard/guard.c"
+GUARD, LIMITS, TRIPS = "guard/guard.c", "settings/guard_tuning.c", "fast/fast_trips.c"
 HEADER = "settings/faults.h"
 MOST = 8  # cells of a mutation of the table
 
@@ -56,17 +56,24 @@ class Mutant:
         for path, text in self.files.items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_text(text)
-        source = SOURCE / "firmware" / self.compiled
-        if self.compiled in self.files:
-            source = folder / self.compiled
-        libraries = {name for name in ("lagless_core", "lagless_firmware")
-                     if (BUILD / f"firmware/CMakeFiles/{name}.dir/{self.compiled}.o").exists()}
-        (library,) = libraries
-        made = f"firmware/CMakeFiles/{library}.dir/{self.compiled}.o"
-        words = without_launcher(shlex.split(commands(made)[-1]))
+        for n, compiled in enumerate(self.compiled):
+            self.compile(folder, compiled, folder / f"mutant_{n}.o")
+        line = commands("tests/lab/matrix_cells")[-1]
+        words = shlex.split(line.split("&&")[1] if "&&" in line else line)
+        words[words.index("-o") + 1] = str(folder / "cells")
+        first = next(n for n, word in enumerate(words) if word.endswith(".o"))
+        words[first:first] = [str(folder / f"mutant_{n}.o") for n in range(len(self.compiled))]
+        subprocess.run(words, cwd=BUILD, check=True)
+        return folder / "cells"
+
+    def compile(self, folder, compiled, output):
+        """One source of the firmware as in its library, but with the mutant's files before the tree's."""
+        (library,) = (name for name in ("lagless_core", "lagless_firmware")
+                      if (BUILD / f"firmware/CMakeFiles/{name}.dir/{compiled}.o").exists())
+        words = without_launcher(shlex.split(commands(f"firmware/CMakeFiles/{library}.dir/{compiled}.o")[-1]))
         words.remove("-Werror")
-        words[words.index("-o") + 1] = str(folder / "mutant.o")
-        words[words.index("-c") + 1] = str(source)
+        words[words.index("-o") + 1] = str(output)
+        words[words.index("-c") + 1] = str((folder if compiled in self.files else SOURCE / "firmware") / compiled)
         for flag in ("-MD",):
             words.remove(flag)
         for flag in ("-MT", "-MF"):
@@ -74,13 +81,6 @@ class Mutant:
             del words[at:at + 2]
         words.insert(1, f"-I{folder}")
         subprocess.run(words, cwd=BUILD, check=True)
-        line = commands("tests/lab/matrix_cells")[-1]
-        words = shlex.split(line.split("&&")[1] if "&&" in line else line)
-        words[words.index("-o") + 1] = str(folder / "cells")
-        first = next(n for n, word in enumerate(words) if word.endswith(".o"))
-        words.insert(first, str(folder / "mutant.o"))
-        subprocess.run(words, cwd=BUILD, check=True)
-        return folder / "cells"
 
 
 def run(program, cells):
@@ -96,9 +96,9 @@ def replaced(path, old, new):
 
 
 def twice_the_limit(row):
-    text = replaced(GUARD, r"return (row->margin \+ \(limit != NULL [^;]*);",
+    text = replaced(LIMITS, r"return (row->margin \+ \(limit != NULL [^;]*);",
                     rf"return (row == &fault_rows[FAULT_{row[1]}] ? 2.0f : 1.0f) * (\1);")
-    return Mutant(f"{row[2]}: its limit twice as large", GUARD, {GUARD: text})
+    return Mutant(f"{row[2]}: its limit twice as large", (LIMITS,), {LIMITS: text})
 
 
 def exchanged(a, b):
@@ -110,7 +110,7 @@ def exchanged(a, b):
     own = [head(row, row) for row in (a, b)]
     assert all(text.count(each) == 1 for each in own), own
     text = text.replace(own[0], head(a, b)).replace(own[1], head(b, a))
-    return Mutant(f"{a[2]} and {b[2]}: bits exchanged", GUARD, {HEADER: text})
+    return Mutant(f"{a[2]} and {b[2]}: bits exchanged", (GUARD, LIMITS, TRIPS), {HEADER: text})
 
 
 # Limits that are no row of the fault table's: row, file, what is written there, what instead.
@@ -123,7 +123,7 @@ WATCHES = [
 
 
 def watch(row, compiled, path, old, new):
-    return Mutant(f"{row}: its watch's limit twice as large", compiled, {path: replaced(path, old, new)})
+    return Mutant(f"{row}: its watch's limit twice as large", (compiled,), {path: replaced(path, old, new)})
 
 
 # A rotor that is lost is caught, and no reason is latched: the cells of a row whose reaction that is.

@@ -356,8 +356,8 @@ static void test_a_burst_of_noise_is_no_sign(void)
 
 static bool jumped(float missed)
 {
-    const encoder_t encoder = {.missed = missed};
-    return encoder_jumped(&encoder, watch.tuning.leap);
+    const encoder_t sampled = {.missed = missed};
+    return encoder_jumped(&sampled, watch.tuning.leap);
 }
 
 static void test_an_angle_that_jumps_by_more_than_a_rotor_can_is_told_at_once(void)

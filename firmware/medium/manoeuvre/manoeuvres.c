@@ -2,6 +2,16 @@
 
 #include "medium/manoeuvre/manoeuvres_parts.h"
 
+const manoeuvre_row_t *manoeuvres_row(const manoeuvres_t *m)
+{
+    static const manoeuvre_row_t rows[] = {
+#define MANOEUVRE_ROW(NAME, name, source, compared, step) {(int32_t)(source), (int32_t)(compared)},
+        MANOEUVRES(MANOEUVRE_ROW)
+#undef MANOEUVRE_ROW
+    };
+    return &rows[m->now];
+}
+
 void manoeuvres_enter(manoeuvres_t *m, manoeuvre_t manoeuvre)
 {
     m->now = (int32_t)manoeuvre;
@@ -104,24 +114,11 @@ void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_
         return;
     }
     switch ((manoeuvre_t)m->now) {
-    case MANOEUVRE_OFF:
-    case MANOEUVRE_CATCH:
-    case MANOEUVRE_RELOCK:
-        manoeuvres_catch(m, input, setpoint);
+#define MANOEUVRE_STEP(NAME, name, source, compared, step)                                                   \
+    case MANOEUVRE_##NAME:                                                                                   \
+        manoeuvres_##step(m, input, setpoint);                                                               \
         break;
-    case MANOEUVRE_ALIGN:
-        manoeuvres_align(m, input, setpoint);
-        break;
-    case MANOEUVRE_RAMP:
-    case MANOEUVRE_FORCED:
-    case MANOEUVRE_REVERSE:
-        manoeuvres_force(m, input, setpoint);
-        break;
-    case MANOEUVRE_HANDOVER:
-        manoeuvres_hand_over(m, input, setpoint);
-        break;
-    case MANOEUVRE_RUN:
-        manoeuvres_run(m, input, setpoint);
-        break;
+        MANOEUVRES(MANOEUVRE_STEP)
+#undef MANOEUVRE_STEP
     }
 }

@@ -34,18 +34,45 @@
 #include "medium/manoeuvre/run.h"
 #include "settings/params.h"
 
+/* When the current of a window can be compared with what the winding must do (current_watch.h): where the EMF
+ * is small or goes on smoothly. A loop that tracks follows the current sensors, so nothing is compared. */
 typedef enum {
-    MANOEUVRE_OFF,
-    MANOEUVRE_CATCH,
-    MANOEUVRE_ALIGN,
-    MANOEUVRE_RAMP,
-    MANOEUVRE_HANDOVER,
-    MANOEUVRE_RUN,
-    MANOEUVRE_FORCED,
-    MANOEUVRE_REVERSE,
-    MANOEUVRE_RELOCK
+    COMPARED_NEVER,
+    COMPARED_ALWAYS,
+    COMPARED_STANDING, /* while no rotor is seen turning */
+    COMPARED_UNTRACKED /* from the second window on, while the loop does not track */
+} manoeuvre_compared_t;
+
+/* One row for each manoeuvre: M(NAME, "name", source, compared, step). Append only: the numbers are those of
+ * the signal `manoeuvre`, and the names, joined, are its choices.
+ *
+ *   source    of the frame in which control works. SOURCE_CATCH: nothing is known of the rotor's speed;
+ *             SOURCE_FORCED: the frame is that of the forced ramp
+ *   compared  manoeuvre_compared_t
+ *   step      manoeuvres_STEP() is the manoeuvre: one window, and what follows */
+#define MANOEUVRES(M)                                                                                        \
+    M(OFF, "off", SOURCE_NONE, COMPARED_NEVER, catch)                                                        \
+    M(CATCH, "|catch", SOURCE_CATCH, COMPARED_STANDING, catch)                                               \
+    M(ALIGN, "|align", SOURCE_FORCED, COMPARED_ALWAYS, align)                                                \
+    M(RAMP, "|ramp", SOURCE_FORCED, COMPARED_UNTRACKED, force)                                               \
+    M(HANDOVER, "|handover", SOURCE_FORCED, COMPARED_NEVER, hand_over)                                       \
+    M(RUN, "|run", SOURCE_ESTIMATE, COMPARED_NEVER, run)                                                     \
+    M(FORCED, "|forced", SOURCE_FORCED, COMPARED_UNTRACKED, force)                                           \
+    M(REVERSE, "|reverse", SOURCE_FORCED, COMPARED_UNTRACKED, force)                                         \
+    M(RELOCK, "|relock", SOURCE_CATCH, COMPARED_NEVER, catch)
+
+typedef enum {
+#define MANOEUVRE_ENUM(NAME, name, source, compared, step) MANOEUVRE_##NAME,
+    MANOEUVRES(MANOEUVRE_ENUM)
+#undef MANOEUVRE_ENUM
 } manoeuvre_t;
-#define MANOEUVRE_NAMES "off|catch|align|ramp|handover|run|forced|reverse|relock"
+#define MANOEUVRE_NAME(NAME, name, source, compared, step) name
+#define MANOEUVRE_NAMES                                    MANOEUVRES(MANOEUVRE_NAME)
+
+typedef struct {
+    int32_t source;   /* [-] frame_source_t */
+    int32_t compared; /* [-] manoeuvre_compared_t */
+} manoeuvre_row_t;
 
 /* What a manoeuvre has failed by: bits, conditions of the fault table. */
 #define MANOEUVRE_STALLED  UINT32_C(1) /* the rotor does not follow the forced frame */
@@ -202,12 +229,13 @@ static inline void manoeuvres_end(manoeuvres_t *m)
     m->unlocked = 0u;
 }
 
+/* The row of the present manoeuvre. */
+const manoeuvre_row_t *manoeuvres_row(const manoeuvres_t *m);
+
 /* Is the frame that of the forced ramp? */
 static inline bool manoeuvres_forces(const manoeuvres_t *m)
 {
-    return m->now == (int32_t)MANOEUVRE_ALIGN || m->now == (int32_t)MANOEUVRE_RAMP ||
-           m->now == (int32_t)MANOEUVRE_HANDOVER || m->now == (int32_t)MANOEUVRE_FORCED ||
-           m->now == (int32_t)MANOEUVRE_REVERSE;
+    return manoeuvres_row(m)->source == (int32_t)SOURCE_FORCED;
 }
 
 /* Does the rotor turn so evenly that a ripple of the EMF is not its own? In a forced frame it is a pendulum:
@@ -222,7 +250,7 @@ static inline bool manoeuvres_even(const manoeuvres_t *m)
 /* Is anything known of the rotor's speed? Not in a catch. */
 static inline bool manoeuvres_knows(const manoeuvres_t *m)
 {
-    return m->now != (int32_t)MANOEUVRE_CATCH && m->now != (int32_t)MANOEUVRE_RELOCK;
+    return manoeuvres_row(m)->source != (int32_t)SOURCE_CATCH;
 }
 
 /* Does control turn with an estimate that may be judged? Not in a reversal once the EMF is less than at

@@ -2,13 +2,14 @@
 
 #include "medium/manoeuvre/manoeuvres_parts.h"
 
+static const manoeuvre_row_t rows[] = {
+#define MANOEUVRE_ROW(NAME, name, source, compared, step) {(int32_t)(source), (int32_t)(compared)},
+    MANOEUVRES(MANOEUVRE_ROW)
+#undef MANOEUVRE_ROW
+};
+
 const manoeuvre_row_t *manoeuvres_row(const manoeuvres_t *m)
 {
-    static const manoeuvre_row_t rows[] = {
-#define MANOEUVRE_ROW(NAME, name, source, compared, step) {(int32_t)(source), (int32_t)(compared)},
-        MANOEUVRES(MANOEUVRE_ROW)
-#undef MANOEUVRE_ROW
-    };
     return &rows[m->now];
 }
 

@@ -88,10 +88,10 @@ class CommandLine(TestCase):
         rows = [line.split("\t") for line in subprocess.run([FAULT_ROWS], capture_output=True, text=True).stdout.splitlines()]
         reasons = {reason["name"]: reason for reason in json.loads(lagless("explain", "--json").stdout)["reasons"]}
         self.assertEqual({row[1] for row in rows}, {name for name, reason in reasons.items() if reason["fault"]})
-        moments = {"ALWAYS": "always", "RUNNING": "while the gates shall be on",
-                   "ENCODER": "while the gates shall be on and control turns with the encoder",
-                   "TRACKING": "while the gates shall be on and control turns with the estimate, reversals apart",
-                   "SUPPLIED": "while the gates shall be on and no lost supply is ridden through"}
+        moments = {"ALWAYS": "always", "RUNNING": "while the gates are commanded on",
+                   "ENCODER": "while the gates are commanded on and control uses the encoder",
+                   "TRACKING": "while the gates are commanded on and control uses the estimate, except in reversals",
+                   "SUPPLIED": "while the gates are commanded on and no ride-through is active"}
         reactions = {"WARN": "shown in warnings while it holds",
                      "CATCH": "the rotor is caught again; lost three times within 2 s, or at once after start_tries starts, it is a fault",
                      "STOP": "the motor is braked to standstill, then the bridge opens, the fault is latched",

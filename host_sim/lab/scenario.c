@@ -302,7 +302,7 @@ bool scenario_row_text_value(const table_row_t *row, const char *text, double *v
             names_consider_choices(&search, row->choices);
             const char *near = names_found(&search);
             return scenario_fail(
-                error, place, row->name, "\"%.60s\" is none of its choices%s%s; accepted: %s", text,
+                error, place, row->name, "\"%.60s\" is not one of its choices%s%s; accepted: %s", text,
                 near != NULL ? "; nearest: " : "", near != NULL ? near : "", scenario_accepted(row).text);
         }
         *value = (double)choice;

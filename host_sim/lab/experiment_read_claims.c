@@ -67,7 +67,7 @@ bool file_number(const file_t *file, const toml_entry_t *entry, double *number, 
 {
     if (entry->type == TOML_INTEGER || entry->type == TOML_FLOAT) {
         *number = entry->number;
-        return isfinite(*number) || file_fail(file, entry, "it is no finite number");
+        return isfinite(*number) || file_fail(file, entry, "it is not a finite number");
     }
     if (text == NULL) {
         return file_fail(file, entry, "accepted: a number in the unit of the claim");

@@ -859,7 +859,7 @@ static bool read_limit(const reading_t *reading, const toml_entry_t *entry, cons
     }
     if (!isfinite(value)) {
         return scenario_fail(reading->error, reading_place(entry), entry->key,
-                             "%s is no finite number; leave a limit out to have none",
+                             "%s is not a finite number; leave a limit out to have none",
                              scenario_not_finite(value));
     }
     *limit = value;

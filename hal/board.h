@@ -204,7 +204,7 @@
     (BOARD_HOTTER(at_0v, at_3v) - (BOARD_HOTTER(at_0v, at_3v) - BOARD_COLDER(at_0v, at_3v)) / 50)
 #define BOARD_SINK_MAX  BOARD_COLDER(BOARD_HOT_END(BOARD_SINK_AT_0V, BOARD_SINK_AT_3V), 120)
 #define BOARD_MOTOR_MAX BOARD_COLDER(BOARD_HOT_END(BOARD_MOTOR_AT_0V, BOARD_MOTOR_AT_3V), 145)
-#define BOARD_SINK_HOT  90  /* [degC] where the drive stops unless told otherwise */
+#define BOARD_SINK_HOT  90  /* [degC] at which the drive stops by default */
 #define BOARD_MOTOR_HOT 130 /* [degC] */
 
 /* ---- Lines 15 and 16: power stage and limits ---- */

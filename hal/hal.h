@@ -115,7 +115,7 @@ void hal_end_medium(void);   /* last statement of on_medium: interrupts are off 
 
 /* ---- From the background ---- */
 
-/* Memory that nobody writes while the drive is up: whoever finds it changed has found an error. */
+/* Memory that is not written while the drive runs: a change of it is an error. */
 typedef enum {
     HAL_PROGRAM,        /* the program in flash */
     HAL_INTERRUPT_CODE, /* its part that runs from RAM */

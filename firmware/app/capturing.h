@@ -19,18 +19,18 @@
  * rows of signals_history. */
 #define APP_CAPTURE_SERVICES(F, I, U, E)                                                                     \
     E(1910, capture_state, CAPTURE_STATE_NAMES, TABLE_READ,                                                  \
-      "idle: kept up to the next fault; held: to be read, until armed or released, or the fault is reset")   \
+      "idle: records until the next fault; held: ready to be read, until armed or released, or the fault "   \
+      "is reset")                                                                                            \
     E(1911, capture_on, CAPTURE_ON_NAMES, TABLE_LIVE,                                                        \
-      "what triggers besides a fault: a value that rises above capture_level or falls below it, or an "      \
-      "order")                                                                                               \
+      "trigger besides a fault: a value that rises above capture_level or falls below it, or an order")      \
     U(1912, capture_source, "-", SIGNAL_ID_omega_m, 2000, 2999, TABLE_LIVE,                                  \
       "id of the signal that triggers above or below")                                                       \
     F(1913, capture_level, "-", 0.0f, -CAPTURING_LEVEL_MAX, CAPTURING_LEVEL_MAX, TABLE_LIVE,                 \
-      "in the unit of capture_source")                                                                       \
+      "level of the trigger, in the unit of capture_source")                                                 \
     U(1914, capture_after, "periods", 0, 0, (int32_t)CAPTURE_PERIODS - 1, TABLE_LIVE,                        \
-      "that are kept after the trigger's own; fewer than fit into the buffer")                               \
+      "number of periods recorded after the trigger; fewer than fit into the buffer")                        \
     U(1915, capture_signals, "-", (int32_t)CAPTURE_COLUMNS, 1, (int32_t)CAPTURE_COLUMNS, TABLE_LIVE,         \
-      "how many of capture_1 and so on are kept; 512 periods fit of up to eight, 341 of more")               \
+      "number of recorded signals, capture_1 and so on; up to eight fit for 512 periods, more for 341")      \
     CAPTURING_COLUMN(U, 1916, capture_1, state, "id of the signal in the first column")                      \
     CAPTURING_COLUMN(U, 1917, capture_2, i_a, "id of the signal in the second column")                       \
     CAPTURING_COLUMN(U, 1918, capture_3, i_b, "id of the signal in the third column")                        \
@@ -43,7 +43,8 @@
     CAPTURING_COLUMN(U, 1925, capture_10, theta_e, "id of the signal in the tenth column")                   \
     CAPTURING_COLUMN(U, 1926, capture_11, omega_e, "id of the signal in the eleventh column")                \
     CAPTURING_COLUMN(U, 1927, capture_12, sample_flags, "id of the signal in the twelfth column")            \
-    U(1928, capture_periods, "periods", 0, 0, 0, TABLE_READ, "in the buffer, the oldest first")              \
+    U(1928, capture_periods, "periods", 0, 0, 0, TABLE_READ,                                                 \
+      "number of periods in the buffer, the oldest first")                                                   \
     U(1929, capture_at, "periods", 0, 0, 0, TABLE_READ, "period of the last trigger, as `period` shows it")
 
 /* From the background: the buffer begins anew with what the rows ask for. false: `why` names the row; what

@@ -19,12 +19,13 @@ typedef enum {
 
 #define APP_STORE_SERVICES(F, I, U, E)                                                                       \
     E(1940, store_state, PARAMETERS_STATE_NAMES, TABLE_READ,                                                 \
-      "what became of the stored parameters last; corrupt: defaults run, and the bridge is refused until a " \
-      "reset")                                                                                               \
-    U(1941, store_saves, "-", 0, 0, 0, TABLE_READ, "since the start")                                        \
-    U(1942, store_unknown, "-", 0, 0, 0, TABLE_READ, "stored rows that this program does not know")          \
+      "last event of the stored parameters; corrupt: the defaults are active, and the bridge is refused "    \
+      "until a reset")                                                                                       \
+    U(1941, store_saves, "-", 0, 0, 0, TABLE_READ, "times that parameters were saved since the start")       \
+    U(1942, store_unknown, "-", 0, 0, 0, TABLE_READ,                                                         \
+      "number of stored rows that this program does not have")                                               \
     U(1943, store_defaulted, "-", 0, 0, 0, TABLE_READ,                                                       \
-      "stored rows that this program does not accept, and that got their defaults")
+      "number of stored rows with values that this program rejects; they got their defaults")
 
 /* At the start: the stored set into app->staged, or the defaults. false: what is stored cannot be trusted, or
  * its values do not go with each other; then these are the defaults. */

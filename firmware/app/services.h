@@ -32,14 +32,14 @@ typedef enum {
  * What is only shown is TABLE_READ, default and range 0. */
 #define APP_SERVICES(F, I, U, E)                                                                             \
     E(1900, order, SERVICE_ORDERS, TABLE_LIVE,                                                               \
-      "acts when written: apply takes the staged parameters over, save stores the active ones, load and "    \
-      "defaults stage those stored and those of the program, restart resets the controller")                 \
-    I(1901, order_refusal, "-", 0, 0, 0, TABLE_READ, "reason why the last order was refused; 0: obeyed")     \
-    U(1902, order_row, "-", 0, 0, 0, TABLE_READ, "id of the row that refusal was about; 0: none")            \
+      "acts when written: apply activates the staged parameters, save stores the active ones, load and "     \
+      "defaults stage those stored and the program's defaults, restart resets the controller")               \
+    I(1901, order_refusal, "-", 0, 0, 0, TABLE_READ, "reason why the last order was refused; 0: executed")   \
+    U(1902, order_row, "-", 0, 0, 0, TABLE_READ, "id of the row of that refusal; 0: none")                   \
     APP_CAPTURE_SERVICES(F, I, U, E)                                                                         \
     APP_STORE_SERVICES(F, I, U, E)                                                                           \
     U(1950, line_frames, "-", 0, 0, 0, TABLE_READ, "good frames received since the start")                   \
-    U(1951, line_errors, "-", 0, 0, 0, TABLE_READ, "frames lost on the line or dropped since the start")     \
+    U(1951, line_errors, "-", 0, 0, 0, TABLE_READ, "frames lost on the link or dropped since the start")     \
     U(1952, daq_lost, "-", 0, 0, 0, TABLE_READ, "samples lost to a full queue since the start")
 
 typedef struct {

@@ -47,7 +47,7 @@ bool estimator_params_check(const estimator_params_t *params, params_error_t *wh
     }
     if (params->torque_feedforward > 0.0f && params->pll.feedforward_cutoff == 0.0f) {
         return params_refuse(why, "torque_feedforward",
-                             "0 with feedforward_cutoff = 0, else nothing forgets its error",
+                             "0 with feedforward_cutoff = 0, else its error does not decay",
                              params->torque_feedforward, 0.0f, 0.0f);
     }
     return true;

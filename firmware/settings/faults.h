@@ -41,26 +41,25 @@
 
 #define DRIVE_FAULTS(F)                                                                                      \
     F(20, MODULE_FAULT, "module_fault", tripped, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,                   \
-      "the power module pulled its fault line: short circuit, over-temperature or "                          \
-      "low gate supply",                                                                                     \
-      "look for a short circuit; check the 15 V supplies and the heat sink")                                 \
+      "the power module activated its fault output: short circuit, over-temperature or low gate supply",     \
+      "search for a short circuit; check the 15 V supplies and the heat sink")                               \
     F(21, OVERCURRENT, "overcurrent", phase_current, ABOVE, "overcurrent_trip", 0.0f, EACH, 1u, ALWAYS,      \
       OPEN, "a phase current exceeded overcurrent_trip",                                                     \
       "check wiring, encoder direction and offset, current_bandwidth, motor data")                           \
     F(30, BAD_SAMPLE, "bad_sample", bad_sample, HOLDS, "", 0.0f, EACH, 3u, ALWAYS, OPEN,                     \
-      "a sample was not a number or a current sensor was at its rail",                                       \
+      "a sample was not a number or a current sensor was at its limit",                                      \
       "check sensor supply, wiring and range")                                                               \
     F(22, DC_OVERVOLTAGE, "dc_overvoltage", u_dc, ABOVE, "dc_overvoltage", 0.0f, EACH, 2u, ALWAYS, OPEN,     \
       "the DC link exceeded dc_overvoltage", "brake more slowly or add a brake resistor")                    \
     F(26, OVERSPEED, "overspeed", speed, ABOVE, "overspeed_trip", 0.0f, EACH, DRIVE_PERIODS(1e-3f), RUNNING, \
       OPEN, "the speed exceeded overspeed_trip", "check references, encoder and load")                       \
     F(29, LATE, "late", late, HOLDS, "", 0.0f, EACH, 3u, RUNNING, OPEN,                                      \
-      "the interrupt ran past its period several times in a row", "shorten the interrupt")                   \
+      "the interrupt exceeded its period several times in a row", "shorten the interrupt")                   \
     F(23, DC_UNDERVOLTAGE, "dc_undervoltage", u_dc, BELOW, "dc_undervoltage", 0.0f, EACH,                    \
       DRIVE_PERIODS(1e-3f), SUPPLIED, OPEN, "the DC link is below dc_undervoltage",                          \
       "check supply and precharge")                                                                          \
     F(28, ENCODER_PHASE, "encoder_phase", encoder_error, HOLDS, "", 0.0f, EACH, 1u, ENCODER, OPEN,           \
-      "the encoder tracks changed both at once", "check encoder cable and screen")                           \
+      "both encoder tracks changed at once", "check encoder cable and screen")                               \
     F(24, SINK_HOT, "sink_hot", sink_temperature, ABOVE, "sink_temperature_max", 0.0f, SLOW,                 \
       DRIVE_PERIODS(0.1f), ALWAYS, STOP, "the heat sink is above sink_temperature_max",                      \
       "reduce load, improve cooling")                                                                        \
@@ -69,7 +68,7 @@
       "reduce load, improve cooling")                                                                        \
     F(32, ESTIMATE_AMPLITUDE, "estimate_amplitude", estimate_amplitude, HOLDS, "", 0.0f, SLOW, 1u, TRACKING, \
       CATCH, "the estimated back-EMF did not fit the estimated speed: the rotor is lost",                    \
-      "check motor_flux_linkage, dead time and load; below 50 r/min there is too little EMF")                \
+      "check motor_flux_linkage, dead time and load; near standstill the EMF is too small")                  \
     F(33, ESTIMATE_DETECTOR, "estimate_detector", estimate_detector, HOLDS, "", 0.0f, SLOW, 1u, TRACKING,    \
       CATCH, "the tracking error of the estimator stayed too large: the rotor is lost",                      \
       "raise pll_bandwidth or use the torque feed-forward; check dead time and motor data")                  \
@@ -77,48 +76,46 @@
       CATCH, "the observed current stayed far from the measured one: the observer is lost",                  \
       "raise observer_gain; check motor_resistance, motor_inductance_q and wiring")                          \
     F(35, ESTIMATE_SPEED, "estimate_speed", estimate_speed, HOLDS, "", 0.0f, SLOW, 1u, TRACKING, CATCH,      \
-      "the speed stayed below estimate_speed_min or above overspeed_trip: nothing to see or to follow",      \
-      "keep sensorless operation faster, or run with the encoder")                                           \
+      "the speed stayed below estimate_speed_min or above overspeed_trip: the estimator cannot follow",      \
+      "run faster without encoder, or use the encoder")                                                      \
     F(37, SINK_WARM, "sink_warm", sink_temperature, ABOVE, "sink_temperature_max", -FAULTS_SINK_WARM, SLOW,  \
       DRIVE_PERIODS(0.1f), ALWAYS, WARN, "the heat sink is within 10 K of sink_temperature_max",             \
       "reduce load or improve cooling before it stops the drive")                                            \
     F(38, UNLOCKED, "unlocked", unlocked, HOLDS, "", 0.0f, SLOW, FAULTS_UNLOCKED, TRACKING, CATCH,           \
-      "the back-EMF was not where the estimate put it: the rotor is lost",                                   \
+      "the back-EMF did not have the estimated direction: the rotor is lost",                                \
       "check load and motor data; raise pll_bandwidth or use the torque feed-forward")                       \
     F(39, LOCK_LOST, "lock_lost", lock_lost, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,                       \
       "the rotor was lost three times within 2 s, or at once after start_tries starts",                      \
-      "look for a shaft that is held, a load beyond current_limit, or wrong motor data")                     \
+      "check for a blocked shaft, a load beyond current_limit, or wrong motor data")                         \
     F(40, START_STALLED, "start_stalled", start_stalled, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,           \
-      "the rotor did not follow the start, in start_tries tries",                                            \
+      "the rotor did not follow the start in start_tries tries",                                             \
       "free the shaft; raise start_current, lower start_ramp; check motor_inertia and wiring")               \
     F(41, START_UNLOCKED, "start_unlocked", start_unlocked, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,        \
-      "the rotor followed the start, but the estimate did not get hold of it, in start_tries tries",         \
+      "the rotor followed the start, but the estimate did not lock in start_tries tries",                    \
       "check motor data and dead time; raise handover_speed")                                                \
     F(42, ROTOR_TOO_FAST, "rotor_too_fast", rotor_too_fast, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,        \
-      "the rotor turns so fast that its back-EMF is beyond the DC link, or current flows with the gates "    \
-      "off",                                                                                                 \
+      "the rotor is so fast that its back-EMF exceeds the DC link, or current flows with the gates off",     \
       "let the rotor slow down, or raise the DC link; if it stands, check the current sensors")              \
     F(66, PROGRAM_CORRUPT, "program_corrupt", program_corrupt, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, OPEN,      \
-      "the program in flash, or its copy in RAM, is not what it was at the start",                           \
-      "switch the controller off and on; flash it anew; if it comes again, replace it")                      \
+      "the program in flash, or its copy in RAM, differs from that of the start",                            \
+      "switch the controller off and on; flash it again; if this repeats, replace it")                       \
     F(67, PARAMS_CORRUPT, "params_corrupt", params_corrupt, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, OPEN,         \
-      "the active parameters have changed by themselves",                                                    \
-      "set the parameters again; if it comes again, look for disturbances of the controller's supply")       \
+      "the active parameters have changed without a command",                                                \
+      "set the parameters again; if this repeats, check the controller's supply for disturbances")           \
     F(68, STACK_LOW, "stack_low", stack_low, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, OPEN,                        \
-      "the processor's stack has come near its end: what lies behind it may be overwritten",                 \
-      "give the linker a larger stack; look for what was added to an interrupt")                             \
+      "the processor's stack is almost full: data behind it may be overwritten",                             \
+      "give the linker a larger stack; check what was added to an interrupt")                                \
     F(69, BACKGROUND_STALLED, "background_stalled", background_stalled, HOLDS, "", 0.0f, SLOW, 1u, RUNNING,  \
-      STOP,                                                                                                  \
-      "the background stayed away for background_time_max: the watchdog is about to reset the processor",    \
-      "look for a task of the background that waits; shorten what was added to the interrupt")               \
+      STOP, "the background did not run for background_time_max: the watchdog would reset the processor",    \
+      "check for a task of the background that waits; shorten what was added to the interrupt")              \
     F(48, ENCODER_JUMP, "encoder_jump", encoder_jump, HOLDS, "", 0.0f, EACH, 1u, ENCODER, OPEN,              \
-      "the encoder's angle moved as no rotor does, from one period to the next",                             \
+      "the encoder's angle jumped by more than a rotor can move in a period",                                \
       "check encoder cable, screen, supply and coupling")                                                    \
     F(49, ENCODER_DIRECTION, "encoder_direction", encoder_direction, HOLDS, "", 0.0f, SLOW, 1u, ENCODER,     \
-      OPEN, "encoder and back-EMF turn opposite ways",                                                       \
+      OPEN, "encoder and back-EMF turn in opposite directions",                                              \
       "swap two phases of the motor, or the encoder's tracks")                                               \
     F(50, ENCODER_MISMATCH, "encoder_mismatch", encoder_mismatch, HOLDS, "", 0.0f, SLOW, 1u, ENCODER, OPEN,  \
-      "the back-EMF is not where the encoder puts it",                                                       \
+      "the back-EMF does not have the direction of the encoder's angle",                                     \
       "check encoder_lines, encoder_offset, motor_pole_pairs, coupling, encoder cable and current sensors")  \
     F(51, RUNAWAY, "runaway", runaway, HOLDS, "", 0.0f, SLOW, 1u, ENCODER, OPEN,                             \
       "the shaft gained speed against its torque: the torque has the wrong sign",                            \
@@ -130,50 +127,51 @@
       "the speed stayed far from its reference for speed_error_time at the current limit",                   \
       "reduce load or reference; raise current_limit, or speed_error_time for a heavy shaft")                \
     F(54, ENCODER_LOST, "encoder_lost", encoder_lost, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,               \
-      "the encoder turned out wrong under way; the motor goes on without it",                                \
-      "stop when it suits; check encoder_lines, encoder_offset, coupling and encoder cable")                 \
+      "the encoder failed during operation; the motor continues without it",                                 \
+      "stop when convenient; check encoder_lines, encoder_offset, coupling and encoder cable")               \
     F(43, CURRENT_STUCK, "current_stuck", current_stuck, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,           \
-      "a current sensor did not move while the voltage must have moved its current",                         \
+      "a current sensor did not change although the voltage must have changed its current",                  \
       "check the sensor, its supply and its wiring to the converter")                                        \
     F(44, CURRENT_GAIN, "current_gain", current_gain, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,              \
-      "the measured currents did not change as the voltage must have changed them",                          \
+      "the measured currents did not change as the voltage requires",                                        \
       "check range and gain of the current sensors, and motor_inductance_d and _q")                          \
     F(45, PHASE_LOSS, "phase_loss", phase_loss, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,                    \
-      "no current flowed through a phase that was asked for some",                                           \
+      "no current flowed through a phase whose reference was not zero",                                      \
       "check the motor cable, its terminals and the switches of that leg")                                   \
     F(46, CURRENT_SUM, "current_sum", current_sum, HOLDS, "", 0.0f, SLOW, DRIVE_PERIODS(2.4e-3f), RUNNING,   \
-      OPEN, "the three measured currents did not add up to zero",                                            \
-      "check the current sensors; look for a leakage to ground")                                             \
+      OPEN, "the sum of the three measured currents was not zero",                                           \
+      "check the current sensors; check for a leakage to ground")                                            \
     F(56, MOTOR_OVERLOAD, "motor_overload", motor_overload, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, STOP,         \
-      "the motor had more than motor_current_continuous for too long",                                       \
+      "the motor carried more than motor_current_continuous for too long",                                   \
       "reduce load or start_current; check motor_current_continuous and motor_time_constant")                \
     F(57, MODULE_OVERLOAD, "module_overload", module_overload, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, OPEN,      \
-      "a leg of the module had more than module_current_continuous for too long",                            \
-      "reduce load, above all at standstill; check module_current_continuous and module_time_constant")      \
+      "a leg of the module carried more than module_current_continuous for too long",                        \
+      "reduce load, especially at standstill; check module_current_continuous and module_time_constant")     \
     F(58, DERATING, "derating", derating, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,                           \
-      "the limit of the current is below current_limit: motor, module or heat sink is warm",                 \
+      "the current is limited below current_limit: motor, module or heat sink is warm",                      \
       "reduce load or improve cooling")                                                                      \
     F(59, MOTOR_WARM, "motor_warm", motor_temperature, ABOVE, "motor_temperature_max", -FAULTS_MOTOR_WARM,   \
       SLOW, DRIVE_PERIODS(0.1f), ALWAYS, WARN, "the motor is within 10 K of motor_temperature_max",          \
       "reduce load or improve cooling before it stops the drive")                                            \
     F(60, DC_RIPPLE, "dc_ripple", dc_ripple, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, WARN,                       \
-      "the DC link swings by more than a tenth within 20 ms, again and again",                               \
-      "look for a supply phase that is lost, and for a worn capacitor")                                      \
+      "the DC link repeatedly changes by more than a tenth within 20 ms",                                    \
+      "check for a lost supply phase and for a worn capacitor")                                              \
     F(61, DC_LIMITS, "dc_limits", dc_limits, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, WARN,                       \
-      "the DC link limits the torque: near dc_overvoltage that of braking, near dc_undervoltage the other",  \
+      "the DC link limits the torque: braking near dc_overvoltage, driving near dc_undervoltage",            \
       "brake more slowly or add a brake resistor; check the supply")                                         \
     F(71, MASTER_SILENT, "master_silent", master_silent, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,            \
-      "the master on the line was silent for command_timeout: the motor was stopped",                        \
-      "look after cable and master, then set `enable` anew; or choose another command_timeout")              \
+      "the client on the serial link was silent for command_timeout: the motor was stopped",                 \
+      "check cable and client, then set `enable` again; or change command_timeout")                          \
     F(83, LOOP_SLOW, "loop_slow", loop_slow, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,                        \
       "pll_bandwidth is too slow for motor_inertia and current_limit: a step of the load loses the rotor",   \
       "set pll_bandwidth and feedforward_cutoff to 0: they then follow the motor")                           \
     F(84, OSCILLATION, "oscillation", oscillation, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,                  \
-      "the speed control made the shaft oscillate: it is slower until the next switching on",                \
-      "look for an elastic coupling; lower speed_kp and speed_ki, or pll_bandwidth and feedforward_cutoff")  \
+      "the speed control made the shaft oscillate: its gain is reduced until the drive is switched on "      \
+      "again",                                                                                               \
+      "check for an elastic coupling; lower speed_kp and speed_ki, or pll_bandwidth and feedforward_cutoff") \
     F(85, MEDIUM_LATE, "medium_late", medium_late, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,                 \
       "the medium task had no setpoint ready for two windows in a row",                                      \
-      "shorten what was added to the interrupts; take samples for fewer rows over the line")
+      "shorten what was added to the interrupts; request fewer signals over the serial link")
 
 /* A row's bit, and how many there are. */
 typedef enum {

@@ -71,13 +71,14 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(5, motor_flux_linkage, "Wb", 0.183f, 1e-4f, 10.0f, TABLE_LIVE,                                         \
       "flux linkage psi_f, amplitude per phase")                                                             \
     F(6, current_limit, "A", BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.1f, DRIVE_CURRENT_LIMIT_MAX,           \
-      TABLE_LIVE, "limit of i_q from the speed control, either sign")                                        \
+      TABLE_LIVE, "limit of the magnitude of i_q from the speed control")                                    \
     F(7, current_bandwidth, "rad/s", 1000.0f, 10.0f, 3000.0f, TABLE_LIVE,                                    \
       "closed-loop bandwidth of the current control")                                                        \
     F(8, speed_kp, "A s/rad", 0.0f, 0.0f, 100.0f, TABLE_LIVE,                                                \
-      "speed control, proportional, per mechanical rad/s; 0: by motor_inertia, pll_bandwidth/14 fast")       \
+      "proportional gain of the speed control, per mechanical rad/s; 0: by rule from motor_inertia and "     \
+      "pll_bandwidth/14")                                                                                    \
     F(9, speed_ki, "A/rad", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                                \
-      "speed control, integral, per mechanical rad; 0: a damping of 0.87")                                   \
+      "integral gain of the speed control, per mechanical rad; 0: by rule, damping 0.87")                    \
     F(10, overspeed_trip, "rad/s", 220.0f, 1.0f, 10000.0f, TABLE_LIVE,                                       \
       "mechanical speed that stops the drive")                                                               \
     F(11, overcurrent_trip, "A", BOARD_AMPERES(BOARD_OVERCURRENT_TRIP_MA), 0.2f,                             \
@@ -86,7 +87,7 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV), TABLE_LIVE, "DC-link voltage that stops the drive")             \
     F(13, dc_undervoltage, "V", BOARD_VOLTS(BOARD_UNDERVOLTAGE_MV), 10.0f,                                   \
       BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV - 10000), TABLE_LIVE,                                             \
-      "DC-link voltage below which the drive will not run")                                                  \
+      "DC-link voltage below which the drive does not run")                                                  \
     F(14, sink_temperature_max, "degC", (float)BOARD_SINK_HOT, 0.0f, (float)BOARD_SINK_MAX, TABLE_LIVE,      \
       "heat-sink temperature that stops the drive")                                                          \
     F(15, motor_temperature_max, "degC", (float)BOARD_MOTOR_HOT, 0.0f, (float)BOARD_MOTOR_MAX, TABLE_LIVE,   \
@@ -94,7 +95,7 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(16, dead_time, "s", BOARD_SECONDS(BOARD_DEAD_TIME_NS), BOARD_SECONDS(BOARD_DEAD_BAND_MIN_NS),          \
       DRIVE_DEAD_TIME_MAX, TABLE_OFF, "dead band of the legs, set in the ePWM")                              \
     F(17, minimum_pulse, "s", BOARD_SECONDS(BOARD_MINIMUM_PULSE_NS), 0.0f, 10.0e-6f, TABLE_OFF,              \
-      "shortest pulse the power module shall see")                                                           \
+      "shortest pulse that the power module may get")                                                        \
     F(18, turn_on_delay, "s", BOARD_SECONDS(BOARD_TURN_ON_DELAY_NS), 0.0f, 5.0e-6f, TABLE_LIVE,              \
       "command edge to current on, for the compensation")                                                    \
     F(19, turn_off_delay, "s", BOARD_SECONDS(BOARD_TURN_OFF_DELAY_NS), 0.0f, 5.0e-6f, TABLE_LIVE,            \
@@ -105,17 +106,18 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "current below which the dead-time error fades")                                                       \
     F(22, compensation_gain, "-", 1.0f, 0.0f, 1.2f, TABLE_LIVE,                                              \
       "share of the modelled dead-time error that is compensated")                                           \
-    I(23, encoder_lines, "-", 2500, 16, 16384, TABLE_OFF, "lines per turn; four counts each")                \
-    F(24, encoder_offset, "rad", 0.0f, -3.1415927f, 3.1415927f, TABLE_OFF, "electrical angle at count zero") \
+    I(23, encoder_lines, "-", 2500, 16, 16384, TABLE_OFF, "encoder lines per turn; four counts each")        \
+    F(24, encoder_offset, "rad", 0.0f, -3.1415927f, 3.1415927f, TABLE_OFF,                                   \
+      "electrical angle of the encoder at count zero")                                                       \
     F(25, encoder_bandwidth, "rad/s", 1500.0f, 50.0f, 3000.0f, TABLE_LIVE,                                   \
-      "natural frequency of the speed tracking")                                                             \
+      "natural frequency of the encoder's speed tracking")                                                   \
     I(26, calibration_periods, "-", 512, 16, 16384, TABLE_OFF, "samples averaged for the current offsets")   \
     F(27, current_offset_max, "A", 0.05f * DRIVE_CURRENT_RANGE, 0.01f, 0.25f * DRIVE_CURRENT_RANGE,          \
       TABLE_LIVE, "largest offset of a current sensor that is accepted")                                     \
     E(28, position_source, "encoder|sensorless", POSITION_SENSORLESS, TABLE_LIVE,                            \
-      "where the control's angle comes from; the estimator runs in either case")                             \
+      "source of the control's angle; the estimator runs in either case")                                    \
     F(29, start_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                            \
-      "mechanical speed from which on a turning rotor is caught, a slower one is aligned; 0: half of the "   \
+      "mechanical speed above which a turning rotor is caught; below, it is aligned; 0: half of the "        \
       "hand-over's")                                                                                         \
     F(30, observer_gain, "V", 200.0f, 0.1f, 1e4f, TABLE_LIVE,                                                \
       "k_s of the observer; rule: 1.75 times the largest EMF")                                               \
@@ -126,21 +128,21 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     E(33, observer_switching, "sign|sigmoid|sigmoid_vector", SMO_SIGMOID_VECTOR, TABLE_OFF,                  \
       "switching function of the observer")                                                                  \
     E(34, lag_compensation, "none|printed|corrected|exact", LAG_EXACT, TABLE_LIVE,                           \
-      "phase self-compensation: paper eq. (14) as printed, as mended, or of the sampled observer")           \
+      "phase self-compensation: paper eq. (14) as printed, as corrected, or the lag of the sampled "         \
+      "observer")                                                                                            \
     F(35, pll_bandwidth, "rad/s", 0.0f, 0.0f, 5000.0f, TABLE_LIVE,                                           \
-      "-3 dB bandwidth of the closed tracking loop; 0, with feedforward_cutoff 0: four times what that is "  \
-      "by its rule")                                                                                         \
+      "-3 dB bandwidth of the closed tracking loop; 0, with feedforward_cutoff 0: by rule, four times its "  \
+      "cutoff")                                                                                              \
     F(36, pll_damping, "-", 1.0f, 0.5f, 5.0f, TABLE_LIVE, "damping of the tracking loop")                    \
     F(37, feedforward_cutoff, "rad/s", 0.0f, 0.0f, 5000.0f, TABLE_LIVE,                                      \
-      "omega_c of the speed feed-forward; 0: conventional PLL, or with pll_bandwidth 0 by motor_inertia "    \
-      "and "                                                                                                 \
-      "current_limit")                                                                                       \
+      "omega_c of the speed feed-forward; 0: conventional PLL, or with pll_bandwidth 0 by rule from "        \
+      "motor_inertia and current_limit")                                                                     \
     F(38, flux_adaptation, "rad/s", 0.0f, 0.0f, 20.0f, TABLE_LIVE,                                           \
       "rate at which the feed-forward's psi_f follows the EMF; 0: off")                                      \
     F(39, torque_feedforward, "-", 1.0f, 0.0f, 2.0f, TABLE_LIVE,                                             \
-      "share of the torque's acceleration that the PLL is told; 0: the paper")                               \
+      "share of the torque's acceleration fed forward to the PLL; 0: as in the paper")                       \
     F(40, motor_inertia, "kg m^2", 0.0636f, 1e-7f, 1e3f, TABLE_LIVE,                                         \
-      "everything that turns, for the torque feed-forward")                                                  \
+      "inertia of everything that turns, for the torque feed-forward")                                       \
     F(41, estimate_amplitude_min, "-", 0.5f, 0.0f, 1.0f, TABLE_LIVE,                                         \
       "least EMF over psi_f omega_e of a valid estimate; 0: not judged")                                     \
     F(42, estimate_amplitude_max, "-", 1.5f, 1.0f, 100.0f, TABLE_LIVE,                                       \
@@ -152,95 +154,98 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(45, estimate_speed_min, "rad/s", 3.0f, 0.0f, 10000.0f, TABLE_LIVE,                                     \
       "least mechanical speed of a valid estimate; 0: not judged")                                           \
     F(46, estimate_time, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                                 \
-      "for how long on balance a criterion must fail before the estimate counts as lost")                    \
+      "time for which, on balance, a criterion must fail before the estimate counts as lost")                \
     F(47, doubtful_current, "A", 0.1f, 0.0f, 2.0f, TABLE_LIVE,                                               \
-      "phase current below which a leg's dead-time loss is in doubt: zone and sensor error; 0: none")        \
+      "phase current below which a leg's dead-time loss is uncertain: zone and sensor error; 0: none")       \
     F(48, offset_trim, "A/V", 0.05f, 0.0f, 0.1f, TABLE_LIVE,                                                 \
-      "share of the EMF's mean by which the current offsets are trimmed while turning; 0: off")              \
+      "share of the mean EMF by which the current offsets are trimmed while turning; 0: off")                \
     F(49, device_resistance, "ohm", ((float)BOARD_IGBT_SLOPE_UOHM + (float)BOARD_DIODE_SLOPE_UOHM) / 2e6f,   \
       0.0f, 1.0f, TABLE_LIVE,                                                                                \
       "slope of the on-state drops, mean of IGBT and diode; adds to R in the control")                       \
     F(50, start_current, "A", 0.0f, 0.0f, DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                               \
-      "current that takes the rotor along at start; 0: current_limit")                                       \
+      "length of the current vector of a start; 0: current_limit")                                           \
     F(51, start_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                               \
-      "mechanical acceleration of the start; 0: 15 % of what start_current can, in 0.3 s at least")          \
+      "mechanical acceleration of the start; 0: 15 % of what start_current allows, in 0.3 s at least")       \
     F(52, handover_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
-      "mechanical speed from which on control turns with the estimate; 0: EMF over dead time and R I")       \
+      "mechanical speed above which the control uses the estimated angle; 0: where the EMF exceeds dead "    \
+      "time and R I")                                                                                        \
     F(53, fallback_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
-      "mechanical speed below which it turns with a forced frame; 0: 0.4 of the hand-over's")                \
+      "mechanical speed below which the control uses a forced frame; 0: 0.4 of the hand-over's")             \
     I(54, start_tries, "-", 3, 1, 100, TABLE_LIVE,                                                           \
-      "starts that may fail before the drive stops; until then each is followed by another, by itself")      \
+      "number of starts that may fail before the drive stops; after a failed one the next begins by itself") \
     F(55, speed_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                               \
-      "mechanical acceleration of the speed reference; 0: none, the current limit alone")                    \
+      "mechanical acceleration of the speed reference; 0: no ramp, only the current limit")                  \
     F(56, speed_setpoint_weight, "-", 0.0f, 0.0f, 1.0f, TABLE_LIVE,                                          \
       "share of the reference in the proportional part; 0: no overshoot, 1: the paper's PI")                 \
     F(57, quick_stop_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                          \
-      "mechanical deceleration of a quick stop; 0: none, the current limit alone")                           \
+      "mechanical deceleration of a quick stop; 0: no ramp, only the current limit")                         \
     F(58, start_damping, "A/V", 0.0f, 0.0f, 1000.0f, TABLE_LIVE,                                             \
-      "current across the forced frame per volt of swinging EMF; 0: by inertia, R and dead time")            \
+      "current across the forced frame per volt of oscillating EMF; 0: by rule from inertia, R and dead "    \
+      "time")                                                                                                \
     F(59, start_align_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                              \
-      "of the turn of an alignment; 0: 16 over the pendulum's frequency")                                    \
+      "duration of the turn of an alignment; 0: 16 over the pendulum's frequency")                           \
     F(60, low_speed_current, "A", 0.2f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f,                        \
       DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                                                                   \
-      "i_d + |i_q| without encoder at low speed, at least: keeps out of the dead time's zone; 0: "           \
-      "off")                                                                                                 \
+      "least i_d + |i_q| without encoder at low speed, which keeps the currents out of the dead time's "     \
+      "zone; 0: off")                                                                                        \
     F(61, inductance_adaptation, "1/s", 3.0f, 0.0f, 20.0f, TABLE_LIVE,                                       \
-      "rate at which L_d and L_q, and R with them, begin to follow what a small alternating i_d shows, at "  \
-      "last a tenth; 0, or motor_inductance_q above 1.1 motor_inductance_d: off")                            \
+      "initial rate at which L_d, L_q and R are learnt by a small alternating i_d, finally a tenth; 0, or "  \
+      "motor_inductance_q above 1.1 motor_inductance_d: off")                                                \
     F(62, dead_time_adaptation, "1/s", 6.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
-      "rate at which learning the legs' dead time from the EMF begins, at last a tenth; 0: off")             \
+      "initial rate at which the legs' dead time is learnt from the EMF, finally a tenth; 0: off")           \
     E(63, inertia_adaptation, "off|on", INERTIA_ON, TABLE_LIVE,                                              \
-      "J is learnt from steps of the speed reference, without encoder; the torque feed-forward then leaves " \
-      "out what carries the load")                                                                           \
+      "J is learnt from steps of the speed reference, without encoder; the torque feed-forward then "        \
+      "excludes the load's current")                                                                         \
     E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
-      "estimated speed that the speed control hears: without the loop's proportional part, or with it, as "  \
-      "in the paper")                                                                                        \
+      "estimated speed in the speed control: without the loop's proportional part, or with it, as in the "   \
+      "paper")                                                                                               \
     E(65, lock_judged, "off|on", LOCK_JUDGED, TABLE_LIVE,                                                    \
-      "whether a rotor that the estimate has lost is reported at once (unlocked), whatever estimate_... "    \
-      "judge, and caught again by itself; off: as in the paper, whose loop lags by more than that")          \
+      "whether a lost rotor is reported at once (unlocked), whatever estimate_... say, and caught again by " \
+      "itself; off: as in the paper, whose loop lags by more than that")                                     \
     E(67, mtpa, "off|on", MTPA_ON, TABLE_LIVE,                                                               \
       "i_d of a salient rotor for most torque per ampere; off, or motor_inductance_q up to 1.1 "             \
       "motor_inductance_d: i_d_request alone")                                                               \
     E(85, field_weakening, "off|on", DRIVE_WEAKENING, TABLE_LIVE,                                            \
-      "i_d below zero where the DC link ends, of any rotor; off: the speed ends there")                      \
+      "negative i_d where the DC link limits the voltage, for any rotor; off: the speed is limited there")   \
     F(86, voltage_use, "-", 0.93f, 0.5f, 1.0f, TABLE_LIVE,                                                   \
-      "of U_dc/sqrt3, that field_weakening uses, as far as duties and dead time leave it; the rest is for "  \
-      "the "                                                                                                 \
+      "share of U_dc/sqrt3 that field_weakening uses, within duties and dead time; the rest is for the "     \
       "current control")                                                                                     \
     F(87, torque_slew, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                                   \
-      "in which the torque may grow by that of current_limit; 0: 10 ms of a salient rotor, else at once")    \
+      "time in which the torque may grow to that of current_limit; 0: 10 ms for a salient rotor, else no "   \
+      "limit")                                                                                               \
     F(70, stall_time, "s", 2.0f, 0.0f, 3600.0f, TABLE_LIVE,                                                  \
-      "that the rotor may stand at the current limit while a speed is asked for; 0: not judged")             \
+      "time for which the rotor may stand at the current limit with a speed commanded; 0: not judged")       \
     F(71, speed_error_time, "s", 5.0f, 0.0f, 3600.0f, TABLE_LIVE,                                            \
-      "that the speed may stay far from its reference at the current limit, without coming nearer; 0: not "  \
-      "judged")                                                                                              \
+      "time for which the speed may stay far from its reference at the current limit without approaching "   \
+      "it; 0: not judged")                                                                                   \
     E(72, encoder_fault_reaction, "open|sensorless|ignored", ENCODER_FAULT_OPEN, TABLE_LIVE,                 \
-      "what a motor does when its encoder turns out wrong: bridge open, on without it if it turns, or "      \
-      "nothing (a desk without a motor)")                                                                    \
+      "reaction to a wrong encoder: bridge open, continue without it if the motor turns, or none (a test "   \
+      "without a motor)")                                                                                    \
     E(66, current_judged, "off|on", CURRENT_JUDGED, TABLE_LIVE,                                              \
-      "whether current sensors and phases are judged by what the winding must do; off: a desk without a "    \
+      "whether current sensors and phases are checked against the winding's law; off: a test without a "     \
       "motor")                                                                                               \
     F(80, ride_through_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                             \
-      "for so long a lost supply is no fault: the rotor holds the DC link, or coasts, and with the supply "  \
-      "the motor runs again by itself; 0: off")                                                              \
+      "time for which a lost supply is no fault: the rotor holds the DC link, or coasts, and with the "      \
+      "supply the motor runs again by itself; 0: off")                                                       \
     F(81, motor_current_continuous, "A", 0.7f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f, 1000.0f,        \
-      TABLE_LIVE, "length of the current vector that the motor stands for ever; 0: not judged")              \
+      TABLE_LIVE, "continuous current of the motor, length of the vector; 0: not judged")                    \
     F(82, motor_time_constant, "s", 60.0f, 0.0f, 3600.0f, TABLE_LIVE,                                        \
-      "of the motor's winding, by which it warms; 0: not judged")                                            \
+      "thermal time constant of the motor's winding; 0: not judged")                                         \
     F(83, module_current_continuous, "A", BOARD_AMPERES(BOARD_MODULE_CONTINUOUS_MA), 0.0f, 1000.0f,          \
-      TABLE_LIVE, "direct current that a leg of the module stands for ever; 0: not judged")                  \
+      TABLE_LIVE, "continuous direct current of a leg of the module; 0: not judged")                         \
     F(84, module_time_constant, "s", (float)BOARD_MODULE_TIME_MS / 1e3f, 0.0f, 100.0f, TABLE_LIVE,           \
-      "of the module's switches, by which they warm; 0: not judged")                                         \
+      "thermal time constant of the module's switches; 0: not judged")                                       \
     F(90, fault_stop_time, "s", 5.0f, 0.0f, 600.0f, TABLE_LIVE,                                              \
-      "that a motor may take to stop for a fault until the bridge opens anyway; 0: opens at once")           \
+      "time for stopping the motor after a fault until the bridge opens anyway; 0: opens at once")           \
     F(92, background_time_max, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                           \
-      "for so long the background may stay away from a running motor; 0: not judged (a debugger that halts " \
-      "it alone)")                                                                                           \
+      "time for which the background may not run while the motor runs; 0: not judged (a debugger that "      \
+      "halts it alone)")                                                                                     \
     F(93, command_timeout, "s", 1.0f, 0.0f, 3600.0f, TABLE_LIVE,                                             \
-      "that the master on the line may be silent before a motor that it has switched on stops; 0: for ever") \
+      "time for which a client on the serial link may be silent before a motor that it switched on stops; "  \
+      "0: no limit")                                                                                         \
     I(91, module_fault_retries, "-", 0, 0, 100, TABLE_LIVE,                                                  \
-      "how often a fault of the power module resets itself, a second after, while `enable` stays on: the "   \
-      "motor then starts again by itself")
+      "number of times that a fault of the power module is reset after a second while `enable` stays on: "   \
+      "the motor then starts again by itself")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */

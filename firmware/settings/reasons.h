@@ -14,38 +14,37 @@
     R(1, NOT_READY, "not_ready", "the current offsets are still being measured",                             \
       "wait; it takes a tenth of a second with the bridge off")                                              \
     R(2, FAULT_LATCHED, "fault_latched", "a fault is latched",                                               \
-      "read fault_reason, mend its cause, then reset")                                                       \
+      "read fault_reason, remove its cause, then reset")                                                     \
     R(3, FAULT_PRESENT, "fault_present",                                                                     \
-      "the cause of the fault is still there, or ended less than 20 ms ago",                                 \
-      "mend the cause, wait 20 ms, then reset again")                                                        \
+      "the cause of the fault is still present, or ended less than 20 ms ago",                               \
+      "remove the cause, wait 20 ms, then reset again")                                                      \
     R(4, UNKNOWN_ID, "unknown_id", "no row of the tables has this id", "list the tables")                    \
     R(5, OUT_OF_RANGE, "out_of_range", "the value is outside the range of its row",                          \
       "choose a value in the range")                                                                         \
-    R(6, CROSS_RULE, "cross_rule", "the value does not go with the other parameters",                        \
+    R(6, CROSS_RULE, "cross_rule", "the value contradicts other parameters",                                 \
       "change it, or the parameter that the rule names, in one set")                                         \
     R(7, BRIDGE_ON, "bridge_on", "possible only while the bridge is off", "switch off first")                \
-    R(8, READ_ONLY, "read_only", "this value is shown, not set",                                             \
-      "set the parameter or request that makes it")                                                          \
-    R(9, BOARD_FAILED, "board_failed", "the board did not come up (clock or configuration)",                 \
+    R(8, READ_ONLY, "read_only", "this value can be read, not set",                                          \
+      "set the parameter or request that determines it")                                                     \
+    R(9, BOARD_FAILED, "board_failed", "the board did not start (clock or configuration)",                   \
       "check crystal and supply, then reset the controller")                                                 \
     R(27, CURRENT_OFFSET, "current_offset",                                                                  \
       "a current sensor reads more than current_offset_max at zero current",                                 \
       "check sensor supply and wiring")                                                                      \
     R(31, GATES_REFUSED, "gates_refused", "the gates did not come on: the trip could not be cleared",        \
       "check the fault line of the power module")                                                            \
-    R(70, STORE_CORRUPT, "store_corrupt",                                                                    \
-      "the stored parameters cannot be trusted: the drive has its defaults",                                 \
+    R(70, STORE_CORRUPT, "store_corrupt", "the stored parameters are invalid: the drive uses its defaults",  \
       "set the parameters of your motor, reset the fault, save")                                             \
     R(74, STORE_FAILED, "store_failed",                                                                      \
-      "the flash did not take the parameters: those stored before are still there",                          \
-      "switch the bridge off and save again; if it comes again, replace the controller")                     \
+      "the flash did not accept the parameters: those stored before are unchanged",                          \
+      "switch the bridge off and save again; if this repeats, replace the controller")                       \
     R(80, ENABLE_HELD, "enable_held",                                                                        \
       "`enable` was on while a fault was reset: a reset alone starts nothing",                               \
       "set `enable` to off, then to on")                                                                     \
-    R(81, STOPPING, "stopping", "a quick stop is under way, and is brought to its end first",                \
+    R(81, STOPPING, "stopping", "a quick stop is running and must end first",                                \
       "wait until the rotor stands, or set `enable` to off and let it coast")                                \
     R(82, ESTIMATE_ASTRAY, "estimate_astray",                                                                \
-      "the estimated speed exceeded overspeed_trip, and the back-EMF did not confirm it: the shaft may be "  \
+      "the estimated speed exceeded overspeed_trip, but the back-EMF did not confirm it: the shaft may be "  \
       "slow",                                                                                                \
       "check the current sensors for noise and delay; check motor_inductance_q and motor_flux_linkage")
 

@@ -15,9 +15,9 @@
     E(1000, enable, "off|on|quick_stop",                                                                     \
       "off: coast; on: run, also after a quick stop has ended; quick_stop: brake to standstill, then off")   \
     E(1001, fault_reset, "no|yes",                                                                           \
-      "going from no to yes resets a fault whose cause is gone, and starts nothing: `enable` that is on "    \
-      "then has to go to off once")                                                                          \
-    E(1002, mode, "speed|current|torque", "what the references mean")                                        \
+      "a change from no to yes resets a fault whose cause is gone, and starts nothing: if `enable` is on, "  \
+      "it must go to off once")                                                                              \
+    E(1002, mode, "speed|current|torque", "meaning of the references")                                       \
     F(1003, speed_request, "rad/s", 0.0f, -10000.0f, 10000.0f, "mechanical speed reference in mode speed")   \
     F(1004, i_d_request, "A", 0.0f, -DRIVE_CURRENT_LIMIT_MAX, DRIVE_CURRENT_LIMIT_MAX,                       \
       "direct-axis current reference")                                                                       \

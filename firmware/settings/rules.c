@@ -49,7 +49,7 @@ const rule_t rules[RULES] = {
                           2,
                           {{PARAM_feedforward_cutoff, LESS_HELPS}, {PARAM_pll_bandwidth, MORE_HELPS}}},
     [RULE_FORGETTING] = {"torque_feedforward = 0, or feedforward_cutoff >= 0.1 rad/s, or 0 with "
-                         "pll_bandwidth 0, else nothing forgets its error",
+                         "pll_bandwidth 0, else its error does not decay",
                          2,
                          {{PARAM_torque_feedforward, LESS_HELPS}, {PARAM_feedforward_cutoff, MORE_HELPS}}},
     [RULE_TORQUE] = {"torque_feedforward 1.5 motor_pole_pairs^2 motor_flux_linkage / motor_inertia <= 1e7 "
@@ -64,7 +64,7 @@ const rule_t rules[RULES] = {
                      {{PARAM_estimate_speed_min, LESS_HELPS}, {PARAM_overspeed_trip, MORE_HELPS}}},
     /* b k_s a_f/2 <= 1.2, b = (1 - exp(-R T_s/L))/R */
     [RULE_RINGING] = {"observer_gain observer_slope (1 - exp(-R T_s / motor_inductance_q)) / (2 R) <= 1.2, R "
-                      "= motor_resistance + device_resistance, else the observer rings",
+                      "= motor_resistance + device_resistance, else the observer oscillates",
                       6,
                       {{PARAM_observer_gain, LESS_HELPS},
                        {PARAM_observer_slope, LESS_HELPS},
@@ -106,10 +106,10 @@ const rule_t rules[RULES] = {
     [RULE_LOW_SPEED] = {"low_speed_current <= current_limit",
                         2,
                         {{PARAM_low_speed_current, LESS_HELPS}, {PARAM_current_limit, MORE_HELPS}}},
-    [RULE_FALLBACK] = {"fallback_speed < handover_speed, or what its rule makes of it where it is 0",
+    [RULE_FALLBACK] = {"fallback_speed < handover_speed, for 0 the value of its rule",
                        11,
                        {{PARAM_fallback_speed, LESS_HELPS}, HANDOVER_LEVERS}},
-    [RULE_CATCH] = {"start_speed <= handover_speed, or what its rule makes of it where it is 0",
+    [RULE_CATCH] = {"start_speed <= handover_speed, for 0 the value of its rule",
                     11,
                     {{PARAM_start_speed, LESS_HELPS}, HANDOVER_LEVERS}},
     [RULE_HANDOVER] = {"handover_speed <= 0.5 overspeed_trip",
@@ -132,7 +132,7 @@ const rule_t rules[RULES] = {
                     {PARAM_ride_through_time, LESS_HELPS}}},
     [RULE_OPEN] =
         {"field_weakening = off, or 1.732 motor_flux_linkage motor_pole_pairs overspeed_trip <= " TEXT_OF(
-             BOARD_OVERVOLTAGE_MAX_MV) " mV, the board's largest DC link, else a rotor that fast "
+             BOARD_OVERVOLTAGE_MAX_MV) " mV, the board's largest DC link, else a rotor at that speed "
                                        "charges it beyond that while the bridge is off",
          4,
          {{PARAM_overspeed_trip, LESS_HELPS},
@@ -141,7 +141,7 @@ const rule_t rules[RULES] = {
           {PARAM_field_weakening, LESS_HELPS}}},
     [RULE_SALIENT] =
         {"motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d where position_source or "
-         "encoder_fault_reaction is sensorless, for the estimator holds no rotor beyond that; use "
+         "encoder_fault_reaction is sensorless, because the estimator loses the rotor beyond that; use "
          "an encoder",
          4,
          {{PARAM_motor_inductance_q, LESS_HELPS},

@@ -14,23 +14,25 @@
  * I(id, name, slot of drive_t, unit, text): int32_t
  * E(id, name, slot of drive_t, choices, text): int32_t with named values */
 #define DRIVE_SIGNALS(F, U, I, E)                                                                            \
-    U(2000, period, fast.period, "periods", "the one clock: PWM periods since the start")                    \
+    U(2000, period, fast.period, "periods", "PWM periods since the start; the drive's only clock")           \
     E(2001, state, state, DRIVE_STATE_NAMES, "state of the drive")                                           \
     I(2002, fault_reason, fault_reason, "-", "reason of the latched fault; 0: none")                         \
-    I(2003, refusal, medium.sequence.refusal, "-", "reason why a wish is not obeyed now; 0: none")           \
-    U(2004, fault_period, fault.period, "periods", "when the latched fault came")                            \
+    I(2003, refusal, medium.sequence.refusal, "-", "reason why a request is not executed now; 0: none")      \
+    U(2004, fault_period, fault.period, "periods", "period of the latched fault")                            \
     U(2005, faults_later, medium.sequence.faults_later.word[0], "-",                                         \
-      "fault bits 0 to 31 that came after the latched one, without its own")                                 \
-    U(2076, faults_later_2, medium.sequence.faults_later.word[1], "-", "fault bits 32 to 63, likewise")      \
+      "fault bits 0 to 31 that came after the latched fault, without its own")                               \
+    U(2076, faults_later_2, medium.sequence.faults_later.word[1], "-",                                       \
+      "fault bits 32 to 63 that came after the latched fault, without its own")                              \
     U(2006, warnings, medium.guard.warnings.word[0], "-", "fault bits 0 to 31 that warn now")                \
     U(2077, warnings_2, medium.guard.warnings.word[1], "-", "fault bits 32 to 63 that warn now")             \
     I(2078, fault_present, medium.sequence.fault_present, "-",                                               \
-      "reason that is still there, of a fault whose reset was refused; 0: none")                             \
-    U(2079, faults_seen, log.count, "-", "faults since power-on; the drive keeps the last ones")             \
-    E(2007, manoeuvre, medium.manoeuvres.now, MANOEUVRE_NAMES, "what the drive is about")                    \
-    U(2008, start_try, medium.manoeuvres.start_try, "-", "number of this start, from 1; 0: none was needed") \
+      "reason that is still present of a fault whose reset was refused; 0: none")                            \
+    U(2079, faults_seen, log.count, "-", "number of faults since power-on; the drive keeps the last ones")   \
+    E(2007, manoeuvre, medium.manoeuvres.now, MANOEUVRE_NAMES, "present manoeuvre of the drive")             \
+    U(2008, start_try, medium.manoeuvres.start_try, "-",                                                     \
+      "number of this start attempt, from 1; 0: no start was needed")                                        \
     U(2009, lock_losses, medium.manoeuvres.losses.count, "-",                                                \
-      "lost and caught again since the bridge came on")                                                      \
+      "times that the rotor was lost and caught again since the bridge came on")                             \
     F(2010, i_a, fast.measure.measured.current_abc.a, "A", "phase current a at t_k, offset removed")         \
     F(2011, i_b, fast.measure.measured.current_abc.b, "A", "phase current b at t_k, offset removed")         \
     F(2012, i_c, fast.measure.measured.current_abc.c, "A",                                                   \
@@ -42,28 +44,26 @@
     F(2017, i_d_ref, fast.demand.current.d, "A", "direct-axis current reference")                            \
     F(2018, i_q_ref, fast.demand.current.q, "A", "quadrature-axis current reference")                        \
     F(2020, u_d_ref, fast.current_control.voltage_ref.d, "V",                                                \
-      "direct-axis voltage that the current control asks for")                                               \
+      "direct-axis voltage commanded by the current control")                                                \
     F(2021, u_q_ref, fast.current_control.voltage_ref.q, "V",                                                \
-      "quadrature-axis voltage that the current control asks for")                                           \
-    F(2022, u_d, fast.control.voltage.d, "V", "direct-axis voltage really applied from t_k+1")               \
-    F(2023, u_q, fast.control.voltage.q, "V", "quadrature-axis voltage really applied from t_k+1")           \
+      "quadrature-axis voltage commanded by the current control")                                            \
+    F(2022, u_d, fast.control.voltage.d, "V", "direct-axis voltage applied from t_k+1")                      \
+    F(2023, u_q, fast.control.voltage.q, "V", "quadrature-axis voltage applied from t_k+1")                  \
     F(2024, u_dc, fast.measure.measured.u_dc, "V", "DC-link voltage")                                        \
     F(2025, duty_a, fast.command.duty.a, "-", "duty of leg a from t_k+1")                                    \
     F(2026, duty_b, fast.command.duty.b, "-", "duty of leg b from t_k+1")                                    \
     F(2027, duty_c, fast.command.duty.c, "-", "duty of leg c from t_k+1")                                    \
-    F(2030, theta_e, fast.rotor.theta_e, "rad",                                                              \
-      "electrical angle of the rotor as the drive believes it, at t_k")                                      \
-    F(2031, omega_e, fast.rotor.omega_e, "rad/s", "electrical speed of the rotor as the drive believes it")  \
+    F(2030, theta_e, fast.rotor.theta_e, "rad", "electrical angle of the rotor that the drive uses, at t_k") \
+    F(2031, omega_e, fast.rotor.omega_e, "rad/s", "electrical speed of the rotor that the drive uses")       \
     F(2032, omega_m, fast.omega_m, "rad/s", "mechanical speed")                                              \
-    F(2033, omega_m_ref, fast.demand.omega_m_ref, "rad/s", "mechanical speed reference in force")            \
-    F(2035, frame_theta_e, fast.demand.frame.theta_e, "rad",                                                 \
-      "electrical angle of the frame in force, at t_k")                                                      \
+    F(2033, omega_m_ref, fast.demand.omega_m_ref, "rad/s", "mechanical speed reference in use")              \
+    F(2035, frame_theta_e, fast.demand.frame.theta_e, "rad", "electrical angle of the frame in use, at t_k") \
     U(2034, encoder_count, fast.measure.measured.encoder_count, "counts", "encoder position at t_k")         \
     F(2040, offset_a, fast.measure.offset.a, "A", "offset of current sensor a, measured at zero current")    \
     F(2041, offset_b, fast.measure.offset.b, "A", "offset of current sensor b, measured at zero current")    \
     F(2045, offset_c, fast.measure.offset.c, "A", "offset of current c, measured at zero current")           \
-    F(2042, sink_temperature, fast.measure.measured.sink_temperature, "degC", "heat sink")                   \
-    F(2043, motor_temperature, fast.measure.measured.motor_temperature, "degC", "motor winding")             \
+    F(2042, sink_temperature, fast.measure.measured.sink_temperature, "degC", "heat-sink temperature")       \
+    F(2043, motor_temperature, fast.measure.measured.motor_temperature, "degC", "motor winding temperature") \
     U(2044, sample_flags, fast.measure.measured.flags, "-",                                                  \
       "1 tripped, 2 fault line, 4 encoder phase error, 8 late")                                              \
     F(2050, theta_hat, fast.estimator.estimate.frame.theta_e, "rad",                                         \
@@ -71,66 +71,66 @@
     F(2051, omega_hat, fast.estimator.estimate.frame.omega_e, "rad/s",                                       \
       "electrical speed of the estimator, k_p term included")                                                \
     F(2052, omega_smooth, fast.estimator.estimate.omega_smooth, "rad/s",                                     \
-      "its integrator and feed-forward alone")                                                               \
+      "electrical speed of the estimator without the k_p term")                                              \
     U(2053, estimator_invalid, medium.estimate.invalid, "-",                                                 \
       "1 amplitude, 2 detector, 4 current error, 8 speed, 16 sample")                                        \
     F(2054, e_hat_alpha, fast.estimator.observed.emf_hat.alpha, "V",                                         \
-      "back-EMF as observed, filtered, with its lag")                                                        \
+      "observed back-EMF, filtered, with its lag")                                                           \
     F(2055, e_hat_beta, fast.estimator.observed.emf_hat.beta, "V",                                           \
-      "back-EMF as observed, filtered, with its lag")                                                        \
-    F(2056, e_alpha, fast.estimator.estimate.emf.alpha, "V", "back-EMF at t_k, lag undone")                  \
-    F(2057, e_beta, fast.estimator.estimate.emf.beta, "V", "back-EMF at t_k, lag undone")                    \
-    F(2058, e_amplitude, fast.estimator.estimate.amplitude, "V", "its length")                               \
+      "observed back-EMF, filtered, with its lag")                                                           \
+    F(2056, e_alpha, fast.estimator.estimate.emf.alpha, "V", "back-EMF at t_k, lag corrected")               \
+    F(2057, e_beta, fast.estimator.estimate.emf.beta, "V", "back-EMF at t_k, lag corrected")                 \
+    F(2058, e_amplitude, fast.estimator.estimate.amplitude, "V", "length of the back-EMF")                   \
     F(2059, k_f_alpha, fast.estimator.observed.gain_axis.alpha, "1/A",                                       \
-      "equivalent gain of the alpha axis; the vector form has k_f alone")                                    \
+      "equivalent gain of the alpha axis; the vector form has only k_f")                                     \
     F(2060, k_f_beta, fast.estimator.observed.gain_axis.beta, "1/A",                                         \
-      "equivalent gain of the beta axis; the vector form has k_f alone")                                     \
+      "equivalent gain of the beta axis; the vector form has only k_f")                                      \
     F(2061, k_f, fast.estimator.observed.gain, "1/A", "equivalent gain that the compensation uses")          \
     F(2062, i_err_alpha, fast.estimator.estimate.current_err.alpha, "A", "observed minus measured current")  \
     F(2063, i_err_beta, fast.estimator.estimate.current_err.beta, "A", "observed minus measured current")    \
     F(2064, detector, fast.estimator.estimate.detector, "-",                                                 \
       "detector of the tracking loop: sine of its error")                                                    \
-    F(2065, psi_f_hat, medium.flux.flux_linkage, "Wb", "flux linkage of the feed-forward, adapted")          \
+    F(2065, psi_f_hat, medium.flux.flux_linkage, "Wb", "adapted flux linkage of the feed-forward")           \
     F(2066, u_alpha, fast.acted.voltage.alpha, "V", "voltage on the winding from t_k-1 to t_k")              \
     F(2067, u_beta, fast.acted.voltage.beta, "V", "voltage on the winding from t_k-1 to t_k")                \
     F(2070, trim_alpha, medium.offset_trim.offset.alpha, "A",                                                \
-      "offset of the current sensors found while turning")                                                   \
+      "offset of the current sensors, found while turning")                                                  \
     F(2071, trim_beta, medium.offset_trim.offset.beta, "A",                                                  \
-      "offset of the current sensors found while turning")                                                   \
-    F(2072, inductance_hat, medium.inductance.learnt.value, "H", "L_q as learnt while turning")              \
+      "offset of the current sensors, found while turning")                                                  \
+    F(2072, inductance_hat, medium.inductance.learnt.value, "H", "learnt L_q")                               \
     F(2073, inductance_confidence, medium.inductance.confidence, "-",                                        \
-      "share of the last looks at L that agreed with the one before within a fifth")                         \
-    F(2074, dead_time_hat, fast.acted.leg, "V", "what a leg loses to dead time and drops, as learnt")        \
+      "share of the last measurements of L that agreed with the previous one within a fifth")                \
+    F(2074, dead_time_hat, fast.acted.leg, "V", "learnt voltage that a leg loses by dead time and drops")    \
     F(2120, emf_shape_d_hat, medium.ripple.emf_shape.used.d, "-",                                            \
-      "sixth harmonic of e_d over the EMF, as learnt: its fifth and seventh harmonic together")              \
+      "learnt sixth harmonic of e_d over the EMF: sum of its fifth and seventh harmonic")                    \
     F(2125, emf_shape_q_hat, medium.ripple.emf_shape.used.q, "-",                                            \
-      "sixth harmonic of e_q over the EMF, as learnt: its seventh less its fifth harmonic")                  \
+      "learnt sixth harmonic of e_q over the EMF: its seventh minus its fifth harmonic")                     \
     F(2121, leg_voltage_alpha_hat, medium.ripple.unequal_legs.voltage.used.alpha, "V",                       \
-      "difference of the legs' lost voltage, alpha, as learnt")                                              \
+      "learnt difference of the legs' lost voltage, alpha")                                                  \
     F(2122, leg_voltage_beta_hat, medium.ripple.unequal_legs.voltage.used.beta, "V",                         \
-      "difference of the legs' lost voltage, beta, as learnt")                                               \
+      "learnt difference of the legs' lost voltage, beta")                                                   \
     F(2123, leg_resistance_alpha_hat, medium.ripple.unequal_legs.resistance.used.alpha, "ohm",               \
-      "difference of the legs' resistance, alpha, as learnt")                                                \
+      "learnt difference of the legs' resistance, alpha")                                                    \
     F(2124, leg_resistance_beta_hat, medium.ripple.unequal_legs.resistance.used.beta, "ohm",                 \
-      "difference of the legs' resistance, beta, as learnt")                                                 \
-    F(2075, inertia_hat, medium.inertia.learnt.value, "kg m^2", "inertia of all that turns, as learnt")      \
-    F(2110, resistance_hat, medium.inductance.resistance.value, "ohm", "R of a phase and device, as learnt") \
+      "learnt difference of the legs' resistance, beta")                                                     \
+    F(2075, inertia_hat, medium.inertia.learnt.value, "kg m^2", "learnt inertia of everything that turns")   \
+    F(2110, resistance_hat, medium.inductance.resistance.value, "ohm", "learnt R of a phase and its device") \
     F(2090, motor_heat, medium.thermal.motor_heat, "-",                                                      \
-      "heat of the motor by its current; 1: as motor_current_continuous makes it for ever")                  \
+      "heat of the motor by its current; 1: that of a continuous motor_current_continuous")                  \
     F(2091, module_heat, medium.thermal.module_heat, "-",                                                    \
-      "likewise of the module's warmest leg, by module_current_continuous")                                  \
-    F(2092, i_q_lower, fast.bounds.lower, "A", "limit of i_q in force, by heat and DC link")                 \
-    F(2093, i_q_upper, fast.bounds.upper, "A", "limit of i_q in force, by heat and DC link")                 \
+      "heat of the module's warmest leg; 1: that of a continuous module_current_continuous")                 \
+    F(2092, i_q_lower, fast.bounds.lower, "A", "lower limit of i_q by heat and DC link")                     \
+    F(2093, i_q_upper, fast.bounds.upper, "A", "upper limit of i_q by heat and DC link")                     \
     F(2096, speed_calm, medium.manoeuvres.run.calm, "-",                                                     \
-      "factor on the bandwidth of the speed control; below 1: it oscillated and was slowed down")            \
-    F(2094, dc_swing, medium.link.ripple, "V", "DC link in the last 20 ms: largest less smallest")           \
+      "factor on the bandwidth of the speed control; below 1: reduced because it oscillated")                \
+    F(2094, dc_swing, medium.link.ripple, "V", "largest minus smallest DC-link voltage in the last 20 ms")   \
     F(2097, torque_current, medium.manoeuvres.run.torque, "A",                                               \
-      "torque reference as a current of psi_f, before heat and DC link")                                     \
+      "torque reference as a current of psi_f, before the limits by heat and DC link")                       \
     U(2098, field_weakened, medium.manoeuvres.run.weakening.weakens, "-",                                    \
-      "1: i_d is below that of the torque, because the DC link ends")                                        \
+      "1: the field is weakened, because the DC link limits the voltage")                                    \
     F(2099, voltage_trim, medium.manoeuvres.run.weakening.trim, "-",                                         \
-      "by which field weakening corrects the voltage that the motor's data make")                            \
-    U(2095, coasting, medium.coasting, "-", "1: bridge off until the lost supply is back")                   \
+      "relative correction of the voltage by field weakening")                                               \
+    U(2095, coasting, medium.coasting, "-", "1: the bridge is off until the lost supply is back")            \
     F(2068, encoder_theta_e, fast.shaft.position.theta_e, "rad", "electrical angle of the encoder at t_k")   \
     F(2069, encoder_omega_e, fast.shaft.position.omega_e, "rad/s", "electrical speed of the encoder")
 

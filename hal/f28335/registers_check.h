@@ -5,7 +5,7 @@
 #define HAL_F28335_REGISTERS_CHECK_H
 
 /* Each check declares the same array again, of one element if it holds and of a negative number if not. So no
- * names are needed, other headers may do likewise in the same file, and nothing is left in the object. */
+ * names are needed, other headers may do the same in the same file, and nothing is left in the object. */
 #define CHECK_LAYOUT(condition)          extern const char check_layout[(condition) ? 1 : -1]
 #define CHECK_OFFSET(type, member, word) CHECK_LAYOUT(WORDS(type, member) == (word))
 #define CHECK_LENGTH(type, words)        CHECK_LAYOUT(sizeof(type) == (words) * sizeof(uint16_t))

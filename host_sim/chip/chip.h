@@ -6,13 +6,13 @@
  * the peripherals slower, not the ticks. Inside, peripherals count SYSCLK cycles; clock.c turns the one into
  * the other.
  *
- * Software runs at the speed of the host and takes the simulated time that it is given. An interrupt
- * function: by bus_wait(), and by whoever stands around the chip and calls chip_run() in the midst of it;
- * what it reads and writes before and after happens at those two ticks, and in between the CPU is busy: what
- * INTM, IER and PIEACK hold back waits. A section of the background with INTM set: by the hook `section`. All
- * else takes no time. Registers that move by themselves (TBCTR, TBSTS, TIM, QPOSCNT, QUTMR, ADCASEQSR,
- * WDCNTR) are brought up to date before every interrupt function, after every bus_wait() and by chip_look();
- * between these they stand still.
+ * Software runs at the speed of the host and takes the simulated time that is assigned to it. For an
+ * interrupt function this is done by bus_wait(), and by a caller around the chip that calls chip_run() within
+ * the function: reads and writes before and after it happen at those two ticks, and in between the CPU is
+ * busy, so that interrupts held back by INTM, IER and PIEACK wait. For a section of the background with INTM
+ * set it is done by the hook `section`. Everything else takes no time. Registers that move by themselves
+ * (TBCTR, TBSTS, TIM, QPOSCNT, QUTMR, ADCASEQSR, WDCNTR) are brought up to date before every interrupt
+ * function, after every bus_wait() and by chip_look(); between these they stand still.
  *
  * A debugger may halt the CPU: no software runs, time goes on for the world, and every peripheral does what
  * its own emulation bits say.
@@ -63,7 +63,7 @@ typedef struct {
     uint32_t kind;    /* chip_report_kind_t */
 } chip_report_t;
 
-/* What happens inside, for whoever records it. */
+/* Events inside the chip, for a recorder. */
 typedef enum {
     CHIP_EVENT_ADC_START, /* a conversion sequence begins */
     CHIP_EVENT_INTERRUPT, /* an interrupt function is called; value: number of its PIE vector */
@@ -97,17 +97,17 @@ typedef struct {
     /* Quadrature position [counts, four per line], free-running and signed, at this tick. Asked at every
      * latch, before every interrupt function, after every wait and by chip_look(). */
     int64_t (*encoder)(void *context, uint64_t tick);
-    /* Runs the function of an interrupt that the CPU has entered; for whoever wants to measure it. NULL: the
-     * chip calls it itself. */
+    /* Runs the function of an interrupt that the CPU has entered, for instance to measure it. NULL: the chip
+     * calls it itself. */
     void (*interrupt)(void *context, uint32_t vector, void (*function)(void));
     /* A section with INTM set ends at this moment: the ticks that it took. What it wrote was there at its
      * begin; interrupts wait until these ticks have passed. NULL: no time. */
     uint64_t (*section)(void *context);
     /* For recordings; NULL: nobody. */
     void (*event)(void *context, uint64_t tick, chip_event_t what, uint32_t value);
-    /* The board's gates are on while their pin is low. Averages are told only of legs whose dead band fits
-     * the board (AHC, or ALC if set): with the other polarity both gates of a leg are on together, which only
-     * the edges can say. */
+    /* The board's gates are on while their pin is low. Averages are reported only for legs whose dead band
+     * fits the board (AHC, or ALC if set): with the other polarity both gates of a leg are on together, which
+     * only the edges can show. */
     uint64_t active_low;
 } chip_world_t;
 
@@ -238,7 +238,7 @@ uint64_t chip_carrier_tick(const chip_t *chip);
 /* The n-th one after it, if the counter goes on as it does now; exact at any SYSCLK. */
 uint64_t chip_carrier_zero(const chip_t *chip, uint32_t n);
 /* Level that the chip gives GPIO 0..87 as a plain output or as a gate: 0, 1, or -1: it does not drive the pin
- * or it belongs to another peripheral. A gate in averaged mode is as it was last told. */
+ * or it belongs to another peripheral. A gate in averaged mode has the level that was last reported. */
 int32_t chip_pin_out(const chip_t *chip, uint32_t gpio);
 uint64_t chip_sample_tick(const chip_t *chip); /* last entry of SEQ1INT, or CHIP_NEVER */
 uint32_t chip_interrupt_count(const chip_t *chip,

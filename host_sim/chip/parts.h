@@ -32,7 +32,7 @@ typedef enum { SOURCE_EPWM, SOURCE_EQEP, SOURCE_ADC, SOURCE_CPU, SOURCE_RARE, SO
 
 extern __thread const chip_world_t *chip_world; /* of the bound chip; never NULL once bound */
 
-/* Tells whoever records. */
+/* Reports an event to the recorder. */
 static inline void chip_tell(const chip_t *chip, chip_event_t what, uint32_t value)
 {
     if (chip_world != NULL && chip_world->event != NULL) {

@@ -82,7 +82,8 @@ static void check_line(struct argp_state *state, const options_t *options)
         argp_error(state, "merge: of which folders?");
     }
     if (merge && (options->output.folder != NULL || options->resume || options->runs_given)) {
-        argp_error(state, "merge: it takes folders and --json; what was run stands in the folders");
+        argp_error(state,
+                   "merge: accepted are folders and --json; the folders contain the settings of their runs");
     }
     if (options->scenario != NULL && options->seconds_given) {
         argp_error(state, "--seconds: not with --scenario, which says itself how long it is");
@@ -286,7 +287,7 @@ static int open_results(const options_t *options, keeper_t *keeper, campaign_res
     }
     const bool there = stat(keeper->path, &found) == 0 && found.st_size > 0;
     if (there && !options->resume && !output_forced()) {
-        fprintf(stderr, "lagless campaign: %s is there: --resume goes on with it, --force begins anew\n",
+        fprintf(stderr, "lagless campaign: %s exists: --resume continues it, --force starts again\n",
                 keeper->path);
         return EXIT_USAGE;
     }

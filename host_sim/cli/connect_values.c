@@ -216,7 +216,7 @@ static bool simple_order(session_t *session, uint32_t count, char **words, const
     if (session->json) {
         printf(", \"applied\": %s", staged ? "false" : "true");
     } else {
-        printf("%s%s\n", done, staged ? "; staged: apply takes it over" : "");
+        printf("%s%s\n", done, staged ? "; staged: apply activates it" : "");
     }
     return true;
 }
@@ -393,7 +393,7 @@ static bool fail_reason(session_t *session, const char *what, int32_t number)
     const reason_row_t *reason = reason_by_number(number);
     return connect_fail(session, "%s: %s: %s; %s", what, reason != NULL ? reason->name : "unknown reason",
                         reason != NULL ? reason->text : "this program does not know it",
-                        reason != NULL ? reason->remedy : "see the drive's own program");
+                        reason != NULL ? reason->remedy : "see the documentation of the drive's program");
 }
 
 static bool not_in_fault(session_t *session, const char *what)

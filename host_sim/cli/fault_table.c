@@ -79,11 +79,11 @@ typedef struct {
 
 static const word_t moments[] = {
     [FAULT_ALWAYS] = {"ALWAYS", "always"},
-    [FAULT_RUNNING] = {"RUNNING", "while the gates shall be on"},
-    [FAULT_ENCODER] = {"ENCODER", "while the gates shall be on and control turns with the encoder"},
-    [FAULT_TRACKING] = {"TRACKING",
-                        "while the gates shall be on and control turns with the estimate, reversals apart"},
-    [FAULT_SUPPLIED] = {"SUPPLIED", "while the gates shall be on and no lost supply is ridden through"},
+    [FAULT_RUNNING] = {"RUNNING", "while the gates are commanded on"},
+    [FAULT_ENCODER] = {"ENCODER", "while the gates are commanded on and control uses the encoder"},
+    [FAULT_TRACKING] =
+        {"TRACKING", "while the gates are commanded on and control uses the estimate, except in reversals"},
+    [FAULT_SUPPLIED] = {"SUPPLIED", "while the gates are commanded on and no ride-through is active"},
 };
 static const word_t reactions[] = {
     [FAULT_WARN] = {"WARN", "shown in warnings while it holds"},

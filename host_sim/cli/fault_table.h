@@ -19,7 +19,7 @@ const char *fault_table_limit(char to[FAULT_TABLE_TEXT_SIZE], const fault_row_t 
 /* "3 periods, 0.3 ms". Returns `to`. */
 const char *fault_table_debounce(char to[FAULT_TABLE_TEXT_SIZE], const fault_row_t *row);
 
-/* "always", "while the gates shall be on" */
+/* "always", "while the gates are commanded on" */
 const char *fault_table_when(const fault_row_t *row);
 
 /* "the bridge opens, the fault is latched", "shown in warnings while it holds" */

@@ -123,7 +123,7 @@ scenario_t *library_read(const char *command, const arguments_scenario_t *of)
 int command_scenarios(int argc, char **argv)
 {
     bool json;
-    if (!arguments_json(argc, argv, "The scenarios that `lagless run` knows by name.", &json)) {
+    if (!arguments_json(argc, argv, "The scenarios that `lagless run` accepts by name.", &json)) {
         return EXIT_USAGE;
     }
     struct dirent **entries = NULL;

@@ -321,10 +321,11 @@ static bool judge_own(const options_t *options, const map_point_t *points, size_
         printf("largest error %.3g mrad (%s)\n", fabs(own.largest->mean_mrad), place_of(own.largest, place));
     }
     if (own.lost != NULL) {
-        snprintf(text, sizeof text, "the rotor is kept at every point: %zu of %zu are lost, the first is %s",
-                 own.lost_count, count, place_of(own.lost, place));
+        snprintf(text, sizeof text,
+                 "the rotor is not lost at any point: %zu of %zu are lost, the first is %s", own.lost_count,
+                 count, place_of(own.lost, place));
     } else {
-        snprintf(text, sizeof text, "the rotor is kept at every point: none of %zu is lost", count);
+        snprintf(text, sizeof text, "the rotor is not lost at any point: none of %zu is lost", count);
     }
     print_promise(stdout, json, own.held, text);
     if (own.nominal != NULL) {
@@ -334,7 +335,7 @@ static bool judge_own(const options_t *options, const map_point_t *points, size_
                  own.limit_mrad, MAP_OWN_SD, fabs(own.nominal->mean_mrad), place_of(own.nominal, place),
                  own.restless->sd_mrad, place_of(own.restless, other));
     } else {
-        snprintf(text, sizeof text, "with right data the angle is within %g mrad: no such point is kept",
+        snprintf(text, sizeof text, "with right data the angle is within %g mrad: every such point is lost",
                  own.limit_mrad);
     }
     print_promise(stdout, json, own.accurate, text);

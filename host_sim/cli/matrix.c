@@ -571,7 +571,7 @@ int command_matrix(int argc, char **argv)
          "inject the faults into this run, at the time --at, instead of the manoeuvres", 0},
         {"at", 'a', "TIME", 0, "time in the scenario, \"1.5 s\"; its drive must be running then", 0},
         {"only", 'f', "FAULT", 0, "run one fault only", 0},
-        {"cell", 'c', "NAME", 0, "FAULT/MANOEUVRE/SOURCE/SHAFT, or the beginning of it", 0},
+        {"cell", 'c', "NAME", 0, "FAULT/MANOEUVRE/SOURCE/SHAFT, or the beginning of such a name", 0},
         {"share", 's', "PERCENT", 0, "run this share of the cells, selected by --seed", 0},
         {"seed", 'e', "N", 0, "seed of the selection; default 0", 0},
         ARGUMENTS_OUTPUT("one JSON object on stdout", "write matrix.json and the page matrix.html there"),

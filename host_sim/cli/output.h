@@ -45,7 +45,7 @@ FILE *output_open(const char *path);
 /* The same for a file that is this program's own state, which it has read and keeps up to date. */
 FILE *output_open_own(const char *path);
 
-/* Opens path = folder/name for writing, likewise. */
+/* Opens path = folder/name for writing, as output_open. */
 FILE *output_open_in(char path[PATH_SIZE], const char *folder, const char *name);
 
 /* Closes what output_open has opened and judges what was written; false: the disk did not take it all (said
@@ -62,7 +62,7 @@ bool output_colours(FILE *file);
  * that is a terminal, else nothing at all. All long work shows its progress by this. */
 typedef struct {
     double started; /* [s] as output_seconds() has it */
-    double drawn;   /* [s] likewise, the last time */
+    double drawn;   /* [s] of the same clock, the last time */
     bool wanted, shown;
 } output_progress_t;
 output_progress_t output_progress_begin(void);

@@ -205,12 +205,13 @@ static void print_table(const paper_t *paper)
         said = print_row(row, ideal ? NULL : sibling(paper, row, "ideal"), said);
     }
     if (figure == PAPER_OWN) {
-        printf("\n--json tells each row's conditions.\n");
+        printf("\n--json prints the conditions of each row.\n");
     } else {
-        printf("\nours: inverter and sensors with their errors (2.5 us dead time, compensated, 12-bit ADC, "
-               "noise "
-               "10 mA, "
-               "offset 30 mA, gain error 0.2 %%);\nideal: without. --json tells each row's conditions.\n");
+        printf(
+            "\nours: inverter and sensors with their errors (2.5 us dead time, compensated, 12-bit ADC, "
+            "noise "
+            "10 mA, "
+            "offset 30 mA, gain error 0.2 %%);\nideal: without. --json prints the conditions of each row.\n");
     }
     for (size_t n = 0; n < PAPER_VERDICTS; n++) {
         if (verdicts[n] > 0u) {

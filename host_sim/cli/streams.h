@@ -1,5 +1,5 @@
-/* Standard output and error of every command: what cannot be written is an error, and with --json messages
- * are told as JSON too. */
+/* Standard output and error of every command: output that cannot be written is an error, and with --json
+ * messages are printed as JSON too. */
 #ifndef HOST_SIM_CLI_STREAMS_H
 #define HOST_SIM_CLI_STREAMS_H
 

@@ -50,7 +50,7 @@ typedef enum {
     CAMPAIGN_LOG,   /* its logarithm is */
     CAMPAIGN_WHOLE, /* a whole number, each as likely */
     CAMPAIGN_HALF,  /* in half of the runs evenly from least to most, in the others the default */
-    CAMPAIGN_FEW,   /* likewise in an eighth of the runs */
+    CAMPAIGN_FEW,   /* the same in an eighth of the runs */
 } campaign_law_t;
 
 /* clang-format off */
@@ -220,10 +220,10 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
       "the angle that control turns with is not wrong by more for 50 ms while the drive runs by it")         \
     I(LEGS, "legs", 0.0, "-", "no leg has both switches on")                                                 \
     I(LATE, "late", 0.0, "-", "no sample is late")                                                           \
-    I(CHIP, "chip", 0.0, "-", "the chip finds no wrong use of itself")                                       \
+    I(CHIP, "chip", 0.0, "-", "the chip reports no wrong use")                                               \
     I(REASON, "reason", 0.0, "-", "a set that is refused is refused by a row and with a reason")             \
     I(REPEAT, "repeat", 0.0, "-", "one run in 64 is made twice and ends in the same state, bit by bit")      \
-    I(EXPECT, "expect", 0.0, "-", "around a scenario: each of its expectations is met")                      \
+    I(EXPECT, "expect", 0.0, "-", "with --scenario: each expectation of the scenario is met")                \
     I(OFF, "off", 2.0 * DRIVE_WINDOW + 2.0, "periods",                                                       \
       "with enable = off no gate is on once so many have passed")                                            \
     I(STOP, "stop", 0.0, "-",                                                                                \

@@ -124,7 +124,7 @@ typedef struct {
     double blind;    /* [rad/s] mechanical: a slower rotor does not tell of the fault; 0: none */
     bool uncoded;    /* without the encoder nothing tells of the fault */
     uint32_t told;   /* [periods] when it excuses them no more */
-    uint32_t notice; /* [periods] with the bridge on, after which it is told; 0: whenever */
+    uint32_t notice; /* [periods] with the bridge on, after which it is reported; 0: at any time */
     double turned;   /* [rad] electrical, since the fault, or since the bridge came on with it */
     uint32_t far[3]; /* [periods] so long has this phase's current been beyond the ceiling */
 } campaign_excused_t;
@@ -179,7 +179,7 @@ typedef struct {
     campaign_duty_t duty;
     campaign_truth_t truth;
     uint32_t over[3];     /* [periods] so long has this phase's current been beyond the limit */
-    uint32_t over_off[3]; /* [periods] likewise with all gates off */
+    uint32_t over_off[3]; /* [periods] the same with all gates off */
     uint32_t wrong;       /* [periods] so long has the angle been wrong */
     uint32_t latched;     /* [periods] since the fault was latched */
     uint32_t gates;       /* now on, bit for bit */

@@ -52,7 +52,7 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
         CAMPAIGN_WHILE_SLOW
 #define ENCODER_ERRS "a rotor that is slow has no EMF that would tell", CAMPAIGN_WHILE_SLOW | CAMPAIGN_STAYS
 #define LEG_LOSES    "what a leg loses hides the EMF of a rotor that is slow", CAMPAIGN_WHILE_SLOW
-#define TURNS_BACK   "without the encoder nothing tells in which direction it turns", CAMPAIGN_UNCODED
+#define TURNS_BACK   "without the encoder the direction of rotation is unknown", CAMPAIGN_UNCODED
 
 /* An interrupt that comes late reads and obeys late. */
 #define TIME_BITS (CAMPAIGN_BIT(LATE) | CAMPAIGN_BIT(OFF))

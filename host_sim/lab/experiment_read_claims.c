@@ -67,7 +67,7 @@ bool file_number(const file_t *file, const toml_entry_t *entry, double *number, 
 {
     if (entry->type == TOML_INTEGER || entry->type == TOML_FLOAT) {
         *number = entry->number;
-        return isfinite(*number) || file_fail(file, entry, "it is no finite number");
+        return isfinite(*number) || file_fail(file, entry, "it is not a finite number");
     }
     if (text == NULL) {
         return file_fail(file, entry, "accepted: a number in the unit of the claim");
@@ -204,7 +204,7 @@ static bool read_judged(const file_t *file, const toml_entry_t *table, claim_t *
         return true;
     }
     if (experiment->each_sweep == experiment->sweep_count) {
-        return file_fail(file, each, "[experiment] has no each; accepted: some of its names");
+        return file_fail(file, each, "[experiment] has no each; add that list first");
     }
     const sweep_t *sweep = &experiment->sweeps[experiment->each_sweep];
     const uint32_t count = file_list(file, each, names, EACH_MAX);
@@ -215,7 +215,8 @@ static bool read_judged(const file_t *file, const toml_entry_t *table, claim_t *
             of++;
         }
         if (of == experiment->each_count) {
-            return file_fail(file, names[n], "it is none of [experiment] each; accepted: some of its names");
+            return file_fail(file, names[n],
+                             "no such name in [experiment] each; accepted: names of that list");
         }
         claim->each[of] = true;
     }

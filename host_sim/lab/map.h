@@ -154,9 +154,9 @@ const char *map_deviation_name(map_deviation_t deviation);
 size_t map_count(const map_setup_t *setup);
 
 /* Plant, parameters and sensors of a scenario, as they are before t = 0, and its loads (magnitudes of
- * plant.load_torque, those of its events included) in the place of the setup's; if speed_count is 0, its
- * speeds (of speed_request) likewise. The scenario must outlive the setup. false: `error` says which setting
- * of the file no point can be made of. */
+ * plant.load_torque, those of its events included) in place of the setup's; if speed_count is 0, also
+ * its speeds (of speed_request). The scenario must outlive the setup. false: `error` names the setting of the
+ * file that no point can be made of. */
 bool map_of_scenario(map_setup_t *setup, const scenario_t *scenario, scenario_error_t *error);
 
 /* "off", "on" */
@@ -178,9 +178,9 @@ map_window_t map_window(const map_setup_t *setup, double rpm);
 /* Runs all points, in this many threads (at least 1), and fills points[map_count]: deviation by deviation,
  * load by load, adaptation off and on, speeds ascending from the fastest reverse one. A point is locked if at
  * the end no fault is latched and the drive is on and runs on the estimate, |mean| and SD are below 250 mrad
- * and the true mean speed is within 5 % or 10 r/min of the reference, whichever is more; one that is not has
- * its numbers all the same, and a point whose fault came before the window has those of a rotor running out.
- * false: `why` says what was refused. */
+ * and the true mean speed is within 5 % or 10 r/min of the reference, whichever is more. A point that is
+ * not locked has numbers nevertheless; if its fault came before the window, they are those of a rotor that
+ * coasts. false: `why` says what was refused. */
 bool map_run(const map_setup_t *setup, map_point_t *points, unsigned threads, map_error_t *why);
 
 /* A map of a scenario is judged by what the drive promises of its motor, not by a first-order law: it keeps

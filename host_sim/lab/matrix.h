@@ -33,15 +33,15 @@
 #include "host_sim/lab/scenario.h"
 
 /* What the drive did at last: one bit of these as seen, a set of them as promised. */
-#define MATRIX_RIDES     1u  /* on, and it did not mind */
+#define MATRIX_RIDES     1u  /* on, without an effect */
 #define MATRIX_WARNS     2u  /* on, with a warning */
-#define MATRIX_CATCHES   4u  /* on; the rotor was lost and caught, or the start begun anew */
+#define MATRIX_CATCHES   4u  /* on; the rotor was lost and caught, or the start was repeated */
 #define MATRIX_REFUSES   8u  /* the bridge never came on, no fault is latched */
-#define MATRIX_STOPS     16u /* braked by a quick stop of its own, then the fault was latched */
+#define MATRIX_STOPS     16u /* braked by the drive's own quick stop, then the fault was latched */
 #define MATRIX_OPENS     32u /* the bridge opened, the fault is latched */
 #define MATRIX_REACTIONS 6u
 
-/* Where the rotor is at the end: likewise. */
+/* The rotor at the end of the run, as bits. */
 #define MATRIX_FOLLOWS 1u /* gates on, within 5 % or 10 r/min of the reference in force */
 #define MATRIX_STRAYS  2u /* gates on, and it does not */
 #define MATRIX_COASTS  4u /* gates off, turning */

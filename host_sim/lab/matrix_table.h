@@ -44,9 +44,9 @@
     /* current sensors */ \
     F(STUCK_A_RAIL,     "stuck_a_rail",     LATER, 1.0, FOR_GOOD, SET("rig.stuck_current_a", 4095.0),        "current sensor a at its upper rail") \
     F(STUCK_B_RAIL,     "stuck_b_rail",     LATER, 1.0, FOR_GOOD, SET("rig.stuck_current_b", 0.0),           "current sensor b at its lower rail") \
-    F(STUCK_A_ZERO,     "stuck_a_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_a", CODE(0.0)),     "current sensor a dead: 0 A whatever flows") \
-    F(STUCK_B_ZERO,     "stuck_b_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_b", CODE(0.0)),     "current sensor b dead: 0 A whatever flows") \
-    F(STUCK_C_ZERO,     "stuck_c_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_c", CODE(0.0)),     "current sensor c dead: 0 A whatever flows") \
+    F(STUCK_A_ZERO,     "stuck_a_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_a", CODE(0.0)),     "current sensor a dead: constant 0 A") \
+    F(STUCK_B_ZERO,     "stuck_b_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_b", CODE(0.0)),     "current sensor b dead: constant 0 A") \
+    F(STUCK_C_ZERO,     "stuck_c_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_c", CODE(0.0)),     "current sensor c dead: constant 0 A") \
     F(STUCK_A_2A,       "stuck_a_2a",       LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_a", CODE(2.0)),     "current sensor a stuck at 2 A") \
     F(STUCK_B_2A,       "stuck_b_2a",       LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_b", CODE(-2.0)),    "current sensor b stuck at -2 A") \
     F(CURRENT_RANGE,    "current_range",    FIRST, 3.0, FOR_GOOD, TIMES("plant.current_range", 2.0),         "current sensors of twice the configured range: they read half") \
@@ -158,8 +158,8 @@
 #define ONE_CHECK 0.05 /* [s] two rounds of the background's look at the memory of the simulated chip */
 #define ANY_TIME NAN
 
-/* What takes windows of the medium task: a value is suspected by the first whole window in which it stays, is told by the
- * next one's, and the gates are off a period later. */
+/* Reactions that take windows of the medium task: a value is suspected in the first whole window in which it is constant,
+ * is reported in the next one, and the gates are off a period later. */
 #define STUCK_WINDOWS ((double)(3u * DRIVE_WINDOW + 1u) * (double)DRIVE_PERIOD)
 
 /* From `enable` through the end of its window and the one after that to gates that are on, and then three late periods
@@ -179,20 +179,20 @@
 #define WRONG_FROM_START "wrong from the beginning: it shows at the first start, see off and catch"
 #define NO_SENSOR_C      "the board has no sensor of phase c"
 #define WITHOUT_ENCODER  "control does not turn with the encoder"
-#define NO_CURRENT       "with the encoder the bare motor needs next to no current: nothing tells"
+#define NO_CURRENT       "with the encoder the bare motor needs almost no current: the fault has no effect"
 #define RISES_SLOWLY     "with the encoder the current rises from zero as the speed control commands it"
 #define SHOWS_IN_CHANGES "a gain shows where the current changes fast; a steady one hides behind the dead time, and nothing is at stake below the limit"
 #define HIDES_IN_DEAD_TIME "while current flows 2 A are 1.9 V at R, which the dead time hides; with the bridge off they show"
-#define CONTRADICTS      "a leg whose current's sign is wrong makes up for its dead time the wrong way, and the EMF contradicts the encoder: which of the two is wrong nothing tells"
+#define CONTRADICTS      "a leg with a wrong current sign compensates its dead time in the wrong direction, and the EMF contradicts the encoder: the drive cannot decide which of the two is wrong"
 #define BY_THE_BACKGROUND "memory is looked at piece by piece in the background"
 #define HELD_BY_DEAD_TIME "the bare motor needs 0.05 A, and dead time and drops, 8 V a leg, hold a current as small at zero: until more is commanded nothing shows it"
 #define WHILE_OFF        "while the bridge is off this is what is right"
 #define ONE_MILLIFARAD   "1 mF lasts for as long as the load lets it"
-#define STANDS_AT_ONCE   "the load stops the bare rotor within 20 ms, and its EMF with it: a stall, by its own time"
-#define HELD_IN_PLACE    "the wrong angle holds the rotor in place: a stall, by its own time"
-#define HIDDEN_SLOW      "at 20 r/min the EMF is 1.5 V, which the dead time hides: a rotor that stands is not told from one that follows"
-#define TWO_WINDOWS      "a value is suspected by the first whole window in which it stays, and told by the next one's (docs/theory.md, 27)"
-#define WITHOUT_CURRENT  "3.2 ms of the time in which current is commanded, its own zero of 2 ms, a window (docs/theory.md, 27)"
+#define STANDS_AT_ONCE   "the load stops the bare rotor within 20 ms, which ends its EMF: a stall, after stall_time"
+#define HELD_IN_PLACE    "the wrong angle holds the rotor in place: a stall, after stall_time"
+#define HIDDEN_SLOW      "at 20 r/min the EMF is 1.5 V, which the dead time hides: a standing rotor cannot be distinguished from one that follows"
+#define TWO_WINDOWS      "a value is suspected in the first whole window in which it is constant, and reported in the next one (docs/theory.md, 27)"
+#define WITHOUT_CURRENT  "3.2 ms of the time in which current is commanded, plus its zero crossing of 2 ms and a window (docs/theory.md, 27)"
 #define EIGHT_MS_OF_EMF  "10.3 ms to 37 degrees, 8 ms of the EMF at this speed, and three looks (docs/theory.md, 28)"
 #define BOARD_HAS_C(reactions) (BOARD_CURRENT_SENSORS == 3 ? (reactions) : NEVER)
 
@@ -250,7 +250,7 @@
     P(SWAP_PHASES,      EVERYWHERE, BOTH, NEVER, "", ANY_TIME, LIMIT, OUT, WRONG_FROM_START) \
     P(SWAP_PHASES,      AT(CATCH),  ENCODER, OPENS, "encoder_direction", 0.5, LIMIT, OUT, "") \
     P(SWAP_PHASES,      AT(OFF),    ENCODER, OPENS, "runaway stalled", 3.0, LIMIT, OUT, HELD_IN_PLACE) \
-    P(SWAP_PHASES,      AT(OFF) | AT(CATCH), SENSORLESS, RIDES, "", ANY_TIME, LIMIT, STRAYS, "it turns the other way: without the encoder nothing tells which is which") \
+    P(SWAP_PHASES,      AT(OFF) | AT(CATCH), SENSORLESS, RIDES, "", ANY_TIME, LIMIT, STRAYS, "it turns in the other direction: without the encoder this cannot be detected") \
     P(OPEN_SWITCH_A,    EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON_IN_ITS_HALF, LIMIT, OUT, "it carries for half of a turn") \
     P(OPEN_SWITCH_A,    AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_SWITCH_A,    AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
@@ -279,15 +279,15 @@
     P(OVERLOAD,         EVERYWHERE, ENCODER, OPENS, "stalled", 4.0, LIMIT, STANDS, "the rotor runs down, then stall_time") \
     P(OVERLOAD,         AT(FORCED), SENSORLESS, OPENS | RIDES, "start_stalled", 8.0, LIMIT, STANDS | STRAYS, HIDDEN_SLOW) \
     P(BRAKE,            EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
-    P(BRAKE,            EVERYWHERE, MATRIX_SENSORLESS_L, RIDES | CATCHES, "", ANY_TIME, LIMIT, FOLLOWS, "a bare rotor is stopped within some 10 ms, and started anew") \
+    P(BRAKE,            EVERYWHERE, MATRIX_SENSORLESS_L, RIDES | CATCHES, "", ANY_TIME, LIMIT, FOLLOWS, "a bare rotor is stopped within some 10 ms, and started again") \
     \
     P(ENCODER_SLIPPED,  EVERYWHERE, ENCODER, OPENS, "encoder_jump", SOON, LIMIT, OUT, "") \
-    P(ENCODER_SLIPPED,  AT(OFF),    ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "without current and motion nothing tells") \
+    P(ENCODER_SLIPPED,  AT(OFF),    ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "without current and motion it cannot be detected") \
     P(ENCODER_SLIPPED,  EVERYWHERE, SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \
     P(ENCODER_SLIPS,    EVERYWHERE, ENCODER, OPENS, "encoder_mismatch runaway", SOON_IN_ITS_HALF, LIMIT, OUT, "the angle is right at first; after a third of a turn it is 36 degrees off") \
     P(ENCODER_SLIPS,    AT(REVERSAL), ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "at zero speed nothing slips yet") \
     P(ENCODER_SLIPS,    AT(RUN_SLOW), MATRIX_ENCODER_L, OPENS, "encoder_mismatch runaway stalled", 3.0, LIMIT, OUT, STANDS_AT_ONCE) \
-    P(ENCODER_SLIPS,    AT(OFF),    ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "without current and motion nothing tells") \
+    P(ENCODER_SLIPS,    AT(OFF),    ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "without current and motion it cannot be detected") \
     P(ENCODER_SLIPS,    EVERYWHERE, SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \
     P(ENCODER_STANDS,   EVERYWHERE, ENCODER, OPENS, "encoder_mismatch", SOON, LIMIT, OUT, "") \
     P(ENCODER_STANDS,   AT(RUN_SLOW), MATRIX_ENCODER_H, OPENS, "encoder_mismatch", 21e-3, LIMIT, OUT, EIGHT_MS_OF_EMF) \
@@ -312,7 +312,7 @@
     P(ENCODER_REVERSED, AT(OFF) | AT(CATCH), SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \
     P(POLE_PAIRS,       EVERYWHERE, BOTH, NEVER, "", ANY_TIME, LIMIT, OUT, WRONG_FROM_START) \
     P(POLE_PAIRS,       AT(OFF) | AT(CATCH), ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "") \
-    P(POLE_PAIRS,       AT(OFF) | AT(CATCH), SENSORLESS, RIDES, "", ANY_TIME, LIMIT, STRAYS, "electrically all is right, mechanically it turns at 4/5 of the speed: without the encoder nothing tells") \
+    P(POLE_PAIRS,       AT(OFF) | AT(CATCH), SENSORLESS, RIDES, "", ANY_TIME, LIMIT, STRAYS, "electrically all is right, mechanically it turns at 4/5 of the speed: without the encoder this cannot be detected") \
     \
     P(DC_HIGH,          EVERYWHERE, BOTH, OPENS, "dc_overvoltage", AT_ONCE, LIMIT, OUT, "") \
     P(DC_LOW,           EVERYWHERE, BOTH, OPENS, "dc_undervoltage", 5e-3, LIMIT, OUT, "ride_through_time is 0 by default") \
@@ -336,7 +336,7 @@
     \
     P(ESTIMATE_JUMP,    EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "control does not turn with the estimate, or a start forgets it") \
     P(ESTIMATE_JUMP,    AT(RUN_SLOW) | AT(RUN_FAST) | AT(BRAKING), SENSORLESS, CATCHES, "", SOON, LIMIT, FOLLOWS, "") \
-    P(ESTIMATE_JUMP,    AT(HANDOVER) | AT(CATCH), SENSORLESS, RIDES | CATCHES, "", SOON, LIMIT, FOLLOWS, "where control does not turn with the estimate yet, it is locked anew") \
+    P(ESTIMATE_JUMP,    AT(HANDOVER) | AT(CATCH), SENSORLESS, RIDES | CATCHES, "", SOON, LIMIT, FOLLOWS, "while control does not use the estimate yet, the loop is locked again") \
     P(ESTIMATE_JUMP,    AT(REVERSAL), SENSORLESS, RIDES | CATCHES, "", 0.5, LIMIT, FOLLOWS, "at zero speed there is no EMF that could tell") \
     \
     P(FLIP_FLASH,       EVERYWHERE, BOTH, OPENS, "program_corrupt", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND) \
@@ -347,7 +347,7 @@
 /* ---- not yet kept ----
  *
  * N("fault/manoeuvre/source/shaft", "what is seen instead, and why")
- *   Cells whose promise stands, and that are red. Whoever mends one takes its row away. */
+ *   Cells that do not keep their promise yet. Remove the row of a cell that passes. */
 
 #define MATRIX_NOT_YET(N)
 /* clang-format on */

@@ -1,13 +1,13 @@
-/* A motor as its data sheet has it, and what the drive and the plant must know of it.
+/* A motor as its data sheet describes it, and the data that the drive and the plant need.
  *
  *   title = "Teknic M-2310P-LN-04K"     # one line
  *   source = "..."                      # where the numbers are from
  *   pole_pairs = 4
- *   resistance_line = "0.72 ohm"        # every number under a name that says what it is: MOTOR_KEYS
+ *   resistance_line = "0.72 ohm"        # the name of each key says what the number means: MOTOR_KEYS
  *
- * Keys of one quantity exclude each other (`resistance` and `resistance_line`), but for the ways to say how
- * strong the magnets are: there the first of the list counts, and another one that means something else is
- * told with numbers. Star connection is assumed: between two lines R and L are twice those of a phase; a
+ * Keys of one quantity exclude each other (`resistance` and `resistance_line`), except for those of the flux
+ * linkage: the first of the list is used, and a contradiction of another one is reported with both
+ * numbers. Star connection is assumed: between two lines R and L are twice those of a phase; a
  * winding in delta has the same star as its equivalent, and data between lines hold for it as they are.
  *
  *   psi_f = Ke/(sqrt 3 p 1000 pi/30)        Ke peak between lines, per 1000 r/min; phase: without sqrt 3
@@ -84,7 +84,7 @@ typedef enum {
     K(friction_viscous,       MOTOR_VISCOUS,      1.0,                 "N m s/rad", 0.0,   1e2,   "friction that grows with speed") \
     K(max_temperature,        MOTOR_TEMPERATURE,  1.0,                 "degC",      40.0,  250.0, "of the winding") \
     K(thermal_time_constant,  MOTOR_WARMING,      1.0,                 "s",         0.1,   3600.0, "of the winding") \
-    K(encoder_lines,          MOTOR_LINES,        1.0,                 "-",         16.0,  16384.0, "lines of its encoder in a turn")
+    K(encoder_lines,          MOTOR_LINES,        1.0,                 "-",         16.0,  16384.0, "encoder lines per turn")
 /* clang-format on */
 
 typedef enum {
@@ -98,7 +98,7 @@ typedef enum {
 typedef struct {
     char name[96];    /* of the library, or of the file */
     char title[200];  /* "" if there is none */
-    char source[800]; /* likewise */
+    char source[800]; /* "" if there is none */
     bool has[MOTOR_KEY_COUNT];
     double value[MOTOR_KEY_COUNT]; /* [unit of the key] */
     scenario_place_t place[MOTOR_KEY_COUNT];
@@ -138,10 +138,10 @@ bool motor_override(motor_sheet_t *sheet, const char *assignment, scenario_error
 int motor_library(char ***names);
 const char *motor_library_folder(void);
 
-/* From what is written to what is meant. false: what must be known is missing or contradicts itself (named
- * in `error`); less than that is told in the motor's notes. Known must be: pole pairs, R, L, psi_f by one of
- * its names, rated current. Assumed, and told: the inertia (rated torque brings it to rated speed in 50 ms),
- * friction (a hundredth of the rated torque). */
+/* From the sheet to the motor. false: required data are missing or contradictory (named in `error`); less
+ * important points are reported in the motor's notes. Required are pole pairs, R, L, psi_f by one of its
+ * names, and the rated current. If missing, assumed and reported are the inertia (rated torque brings it to
+ * rated speed in 50 ms) and the friction (a hundredth of the rated torque). */
 bool motor_make(const motor_sheet_t *sheet, motor_t *motor, scenario_error_t *error);
 
 /* Torque constant 1.5 p psi_f [N m/A], everything that turns [kg m^2]. */

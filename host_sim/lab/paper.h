@@ -122,7 +122,7 @@ const paper_row_t *paper_row_by_id(const paper_t *paper, const char *id); /* NUL
  * shorter than another. Nothing for a figure that was not wanted. */
 void paper_write_csv(const paper_t *paper, size_t figure, FILE *file);
 
-/* Likewise of the figure's second file, if it has one. */
+/* The same for the figure's second file, if it has one. */
 void paper_write_more(const paper_t *paper, size_t figure, FILE *file);
 
 /* What was run and what came of it, as one JSON object: conditions, figures with their runs, rows. The CSV of

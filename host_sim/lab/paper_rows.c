@@ -39,7 +39,7 @@ static void tell_why(paper_row_t *row, const char *why_not)
     } else if (isnan(row->ours)) {
         snprintf(row->because, sizeof row->because, "because there is nothing to measure");
     } else if (no && isinf(row->expected)) {
-        snprintf(row->because, sizeof row->because, "because the claim does not hold of it");
+        snprintf(row->because, sizeof row->because, "because the claim does not hold for it");
     } else if (row->verdict == PAPER_NOT_REPRODUCED && isnan(row->paper)) {
         snprintf(row->because, sizeof row->because, "because theory says %.4g within %.2g", row->expected,
                  row->tolerance);

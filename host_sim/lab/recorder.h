@@ -23,7 +23,7 @@
  * file gets its name.
  *
  * VCD: timescale 1 ns. A tick of 20/3 ns is rounded by at most 1/3 ns, so tick = round(0.15 x time) is exact.
- * Wires upper_a lower_a upper_b lower_b upper_c lower_c (1 = the switch is told to be on; x until the first
+ * Wires upper_a lower_a upper_b lower_b upper_c lower_c (1 = the switch is commanded on; x until the first
  * RIG_EDGE_GATES), isr, adc_start (marked by a pulse of RECORDER_ADC_TICKS), trip. Changes within one tick
  * show their outcome. Only the switched fidelity has edges.
  *

@@ -257,7 +257,8 @@ static bool write_all(const recorder_t *recorder, const char *path, void *data, 
     if (!memory) {
         return failed(error, path, "no memory left to write it");
     }
-    return written || failed(error, path, "the disk did not take all of it");
+    return written ||
+           failed(error, path, "the file could not be written completely; check the free space of the disk");
 }
 
 static bool read_all(const recorder_t *recorder, const char *path, void *data, recorder_error_t *error)
@@ -276,7 +277,8 @@ static bool read_all(const recorder_t *recorder, const char *path, void *data, r
         Mat_Close(mat);
     }
     return good ||
-           failed(error, path, "the disk did not take all of it: it does not read back as it was written");
+           failed(error, path,
+                  "the file could not be written completely: it does not read back as it was written");
 }
 
 bool recorder_mat_write(const recorder_t *recorder, const char *path, recorder_error_t *error)

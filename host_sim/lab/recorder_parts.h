@@ -58,7 +58,7 @@ typedef struct {
 } recorder_setting_t;
 
 typedef struct {
-    const char *key; /* of the caller, for ever */
+    const char *key; /* of the caller, which keeps it */
     char *name;
     char *text;
 } recorder_line_t;

@@ -302,7 +302,7 @@ bool scenario_row_text_value(const table_row_t *row, const char *text, double *v
             names_consider_choices(&search, row->choices);
             const char *near = names_found(&search);
             return scenario_fail(
-                error, place, row->name, "\"%.60s\" is none of its choices%s%s; accepted: %s", text,
+                error, place, row->name, "\"%.60s\" is not one of its choices%s%s; accepted: %s", text,
                 near != NULL ? "; nearest: " : "", near != NULL ? near : "", scenario_accepted(row).text);
         }
         *value = (double)choice;
@@ -323,7 +323,7 @@ bool scenario_row_accepts(const table_row_t *row, double value, scenario_place_t
                              "it is shown, not set; accepted: rows of params, requests, plant, rig");
     }
     if (!isfinite(value)) {
-        return scenario_fail(error, place, row->name, "%s is no finite number; accepted: %s",
+        return scenario_fail(error, place, row->name, "%s is not a finite number; accepted: %s",
                              scenario_not_finite(value), scenario_accepted(row).text);
     }
     if (!rig_accepts(row, value)) {
@@ -343,7 +343,7 @@ bool scenario_in_range(double value, double min, double max, const char *unit, s
     char given[UNITS_TEXT_SIZE];
     char accepted[UNITS_TEXT_SIZE];
     return scenario_fail(error, place, name, "%s is %s; accepted: %s", units_text(given, value, unit),
-                         isfinite(value) ? "outside its range" : "no finite number",
+                         isfinite(value) ? "outside its range" : "not a finite number",
                          units_range_text(accepted, min, max, unit));
 }
 

@@ -1,5 +1,5 @@
 /* clang-format off */
-/* A run described in a TOML file: who turns which knob when, and what must come of it.
+/* A run described in a TOML file: commands over time, and limits that the run must meet.
  *
  *   schema = 1
  *   title = "Load step at 500 r/min"       # one line, required
@@ -8,22 +8,22 @@
  *   duration = "2 s"                       # required, one period to 1 h
  *   seed = 1                               # of all noise
  *   record = ["i_q", "plant.inertia"]      # rows of any table
- *   every = 1                              # so many periods from sample to sample of the recording
+ *   every = 1                              # number of periods between samples of the recording
  *   [start]                                # the rotor's true mechanical motion at t = 0, both 0 if not given;
  *   speed = "500 r/min"                    # on a locked shaft only the angle
  *   angle = "30 deg"
  *   [motor]                                # fills params and plant from a data sheet (host_sim/lab/motor.h):
  *   name = "teknic-m2310p-ln-04k"          # one of `lagless motors` (motor = "NAME" for short), or
- *   file = "my_motor.toml"                 # one's own, beside this file; keys that stand here count over both
- *   [params] [requests] [plant] [rig]      # rows of these tables, set before t = 0; they count over [motor]
+ *   file = "my_motor.toml"                 # a file beside this one; keys given here have priority over both
+ *   [params] [requests] [plant] [rig]      # rows of these tables, set before t = 0; priority over [motor]
  *   [[at]]                                 # any number of events
  *   time = "0.5 s"
- *   ramp = "0.2 s"                         # optional: float rows go linearly there from the value they have
+ *   ramp = "0.2 s"                         # optional: float rows change linearly from their present value
  *   plant.load_torque = "5 N m"            # any rows of params, requests, plant, rig
- *   [[profile]]                            # any number of courses of one row each
+ *   [[profile]]                            # any number of profiles of one row each
  *   row = "plant.load_torque"              # of params, requests, plant, rig
  *   shape = "linear"                       # optional: straight from point to point, or "steps"
- *   points = [["0 s", "1 N m"], ["2 s", "5 N m"]]   # times do not fall; the same time twice is a step
+ *   points = [["0 s", "1 N m"], ["2 s", "5 N m"]]   # times do not decrease; the same time twice is a step
  *   [[expect]]                             # any number of verdicts
  *   signal = "true_omega_m"                # a row of any table
  *   minus = "omega_m_ref"                  # optional: the difference counts
@@ -32,34 +32,34 @@
  *   to = "2 s"
  *   at_least = "-1 r/min"                  # one of them or both
  *   at_most = "1 r/min"
- *   needs_drive = "no"                     # optional: it may be met though the drive never came on
+ *   needs_drive = "no"                     # optional: may be met although the drive never came on
  *   name = "speed holds"                   # optional
- *   [[measure]]                            # any number of them: the same without limits, a number that is told
+ *   [[measure]]                            # any number of them: the same without limits; the number is printed
  *   signal = "true_i_a"                    # keys of [[expect]] but at_least, at_most, needs_drive
  *   statistic = "rms"
  *
  * Time is simulated time since power-on; period k begins at k x RIG_PERIOD_SECONDS, and times are rounded to the
  * nearest period. An event acts before the first period at or after its time; events of one time act in the order of
- * the file. The parameters of one event are staged and taken over as one set. A ramp ends exactly at its
- * value after `ramp`; a later event on the same row ends it; rows that are not float switch at once. A row
+ * the file. The parameters of one event are staged and applied as one set. A ramp ends exactly at its
+ * value after `ramp`; a later event on the same row ends it; rows that are not float change at once. A row
  * that acts once and reads 0 again (estimate_jump) has no ramp.
  *
- * A profile is so many events: one at each point, with a ramp to the next one where it is linear. Before its
- * first point the row is as it was, behind the last one it stays.
+ * A profile is a series of events: one at each point, with a ramp to the next one if it is linear. Before its
+ * first point the row is unchanged, after the last one it keeps its value.
  *
  * Numbers are in the SI unit of their row; text has a unit that must fit it (host_sim/lab/units.h); rows with
  * choices take the choice's name; bool is wrong everywhere. A row name that two tables have is written
  * table.row.
  *
- * An expectation of a float row needs a drive that was on for a period at least, if `enable` asked for it: one
- * that is met because nothing happened says nothing, and fails. Whole numbers and choices tell how the drive
- * stands, and need nothing.
+ * An expectation of a float row needs a drive that was on for a period at least, if `enable` commanded it:
+ * otherwise it would be met because nothing happened, and it fails. Whole numbers and choices show the state of
+ * the drive, and have no such condition.
  *
  * A run whose end is a latched fault or a lasting refusal fails unless an expectation names it: the rule is in
  * runner.h.
  *
  * scenario_read judges everything that can be judged without running: names, types, units, ranges, the rules
- * between rows (on a rig that stands still, event by event; a ramp at its ends and at one point between),
+ * between rows (on a rig that does not run, event by event; a ramp at its ends and at one point between),
  * times, windows. Not judged: what depends on the drive's state, such as a parameter that changes only while
  * the bridge is off; the runner reports that. */
 /* clang-format on */
@@ -74,7 +74,7 @@
 #include "host_sim/lab/times.h"
 #include "host_sim/rig/rig.h"
 
-#define SCENARIO_SECONDS_MIN times_seconds(1u, RIG_PERIOD_TICKS) /* [s] a period, as it is told */
+#define SCENARIO_SECONDS_MIN times_seconds(1u, RIG_PERIOD_TICKS) /* [s] a period, as it is printed */
 #define SCENARIO_SECONDS_MAX 3600.0                              /* [s] */
 #define SCENARIO_EVERY_MAX   100000                              /* [periods] */
 #define SCENARIO_TITLE_MAX   200u                                /* [octets] */
@@ -156,7 +156,7 @@ typedef struct {
     double start_speed;         /* [rad/s] mechanical */
     scenario_event_t *events;   /* [0]: what is set before t = 0; the others in the order of time */
     uint32_t event_count;       /* [-] >= 1 */
-    scenario_expect_t *expects; /* [[expect]] in the order of the file, then [[measure]] likewise */
+    scenario_expect_t *expects; /* [[expect]], then [[measure]], in the order of the file */
     uint32_t expect_count;
     scenario_place_t duration_place, start_place;
     struct scenario_memory *memory; /* of everything above */

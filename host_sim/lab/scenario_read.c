@@ -600,7 +600,7 @@ static bool read_profile(const reading_t *reading, const toml_entry_t *profiles,
         if (!first && event.time < before.time) {
             return scenario_fail(
                 reading->error, reading_place(point), "points",
-                "%g s is before the point ahead of it, %g s; accepted: times that do not fall", event.time,
+                "%g s is before the previous point, %g s; accepted: times that do not decrease", event.time,
                 before.time);
         }
         scenario_event_t change = event;
@@ -859,7 +859,7 @@ static bool read_limit(const reading_t *reading, const toml_entry_t *entry, cons
     }
     if (!isfinite(value)) {
         return scenario_fail(reading->error, reading_place(entry), entry->key,
-                             "%s is no finite number; leave a limit out to have none",
+                             "%s is not a finite number; leave a limit out to have none",
                              scenario_not_finite(value));
     }
     *limit = value;

@@ -266,12 +266,12 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
     }
     const double open = OPEN_SHARE * BOARD_OVERVOLTAGE_MAX_MV / 1e3 / (SQRT_3 * g->psi * g->p);
     if (SPEED_LEAST_TRIP * g->speed > open) {
-        warn(
-            tune,
-            "at %.0f r/min the EMF between two phases is %.4g V, and the board's link stands %.4g V once the "
-            "bridge is off: top speed %.0f r/min",
-            g->speed / RPM, SQRT_3 * g->psi * g->p * g->speed, BOARD_OVERVOLTAGE_MAX_MV / 1e3,
-            open / SPEED_LEAST_TRIP / RPM);
+        warn(tune,
+             "at %.0f r/min the EMF between two phases is %.4g V, and the board's link may have %.4g V once "
+             "the "
+             "bridge is off: top speed %.0f r/min",
+             g->speed / RPM, SQRT_3 * g->psi * g->p * g->speed, BOARD_OVERVOLTAGE_MAX_MV / 1e3,
+             open / SPEED_LEAST_TRIP / RPM);
         g->speed = open / SPEED_LEAST_TRIP;
     }
     g->speed = four_digits(g->speed);
@@ -378,7 +378,8 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
         : g->start < g->limit
             ? "[A] 0.8 psi_f/(L_q - L_d): from there on a salient rotor does not rest on it (theory, 30)"
             : "current_limit (theory, 23)");
-    add(tune, "overcurrent_trip", g->trip, "[A] 1.5 current_limit, at least 1.2 of it and the ripple");
+    add(tune, "overcurrent_trip", g->trip,
+        "[A] 1.5 current_limit, at least 1.2 current_limit plus the ripple");
     add(tune, "motor_current_continuous", g->rated_current, "[A] rated, length of the vector");
     if (motor->has[MOTOR_WARMING]) {
         add(tune, "motor_time_constant", motor->value[MOTOR_WARMING], "[s] of the winding");
@@ -531,7 +532,7 @@ static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
              64.0 * g->p);
     }
     add(tune, "encoder_lines", larger(lines, 64.0 * g->p), "%s",
-        motor->has[MOTOR_LINES] ? "of its encoder" : "no encoder known: the default");
+        motor->has[MOTOR_LINES] ? "of the motor's encoder" : "no encoder given: the default");
 }
 
 static void add_plant(const motor_t *motor, tune_t *tune, const given_t *g)

@@ -462,7 +462,7 @@ bool units_read(const char *text, const char *unit, double *value, units_error_t
         } else if (strcmp(unit, "-") == 0) {
             snprintf(what, sizeof what, "has a unit, but this is a pure number");
         } else {
-            snprintf(what, sizeof what, "is no quantity in %s", plain(unit));
+            snprintf(what, sizeof what, "is not a quantity in %s", plain(unit));
         }
         return refuse(why, text, what, unit);
     }

@@ -5,10 +5,10 @@
 
 #include "host_sim/line/master.h"
 
-/* The staged set. false: the desk finds nothing wrong with it, or the line is lost; `why` is untouched. */
+/* The staged set. false: the host finds no error in it, or the link is lost; `why` is unchanged. */
 bool judge_staged(master_t *master, master_error_t *why);
 
-/* A request beside those in force and the staged set; likewise. */
+/* A request together with the active ones and the staged set; false as above. */
 bool judge_request(master_t *master, const table_row_t *row, double value, master_error_t *why);
 
 #endif

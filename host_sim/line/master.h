@@ -115,7 +115,7 @@ bool master_bits_of(const table_row_t *row, double value, uint32_t *bits);
 
 /* Gives an order by its name in the row `order` ("apply", "save", ...), and waits until it is obeyed. */
 typedef struct {
-    int32_t reason;         /* [-] of the drive's table; 0: none was told */
+    int32_t reason;         /* [-] of the drive's table; 0: none was reported */
     const table_row_t *row; /* it was about; NULL: none */
 } master_refusal_t;
 bool master_order(master_t *master, const char *order, master_refusal_t *refusal, master_error_t *error);

@@ -357,9 +357,10 @@ static bool placed(const table_row_t *row, master_extension_t *extension, uint32
                    master_error_t *error)
 {
     return master_place(row, extension, address) ||
-           master_fail(error,
-                       "%s: only the desk has it; a drive has parameters, requests, services and signals",
-                       row->name);
+           master_fail(
+               error,
+               "%s: a row of the simulation only; a drive has parameters, requests, services and signals",
+               row->name);
 }
 
 bool master_get(master_t *master, const table_row_t *row, double *value, master_error_t *error)
@@ -462,7 +463,7 @@ static bool fail_refusal(const char *order, const table_row_t *order_row, const 
     return master_fail(error, "%s: refused%s%s: %s; %s", order, about ? " for " : "",
                        about ? refusal->row->name : "",
                        reason != NULL ? reason->text : "a reason that this program does not know",
-                       reason != NULL ? reason->remedy : "see the drive's own program");
+                       reason != NULL ? reason->remedy : "see the documentation of the drive's program");
 }
 
 bool master_order(master_t *master, const char *order, master_refusal_t *refusal, master_error_t *error)
@@ -503,7 +504,7 @@ bool master_staged(master_t *master, bool *staged, master_error_t *error)
     question.packets[0][1] = 1u; /* the page that the drive runs on */
     const int result = master_asked(master, question, data, NULL);
     *staged = result == MASTER_OK && data[2] != 0u;
-    return result == MASTER_OK || master_fail_result(master, error, "which set is in force", result);
+    return result == MASTER_OK || master_fail_result(master, error, "which set is active", result);
 }
 
 /* ---- capture buffer and fault log ---- */

@@ -119,8 +119,8 @@ int master_asked(master_t *master, question_t question, uint8_t *data, uint32_t 
 
 void master_break(master_t *master, const char *why);
 
-/* Whoever was at the other end is nobody now: what was asked is answered with MASTER_LOST. The descriptor
- * stays open, but not the master's. */
+/* The other end no longer exists: pending questions are answered with MASTER_LOST. The descriptor stays open,
+ * but no longer belongs to the master. */
 void master_forget(master_t *master);
 
 /* What a packet of samples brings. */

@@ -125,7 +125,7 @@ static int open_tcp(const transport_target_t *parsed, const char *target, char *
     if (descriptor < 0) {
         snprintf(why, size,
                  error == ECONNREFUSED
-                     ? "%s: nobody listens there (%s); start `lagless serve SCENARIO --port %s`"
+                     ? "%s: no server listens there (%s); start `lagless serve SCENARIO --port %s`"
                      : "%s: %s (port %s)",
                  target, strerror(error), parsed->port);
     }

@@ -118,9 +118,9 @@ typedef struct {
     double fault_line;           /* [-] 1: fault output active */
     double shut_gates;           /* [-] gates shut by the module, bits as in plant_gates() */
     double energy_dc;            /* [J] from the link into the inverter, since metering was switched on */
-    double energy_copper;        /* [J] into R, likewise */
-    double energy_inverter;      /* [J] conduction losses, likewise */
-    double energy_mechanical;    /* [J] into friction, load, brake and dynamometer, likewise */
+    double energy_copper;        /* [J] into R, since then */
+    double energy_inverter;      /* [J] conduction losses, since then */
+    double energy_mechanical;    /* [J] into friction, load, brake and dynamometer, since then */
     double energy_magnetic;      /* [J] stored now, 0.75 (L_d i_d^2 + L_q i_q^2) */
     double energy_kinetic;       /* [J] stored now, J omega_m^2/2; of both masses and in the twist */
     double omega_load;           /* [rad/s] mechanical, of the far end of the shaft; omega_m if it is rigid */

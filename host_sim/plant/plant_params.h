@@ -28,7 +28,7 @@
     P(friction_viscous,      "N m s/rad", 0.0,    0.0,    1e2,    "friction that grows with speed") \
     P(load_kind,             "-",        0.0,     0.0,    1.0,    "0 passive: load opposes motion; 1 active: load has a constant sign") \
     P(load_torque,           "N m",      0.0,     -1e4,   1e4,    "load; active and positive drives backwards; passive needs >= 0") \
-    P(shaft_locked,          "-",        0.0,     0.0,    1.0,    "1: a dynamometer holds shaft_locked_speed whatever the torque") \
+    P(shaft_locked,          "-",        0.0,     0.0,    1.0,    "1: a dynamometer holds shaft_locked_speed, whatever the torque is") \
     P(shaft_locked_speed,    "rad/s",    0.0,     -1e4,   1e4,    "speed of the locked shaft, mechanical") \
     P(dc_voltage,            "V",        BOARD_VOLTS(BOARD_DC_NOMINAL_MV),   0.0,    1000.0, "source of the DC link, open-circuit") \
     P(dc_resistance,         "ohm",      0.0,     0.0,    100.0,  "between source and capacitor; current flows one way; 0: stiff link") \
@@ -40,9 +40,9 @@
     P(diode_voltage,         "V",        BOARD_DIODE_DROP_MV / 1e3,   0.0,    10.0,   "diode drop at no current, straight-line model") \
     P(diode_resistance,      "ohm",      BOARD_DIODE_SLOPE_UOHM / 1e6,   0.0,    1.0,    "slope of the diode drop") \
     P(current_zone,          "A",        0.05,    0.0,    5.0,    "half width of the soft passage of a leg through zero current") \
-    P(short_circuit_current, "A",        BOARD_SHORT_CIRCUIT_TRIP_MA / 1e3,   0.0,    1e4,    "an arm that carries more shuts itself; 0: module without protection") \
-    P(fault_pulse,           "s",        1.8e-3,  0.0,    1.0,    "shortest time the fault output stays active") \
-    P(current_range,         "A",        BOARD_CURRENT_OVER(1500.0f), -1e4, 1e4, "current sensors: amperes that move the pin by 1.5 V; negative: they invert") \
+    P(short_circuit_current, "A",        BOARD_SHORT_CIRCUIT_TRIP_MA / 1e3,   0.0,    1e4,    "a switch with more current turns itself off; 0: module without protection") \
+    P(fault_pulse,           "s",        1.8e-3,  0.0,    1.0,    "shortest time for which the fault output stays active") \
+    P(current_range,         "A",        BOARD_CURRENT_OVER(1500.0f), -1e4, 1e4, "current sensors: current that changes the pin by 1.5 V; negative: inverting") \
     P(current_gain_error_a,  "-",        0.0,     -2.0,   0.5,    "sensor of phase a reads (1 + this) times the current; -2: wired the wrong way") \
     P(current_gain_error_b,  "-",        0.0,     -2.0,   0.5,    "sensor of phase b reads (1 + this) times the current; -2: wired the wrong way") \
     P(current_offset_a,      "A",        0.0,     -100.0, 100.0,  "added by the sensor of phase a") \
@@ -59,11 +59,11 @@
     P(open_phase_a,          "-",        0.0,     0.0,    1.0,    "1: the wire of phase a is broken") \
     P(open_phase_b,          "-",        0.0,     0.0,    1.0,    "1: the wire of phase b is broken") \
     P(open_phase_c,          "-",        0.0,     0.0,    1.0,    "1: the wire of phase c is broken") \
-    P(force_fault,           "-",        0.0,     0.0,    1.0,    "1: control supply too low: all arms shut, fault output active") \
-    P(current_zero,          "V",        BOARD_CURRENT_ZERO_MV / 1e3, 0.0, 3.0, "pin of the current sensors at no current") \
+    P(force_fault,           "-",        0.0,     0.0,    1.0,    "1: control supply too low: all switches off, fault output active") \
+    P(current_zero,          "V",        BOARD_CURRENT_ZERO_MV / 1e3, 0.0, 3.0, "pin voltage of the current sensors without current") \
     P(current_gain_error_c,  "-",        0.0,     -2.0,   0.5,    "sensor of phase c, where there is one, reads (1 + this) times the current; -2: wired the wrong way") \
     P(current_offset_c,      "A",        0.0,     -100.0, 100.0,  "added by the sensor of phase c, where there is one") \
-    P(friction_breakaway,    "N m",      0.0,     0.0,    1e3,    "holds the standing shaft up to this, passive load on top; at least friction_coulomb; 0: off, friction is smooth about zero speed") \
+    P(friction_breakaway,    "N m",      0.0,     0.0,    1e3,    "friction up to which the shaft stays at rest, plus a passive load; at least friction_coulomb; 0: off, friction is smooth about zero speed") \
     P(leg_a_drop,            "V",        0.0,     0.0,    50.0,   "added to the drops of both IGBTs and both diodes of leg a") \
     P(leg_b_drop,            "V",        0.0,     0.0,    50.0,   "added to the drops of both IGBTs and both diodes of leg b") \
     P(leg_c_drop,            "V",        0.0,     0.0,    50.0,   "added to the drops of both IGBTs and both diodes of leg c") \
@@ -73,33 +73,33 @@
     P(leg_a_delay,           "s",        0.0,     0.0,    5e-6,   "added to the turn-on delay of both IGBTs of leg a") \
     P(leg_b_delay,           "s",        0.0,     0.0,    5e-6,   "added to the turn-on delay of both IGBTs of leg b") \
     P(leg_c_delay,           "s",        0.0,     0.0,    5e-6,   "added to the turn-on delay of both IGBTs of leg c") \
-    P(open_switches,         "-",        0.0,     0.0,    63.0,   "IGBTs that never conduct, their diodes do: sum of 1 upper a, 2 lower a, 4 upper b, 8 lower b, 16 upper c, 32 lower c") \
-    P(shorted_switches,      "-",        0.0,     0.0,    63.0,   "IGBTs that always conduct, whatever gate and protection want; sum as for open_switches") \
-    P(swap_phases,           "-",        0.0,     0.0,    3.0,    "motor wires changed behind the current sensors: 1 b with c, 2 c with a, 3 a with b") \
-    P(swap_currents,         "-",        0.0,     0.0,    3.0,    "signals of the current sensors changed: 1 b with c, 2 c with a, 3 a with b") \
-    P(encoder_reversed,      "-",        0.0,     0.0,    1.0,    "1: tracks A and B are changed, from here on it counts the other way") \
-    P(encoder_slip,          "-",        0.0,     0.0,    1.0,    "share of the rotor's motion that the encoder misses: lines lost, coupling slips; 1: it stands") \
-    P(encoder_stuck_a,       "-",        -1.0,    -1.0,   1.0,    "level that track A shows whatever turns; -1: none") \
-    P(encoder_stuck_b,       "-",        -1.0,    -1.0,   1.0,    "level that track B shows whatever turns; -1: none") \
+    P(open_switches,         "-",        0.0,     0.0,    63.0,   "IGBTs that never conduct, while their diodes do: sum of 1 upper a, 2 lower a, 4 upper b, 8 lower b, 16 upper c, 32 lower c") \
+    P(shorted_switches,      "-",        0.0,     0.0,    63.0,   "IGBTs that always conduct, whatever gate and protection command; sum as for open_switches") \
+    P(swap_phases,           "-",        0.0,     0.0,    3.0,    "motor wires exchanged behind the current sensors: 1 b with c, 2 c with a, 3 a with b") \
+    P(swap_currents,         "-",        0.0,     0.0,    3.0,    "signals of the current sensors exchanged: 1 b with c, 2 c with a, 3 a with b") \
+    P(encoder_reversed,      "-",        0.0,     0.0,    1.0,    "1: tracks A and B are exchanged; from then on the encoder counts the other way") \
+    P(encoder_slip,          "-",        0.0,     0.0,    1.0,    "share of the rotor's motion that the encoder misses (lost lines, slipping coupling); 1: all of it") \
+    P(encoder_stuck_a,       "-",        -1.0,    -1.0,   1.0,    "constant level of track A; -1: none") \
+    P(encoder_stuck_b,       "-",        -1.0,    -1.0,   1.0,    "constant level of track B; -1: none") \
     P(dc_ripple,             "V",        0.0,     0.0,    500.0,  "amplitude of a sine on dc_voltage, rising from 0 when it is set") \
-    P(dc_ripple_frequency,   "rad/s",    1884.9556, 0.0,  6e4,    "of dc_ripple; 6-pulse rectifier on 50 Hz") \
-    P(supply_lost,           "-",        0.0,     0.0,    1.0,    "1: nothing feeds the link's capacitor any more") \
-    P(chopper_resistance,    "ohm",      0.0,     0.0,    1e4,    "brake resistor across a soft link while that is above chopper_voltage; 0: none") \
-    P(chopper_voltage,       "V",        400.0,   0.0,    1000.0, "of chopper_resistance") \
-    P(load_inertia,          "kg m^2",   0.0,     0.0,    1e3,    "at the other end of the shaft, where load_torque acts; adds to inertia if the shaft is rigid") \
-    P(shaft_stiffness,       "N m/rad",  0.0,     0.0,    1e7,    "of the shaft between inertia and load_inertia; 0: rigid") \
-    P(shaft_damping,         "N m s/rad", 0.0,    0.0,    1e3,    "of the same shaft, against its twisting") \
-    P(load_quadratic,        "N m s^2/rad^2", 0.0, 0.0,   1e2,    "load that opposes motion and grows with the square of speed: a fan, a pump") \
-    P(load_sine,             "N m",      0.0,     -1e4,   1e4,    "amplitude of a load that goes with the shaft's angle as its sine: a piston") \
-    P(load_sine_cycles,      "-",        1.0,     1.0,    100.0,  "of load_sine in a turn, whole number") \
+    P(dc_ripple_frequency,   "rad/s",    1884.9556, 0.0,  6e4,    "frequency of dc_ripple; default: 6-pulse rectifier on 50 Hz") \
+    P(supply_lost,           "-",        0.0,     0.0,    1.0,    "1: the supply no longer feeds the link's capacitor") \
+    P(chopper_resistance,    "ohm",      0.0,     0.0,    1e4,    "brake resistor across a soft link while its voltage is above chopper_voltage; 0: none") \
+    P(chopper_voltage,       "V",        400.0,   0.0,    1000.0, "DC-link voltage above which chopper_resistance is connected") \
+    P(load_inertia,          "kg m^2",   0.0,     0.0,    1e3,    "inertia at the other end of the shaft, where load_torque acts; adds to inertia if the shaft is rigid") \
+    P(shaft_stiffness,       "N m/rad",  0.0,     0.0,    1e7,    "stiffness of the shaft between inertia and load_inertia; 0: rigid") \
+    P(shaft_damping,         "N m s/rad", 0.0,    0.0,    1e3,    "damping of the torsion of the same shaft") \
+    P(load_quadratic,        "N m s^2/rad^2", 0.0, 0.0,   1e2,    "load that opposes motion and grows with the square of the speed: a fan, a pump") \
+    P(load_sine,             "N m",      0.0,     -1e4,   1e4,    "amplitude of a load that is a sine of the shaft's angle: a piston") \
+    P(load_sine_cycles,      "-",        1.0,     1.0,    100.0,  "periods of load_sine per turn, whole number") \
     P(load_spring,           "N m/rad",  0.0,     0.0,    1e6,    "spring that pulls the shaft back to angle 0") \
-    P(load_table_speed,      "rad/s",    0.0,     0.0,    1e4,    "mechanical speed between the points of a table: load_table_1 at this speed, load_table_2 at twice of it; 0: no table") \
-    P(load_table_1,          "N m",      0.0,     -1e4,   1e4,    "load against motion at load_table_speed; straight between the points, none at standstill") \
-    P(load_table_2,          "N m",      0.0,     -1e4,   1e4,    "at twice load_table_speed") \
-    P(load_table_3,          "N m",      0.0,     -1e4,   1e4,    "at three times load_table_speed") \
-    P(load_table_4,          "N m",      0.0,     -1e4,   1e4,    "at four times load_table_speed") \
-    P(load_table_5,          "N m",      0.0,     -1e4,   1e4,    "at five times load_table_speed") \
-    P(load_table_6,          "N m",      0.0,     -1e4,   1e4,    "at six times load_table_speed, and beyond")
+    P(load_table_speed,      "rad/s",    0.0,     0.0,    1e4,    "mechanical speed between the points of a table: load_table_1 at this speed, load_table_2 at twice this speed; 0: no table") \
+    P(load_table_1,          "N m",      0.0,     -1e4,   1e4,    "load against motion at load_table_speed; linear between the points, none at standstill") \
+    P(load_table_2,          "N m",      0.0,     -1e4,   1e4,    "load at twice load_table_speed") \
+    P(load_table_3,          "N m",      0.0,     -1e4,   1e4,    "load at three times load_table_speed") \
+    P(load_table_4,          "N m",      0.0,     -1e4,   1e4,    "load at four times load_table_speed") \
+    P(load_table_5,          "N m",      0.0,     -1e4,   1e4,    "load at five times load_table_speed") \
+    P(load_table_6,          "N m",      0.0,     -1e4,   1e4,    "load at six times load_table_speed and above")
 /* clang-format on */
 
 /* load_kind */

@@ -61,7 +61,7 @@ typedef struct {
     double link_rate;          /* 1/C [1/F]; 0: stiff link */
     double chopper_rate;       /* 1/(R_chopper C) [1/s]; 0: none */
     double load_torque;        /* T_passive at the far end of an elastic shaft [N m], else 0 */
-    double load_active;        /* T_active there, likewise [N m] */
+    double load_active;        /* T_active at the far end of an elastic shaft [N m], else 0 */
     double load_inverse;       /* 1/J_load [1/(kg m^2)]; 0: the shaft is rigid */
     double load_width_inverse; /* 1/w of the far end [s/rad] */
     double work_rate;     /* [1/s] of the swing of the inertia on spring and sine, where there are such */
@@ -131,8 +131,8 @@ typedef struct {
     uint32_t shoot_throughs;
     uint32_t shoot_through_leg;
     uint32_t period;  /* [tick] of the carrier, averaged mode */
-    uint32_t high[3]; /* [tick] of it that the upper switches are commanded on, likewise */
-    uint32_t dead;    /* [tick] dead band, likewise */
+    uint32_t high[3]; /* [tick] of the carrier in which the upper switches are commanded on, averaged mode */
+    uint32_t dead;    /* [tick] dead band, averaged mode */
 } plant_t;
 
 #endif

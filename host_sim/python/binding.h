@@ -163,7 +163,7 @@ typedef struct binding_plant binding_plant_t;
 typedef struct {
     plant_truth_t truth;
     double i_a, i_b, i_c; /* [A] as the sensors show them, noise and errors included */
-    double u_dc;          /* [V] likewise */
+    double u_dc;          /* [V] as the sensor shows it */
     int64_t encoder;      /* [counts] */
     double seconds;       /* [s] since creation */
 } binding_plant_now_t;

@@ -22,7 +22,7 @@ typedef struct rig rig_t;
 
 #if BOARD_PERIOD_CYCLES * 150000 % (BOARD_SYSCLK_HZ / 1000) != 0
 #error                                                                                                       \
-    "docs/board.md, line 3: the desk counts 1/150 MHz, and this carrier is no whole number of them; a neighbour of it is (125 MHz: 9992 Hz)"
+    "docs/board.md, line 3: the simulation counts in 1/150 MHz, and the period of this carrier is not a whole number of ticks; choose another carrier nearby (125 MHz: 9992 Hz)"
 #endif
 
 /* One rig_step: a period of the board's carrier, in ticks [1/150 MHz] whatever its system clock. */
@@ -154,7 +154,7 @@ typedef struct {
 void rig_line(rig_t *rig, const rig_line_t *line);
 
 /* What happens between the samples, in order of time; tick [1/150 MHz] from the beginning of period 0. On
- * watching, the present levels of gates and trip are told first. */
+ * watching, the present levels of gates and trip are reported first. */
 typedef enum {
     RIG_EDGE_GATES, /* value: six switch commands, bit 2n upper, 2n + 1 lower of leg n; switched fidelity only
                      */

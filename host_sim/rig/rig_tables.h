@@ -19,8 +19,8 @@
     F(3008, true_i_q, "A", "quadrature-axis current at t_k")                                                 \
     F(3009, true_u_dc, "V", "DC-link voltage at t_k")                                                        \
     F(3010, theta_err, "rad", "angle that the drive used minus true_theta_e, wrapped")                       \
-    F(3011, shoot_throughs, "-", "how often both switches of a leg conducted")                               \
-    F(3012, chip_reports, "-", "how often the chip found a wrong use of itself")                             \
+    F(3011, shoot_throughs, "-", "number of times that both switches of a leg conducted")                    \
+    F(3012, chip_reports, "-", "number of wrong uses that the chip reported")                                \
     F(3013, theta_hat_err, "rad", "angle of the estimator minus true_theta_e, wrapped")
 
 typedef struct {
@@ -49,38 +49,40 @@ typedef struct {
 #define RIG_CONDITIONS(F, E)                                                                                 \
     E(5000, fidelity, "switched|averaged",                                                                   \
       "switched: every gate edge; averaged: mean voltages, for long runs")                                   \
-    F(5001, interrupt_delay, "s", 0.0f, 0.0f, 1e-3f, "the sample interrupt is entered later by this")        \
+    F(5001, interrupt_delay, "s", 0.0f, 0.0f, 1e-3f, "added to the entry time of the sample interrupt")      \
     F(5002, stuck_current_a, "-", -1.0f, -1.0f, 4095.0f,                                                     \
-      "code that the ADC gives for current a whatever flows; -1: none")                                      \
+      "code of the ADC for current a, whatever current flows; -1: none")                                     \
     F(5003, stuck_current_b, "-", -1.0f, -1.0f, 4095.0f,                                                     \
-      "code that the ADC gives for current b whatever flows; -1: none")                                      \
-    F(5004, stuck_dc_link, "-", -1.0f, -1.0f, 4095.0f, "code that the ADC gives for the DC link; -1: none")  \
-    E(5005, metering, "off|on", "energy meters of the plant; cost time")                                     \
+      "code of the ADC for current b, whatever current flows; -1: none")                                     \
+    F(5004, stuck_dc_link, "-", -1.0f, -1.0f, 4095.0f, "code of the ADC for the DC link; -1: none")          \
+    E(5005, metering, "off|on", "energy meters of the plant; they slow the simulation down")                 \
     E(5006, sensors, "adc|exact",                                                                            \
-      "exact: the drive gets the true currents and DC link of t_k, past sensor errors and ADC")              \
+      "exact: the drive gets the true currents and DC link of t_k, without sensor errors and ADC")           \
     F(5007, stuck_current_c, "-", -1.0f, -1.0f, 4095.0f,                                                     \
-      "code that the ADC gives for current c, where it has a sensor, whatever flows; -1: none")              \
+      "code of the ADC for current c, if it has a sensor, whatever current flows; -1: none")                 \
     F(5008, interrupt_time, "-", 1.0f, 0.0f, 20.0f,                                                          \
-      "time from the sample interrupt's read to its writes, in parts of its tracked cost on the chip")       \
+      "time from the sample interrupt's read to its writes, relative to its estimated cost on the chip")     \
     F(5009, section_time, "-", 1.0f, 0.0f, 10000.0f,                                                         \
-      "time that the background keeps interrupts off for a change, in parts of what a flip takes")           \
-    F(5010, background_time, "s", 2e-6f, 0.0f, 1.0f, "the background comes round at most once in this time") \
+      "time for which the background keeps interrupts off for a change, relative to that of a change of "    \
+      "parameters")                                                                                          \
+    F(5010, background_time, "s", 2e-6f, 0.0f, 1.0f, "least time between two runs of the background")        \
     F(5011, brake_torque, "N m", 0.0f, 0.0f, 1e3f,                                                           \
       "brake on the shaft: slows it like dry friction, then holds it; 0: released")                          \
     F(5012, estimate_jump, "rad", 0.0f, -3.1415927f, 3.1415927f,                                             \
-      "added once to the angle of the estimator's loop, electrical; reads 0 again; a start of the bridge "   \
-      "forgets it")                                                                                          \
+      "added once to the electrical angle of the estimator's loop; then reads 0 again; a start of the "      \
+      "bridge clears it")                                                                                    \
     F(5013, missing_samples, "-", 0.0f, 0.0f, 10000.0f,                                                      \
-      "so many conversions that begin from now on, and their interrupts, do not come; reads 0 again")        \
-    F(5014, flip_bit, "-", 0.0f, 0.0f, 31.0f, "bit that flip_word flips")                                    \
+      "number of conversions from now on that, with their interrupts, do not occur; then reads 0 again")     \
+    F(5014, flip_bit, "-", 0.0f, 0.0f, 31.0f, "number of the bit that flip_word changes")                    \
     F(5015, flip_word, "-", -1.0f, -1.0f, 65535.0f,                                                          \
-      "flips once bit flip_bit of this 32-bit word of the application's variables: the drive's state, then " \
-      "the staged and the active parameters, and again from the first; reads -1 again")                      \
+      "changes once bit flip_bit of this 32-bit word of the application's variables: the drive's state, "    \
+      "then the staged and the active parameters, and again from the first; then reads -1 again")            \
     E(5016, flip_memory, "none|flash|code_in_ram|stack_end|params",                                          \
-      "flips once bit flip_bit mod 16 of a word of this memory of the chip, or of the active parameters; "   \
-      "reads none again")                                                                                    \
+      "changes once bit flip_bit mod 16 of a word of this memory of the chip, or of the active parameters; " \
+      "then reads none again")                                                                               \
     F(5017, medium_time, "-", 1.0f, 0.0f, 100.0f,                                                            \
-      "time of the medium task without the interrupts in it, in parts of its tracked cost on the chip")
+      "time of the medium task without the interrupts during it, relative to its estimated cost on the "     \
+      "chip")
 
 typedef struct {
 #define CONDITION_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */

@@ -243,7 +243,7 @@ static bool set_plant(rig_t *rig, const table_row_t *row, double value)
                           row->offset == offsetof(rig_plant_t, shorted_switches);
     if (switches && value != 0.0 && state->conditions.fidelity != 0) {
         return refuse_in_favour(rig, row, REASON_CROSS_RULE, value, 0.0, 0.0,
-                                " (fidelity = averaged knows no single switch; switched does)");
+                                " (fidelity = averaged has no single switches; use switched)");
     }
     plant_advance(&state->plant, chip_now(&state->chip)); /* until now the old ones act */
     state->plant_values = next;
@@ -305,7 +305,7 @@ static bool refuse_condition(rig_t *rig, const table_row_t *row, double value)
     if (row->offset == offsetof(rig_conditions_t, fidelity) && value != 0.0 &&
         (plant->open_switches != 0.0f || plant->shorted_switches != 0.0f)) {
         return rig_refuse(rig, row->id, REASON_CROSS_RULE,
-                          "fidelity = averaged: a mean voltage knows no single switch; open_switches and "
+                          "fidelity = averaged: a mean voltage has no single switches; open_switches and "
                           "shorted_switches must be 0");
     }
     return true;

@@ -382,7 +382,7 @@ static void serve(http_t *http, uint32_t client, char *head, const char *body)
     const bool post = strcmp(method, "POST") == 0;
     const char *rest = behind_token(http, path);
     if (!is_own_page(http, head) || (post && !header(head, "X-Lagless", mark, sizeof mark))) {
-        refuse(http, client, 403, "this server is for its own page only\n");
+        refuse(http, client, 403, "only the page of this server has access\n");
         return;
     }
     if (rest == NULL) {

@@ -443,7 +443,7 @@ static bool goes_on(scope_t *scope, char *why, size_t size)
     }
     snprintf(why, size, "refused: %s%s; %s", faulty ? "fault latched; reset first: " : "",
              reason != NULL ? reason->text : "a reason that this program does not know",
-             reason != NULL ? reason->remedy : "see the drive's own program");
+             reason != NULL ? reason->remedy : "see the documentation of the drive's program");
     const table_row_t *row = rig_row_by_name("enable");
     if (!set_row(scope, row, (double)table_choice(row, "off"), not_off, sizeof not_off)) {
         const size_t used = strlen(why);

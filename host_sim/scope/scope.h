@@ -1,12 +1,12 @@
 /* The scope: between a master at the drive's line and pages in a browser.
  *
- * Samples go to the pages as they come, all of them, several times a picture; trigger, hold, cursors and the
- * reduction to a screen's columns are the page's. Values of all tables are read round and round; what has
- * changed is told. What a page asks for (set, order, stop, choice of signals) is asked of the drive at once
- * and answered with the drive's own word.
+ * All samples are sent to the pages when they arrive, several times per frame of the screen; trigger, hold,
+ * cursors and the reduction to the screen's columns are done by the page. Values of all tables are read
+ * cyclically, and changes are sent. A request of a page (set, order, stop, choice of signals) is sent to the
+ * drive at once, and the drive's answer is returned.
  *
  * Two rules of safety: when all pages have been gone for SCOPE_ALONE, a motor that was switched on from here
- * is stopped; and when the scope itself falls silent, the drive's command_timeout stops it. */
+ * is stopped; and when the scope itself no longer sends, the drive's command_timeout stops it. */
 #ifndef HOST_SIM_SCOPE_SCOPE_H
 #define HOST_SIM_SCOPE_SCOPE_H
 
@@ -29,7 +29,7 @@ scope_t *scope_open(master_t *master, uint32_t port, const char *page, size_t pa
 uint32_t scope_port(const scope_t *scope);
 const char *scope_token(const scope_t *scope); /* the page is at http://127.0.0.1:PORT/TOKEN/ */
 
-/* Until *stop is not 0. A line that is lost is told, and tried again and again. */
+/* Runs until *stop is not 0. A lost link is reported, and connected again repeatedly. */
 void scope_run(scope_t *scope, const volatile sig_atomic_t *stop);
 
 /* Stops the motor if it was switched on from here, leaves the drive, closes. */

@@ -65,7 +65,8 @@ static bool is_the_same(const scope_capture_t *capture, master_t *master, master
     if (!master_capture_head(master, &now, error)) {
         return false;
     }
-    snprintf(error->text, sizeof error->text, "the drive's buffer was filled anew while it was read");
+    snprintf(error->text, sizeof error->text,
+             "the drive's buffer was recorded again while it was read; read it again");
     return now.at == capture->of.at && now.after == capture->of.after && now.periods == capture->of.periods &&
            now.count == capture->of.count && memcmp(now.rows, capture->of.rows, sizeof now.rows) == 0;
 }

@@ -23,7 +23,7 @@ bool scope_capture_begin(scope_capture_t *capture, master_t *master, master_erro
 /* The next piece, if one is missing and none is under way. */
 void scope_capture_ask(scope_capture_t *capture, master_t *master);
 
-/* All is there, or it went wrong: what a page is told, once, and the end of it. */
+/* Complete, or failed: the text that a page gets once, and the end of the reading. */
 bool scope_capture_is_over(const scope_capture_t *capture);
 void scope_capture_text(FILE *to, scope_capture_t *capture, master_t *master);
 void scope_capture_end(scope_capture_t *capture);

@@ -7,8 +7,8 @@ import sys
 import unittest
 
 LAGLESS, FOLDER, CASES = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
-REASON = ("motor_inductance_q <= 4 motor_inductance_d where position_source or encoder_fault_reaction is sensorless, for the estimator "
-          "holds no rotor beyond that; use an encoder")
+REASON = ("motor_inductance_q <= 4 motor_inductance_d where position_source or encoder_fault_reaction is sensorless, because the "
+          "estimator loses the rotor beyond that; use an encoder")
 
 
 def lagless(*arguments):

@@ -88,10 +88,10 @@ class CommandLine(TestCase):
         rows = [line.split("\t") for line in subprocess.run([FAULT_ROWS], capture_output=True, text=True).stdout.splitlines()]
         reasons = {reason["name"]: reason for reason in json.loads(lagless("explain", "--json").stdout)["reasons"]}
         self.assertEqual({row[1] for row in rows}, {name for name, reason in reasons.items() if reason["fault"]})
-        moments = {"ALWAYS": "always", "RUNNING": "while the gates shall be on",
-                   "ENCODER": "while the gates shall be on and control turns with the encoder",
-                   "TRACKING": "while the gates shall be on and control turns with the estimate, reversals apart",
-                   "SUPPLIED": "while the gates shall be on and no lost supply is ridden through"}
+        moments = {"ALWAYS": "always", "RUNNING": "while the gates are commanded on",
+                   "ENCODER": "while the gates are commanded on and control uses the encoder",
+                   "TRACKING": "while the gates are commanded on and control uses the estimate, except in reversals",
+                   "SUPPLIED": "while the gates are commanded on and no ride-through is active"}
         reactions = {"WARN": "shown in warnings while it holds",
                      "CATCH": "the rotor is caught again; lost three times within 2 s, or at once after start_tries starts, it is a fault",
                      "STOP": "the motor is braked to standstill, then the bridge opens, the fault is latched",
@@ -196,7 +196,7 @@ class CommandLine(TestCase):
     def test_map_of_a_scenario_is_at_its_speeds_and_loads_and_tells_its_title(self):
         path = self.write("my.toml", FEW_POINTS)
         done = lagless("map", path)
-        self.expect(0, done, "My drive", "700 r/min, 3 N m", "met     the rotor is kept at every point: none of ", "forward, off", "forward, on")
+        self.expect(0, done, "My drive", "700 r/min, 3 N m", "met     the rotor is not lost at any point: none of ", "forward, off", "forward, on")
         self.assertEqual(1, done.stdout.count("nominal   "))
         self.assertRegex(done.stderr, r"^\d+ points in [\d.]+ s\n$")  # a pipe gets no bar
         self.refuses((["map", path, "--speeds", "700,2500"], path + ": ", "speed_request", "2500 r/min"),
@@ -281,7 +281,7 @@ class CommandLine(TestCase):
     def test_map_that_contradicts_theory_gives_1_and_a_list_all_the_same(self):
         # 40 N m are more than the current limit of 10 A brings (1.098 N m/A): no point can be judged
         done = lagless("map", self.write("my.toml", FEW_POINTS.replace("load_torque = 3", "load_torque = 40")), "--adaptation", "off", "--json")
-        self.expect(1, done, "FAILED  the rotor is kept at every point: ", "are lost, the first is ")
+        self.expect(1, done, "FAILED  the rotor is not lost at any point: ", "are lost, the first is ")
         self.assertNotIn("FAILED", done.stdout)
         for point in json.loads(done.stdout):
             self.assertEqual(["rpm", "load_nm", "deviation", "adaptation", "mean_mrad", "sd_mrad", "peak_mrad", "locked"], list(point))
@@ -379,7 +379,7 @@ class CommandLine(TestCase):
                 (["campaign", "--shard", "3/2"], "accepted I/N"), (["campaign", "--shard", "1"], "accepted I/N"),
                 (["campaign", "--runs", "3", "--shard", "1/4"], "at most as many as runs, 3"),
                 (["campaign", "--resume"], "--out FOLDER"), (["campaign", "split"], "accepted merge FOLDER..."),
-                (["campaign", "merge"], "of which folders?"), (["campaign", "merge", "x", "--runs", "3"], "it takes folders"),
+                (["campaign", "merge"], "of which folders?"), (["campaign", "merge", "x", "--runs", "3"], "accepted are folders"),
                 (["campaign", "merge", "no_such"], "no_such/campaign.csv"),
                 (["map", "no_such"], "neither a file nor a scenario"), (["map", "--adaptation", "x"], "accepted off, on, both"),
                 (["map", "--speeds", "9"], "10 to 1900"), (["map", "--speeds", "1901"], "10 to 1900"),

@@ -295,20 +295,20 @@ class WrongLines(Case):
             ("get theta_err", "theta_err: only the simulation has this row"),
             ("set motor_resistance 5000", "motor_resistance: 5000 ohm is outside its range; accepted: 0.001 to 100 ohm"),
             ("set motor_resistance", "motor_resistance: the value is missing; accepted: 0.001 to 100 ohm"),
-            ("set motor_resistance 1 kg", "is no quantity in ohm"),
+            ("set motor_resistance 1 kg", "is not a quantity in ohm"),
             ("set motor_pole_pairs 1.5", "accepted: whole numbers 1 to 64"),
-            ("set enable maybe", "is none of its choices; accepted: off, on, quick_stop"),
+            ("set enable maybe", "is not one of its choices; accepted: off, on, quick_stop"),
             ("set omega_m 3", "omega_m: this value is read-only"),
             ("set speed_request 2000 rad/s", "accepted -209 to 209 rad/s (|speed_request| <= 0.95 overspeed_trip)"),
             ("go", "speed_request: the value is missing"),
             ("go 20000 r/min", "accepted -209 to 209 rad/s"),
             ("go fast", "does not begin with a number"),
             ("wait", "wait: a time or a condition is missing"),
-            ("wait 2 kg", "is no quantity in s"),
+            ("wait 2 kg", "is not a quantity in s"),
             ("wait -1 s", "accepted times above 0"),
             ("wait until", "accepted: NAME < <= > >= == != VALUE"),
             ("wait until omega_m ~ 3", "~: not a comparison"),
-            ("wait until state == running", "none of its choices"),
+            ("wait until state == running", "not one of its choices"),
             ("wait until omega_m > 100 rad/s timeout 0.1 s", "not within 0.1 s; it is"),
             ("record omega_m for 1 s", "record NAME... for 2 s --out FOLDER"),
             ("record motor_resistance for 1 s --out x", "only signals are recorded"),
@@ -368,7 +368,7 @@ class BrokenLines(Case):
             held.bind(("127.0.0.1", 0))
             result = connect(f"tcp://127.0.0.1:{held.getsockname()[1]}", "status\n")
         self.assertEqual(result.returncode, 3)
-        self.assertIn("nobody listens there", result.stderr)
+        self.assertIn("no server listens there", result.stderr)
         self.assertIn("lagless serve", result.stderr)
 
     def test_second_client_is_told_at_once(self):

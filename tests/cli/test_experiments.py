@@ -323,7 +323,7 @@ class Test(command_line.TestCase):
                  "[[sweep]]", ("nothing runs: no points go together",)),
                 (good.replace('at = {j = "a"', 'each = "low"\nat = {j = "a"'), "each = ", ("[experiment] has no each",)),
                 (good.replace("[run]", '[experiment]\neach = "low"\n[run]').replace('at = {j = "a", end = "low"}', 'each = "high"\nat = {j = "a"}'), 'each = "high"',
-                 ("it is none of [experiment] each",)),
+                 ("no such name in [experiment] each",)),
                 (good.replace('name = "end"', 'name = "j"'), 'name = "j"\n[[sweep.point]]', ("another [[sweep]] has this name", "each name once")),
                 (good.replace("[run]", seeds % "values = [1.5]"), "values = [1.5]", ("whole number",)),
                 (good.replace("[run]", seeds % "values = [-1]"), "values = [-1]", ("0 to",)),

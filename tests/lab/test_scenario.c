@@ -398,7 +398,7 @@ static void test_a_wrong_override_says_what_is_accepted_and_changes_nothing(void
     expect_no_override("params.inertia=1", "it is plant.inertia");
     expect_no_override("enable=yes", "accepted: off, on, quick_stop");
     expect_no_override("enable=1", "accepted: off, on, quick_stop");
-    expect_no_override("enable=off|on", "none of its choices");
+    expect_no_override("enable=off|on", "not one of its choices");
     TEST_ASSERT_EQUAL_UINT32(0u, scenario->events[0].count);
     TEST_ASSERT_TRUE(scenario_check(scenario, &error));
 }

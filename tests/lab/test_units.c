@@ -115,14 +115,15 @@ static void test_units_without_a_list_are_read_as_they_are_spelled(void)
 
 static void test_a_wrong_unit_is_refused_with_those_that_fit(void)
 {
-    expect_refused("5 kg", "N m", "\"5 kg\" is no quantity in N m; accepted: a number with N m, mN m, kN m");
+    expect_refused("5 kg", "N m",
+                   "\"5 kg\" is not a quantity in N m; accepted: a number with N m, mN m, kN m");
     expect_refused("1500", UNITS_SPEED,
                    "\"1500\" has no unit; accepted: a number with rad/s, r/min, deg/s, rpm");
     expect_refused("200 r/min", UNITS_ACCELERATION,
-                   "\"200 r/min\" is no quantity in rad/s^2; accepted: a number with rad/s^2, r/min/s");
-    expect_refused("5 ma", "A", "is no quantity in A"); /* units tell upper from lower case */
-    expect_refused("5 m s", "s", "is no quantity in s");
-    expect_refused("5 s s", "s", "is no quantity in s");
+                   "\"200 r/min\" is not a quantity in rad/s^2; accepted: a number with rad/s^2, r/min/s");
+    expect_refused("5 ma", "A", "is not a quantity in A"); /* units tell upper from lower case */
+    expect_refused("5 m s", "s", "is not a quantity in s");
+    expect_refused("5 s s", "s", "is not a quantity in s");
     expect_refused("1 V", "-", "pure number");
     expect_refused("2 h", "s", "s, ms, us, ns, min");
 }
@@ -134,10 +135,10 @@ static void test_a_text_without_a_number_is_refused(void)
     expect_refused("- 5 s", "s", "does not begin with a number");
     expect_refused("nan s", "s", "does not begin with a number");
     expect_refused("inf s", "s", "does not begin with a number");
-    expect_refused("0x10 s", "s", "is no quantity in s");
-    expect_refused("1,5 s", "s", "is no quantity in s");
-    expect_refused("1.5.2 s", "s", "is no quantity in s");
-    expect_refused("5 e3 s", "s", "is no quantity in s");
+    expect_refused("0x10 s", "s", "is not a quantity in s");
+    expect_refused("1,5 s", "s", "is not a quantity in s");
+    expect_refused("1.5.2 s", "s", "is not a quantity in s");
+    expect_refused("5 e3 s", "s", "is not a quantity in s");
 }
 
 static void test_numbers_beyond_a_double_are_refused(void)

@@ -200,9 +200,9 @@ class SmallTree(unittest.TestCase):
 
 class WrongUse(unittest.TestCase):
     def test_says_what_is_wrong(self):
-        for words, text in ((["nowhere"], "no room: nowhere; there are app, contract"), (["--count", "0"], "--count must be above 0"),
+        for words, text in ((["nowhere"], "no module: nowhere; there are app, contract"), (["--count", "0"], "--count must be above 0"),
                             (["--list", "nowhere.tsv"], "nowhere.tsv: No such file"), (["--list", __file__], "is no list of mutants"),
-                            (["--again", "--list", "x"], "without these"), (["--accept", "math"], "all rooms"),
+                            (["--again", "--list", "x"], "without these"), (["--accept", "math"], "all modules"),
                             (["--whatever"], "unrecognized arguments: --whatever")):
             with self.subTest(words=words):
                 done = called(*words)

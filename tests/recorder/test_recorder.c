@@ -778,7 +778,7 @@ static void test_full_disk_is_told_for_each_file(void)
             uint32_t format;
             const char *ending, *why;
         } files[] = {{RECORDER_CSV, "csv", "No space left on device"},
-                     {RECORDER_MAT, "mat", "the disk did not take all of it"},
+                     {RECORDER_MAT, "mat", "the file could not be written completely"},
                      {RECORDER_VCD, "vcd", "No space left on device"}};
         for (int n = 0; n < 3; n++) {
             expect_full(files[n].format, files[n].ending, files[n].why, many != 0);

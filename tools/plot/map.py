@@ -50,14 +50,14 @@ def read_points(path):
             raise InputError(f"{where}: an object is expected")
         for key in NUMBERS:
             if not is_number(point.get(key)):
-                raise InputError(f"{where}: {key}: `{point.get(key)}` is no finite number")
+                raise InputError(f"{where}: {key}: `{point.get(key)}` is not a finite number")
         if not isinstance(point.get("locked"), bool):
             raise InputError(f"{where}: locked: `{point.get('locked')}` is neither true nor false")
         for key in ("deviation", "adaptation"):
             if not isinstance(point.get(key), str):
                 raise InputError(f"{where}: {key}: `{point.get(key)}` is no text")
         if point.get("theory_mrad") is not None and not is_number(point["theory_mrad"]):
-            raise InputError(f"{where}: theory_mrad: `{point['theory_mrad']}` is no finite number")
+            raise InputError(f"{where}: theory_mrad: `{point['theory_mrad']}` is not a finite number")
         place = (point["deviation"], point["load_nm"], point["rpm"], point["adaptation"])
         if place in seen:
             raise InputError(f"{where}: {place[0]} at {place[2]:g} r/min, {place[1]:g} N m, adaptation {place[3]} is there twice")

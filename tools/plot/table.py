@@ -43,5 +43,5 @@ def number(path, line, name, cell):
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(f"{path}:{line}: {name}: `{cell}` is no finite number")
+        raise InputError(f"{path}:{line}: {name}: `{cell}` is not a finite number")
     return value

@@ -121,7 +121,8 @@ def campaign(runs=10000, seed=1, seconds=2.0, client=None, shards=None, threads=
         for count, future in enumerate(as_completed(futures), 1):
             theirs, more, found = future.result()
             if theirs != first:
-                raise Error(f"a worker has another build of lagless: its campaign is {theirs.strip()}, ours {first.strip()}")
+                raise Error(f"a worker has another build of lagless: its campaign is {theirs.strip()}, here {first.strip()}; "
+                            "install the same build on all workers")
             lines += more
             scenarios.update(found)
             tell(count / shards)

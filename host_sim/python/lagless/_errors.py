@@ -1,8 +1,8 @@
-"""What goes wrong, in the rig's own words."""
+"""Errors, with the text of the program."""
 
 
 class Error(ValueError):
-    """A setting, a scenario or a name was refused; the text says what and which values are accepted.
+    """A setting, a scenario or a name was refused; the text names it and the accepted values.
 
     `name` is the row or key that it is about, "" if there is none; `line` and `column` the place in a scenario's text, 0 if it
     is not from there."""

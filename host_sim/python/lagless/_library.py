@@ -110,14 +110,14 @@ class _Library:
         try:
             library = c.CDLL(path)
         except OSError as error:
-            raise ImportError(f"lagless: its library cannot be loaded ({error}); `pip install .` in the project's folder builds "
-                              "it, LAGLESS_LIBRARY names one that is built") from None
+            raise ImportError(f"lagless: its library cannot be loaded ({error}); build it with `pip install .` in the project's "
+                              "folder, or name a built one in LAGLESS_LIBRARY") from None
         for name, (result, *arguments) in _FUNCTIONS.items():
             function = getattr(library, "binding_" + name)
             function.restype, function.argtypes = result, arguments
             setattr(self, name, function)
         if self.layout() != _layout():
-            raise ImportError(f"lagless: {path} is of another version than this package")
+            raise ImportError(f"lagless: {path} is of another version than this package; install the package again")
 
 
 library = _Library(PATH)

@@ -1,4 +1,4 @@
-"""motulator's names for what the plant is made of and what the drive believes of it."""
+"""motulator's names for the parameters of the plant and for those of the drive."""
 from ._errors import Error
 
 # name: rows of the plant, rows of the drive's parameters.
@@ -23,7 +23,7 @@ def plant_rows(values):
     for name, value in values.items():
         for one in _NAMES.get(name, ((name,),))[0]:
             if one in found:
-                raise Error(f"{name}: {one} is given twice", name)
+                raise Error(f"{name}: {one} is given twice; give one of the names", name)
             found[one] = value
     if "tau_L" in values:
         found.setdefault("load_kind", 1.0)

@@ -83,7 +83,7 @@ class Plant:
     @property
     def _open(self):
         if not self._plant:
-            raise Error("the plant is closed")
+            raise Error("the plant is closed; create a new Plant")
         return self._plant
 
     def set(self, values=None, **more):

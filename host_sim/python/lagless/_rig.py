@@ -51,7 +51,7 @@ class Rig:
     @property
     def _open(self):
         if not self._rig:
-            raise Error("the rig is closed")
+            raise Error("the rig is closed; create a new Rig")
         return self._rig
 
     def _refused(self, name=""):
@@ -178,7 +178,7 @@ class Rig:
     def load(self, state):
         """Goes back, or on, to a saved state."""
         if state[:len(_PROCESS)] != _PROCESS:
-            raise Error("this state is of another process, where functions lie elsewhere", "state")
+            raise Error("this state was saved by another process; load it in the process that saved it", "state")
         octets = state[len(_PROCESS):]
         if not library.rig_load(self._open, octets, len(octets)):
             raise self._refused("state")
@@ -189,5 +189,5 @@ class Rig:
         return f"{library.rig_hash(self._open):016x}"
 
     def power_cycle(self):
-        """The control board's supply goes off and on: the drive begins anew, the rotor coasts meanwhile."""
+        """The control board's supply is switched off and on: the drive starts again, the rotor coasts meanwhile."""
         library.rig_power_cycle(self._open)

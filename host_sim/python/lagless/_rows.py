@@ -83,9 +83,9 @@ def row(name):
         return found
     twins = [key for key, other in by_key.items() if other.name == name]
     if twins:
-        raise Error(f"{name}: two tables have it: {' or '.join(twins)}", name)
+        raise Error(f"{name}: two tables have this name; accepted: {' or '.join(twins)}", name)
     near = difflib.get_close_matches(name, by_key, 1)
-    raise Error(f"{name}: no row has this name" + (f"; is it {near[0]}?" if near else ""), name)
+    raise Error(f"{name}: no row has this name" + (f"; nearest: {near[0]}" if near else ""), name)
 
 
 def row_by_id(number):
@@ -118,7 +118,7 @@ def ids(names):
     found = [row(name) for name in names]
     for n, one in enumerate(found):
         if one in found[:n]:
-            raise Error(f"record: {one.key} is there twice", one.key)
+            raise Error(f"record: {one.key} is named twice; name it once", one.key)
     if len(found) > 128:
         raise Error(f"record: {len(found)} rows; accepted: up to 128", "record")
     return (c.c_uint32 * max(1, len(found)))(*[one.id for one in found]), found

@@ -47,7 +47,7 @@ def _toml_value(value):
         return f"[{', '.join(_toml_value(one) for one in value)}]"
     if isinstance(value, dict):
         return "{" + ", ".join(f"{_toml_key(key)} = {_toml_value(one)}" for key, one in value.items()) + "}"
-    raise Error(f"{value!r}: a scenario holds numbers, text, lists and dicts")
+    raise Error(f"{value!r}: accepted in a scenario: numbers, text, lists and dicts")
 
 
 def _toml_key(key):
@@ -95,7 +95,7 @@ class _Scenario:
         library.scenario_free(self.handle)
 
     def override(self, values):
-        """Settings that count over those of the source, mend what is wrong in it, or are none; then all of it is judged."""
+        """Applies settings with priority over those of the source, also over wrong ones; then the whole scenario is checked."""
         error, refusal = ScenarioError(), why()
         for name, value in (values or {}).items():
             text = value if isinstance(value, str) else _toml_value(value)
@@ -122,7 +122,7 @@ def _source(source):
         if os.sep not in path and not path.endswith(".toml") and path in known:
             return known[path], None
         if not os.path.exists(path) and os.sep not in path and not path.endswith(".toml"):
-            raise Error(f"{path}: no scenario of this name comes with the package ({', '.join(known)}), and no file", path)
+            raise Error(f"{path}: no file and no scenario of the package has this name; accepted: a file, or {', '.join(known)}", path)
         return path, None
     raise Error(f"{type(source).__name__}: accepted: name, path or text of a scenario, or a dict", "scenario")
 

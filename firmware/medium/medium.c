@@ -348,6 +348,7 @@ void medium_init(medium_t *medium, const medium_tuning_t *tuning)
 
 void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
 {
+    medium->background.in_force = tuning->in_force;
     medium->speed.trip = tuning->guard.limit[FAULT_LIMIT_OVERSPEED];
     sequence_take(&medium->sequence, &tuning->sequence);
     validity_take(&medium->validity, &tuning->validity);

@@ -53,6 +53,7 @@ typedef struct {
     current_watch_tuning_t current_watch;
     thermal_tuning_t thermal;
     link_watch_tuning_t link;
+    params_in_force_t in_force;
 } medium_tuning_t;
 
 /* What the watches have found in the last window. */
@@ -71,8 +72,9 @@ typedef struct {
 
 /* What is known of the background. */
 typedef struct {
-    uint32_t unattended; /* [periods] since it came round; 0: it never did */
-    uint32_t reported;   /* [-] GUARD_CORRUPT_... and other bits, as it has found */
+    uint32_t unattended;        /* [periods] since it came round; 0: it never did */
+    uint32_t reported;          /* [-] GUARD_CORRUPT_... and other bits, as it has found */
+    params_in_force_t in_force; /* of the set of parameters, for the signals */
 } medium_background_t;
 
 /* Of the mechanical speed. */

@@ -171,15 +171,21 @@ static search_t accepted(const params_t *params, param_t param)
 /* The rule of thumb for a row, with the others as they are, in its unit; 0: there is none. */
 static float thumb(const params_t *params, param_t param)
 {
-    if (param == PARAM_observer_gain) {
-        const believed_t believed = params_believed(params);
-        return 1.75f * params_flux_most(params, &believed) * (float)params->motor_pole_pairs *
-               params->overspeed_trip;
+    const believed_t believed = params_believed(params);
+    params_t by_rule = *params;
+    switch (param) {
+    case PARAM_observer_gain:
+        by_rule.observer_gain = 0.0f;
+        return params_observer(&by_rule, &believed).gain;
+    case PARAM_observer_slope:
+        by_rule.observer_slope = 0.0f;
+        return params_observer(&by_rule, &believed).slope;
+    case PARAM_estimate_current_max:
+        by_rule.estimate_current_max = 0.0f;
+        return params_observer(&by_rule, &believed).current_max;
+    default:
+        return 0.0f;
     }
-    if (param == PARAM_observer_slope) {
-        return 1.6f * params->motor_inductance_q / (params->observer_gain * DRIVE_PERIOD);
-    }
-    return param == PARAM_estimate_current_max ? 4.0f / params->observer_slope : 0.0f;
 }
 
 static float between(float value, float min, float max)

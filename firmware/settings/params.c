@@ -159,8 +159,35 @@ float params_flux_most(const params_t *params, const believed_t *believed)
     return psi_f - saliency * (most.looks != 0u ? most.i_d_limit : weakening.i_d_mtpa);
 }
 
+#define OBSERVER_REACH  1.25f /* [-] of k_s over the largest EMF at overspeed_trip, by the rule */
+#define OBSERVER_SLOPE  1.6f  /* [-] of a_f k_s T_s/L, by the rule: an error is gone in two periods */
+#define OBSERVER_ERRORS 4.0f  /* [-] of a_f times the largest current error, by the rule: 96 % of k_s */
+
+observer_rows_t params_observer(const params_t *params, const believed_t *believed)
+{
+    const believed_t configured = params_believed(params);
+    const float omega_most = (float)params->motor_pole_pairs * params->overspeed_trip;
+    observer_rows_t in_force = {
+        .gain = params->observer_gain,
+        /* a slope that is set goes with L: the gain of the observer's loop stays */
+        .slope = params->observer_slope * (believed->inductance_q / params->motor_inductance_q),
+        .current_max = params->estimate_current_max,
+    };
+    if (in_force.gain == 0.0f) {
+        in_force.gain = OBSERVER_REACH * params_flux_most(params, &configured) * omega_most;
+    }
+    if (in_force.slope == 0.0f) {
+        in_force.slope = OBSERVER_SLOPE * believed->inductance_q / (in_force.gain * DRIVE_PERIOD);
+    }
+    if (in_force.current_max == 0.0f) {
+        in_force.current_max = OBSERVER_ERRORS / in_force.slope;
+    }
+    return in_force;
+}
+
 void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator)
 {
+    const observer_rows_t observer = params_observer(params, believed);
     const float pole_pairs = (float)params->motor_pole_pairs;
     const float psi_f = believed->flux_linkage;
     *estimator = (estimator_params_t){
@@ -168,9 +195,8 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
             {
                 .resistance = believed->resistance,
                 .inductance = believed->inductance_q,
-                .gain = params->observer_gain,
-                /* by the rule it goes with L: the gain of the observer's loop stays */
-                .slope = params->observer_slope * (believed->inductance_q / params->motor_inductance_q),
+                .gain = observer.gain,
+                .slope = observer.slope,
                 .emf_cutoff = params->observer_emf_cutoff,
                 .period = DRIVE_PERIOD,
                 .switching = (smo_switching_t)params->observer_switching,
@@ -191,7 +217,7 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
                 .amplitude_time = params->estimate_time,
                 .detector_max = params->estimate_detector_max,
                 .detector_time = params->estimate_time,
-                .current_max = params->estimate_current_max,
+                .current_max = observer.current_max,
                 .current_time = params->estimate_time,
                 .speed_min = pole_pairs * params->estimate_speed_min,
                 .speed_max = pole_pairs * params->overspeed_trip,
@@ -249,4 +275,17 @@ start_params_t params_start(const params_t *params, const believed_t *believed)
         start.ramp = able < fastest ? able : fastest;
     }
     return start;
+}
+
+params_in_force_t params_in_force(const params_t *params, const believed_t *believed)
+{
+    const observer_rows_t observer = params_observer(params, believed);
+    const loop_params_t loop = params_loop(params, believed);
+    return (params_in_force_t){
+        .observer_gain = observer.gain,
+        .observer_slope = observer.slope,
+        .pll_bandwidth = loop.bandwidth,
+        .feedforward_cutoff = loop.cutoff,
+        .handover_speed = params_start(params, believed).handover_speed,
+    };
 }

@@ -119,10 +119,10 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(29, start_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                            \
       "mechanical speed above which a turning rotor is caught; below, it is aligned; 0: half of the "        \
       "hand-over's")                                                                                         \
-    F(30, observer_gain, "V", 200.0f, 0.1f, 1e4f, TABLE_LIVE,                                                \
-      "k_s of the observer; rule: 1.75 times the largest EMF")                                               \
-    F(31, observer_slope, "1/A", 1.0f * (1e-4f / DRIVE_PERIOD), 1e-3f, 1e3f, TABLE_LIVE,                     \
-      "a_f of the sigmoid tanh(a_f x/2); rule: 1.6 L/(k_s T_s)")                                             \
+    F(30, observer_gain, "V", 0.0f, 0.0f, 1e4f, TABLE_LIVE,                                                  \
+      "k_s of the observer; 0: 1.25 times the largest EMF at overspeed_trip")                                \
+    F(31, observer_slope, "1/A", 0.0f, 0.0f, 1e3f, TABLE_LIVE,                                               \
+      "a_f of the sigmoid tanh(a_f x/2); 0: 1.6 motor_inductance_q/(k_s T_s)")                               \
     F(32, observer_emf_cutoff, "rad/s", 2500.0f, 0.0f, 1e5f, TABLE_LIVE,                                     \
       "omega_s of the back-EMF filter; 0: no filter")                                                        \
     E(33, observer_switching, "sign|sigmoid|sigmoid_vector", SMO_SIGMOID_VECTOR, TABLE_OFF,                  \
@@ -149,8 +149,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "largest EMF over psi_f omega_e of a valid estimate; 1: not judged")                                   \
     F(43, estimate_detector_max, "-", 0.6f, 0.0f, 1.0f, TABLE_LIVE,                                          \
       "largest sine of the tracking error of a valid estimate; 0: not judged")                               \
-    F(44, estimate_current_max, "A", 4.0f * (DRIVE_PERIOD / 1e-4f), 0.0f, 100.0f, TABLE_LIVE,                \
-      "largest current error of a valid estimate, 0: not judged; rule: 4/observer_slope")                    \
+    F(44, estimate_current_max, "A", 0.0f, 0.0f, 100.0f, TABLE_LIVE,                                         \
+      "largest current error of a valid estimate; 0: 4/a_f of the observer; 100: in effect not judged")      \
     F(45, estimate_speed_min, "rad/s", 3.0f, 0.0f, 10000.0f, TABLE_LIVE,                                     \
       "least mechanical speed of a valid estimate; 0: not judged")                                           \
     F(46, estimate_time, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                                 \
@@ -288,6 +288,15 @@ typedef struct {
 
 loop_params_t params_loop(const params_t *params, const believed_t *believed);
 
+/* The observer: rows as they are, or by their rules where they are 0 (docs/theory.md, 3). */
+typedef struct {
+    float gain;        /* k_s [V] */
+    float slope;       /* a_f [1/A] */
+    float current_max; /* largest current error of a valid estimate [A] */
+} observer_rows_t;
+
+observer_rows_t params_observer(const params_t *params, const believed_t *believed);
+
 /* Above this L_q/L_d a rotor counts as salient [-]: its i_d is below zero, and L is not learnt. */
 #define PARAMS_SALIENT 1.1f
 
@@ -330,6 +339,17 @@ typedef struct {
 } start_params_t;
 
 start_params_t params_start(const params_t *params, const believed_t *believed);
+
+/* Values of rows that have a rule, as they are in force: of the row, or by its rule where it is 0. */
+typedef struct {
+    float observer_gain;      /* [V] */
+    float observer_slope;     /* [1/A] */
+    float pll_bandwidth;      /* [rad/s] */
+    float feedforward_cutoff; /* [rad/s] */
+    float handover_speed;     /* [rad/s] mechanical */
+} params_in_force_t;
+
+params_in_force_t params_in_force(const params_t *params, const believed_t *believed);
 
 /* Smallest duty of a leg: dead time and the shortest pulse fit into it. */
 float params_duty_min(const params_t *params);

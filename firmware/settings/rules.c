@@ -328,8 +328,8 @@ bool rules_hold(rule_number_t rule, const params_t *params)
 
 bool rules_zero_is_apart(param_t param)
 {
-    return param == PARAM_observer_emf_cutoff || param == PARAM_start_current ||
-           param == PARAM_handover_speed;
+    return param == PARAM_observer_emf_cutoff || param == PARAM_observer_gain ||
+           param == PARAM_start_current || param == PARAM_handover_speed;
 }
 
 lever_sense_t rules_sense(rule_number_t rule, param_t param)

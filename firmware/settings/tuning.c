@@ -320,4 +320,5 @@ void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believe
     prepare_motion(tuning, params, believed);
     prepare_current_watch(tuning, params);
     prepare_limits(tuning, params, believed);
+    tuning->medium.in_force = params_in_force(params, believed);
 }

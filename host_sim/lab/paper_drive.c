@@ -32,6 +32,7 @@ const size_t paper_ideal_count = sizeof paper_ideal / sizeof paper_ideal[0];
 const setting_t paper_common[] = {
     {"params.current_bandwidth", 1000.0},
     {"params.overspeed_trip", 200.0}, /* [rad/s]; the smallest k_s covers the EMF up to here */
+    {"params.observer_gain", 200.0},
     {"params.observer_slope", 1.0},
     {"params.pll_damping", 1.0},
     {"params.flux_adaptation", 0.0},
@@ -39,7 +40,7 @@ const setting_t paper_common[] = {
     {"params.estimate_amplitude_min", 0.0},
     {"params.estimate_amplitude_max", 1.0},
     {"params.estimate_detector_max", 0.0},
-    {"params.estimate_current_max", 0.0},
+    {"params.estimate_current_max", 100.0},
     {"params.estimate_speed_min", 0.0},
     {"params.lock_judged", 0.0},
     {"rig.fidelity", 1.0},

@@ -28,12 +28,11 @@
 #define OPEN_SHARE        0.999 /* of the link that the board stands, an EMF with the bridge off */
 #define TURN_MOST         0.5   /* [rad] a period, the firmware's rule */
 #define TURN_GOOD         0.35  /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
-#define GAIN_RULE         1.75  /* 3 */
-#define GAIN_WEAK         1.25  /* likewise over the largest EMF; the firmware's rule: 1.1 */
+#define GAIN_RULE         1.25  /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
 #define WITHIN_MADE       0.98  /* 30: of the voltage that duties and dead time leave */
 #define VOLTAGE_USE       0.93  /* the row's own, of U_dc/sqrt3 */
 #define LINK_LEAST        1.27  /* 29: of dc_undervoltage, at which the drive begins to hold the link */
-#define SLOPE_RULE        1.6   /* 3 */
+#define SLOPE_RULE        1.6   /* 3: the firmware's rule */
 #define CUTOFF_RULE       1.6   /* 7: 0.12 rad for a load step of the rated torque */
 #define CUTOFF_LEAST      50.0  /* [rad/s] 7 */
 #define CUTOFF_MOST       (0.025 / T_S) /* a bandwidth of 0.1 a period; noise beyond */
@@ -468,20 +467,17 @@ static void add_estimator(tune_t *tune, const given_t *g)
     const bool salient = g->l_q > SALIENT_FROM * g->l_d;
     const double taken = salient ? (g->l_q - g->l_d) * g->limit : 0.0;
     const double flux = 0.75 * g->psi + 0.25 * sqrt(g->psi * g->psi + 8.0 * taken * taken);
-    const double by_rule = GAIN_RULE * flux * g->p * g->free;
-    const double weak = salient ? GAIN_WEAK * weakened(g) * g->p * g->overspeed : 0.0;
-    const double gain = four_digits(larger(by_rule, weak));
-    const double slope = four_digits(SLOPE_RULE * g->l_q / (gain * T_S));
-    if (weak > by_rule) {
-        add(tune, "observer_gain", gain,
-            "[V] 1.25 times the EMF at overspeed_trip with the i_d that weakens the field (theory, 30)");
-    } else {
-        add(tune, "observer_gain", gain, "[V] 1.75 times the EMF at %.0f r/min%s", g->free / RPM,
-            salient ? " with i_d at current_limit (theory, 3, 30)" : " (theory, 3)");
-    }
-    add(tune, "observer_slope", slope, "[1/A] 1.6 L_q/(observer_gain T_s) (theory, 3)");
-    add(tune, "estimate_current_max", smaller(four_digits(4.0 / slope), most("estimate_current_max")),
-        "[A] 4/observer_slope (theory, 3)");
+    const double weak = salient ? weakened(g) : 0.0;
+    const double gain = GAIN_RULE * larger(flux, weak) * g->p * g->overspeed;
+    const double slope = SLOPE_RULE * g->l_q / (gain * T_S);
+    add(tune, "observer_gain", 0.0, "by rule, %.4g V: 1.25 times the EMF at overspeed_trip%s (theory, 3%s)",
+        gain,
+        weak > flux ? " with the i_d that weakens the field"
+        : salient   ? " with i_d at current_limit"
+                    : "",
+        salient ? ", 30" : "");
+    add(tune, "observer_slope", 0.0, "by rule, %.4g 1/A: 1.6 L_q/(k_s T_s) (theory, 3)", slope);
+    add(tune, "estimate_current_max", 0.0, "by rule, %.4g A: 4/a_f of the observer (theory, 3)", 4.0 / slope);
     add(tune, "estimate_speed_min", four_digits(SPEED_LEAST * g->speed), "[rad/s] 2 %% of the top speed");
 
     const double wanted = CUTOFF_RULE * sqrt(g->p * g->rated_torque / g->inertia);

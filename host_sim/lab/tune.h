@@ -6,15 +6,14 @@
  *   dc_overvoltage       1.286 U_dc, dc_undervoltage 0.643 U_dc: the board's own shares
  *   overspeed_trip       1.4 omega_top, 0.5 rad a period at most; the drive hands over at 0.3 of it at most
  *   start_current        0 (current_limit), or what a leg of the board's module stands
- *   observer_gain        k_s = 1.75 psi_f p omega_free, observer_slope 1.6 L_q/(k_s T_s)      theory, 3
  *   feedforward_cutoff   1.6 sqrt(p T/J), 50 rad/s at least; pll_bandwidth 4 times it        theory, 7
  *   speed_ramp           what the tracking loop follows if J is wrong, where the motor could do more
  *   position_source      sensorless; encoder for L_q above 1.2 L_d                            theory, 6
  *   omega_free           the rated speed, or what the link lets it come to without load
  *   omega_top            the rated speed, or what link, current and sampling leave of it
  *
- * What the drive makes by its own rules stays 0: hand-over, ramp and damping of a start, speed control.
- * The rows are accepted by the firmware (params_check): a motor whose rows are not has none. */
+ * What the drive makes by its own rules stays 0: observer, hand-over, ramp and damping of a start, speed
+ * control. The rows are accepted by the firmware (params_check): a motor whose rows are not has none. */
 #ifndef HOST_SIM_LAB_TUNE_H
 #define HOST_SIM_LAB_TUNE_H
 

@@ -118,11 +118,10 @@ static inline void run_shaft_of_board(rig_t *rig)
  * speed control are those that are in force. */
 static inline void run_motor_of_board(rig_t *rig)
 {
-    static const char *const smaller[] = {"inertia",  "friction_coulomb", "motor_inertia",
-                                          "speed_kp", "speed_ki",         "estimate_current_max"};
+    static const char *const smaller[] = {"inertia", "friction_coulomb", "motor_inertia", "speed_kp",
+                                          "speed_ki"};
     static const char *const larger[] = {"plant.resistance", "plant.inductance_d", "plant.inductance_q",
-                                         "motor_resistance", "motor_inductance_d", "motor_inductance_q",
-                                         "observer_slope"};
+                                         "motor_resistance", "motor_inductance_d", "motor_inductance_q"};
     for (size_t n = 0; n < sizeof smaller / sizeof smaller[0]; n++) {
         run_times(rig, smaller[n], RUN_TRIP_SHARE);
     }

@@ -103,6 +103,11 @@
     X(speed_calm)                                                                                            \
     X(torque_current)                                                                                        \
     X(field_weakened)                                                                                        \
+    X(observer_gain_used)                                                                                    \
+    X(observer_slope_used)                                                                                   \
+    X(pll_bandwidth_used)                                                                                    \
+    X(feedforward_cutoff_used)                                                                               \
+    X(handover_speed_used)                                                                                   \
     X(voltage_trim)
 
 enum {
@@ -480,6 +485,16 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(dc_swing, 0.0, 0.0)
     EXPECT(coasting, 0.0, 0.0)
     EXPECT(speed_calm, 1.0, 0.0) /* nothing oscillates */
+    /* by the rules of theory 3, 7 and 23 for the default motor, told its flux as above */
+    const double gain = 1.25 * 1.04 * FLUX * POLE_PAIRS * 220.0;
+    const double dead =
+        (double)(BOARD_SECONDS(BOARD_DEAD_TIME_NS) * BOARD_VOLTS(BOARD_OVERVOLTAGE_MV) / DRIVE_PERIOD);
+    const double handover = fmin(1.15 * fmax(dead, 0.95 * LIMIT) / (1.04 * FLUX * POLE_PAIRS), 0.3 * 220.0);
+    EXPECT(observer_gain_used, gain, 1e-3)
+    EXPECT(observer_slope_used, 1.6 * 12.5e-3 / (gain * (double)DRIVE_PERIOD), 1e-4)
+    EXPECT(pll_bandwidth_used, 200.0, 0.0)
+    EXPECT(feedforward_cutoff_used, 50.0, 0.0)
+    EXPECT(handover_speed_used, s == &stretches[1] ? 20.0 : handover, 1e-3)
     EXPECT(fault_present, s->fault_present, 0.0)
     EXPECT(faults_seen, s->faults_seen, 0.0)
     EXPECT(sample_flags, s->flags, 0.0)

@@ -351,6 +351,30 @@ static void test_a_loop_that_is_set_is_taken_and_told_slow_below_its_share_of_th
     }
 }
 
+/* k_s 1.25 times the EMF at overspeed_trip, 0.183 x 4 x 220 = 161.04 V; a_f = 1.6 L/(k_s T_s). A
+ * slope that is set keeps the gain of the observer's loop while L is learnt. */
+static void test_the_observer_follows_motor_and_trip_where_its_rows_are_zero(void)
+{
+    params_defaults(&params);
+    believed_t believed = params_believed(&params);
+    observer_rows_t observer = params_observer(&params, &believed);
+    const double slope = 1.6 * 12.5e-3 / (1.25 * 161.04 * (double)DRIVE_PERIOD);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 201.3f, observer.gain);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f * (float)slope, (float)slope, observer.slope);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, (float)(4.0 / slope), observer.current_max);
+    params.observer_gain = 400.0f;
+    params.overspeed_trip = 440.0f;
+    believed.inductance_q = 1.2f * params.motor_inductance_q; /* learnt */
+    observer = params_observer(&params, &believed);
+    TEST_ASSERT_EQUAL_FLOAT(400.0f, observer.gain);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, (float)(1.2 * slope * 201.3 / 400.0), observer.slope);
+    params.observer_slope = 0.5f;
+    params.estimate_current_max = 7.0f;
+    observer = params_observer(&params, &believed);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.6f, observer.slope);
+    TEST_ASSERT_EQUAL_FLOAT(7.0f, observer.current_max);
+}
+
 #ifndef LAGLESS_ESTIMATOR_FIXED /* whose formats take less */
 /* The estimator takes up to 10^7 rad/s^2 per A, a tenth of a radian a period for each ampere; the row is the
  * share of 1.5 p^2 psi_f/J = 4.392 Wb/J. */

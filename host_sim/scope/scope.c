@@ -541,7 +541,7 @@ static bool choose(scope_t *scope, const char *body, char *why, size_t size)
         end += strspn(end, " \r\n");
     }
     if (every > 255u) {
-        snprintf(why, size, "every %lu periods: accepted 0 (as the line allows) to 255", every);
+        snprintf(why, size, "every %lu periods: accepted 0 (the highest rate of the link) to 255", every);
         return false;
     }
     master_error_t error = {{0}};

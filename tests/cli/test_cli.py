@@ -242,7 +242,7 @@ class CommandLine(TestCase):
             lines = file.read().splitlines(keepends=True)
         with open(path, "wb") as file:
             file.write(b"".join(lines[:-2]) + lines[-2][:5])
-        self.expect(2, self.campaign("--out", whole), path, "--resume goes on with it")
+        self.expect(2, self.campaign("--out", whole), path, "--resume continues it")
         again = self.campaign("--out", whole, "--resume")
         self.assertEqual(one.stdout, again.stdout)
         self.expect(again.returncode, again, "2 runs in ")

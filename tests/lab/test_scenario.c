@@ -362,7 +362,7 @@ static void test_run_and_start_can_be_overridden(void)
     expect_no_override("run.seed=18446744073709551616", "whole numbers 0 to 18446744073709551615");
     expect_no_override("run.seed=-1", "whole numbers 0 to");
     expect_no_override("run.every=0", "whole numbers 1 to 100000");
-    expect_no_override("run.duration=2 h", "no quantity in s");
+    expect_no_override("run.duration=2 h", "not a quantity in s");
     expect_no_override("run.duration=0", "0 s is outside its range; accepted: 0.0001 to 3600 s");
     expect_no_override("run.durration=1", "nearest: run.duration");
     expect_no_override("start.sped=1", "nearest: start.speed");
@@ -387,7 +387,7 @@ static void test_a_wrong_override_says_what_is_accepted_and_changes_nothing(void
     expect_no_override("  =3", "accepted: NAME=VALUE");
     expect_no_override("", "accepted: NAME=VALUE");
     expect_no_override("inertia=", "does not begin with a number");
-    expect_no_override("inertia=5 s", "no quantity in kg m^2");
+    expect_no_override("inertia=5 s", "not a quantity in kg m^2");
     expect_no_override("inertia=nan", "does not begin with a number");
     expect_no_override("inertia=1e6", "accepted: 1e-06 to 1000 kg m^2");
     expect_no_override("encoder_lines=1000", "write params.encoder_lines or plant.encoder_lines");

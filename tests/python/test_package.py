@@ -282,7 +282,7 @@ class Scenarios(unittest.TestCase):
         self.assertEqual((result.measures[0].judgement, result.measures[0].name), ("measured", "link"))
 
     def test_what_is_wrong_is_told_with_its_place(self):
-        for scenario, text in (("no_such", "no scenario of this name"), ({"title": "x", "run": {"duration": "1 s"}, "plant": {"inertia": -1}}, "inertia"),
+        for scenario, text in (("no_such", "no scenario of the package"), ({"title": "x", "run": {"duration": "1 s"}, "plant": {"inertia": -1}}, "inertia"),
                                ("schema = 1\ntitle = 3\n", "title"), (3, "accepted: name, path"), ({"title": object()}, "numbers, text")):
             with self.subTest(scenario=scenario), self.assertRaisesRegex(lagless.Error, text):
                 lagless.run(scenario)
@@ -317,15 +317,28 @@ class Scenarios(unittest.TestCase):
         self.assertEqual(frame["i_q"].dtype, np.float32)
 
     @unittest.skipUnless(has("matplotlib"), "no matplotlib")
-    def test_a_picture_has_a_panel_for_each_unit(self):
+    def test_a_picture_has_the_panels_and_units_of_the_page(self):
         import matplotlib
 
         matplotlib.use("Agg")
-        result = lagless.run("stuck_sensor", record=["omega_m_ref", "true_omega_m", "i_q", "state"], every=10)
+        result = lagless.run("stuck_sensor", record=["omega_m_ref", "true_omega_m", "i_q", "i_a", "state"], every=10)
         figure = result.plot()
         figure.savefig(FOLDER / "stuck_sensor.png")
-        self.assertEqual([axis.get_ylabel() for axis in figure.axes], ["speed [rad/s]", "current [A]", "state"])
-        self.assertEqual(figure.axes[0].get_lines()[0].get_linestyle(), "--")
+        self.assertEqual([axis.get_ylabel() for axis in figure.axes], ["speed [r/min]", "current [A]", "phase current [A]", "state"])
+        reference, speed = figure.axes[0].get_lines()[:2]
+        self.assertEqual(reference.get_linestyle(), "--")
+        np.testing.assert_allclose(speed.get_ydata(), result["true_omega_m"] * 30 / np.pi, rtol=1e-6)
+
+    @unittest.skipUnless(has("matplotlib"), "no matplotlib")
+    def test_the_angle_error_has_a_panel_in_mrad_for_the_locked_estimate(self):
+        import matplotlib
+
+        matplotlib.use("Agg")
+        result = lagless.run("cold_start", record=["manoeuvre", "theta_hat_err", "theta_hat"], every=10)
+        axes = {axis.get_ylabel(): axis for axis in result.plot().axes}
+        self.assertEqual(list(axes), ["manoeuvre", "angle error [mrad]", "angle [rad]"])
+        self.assertLess(axes["angle error [mrad]"].get_ylim()[1], 200)
+        self.assertGreater(1e3 * np.abs(result["theta_hat_err"]).max(), 1000)
 
 
 class Motulator(unittest.TestCase):

@@ -204,7 +204,7 @@ class Bench:
         self.click("#apply")
         self.wait("document.querySelector('#staged').hidden && !scope.state.line.staged", "applying")
         self.wait("scope.value('current_bandwidth') === 800", "the value")
-        expect(self.text("#param_said"), "in force", "what was said")
+        expect(self.text("#param_said"), "active", "what was said")
 
     def chooses_signals(self):
         self.write("#find_signal", "u_dc")
@@ -323,7 +323,7 @@ class Bench:
         self.shoot("lost")
         self.drive, _ = self.start("serve", str(self.scenario), "--port", self.port, "--quiet")
         self.wait("document.body.dataset.link === 'up' && document.getElementById('alarm').hidden", "the link, again")
-        self.pick("#mode", "none: roll")
+        self.pick("#mode", "none (rolling)")
         self.wait("scope.ring.total > 1000", "samples, again")
 
     def asked_nobody_else(self):

@@ -307,7 +307,7 @@ class Tool(unittest.TestCase):
         self.assertEqual(self.asked(self.FACTS, "--check").returncode, 0)
         asked = self.asked(self.FACTS.replace("--c99", "--c11"), "--check")
         self.assertEqual(asked.returncode, 1)
-        self.assertRegex(asked.stdout, r"^\S*lagless\.projectspec: is not what CMake tells")
+        self.assertRegex(asked.stdout, r"^\S*lagless\.projectspec: differs from the targets of CMake")
         self.assertIn("--c99", Project(self.folder / "out").compiler)
 
 

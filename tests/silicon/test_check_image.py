@@ -244,7 +244,7 @@ FAULTS = (
     (lambda image: image.change("codestart", contents=lb(0x310000)), "entry: its branch leads to 0x310000: code of this image\n"),
     # segments
     (lambda image: image.change(".const", in_segment=False),
-     "segments: .const is in no segment: nobody would load it: contents that a segment loads"),
+     "segments: .const is in no segment and would not be loaded: contents that a segment loads"),
     (lambda image: image.change(".const", header_address=2 * 0x300200),  # addresses in octets
      "segments: .const: its segment runs it at 0x300200, its header at 0x600400: the same, addresses in words, sizes in octets\n",
      "memory: section .const runs at 0x600400..0x60040f:", "stored: .const is loaded at 0x300200 and runs at 0x600400:"),

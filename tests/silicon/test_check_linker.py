@@ -83,7 +83,7 @@ BREACHES = (
     (FLASH, "ramfunc_run_start", "ramfunc_start",
      "copy: hal_boot does not use ramfunc_start, the RUN_START symbol of linker/f28335_flash.cmd"),
     (FLASH, r"\.const        : > FLASH_H_D", ".const        : LOAD = FLASH_H_D, RUN = L4_L7",
-     "copy: section .const runs elsewhere than where it is loaded, and nobody copies it"),
+     "copy: section .const runs at another address than its load address, and is not copied"),
     ("firmware/app/app.c", r"    app_write\(&command\);\n", "    app_write(&command);\n"
      "    (void)params_check(&app->staged, 0);\n", "firmware/settings/judgement.c:", "params_check stays in flash",
      "the sample interrupt calls params_check, whose folder runs less often: app_interrupt -> params_check"),

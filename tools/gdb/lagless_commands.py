@@ -288,7 +288,7 @@ def go_on(stop_before, again):
     global travelling
     if stop_before is not None and gate.pending and gdb.current_progspace().filename:
         raise gdb.GdbError(
-            "this program has no rig_stop_at() to stop in: it is linked across rooms or not of this project; "
+            "this program has no rig_stop_at() to stop in: it is linked with optimisation across modules or not of this project; "
             "take build/debug/lagless"
         )
     travelling = True

@@ -47,7 +47,7 @@ PANELS = (
         "i_a": ("measured i_a", PURPLE, {}), "i_b": ("measured i_b", AMBER, {}), "i_c": ("measured i_c", SKY, {}),
         "overcurrent_trip": ("overcurrent_trip", RED, LIMIT), "overcurrent_trip-": ("-overcurrent_trip", RED, LIMIT)}),
     Kind("voltage", "V", 1.0, {
-        "u_q_ref": ("u_q asked for", SKY, {}), "u_d_ref": ("u_d asked for", AMBER, {}), "u_q": ("u_q", BLUE, {}), "u_d": ("u_d", ORANGE, {}),
+        "u_q_ref": ("u_q reference", SKY, {}), "u_d_ref": ("u_d reference", AMBER, {}), "u_q": ("u_q", BLUE, {}), "u_d": ("u_d", ORANGE, {}),
         "u_length": ("length of both", GREY, {}), "u_limit": ("limit, u_dc/√3", RED, LIMIT)}),
     Kind("DC link", "V", 1.0, {
         "true_u_dc": ("true", SKY, {}), "u_dc": ("measured", BLUE, {}), "dc_swing": ("swing in 20 ms", ORANGE, {}),
@@ -57,7 +57,7 @@ PANELS = (
         "theta_err": ("of the angle in use", BLUE, {"wraps": 1e3 * math.pi})}, "rad", "error", 1.2),
     Kind("electrical angle", "rad", 1.0, {
         "true_theta_e": ("true", BLUE, TURNS), "theta_e": ("drive's", ORANGE, TURNS),
-        "theta_hat": ("estimator's", GREEN, TURNS), "frame_theta_e": ("of the frame in force", PURPLE, TURNS),
+        "theta_hat": ("estimator's", GREEN, TURNS), "frame_theta_e": ("of the active frame", PURPLE, TURNS),
         "encoder_theta_e": ("encoder's", SKY, TURNS)}),
     Kind("electrical speed", "rad/s", 1.0, {
         "true_omega_e": ("true", BLUE, {}), "omega_e": ("drive's", ORANGE, {}), "omega_hat": ("estimator's", GREEN, {}),

@@ -391,7 +391,7 @@ VARIANTS = {"uncompensated": (ORANGE, "s", "no compensation"), "printed": (PURPL
             "lagless": (BLUE, "o", "lagless: exact lag, vector sigmoid"),
             "conventional": (ORANGE, "s", "conventional"), "feedforward": (BLUE, "o",
                                                                            "feed-forward, omega_c = bandwidth/4"),
-            "torque_feedforward": (GREEN, "^", "the same, torque told")}
+            "torque_feedforward": (GREEN, "^", "the same with torque feed-forward")}
 
 
 def beyond(figure, data, manifest, x, xlabel, panels, log=False):

@@ -2,13 +2,35 @@
 import collections.abc
 import ctypes as c
 import dataclasses
+import math
+import re
 
 import numpy as np
 
 from ._library import Samples, library
 
-# Panels of a picture: unit, and what its axis is called.
-_PANELS = {"rad/s": "speed", "A": "current", "V": "voltage", "N m": "torque", "rad": "angle"}
+# Panels of a picture, those of the page of `lagless run --plot`: names, the recorded unit, title, unit of the axis, factor.
+# The first one that fits a signal counts; a signal of none has the panel of its unit.
+_PANELS = (
+    (re.compile(r"(true_)?omega_m(_ref)?|speed_request|omega_load"), "rad/s", "speed", "r/min", 30.0 / math.pi),
+    (re.compile(r".*"), "rad/s", "electrical speed", "rad/s", 1.0),
+    (re.compile(r".*_err"), "rad", "angle error", "mrad", 1e3),
+    (re.compile(r".*"), "rad", "angle", "rad", 1.0),
+    (re.compile(r"(true_)?i_[abc]"), "A", "phase current", "A", 1.0),
+    (re.compile(r".*"), "A", "current", "A", 1.0),
+    (re.compile(r"(true_)?u_dc|dc_.*"), "V", "DC link", "V", 1.0),
+    (re.compile(r".*"), "V", "voltage", "V", 1.0),
+    (re.compile(r".*"), "N m", "torque", "N m", 1.0),
+)
+_REFERENCE = ("_ref", "_request")  # drawn dashed
+
+
+def _panel(name, unit):
+    """Label of the axis, and the factor from the recorded value to it."""
+    for names, of, title, shown, factor in _PANELS:
+        if unit == of and names.fullmatch(name):
+            return f"{title} [{shown}]", factor
+    return f"[{unit}]", 1.0
 
 
 class Trace(collections.abc.Mapping):
@@ -55,26 +77,41 @@ class Trace(collections.abc.Mapping):
         return frame
 
     def plot(self, names=None, figure=None):
-        """A matplotlib figure: a panel for each unit, shared time axis, references dashed, values held for a period."""
+        """A matplotlib figure with the panels of the page of `lagless run --plot`: speeds in r/min, angle errors in mrad,
+        phase currents apart from those of the axes; shared time axis, references dashed, values held for a period."""
         import matplotlib.pyplot as plt
 
         panels = {}
         for name in names or self:
             self[name]  # a KeyError now rather than half a picture
-            panels.setdefault(name if name in self.choices else self.units[name], []).append(name)
+            label, factor = (name, 1.0) if name in self.choices else _panel(name, self.units[name])
+            panels.setdefault(label, []).append((name, factor))
         figure = figure or plt.figure(figsize=(9, 1.2 + 1.7 * max(1, len(panels))), layout="constrained")
         axes = figure.subplots(max(1, len(panels)), 1, sharex=True, squeeze=False)[:, 0]
-        for axis, (unit, members) in zip(axes, panels.items()):
-            for name in members:
-                axis.step(self.t, self[name], where="post", label=name, linewidth=1,
-                          linestyle="--" if name.endswith(("_ref", "_request")) else "-")
-            if unit in self.choices:
-                axis.set_yticks(range(len(self.choices[unit])), self.choices[unit], fontsize=7)
-            axis.set_ylabel(unit if unit in self.choices else f"{_PANELS.get(unit, '')} [{unit}]".strip())
+        for axis, (label, members) in zip(axes, panels.items()):
+            for name, factor in members:
+                axis.step(self.t, self[name] * factor if factor != 1.0 else self[name], where="post", label=name, linewidth=1,
+                          linestyle="--" if name.endswith(_REFERENCE) else "-")
+            if label in self.choices:
+                axis.set_yticks(range(len(self.choices[label])), self.choices[label], fontsize=7)
+            elif label.startswith("angle error"):
+                self._limit_to_run(axis, members)
+            axis.set_ylabel(label)
             axis.grid(True, alpha=0.3)
             axis.legend(loc="upper left", bbox_to_anchor=(1, 1), fontsize=8)
         axes[-1].set_xlabel("time [s]")
         return figure
+
+    def _limit_to_run(self, axis, members):
+        """The axis covers the errors in manoeuvre run: before, the error of the angle has no meaning."""
+        names = self.choices.get("manoeuvre", ())
+        run = self["manoeuvre"] == names.index("run") if "run" in names else np.zeros(len(self.t), dtype=bool)
+        if run.any() and not run.all():
+            values = np.concatenate([self[name][run] * factor for name, factor in members])
+            low, high = np.percentile(values, (0.5, 99.5))
+            margin = 0.2 * (high - low) + 0.5
+            axis.set_ylim(low - margin, high + margin)
+            axis.annotate("axis: manoeuvre run", (0.01, 0.9), xycoords="axes fraction", fontsize=7)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -240,7 +240,7 @@ const scope = (() => {
             return this.at !== null ? ["triggered", "good"]
                 : this.record && this.mode === "normal" ? ["waiting for the next", ""]
                 : this.record && this.picture() === this.record ? ["triggered", "good"]
-                : this.mode === "auto" ? ["none: rolls", "kind"] : ["waiting", "kind"];
+                : this.mode === "auto" ? ["none (rolling)", "kind"] : ["waiting", "kind"];
         },
     };
 
@@ -717,7 +717,7 @@ const scope = (() => {
             const list = [];
             if (!state.link) {
                 list.push(make("div", {className: "reason bad"}, make("b", {textContent: "✕ no link to the drive"}),
-                               make("span", {textContent: state.why || "it is tried again and again"})));
+                               make("span", {textContent: state.why || "the connection is tried again"})));
             } else {
                 if (fault) {
                     list.push(reason("bad", "✕", fault, "fault"));
@@ -991,7 +991,7 @@ const scope = (() => {
 
     async function order(name) {
         const answer = await ask("order", name);
-        say($("param_said"), answer, {apply: "in force", save: "kept in flash", load: "loaded", defaults: "the defaults are staged"}[name]);
+        say($("param_said"), answer, {apply: "active", save: "saved in flash", load: "loaded", defaults: "the defaults are staged"}[name]);
         if (answer.ok) {
             unstage();
         }
@@ -1052,7 +1052,7 @@ const scope = (() => {
         const full = state.choice.signals.length >= state.hello.most;
         $("found").replaceChildren(...found.map(row => {
             const add = make("button", {type: "button", disabled: full}, make("b", {textContent: row.name}), ` ${unitOf(row)}`,
-                             make("small", {textContent: full ? "eight are chosen: take one away first" : row.text}));
+                             make("small", {textContent: full ? "eight signals are selected: remove one first" : row.text}));
             add.onmousedown = event => event.preventDefault(); // the field keeps the focus
             add.onclick = () => {
                 $("find_signal").value = "";
@@ -1276,7 +1276,7 @@ const scope = (() => {
         });
         source.addEventListener("taken", () => {
             source.close();
-            showLink(false, "another window has taken this one's place; reload to have it back");
+            showLink(false, "another window shows this drive now; reload this page to continue here");
             showState();
         });
         source.onerror = () => {
@@ -1293,7 +1293,7 @@ const scope = (() => {
         $("every").append(...SAMPLING.map(each => make("option", {value: each, textContent: each === 0 ? "as fast as the link allows" : everyText(each)})));
         $("stop").onclick = stop;
         $("run").onclick = run;
-        $("off").onclick = async () => say($("said"), await set("enable", "off"), "off: it coasts");
+        $("off").onclick = async () => say($("said"), await set("enable", "off"), "off: the motor coasts");
         $("reset").onclick = resetFault;
         $("speed").onsubmit = async event => {
             event.preventDefault();

@@ -71,11 +71,11 @@ def build(defect, folder):
     words.remove("-MD")
     for flag in ("-MT", "-MF"):
         del words[words.index(flag):words.index(flag) + 2]
-    subprocess.run(words, cwd=BUILD, check=True)
+    subprocess.run([*words, "-fno-lto"], cwd=BUILD, check=True)
     words = shlex.split(commands("lagless")[-1].split("&&")[1])
     words[words.index("-o") + 1] = str(folder / "lagless")
     words.insert(next(n for n, word in enumerate(words) if word.endswith(".o")), str(folder / "defect.o"))
-    subprocess.run(words, cwd=BUILD, check=True)
+    subprocess.run([*words, "-fno-lto"], cwd=BUILD, check=True)  # in a second instead of a minute; the bits are the same
     return folder / "lagless"
 
 

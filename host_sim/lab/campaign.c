@@ -111,7 +111,7 @@ static uint32_t space_hash(const campaign_t *campaign)
             hash = (hash ^ octets[k]) * UINT32_C(16777619);
         }
     }
-    return hash ^ campaign_fault_count;
+    return hash ^ campaign_fault_count ^ ((uint32_t)CAMPAIGN_INVARIANT_COUNT << 16);
 }
 
 void campaign_head(const campaign_t *campaign, char line[CAMPAIGN_LINE_SIZE])

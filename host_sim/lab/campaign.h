@@ -242,7 +242,10 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
       "without a fault and with half of rated torque as a load at most, the speed is where it is asked to "  \
       "be, to that, as a mean over 100 ms")                                                                  \
     I(NOTICE, "notice", 0.0, "-", "a fault of which the matrix promises a report is reported within it")     \
-    I(REASON_TRUE, "reason_true", 0.0, "-", "the reason of a latched fault is what has happened")
+    I(REASON_TRUE, "reason_true", 0.0, "-", "the reason of a latched fault is what has happened")            \
+    I(LEARN, "learn", 2.0, "mrad",                                                                           \
+      "one run in 8, without a fault and without encoder, is made 4 s longer, with learning and without: "   \
+      "where both have been steady for 3 s the angle is not worse with learning by more, rms")
 
 typedef enum {
 #define CAMPAIGN_INVARIANT(NAME, name, limit, unit, text) CAMPAIGN_I_##NAME,
@@ -290,6 +293,7 @@ typedef struct {
     campaign_event_t events[CAMPAIGN_EVENTS_MAX]; /* in order of time */
     uint32_t event_count;
     campaign_injected_t faults[CAMPAIGN_FAULTS_MAX]; /* in order of time; those without a kind are none */
+    bool unlearnt;                                   /* nothing is learnt: the other run of a pair */
 } campaign_case_t;
 
 typedef enum { CAMPAIGN_NOT_DONE, CAMPAIGN_HELD, CAMPAIGN_VIOLATED, CAMPAIGN_REFUSED } campaign_end_t;

@@ -47,7 +47,9 @@ void campaign_duty_begin(campaign_watch_t *watch)
         .drawn = drawn->around == NULL,
         .coded = campaign_has_encoder(drawn),
         .healthy = campaign_is_healthy(drawn),
-        .limited = CAMPAIGN_VALUE(drawn, dc_soft) != 0.0 || CAMPAIGN_VALUE(drawn, dc_edge) != 0.0,
+        .limited = CAMPAIGN_VALUE(drawn, dc_edge) != 0.0 ||
+                   (CAMPAIGN_VALUE(drawn, dc_soft) != 0.0 && campaign_overhauls(drawn)),
+        .soft = CAMPAIGN_VALUE(drawn, dc_soft) != 0.0,
     };
     for (uint32_t n = 0; n < drawn->event_count; n++) {
         watch->duty.coded = watch->duty.coded && drawn->events[n].kind != CAMPAIGN_V_SOURCE;
@@ -91,7 +93,7 @@ static double stop_most(const campaign_watch_t *watch, const uint32_t *rows)
     if (rows[CAMPAIGN_AT_enable] != 2u) {
         return duty->stop_time + 2.0 * RIG_PERIOD_SECONDS;
     }
-    return !duty->healthy || duty->limited || load > REACH_LOAD
+    return !duty->healthy || duty->limited || duty->soft || load > REACH_LOAD
                ? 0.0
                : STOP_SECONDS + STOP_SHARE * speed * duty->inertia / (duty->torque * (1.0 - load));
 }
@@ -206,6 +208,16 @@ static double due_of(const campaign_watch_t *watch, const uint32_t *rows, double
            RIG_PERIOD_SECONDS;
 }
 
+/* Does the wish take the shaft towards zero? Into a link that takes no energy it goes as slowly as friction
+ * brakes it. */
+static bool brakes(const campaign_watch_t *watch, const uint32_t *rows)
+{
+    const double wanted = campaign_number(rows, CAMPAIGN_AT_speed_request);
+    const double speed = campaign_number(rows, CAMPAIGN_AT_true_omega_m);
+    const double near = AWAY_SPEED * watch->duty.speed;
+    return fabs(speed) > near && (wanted * speed < 0.0 || fabs(wanted) < fabs(speed) - near);
+}
+
 /* May a speed be expected? A latched fault is judged by its reason, and a stop is brought to its end first;
  * what is refused because `enable` was on at a reset waits for the user, and the bridge does not come on
  * while a load drives the shaft beyond the trip. */
@@ -216,9 +228,9 @@ static bool is_expected(const campaign_watch_t *watch, const uint32_t *rows, dou
         fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > watch->overspeed) {
         return false;
     }
-    return duty->healthy && !duty->limited && load <= REACH_LOAD && rows[CAMPAIGN_AT_enable] == 1u &&
-           rows[CAMPAIGN_AT_mode] == 0u && rows[CAMPAIGN_AT_state] != watch->fault &&
-           rows[CAMPAIGN_AT_state] != watch->stops &&
+    return duty->healthy && !duty->limited && !(duty->soft && duty->brakes) && load <= REACH_LOAD &&
+           rows[CAMPAIGN_AT_enable] == 1u && rows[CAMPAIGN_AT_mode] == 0u &&
+           rows[CAMPAIGN_AT_state] != watch->fault && rows[CAMPAIGN_AT_state] != watch->stops &&
            rows[CAMPAIGN_AT_refusal] != (uint32_t)REASON_ENABLE_HELD;
 }
 
@@ -227,7 +239,9 @@ static void judge_reach(campaign_watch_t *watch, uint32_t period, const uint32_t
     campaign_duty_t *duty = &watch->duty;
     const uint32_t window = campaign_periods(WINDOW_SECONDS);
     const double load = fabs(campaign_number(rows, CAMPAIGN_AT_load_torque)) / duty->torque + duty->load;
-    if (!wishes_the_same(duty, rows) || !is_expected(watch, rows, load)) {
+    const bool same = wishes_the_same(duty, rows);
+    duty->brakes = same ? duty->brakes : brakes(watch, rows);
+    if (!same || !is_expected(watch, rows, load)) {
         duty->since = 0u;
         duty->error = 0.0;
         duty->due = due_of(watch, rows, load);

@@ -135,15 +135,22 @@ static bool is_driven_beyond(const campaign_case_t *drawn, const campaign_event_
     return event->kind == CAMPAIGN_V_CURRENT && fabs(event->value) > held;
 }
 
-bool campaign_is_calm(const campaign_case_t *drawn)
+bool campaign_overhauls(const campaign_case_t *drawn)
 {
     bool loads = CAMPAIGN_VALUE(drawn, load) != 0.0;
-    bool beyond = false;
     for (uint32_t n = 0; n < drawn->event_count; n++) {
         loads = loads || drawn->events[n].kind == CAMPAIGN_V_LOAD;
+    }
+    return (CAMPAIGN_VALUE(drawn, load_kind) != 0.0 && loads) || CAMPAIGN_VALUE(drawn, sine) != 0.0 ||
+           CAMPAIGN_VALUE(drawn, spring) != 0.0;
+}
+
+bool campaign_is_calm(const campaign_case_t *drawn)
+{
+    bool beyond = false;
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
         beyond = beyond || is_driven_beyond(drawn, &drawn->events[n]);
     }
-    const bool overhauls = (CAMPAIGN_VALUE(drawn, load_kind) != 0.0 && loads) ||
-                           CAMPAIGN_VALUE(drawn, sine) != 0.0 || CAMPAIGN_VALUE(drawn, spring) != 0.0;
-    return campaign_is_healthy(drawn) && !overhauls && !beyond && CAMPAIGN_VALUE(drawn, dc_edge) == 0.0;
+    return campaign_is_healthy(drawn) && !campaign_overhauls(drawn) && !beyond &&
+           CAMPAIGN_VALUE(drawn, dc_edge) == 0.0;
 }

@@ -36,6 +36,9 @@ double campaign_load(const campaign_case_t *drawn);
 /* Is no fault injected? Around a scenario nobody knows. */
 bool campaign_is_healthy(const campaign_case_t *drawn);
 
+/* Can the load drive the motor? */
+bool campaign_overhauls(const campaign_case_t *drawn);
+
 /* Is it healthy, with a load that cannot overhaul the motor, no current asked for that takes it beyond
  * overspeed_trip, and a supply away from its limits? */
 bool campaign_is_calm(const campaign_case_t *drawn);
@@ -137,7 +140,9 @@ typedef struct {
     double stop_time;               /* [s] fault_stop_time */
     double load, drag;              /* [-] of rated torque: fan, sine and spring; friction */
     bool drawn, healthy;            /* all of it is drawn; nothing is injected */
-    bool limited;                   /* the link limits the torque of braking */
+    bool limited;                   /* the link limits the torque that holds a speed */
+    bool soft;                      /* it limits the torque of braking alone */
+    bool brakes;                    /* the present wish is slower than the shaft was, or the other way */
     uint32_t off, fast, high, mute; /* [periods] so long has it been so */
     uint32_t away;                  /* [periods] so long has the torque driven away */
     double away_error;              /* [rad/s] by which the speed was wrong when half of that time began */
@@ -164,9 +169,35 @@ typedef struct {
     uint32_t shown_at;                                    /* [periods] ... and when it came */
 } campaign_truth_t;
 
+/* campaign_pair.c: the angle of a run, to be compared with that of the same run without learning. */
+#define CAMPAIGN_ANGLE_WINDOWS 256u
+
+typedef struct {
+    double blind, rated;                  /* [rad/s] mechanical: slower is not compared; of the motor */
+    float square[CAMPAIGN_ANGLE_WINDOWS]; /* [rad^2] mean of each window; below 0: it was not steady */
+    uint32_t windows;                     /* that are complete */
+    uint32_t wish[4];                     /* slots of what was asked for last, and of the load */
+    uint32_t settled;                     /* [periods] since the wish has been this one */
+    uint32_t periods;                     /* [periods] of the present window */
+    double sum;                           /* [rad^2] of the present window */
+    bool steady;                          /* so far */
+} campaign_angles_t;
+
+void campaign_angles_begin(campaign_angles_t *angles, const campaign_case_t *drawn);
+
+#define CAMPAIGN_PAIR_SECONDS 4.0 /* [s] so much longer are the runs of a pair */
+
+/* Is this one of the runs that are made with learning and without? */
+bool campaign_is_paired(const campaign_case_t *drawn);
+
+/* A violation, if the angle was worse with learning. */
+void campaign_compare_angles(const campaign_angles_t *with, const campaign_angles_t *without,
+                             campaign_result_t *result);
+
 typedef struct {
     const campaign_case_t *drawn;
     campaign_result_t *result;
+    campaign_angles_t *angles;  /* NULL: they are not kept */
     volatile sig_atomic_t stop; /* the run shall end: violated, or asked to */
     const volatile sig_atomic_t *asked;
     campaign_motor_t motor;
@@ -212,6 +243,7 @@ void campaign_duty_begin(campaign_watch_t *watch);
 void campaign_judge_duty(campaign_watch_t *watch, uint32_t period, const uint32_t *rows);
 void campaign_truth_begin(campaign_watch_t *watch);
 void campaign_judge_reasons(campaign_watch_t *watch, uint32_t period, const uint32_t *rows);
+void campaign_keep_angle(campaign_watch_t *watch, const uint32_t *rows);
 
 /* The value of a row at t = 0, of the scenario that the case is around or by default. */
 double campaign_initial(const campaign_case_t *drawn, const char *row);

@@ -180,4 +180,9 @@ void campaign_set_all(campaign_settings_t *to, const campaign_case_t *drawn, con
     set_sensors(to, drawn);
     set(to, "position_source", campaign_has_encoder(drawn) ? 0.0 : 1.0);
     set_loop(to, drawn);
+    if (drawn->unlearnt) {
+        set(to, "inductance_adaptation", 0.0);
+        set(to, "dead_time_adaptation", 0.0);
+        set(to, "inertia_adaptation", 0.0);
+    }
 }

@@ -51,9 +51,15 @@ static void unmet(const runner_result_t *run, const campaign_case_t *drawn, camp
     }
 }
 
+/* What is kept of a run beside its result. */
+typedef struct {
+    uint64_t hash;
+    campaign_angles_t angles;
+} kept_t;
+
 /* Runs a text under the judge. false: interrupted. */
 static bool run_text(const char *text, size_t octets, const campaign_case_t *drawn,
-                     const volatile sig_atomic_t *stop, campaign_result_t *result, uint64_t *hash)
+                     const volatile sig_atomic_t *stop, campaign_result_t *result, kept_t *kept)
 {
     uint32_t ids[CAMPAIGN_WATCHED_MAX];
     uint32_t floats;
@@ -66,13 +72,15 @@ static bool run_text(const char *text, size_t octets, const campaign_case_t *dra
         .second = drawn->faults[1].kind,
         .calm = campaign_is_calm(drawn) ? UINT32_C(1) : UINT32_C(0),
     };
-    *hash = 0u;
+    kept->hash = 0u;
+    campaign_angles_begin(&kept->angles, drawn);
     scenario_t *scenario = scenario_read_text("campaign", text, octets, &error);
     if (scenario == NULL) {
         refused(&error, result);
         return true;
     }
     campaign_watch_begin(&watch, drawn, result, stop);
+    watch.angles = campaign_is_paired(drawn) ? &kept->angles : NULL;
     const runner_options_t options = {
         .record = ids,
         .record_count = campaign_watched(ids, &floats),
@@ -92,7 +100,7 @@ static bool run_text(const char *text, size_t octets, const campaign_case_t *dra
     }
     result->reason = ran ? run.fault_reason : 0;
     result->latched = result->reason != 0 ? run.fault_period : 0u;
-    *hash = run.hash;
+    kept->hash = run.hash;
     if (ran && result->end == CAMPAIGN_HELD) {
         unmet(&run, drawn, result);
     }
@@ -101,20 +109,46 @@ static bool run_text(const char *text, size_t octets, const campaign_case_t *dra
     return result->end != CAMPAIGN_NOT_DONE;
 }
 
+/* The same run, longer, with learning and without. false: interrupted. */
+static bool compare_learning(const campaign_case_t *drawn, const volatile sig_atomic_t *stop,
+                             campaign_result_t *result)
+{
+    char text[CAMPAIGN_TEXT_SIZE];
+    campaign_case_t longer = *drawn;
+    campaign_result_t other[2];
+    kept_t kept[2];
+    longer.seconds += CAMPAIGN_PAIR_SECONDS;
+    for (int n = 0; n < 2; n++) {
+        longer.unlearnt = n != 0;
+        const size_t octets = campaign_text(&longer, NULL, text, sizeof text);
+        if (!run_text(text, octets, &longer, stop, &other[n], &kept[n])) {
+            return false;
+        }
+        if (other[n].end != CAMPAIGN_HELD) {
+            return true;
+        }
+    }
+    campaign_compare_angles(&kept[0].angles, &kept[1].angles, result);
+    return true;
+}
+
 bool campaign_run(const campaign_case_t *drawn, const volatile sig_atomic_t *stop, campaign_result_t *result)
 {
     char text[CAMPAIGN_TEXT_SIZE];
     const size_t octets = campaign_text(drawn, NULL, text, sizeof text);
-    uint64_t hash[2];
-    if (!run_text(text, octets, drawn, stop, result, &hash[0])) {
+    kept_t kept[2];
+    if (!run_text(text, octets, drawn, stop, result, &kept[0])) {
+        return false;
+    }
+    if (result->end == CAMPAIGN_HELD && campaign_is_paired(drawn) && !compare_learning(drawn, stop, result)) {
         return false;
     }
     if (result->end == CAMPAIGN_HELD && drawn->run % REPEATED_EVERY == 0u) {
         campaign_result_t again;
-        if (!run_text(text, octets, drawn, stop, &again, &hash[1])) {
+        if (!run_text(text, octets, drawn, stop, &again, &kept[1])) {
             return false;
         }
-        if (hash[0] != hash[1]) {
+        if (kept[0].hash != kept[1].hash) {
             result->end = CAMPAIGN_VIOLATED;
             result->invariant = CAMPAIGN_I_REPEAT;
         }

@@ -243,7 +243,8 @@ static claim_t claim_of(const campaign_case_t *drawn, const campaign_result_t *r
         return result->row == rig_row_by_name("true_u_dc")->id
                    ? (claim_t){"mean", "at_least", campaign_initial(drawn, "dc_undervoltage")}
                    : (claim_t){"max", "at_least", 1.0};
-    case CAMPAIGN_I_OFF: /* gates are no signal */
+    case CAMPAIGN_I_LEARN: /* it takes two runs */
+    case CAMPAIGN_I_OFF:   /* gates are no signal */
     case CAMPAIGN_I_GATES:
     case CAMPAIGN_I_REASON:
     case CAMPAIGN_I_REPEAT:

@@ -58,6 +58,7 @@ add_library(lagless_lab STATIC
     lab/campaign_duty.c
     lab/campaign_judge.c
     lab/campaign_motor.c
+    lab/campaign_pair.c
     lab/campaign_reasons.c
     lab/campaign_rows.c
     lab/campaign_run.c

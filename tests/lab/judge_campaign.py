@@ -1,14 +1,15 @@
 """Compares a campaign with what campaign_not_yet.txt pins of the present program.
 
-usage: judge_campaign.py LAGLESS PINNED pool|day|new|pin [FOLDER]
-  pool  the runs that the file was made of: exactly its violations, no more and no fewer. Its false alarms and excuses likewise.
-  day   a few runs of a seed of today's date, or of LAGLESS_GRID_SEED
-  new   as many runs as the pool has, of a seed that nobody has used; FOLDER keeps the results and the scenarios of violations
-  pin   makes the pool and writes the file
+usage: judge_campaign.py LAGLESS PINNED pool|day|carrier|new|pin [FOLDER]
+  pool     the runs that the file was made of: exactly its violations, no more and no fewer. Its false alarms and excuses likewise.
+  day      a few runs of a seed of today's date, or of LAGLESS_GRID_SEED
+  carrier  more runs of that seed, for a program of another carrier
+  new      as many runs as the pool has, of a seed that nobody has used; FOLDER keeps the results and the scenarios of violations
+  pin      makes the pool and writes the file
 
-The runs of `day` and `new` are others than the pool's, so that only counts can be compared. If both campaigns have one rate of a
-kind of violation, m of n runs here and k of N there, m is distributed as m of the m + k violations that fall on n of n + N runs
-(hypergeometric). The judgement is "worse" or "better" where so many or more, or so few or fewer, come by chance less than once in
+The runs of `day`, `carrier` and `new` are others than the pool's, so that only counts can be compared. If both campaigns have one
+rate of a kind of violation, m of n runs here and k of N there, m is distributed as m of the m + k violations that fall on n of
+n + N runs (hypergeometric). The judgement is "worse" or "better" where so many or more, or so few or fewer, come by chance less than once in
 CHANCE judgements. It needs no knowledge of the rate, so that it holds for any seed. Worse and better are both an error: who has
 mended something writes the file anew with `pin`.
 
@@ -25,7 +26,7 @@ import time
 
 CHANCE = 1e-7       # of a judgement; about 25 are made in a campaign
 POOL_SEED, POOL_RUNS = 1, 600
-DAY_RUNS = 60
+DAY_RUNS, CARRIER_RUNS = 60, 200
 EXCUSED_MOST = 0.02  # share of the runs that may need one excuse
 
 
@@ -123,6 +124,14 @@ def excuses_too_often(found, runs):
             if name.startswith("excuse") and count > EXCUSED_MOST * runs]
 
 
+def excuses_beyond_chance(found, runs):
+    """Those that so many runs, or more, need less than once in CHANCE judgements if their share is the largest accepted."""
+    def chance(count):
+        return 1.0 - sum(math.comb(runs, n) * EXCUSED_MOST**n * (1.0 - EXCUSED_MOST)**(runs - n) for n in range(count))
+    return [f"{name}: {count} of {runs} runs, more than {EXCUSED_MOST:.0%} explain" for name, count in sorted(found.items())
+            if name.startswith("excuse") and chance(count) < CHANCE]
+
+
 def main(lagless, path, form, folder=None):
     path = pathlib.Path(path)
     if form == "pin":
@@ -133,17 +142,17 @@ def main(lagless, path, form, folder=None):
         seed, runs, rows, pinned = read(path)
         summary = run(lagless, seed, runs)
         wrong = compare_pool(summary, rows, pinned) + excuses_too_often(counts(summary), runs)
-    elif form in ("day", "new"):
+    elif form in ("day", "carrier", "new"):
         _, pool, _, pinned = read(path)
         day = os.environ.get("LAGLESS_GRID_SEED") or datetime.datetime.now(datetime.timezone.utc).strftime("%Y%m%d")
-        seed, runs = (int(day), DAY_RUNS) if form == "day" else (time.time_ns() // 1000, pool)
+        seed, runs = {"day": (int(day), DAY_RUNS), "carrier": (int(day), CARRIER_RUNS), "new": (time.time_ns() // 1000, pool)}[form]
         if folder:
             folder = pathlib.Path(folder) / f"seed-{seed}"
             folder.mkdir(parents=True, exist_ok=True)
             print(f"results and scenarios: {folder}")
         summary = run(lagless, seed, runs, folder)
         print(f"seed {seed}, {runs} runs, {len(summary['violations'])} violations, pinned {sum(v for k, v in pinned.items() if k.startswith('violation'))} of {pool}")
-        wrong = compare_counts(counts(summary), runs, pinned, pool)
+        wrong = compare_counts(counts(summary), runs, pinned, pool) + excuses_beyond_chance(counts(summary), runs)
     else:
         print(__doc__, file=sys.stderr)
         return 2

@@ -262,6 +262,41 @@ static void test_a_healthy_drive_that_does_not_reach_its_speed_is_found(void)
     expect_held();
 }
 
+/* What takes the shaft towards zero feeds the link, and may take as long as friction needs; what takes it up
+ * does not. */
+static void test_a_soft_link_excuses_a_speed_only_while_the_wish_brakes(void)
+{
+    for (int up = 0; up < 2; up++) {
+        judge_anew("", 0.0);
+        observed.quantities[CAMPAIGN_Q_dc_soft] = 1e-3;
+        campaign_watch_begin(&watch, &observed, &result, NULL);
+        gates(true);
+        put("true_omega_m", up != 0 ? 20.0f : 140.0f);
+        put("speed_request", 80.0f);
+        put("omega_m_ref", 80.0f);
+        pass(5.0);
+        if (up != 0) {
+            expect_violated(CAMPAIGN_I_REACH);
+        } else {
+            expect_held();
+        }
+    }
+}
+
+static void test_a_load_that_overhauls_on_a_soft_link_is_expected_at_no_speed(void)
+{
+    judge_anew("", 0.0);
+    observed.quantities[CAMPAIGN_Q_dc_soft] = 1e-3;
+    observed.quantities[CAMPAIGN_Q_load_kind] = 1.0;
+    observed.quantities[CAMPAIGN_Q_load] = 0.3;
+    campaign_watch_begin(&watch, &observed, &result, NULL);
+    gates(true);
+    put("speed_request", 80.0f);
+    put("omega_m_ref", 80.0f);
+    pass(5.0);
+    expect_held();
+}
+
 /* A drive that never comes on and gives a reason for that does not reach its speed either. */
 static void test_a_refusal_that_lasts_is_a_speed_that_is_not_reached(void)
 {

@@ -5,6 +5,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import find_seeded_defects as defects  # noqa: E402
 import judge_campaign as judge  # noqa: E402
 
 
@@ -38,6 +39,16 @@ class Counts(unittest.TestCase):
                          for m in range(both + 1) if min(judge.tails(m, both - m, 60, 600)) < judge.CHANCE)
             self.assertLess(chance, 2.0 * judge.CHANCE)
 
+    def test_an_excuse_that_more_than_a_fiftieth_of_the_runs_need_is_seen(self):
+        found = judge.collections.Counter({"excuse the interrupt is made late": 12, "alarm": 60})
+        self.assertEqual([], judge.excuses_too_often(found, 600))
+        self.assertEqual([], judge.excuses_beyond_chance(found, 600))
+        found["excuse the interrupt is made late"] = 13
+        self.assertEqual(1, len(judge.excuses_too_often(found, 600)))
+        self.assertEqual([], judge.excuses_beyond_chance(found, 600))  # a share of 2 % gives so many nearly every second time
+        found["excuse the interrupt is made late"] = 36               # binomial, of 600 and 0.02: 1.1e-8
+        self.assertEqual(1, len(judge.excuses_beyond_chance(found, 600)))
+
     def test_the_file_reads_back_as_it_was_written(self):
         summary = {"violations": [{"run": 7, "invariant": "reach", "injected": "none"}], "alarms": 1, "calm": 99,
                    "excuses": {"the interrupt is made late": 4}}
@@ -52,6 +63,10 @@ class Counts(unittest.TestCase):
             path.write_text("pool 1 600\nrun x\n", encoding="utf-8")
             with self.assertRaisesRegex(SystemExit, ":2: run x: accepted are"):
                 judge.read(path)
+
+class Defects(unittest.TestCase):
+    def test_what_each_defect_replaces_is_in_the_firmware(self):
+        self.assertEqual([], defects.missing(pathlib.Path(__file__).resolve().parents[2]))
 
 
 unittest.main()

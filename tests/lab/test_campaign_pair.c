@@ -1,0 +1,233 @@
+/* The pairs of a campaign: the same run with learning and without, compared where both are steady; and which
+ * draws there are. */
+#include <math.h>
+#include <string.h>
+
+#include "host_sim/lab/campaign_parts.h"
+#include "medium/manoeuvre/manoeuvres.h"
+#include "settings/requests.h"
+#include "tests/lab/watched.h"
+#include "unity.h"
+
+static campaign_angles_t angles;
+
+/* The default motor, 157 rad/s, runs sensorless at this speed [rad/s], which is asked for. */
+static void watch_at(float speed)
+{
+    observed = (campaign_case_t){.seconds = 5.0};
+    for (uint32_t n = 0; n < CAMPAIGN_QUANTITY_COUNT; n++) {
+        observed.quantities[n] = campaign_quantities[n].initial;
+    }
+    watch_a_drive_that_runs();
+    campaign_angles_begin(&angles, &observed);
+    watch.angles = &angles;
+    put("true_omega_m", speed);
+    put("speed_request", speed);
+    put("true_u_dc", 311.0f);
+}
+
+static void pass(double seconds)
+{
+    const uint32_t periods = campaign_periods(seconds);
+    for (uint32_t n = 0; n < periods; n++) {
+        campaign_watch_sample(&watch, now++, slots, count);
+    }
+}
+
+static uint32_t steady_windows(void)
+{
+    uint32_t found = 0;
+    for (uint32_t n = 0; n < angles.windows; n++) {
+        found += angles.square[n] >= 0.0f ? 1u : 0u;
+    }
+    return found;
+}
+
+static void test_windows_of_50_ms_are_kept_once_the_wish_is_3_s_old(void)
+{
+    watch_at(80.0f);
+    put("theta_err", -0.02f);
+    pass(4.0);
+    TEST_ASSERT_EQUAL_UINT32(80u, angles.windows);
+    TEST_ASSERT_EQUAL_UINT32(20u, steady_windows()); /* all but the 60 of the first 3 s */
+    TEST_ASSERT_FLOAT_WITHIN(1e-8f, 4e-4f, angles.square[79]);
+    put("load_torque", 1.0f);
+    pass(3.0);
+    TEST_ASSERT_EQUAL_UINT32(20u, steady_windows());
+    pass(0.15);
+    TEST_ASSERT_EQUAL_UINT32(23u, steady_windows());
+}
+
+static void test_what_is_not_steady_is_not_kept(void)
+{
+    watch_at(80.0f);
+    put("true_omega_m", 70.0f); /* a twentieth of rated speed is 7.9 rad/s */
+    pass(4.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, steady_windows());
+    watch_at((float)(0.9 * campaign_blind_speed(&observed)));
+    pass(4.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, steady_windows());
+    watch_at(80.0f);
+    *slot("manoeuvre") = (uint32_t)MANOEUVRE_RELOCK;
+    pass(4.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, steady_windows());
+    watch_at(80.0f);
+    *slot("mode") = (uint32_t)MODE_CURRENT;
+    pass(4.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, steady_windows());
+}
+
+static void test_longer_runs_than_there_is_room_for_end_at_its_end(void)
+{
+    watch_at(80.0f);
+    pass(0.05 * (CAMPAIGN_ANGLE_WINDOWS + 20u));
+    TEST_ASSERT_EQUAL_UINT32(CAMPAIGN_ANGLE_WINDOWS, angles.windows);
+}
+
+/* Four windows: rms with learning and without [mrad]. */
+static campaign_end_t compared(double with, double without, uint32_t steady)
+{
+    campaign_angles_t both[2] = {{.windows = 10u}, {.windows = 8u}};
+    campaign_result_t judged = {.end = CAMPAIGN_HELD, .invariant = CAMPAIGN_NO_INVARIANT};
+    for (uint32_t n = 0; n < 10u; n++) {
+        both[0].square[n] = n == 2u ? -1.0f : (float)(1e-6 * with * with);
+        both[1].square[n] = n > 2u + steady ? -1.0f : (float)(1e-6 * without * without);
+    }
+    both[0].square[0] = -1.0f;
+    both[0].square[1] = -1.0f;
+    campaign_compare_angles(&both[0], &both[1], &judged);
+    if (judged.end == CAMPAIGN_VIOLATED) {
+        TEST_ASSERT_EQUAL(CAMPAIGN_I_LEARN, judged.invariant);
+        TEST_ASSERT_EQUAL_UINT32(campaign_periods(0.15), judged.from);
+        TEST_ASSERT_EQUAL_UINT32(campaign_periods(0.05 * (3.0 + steady)) - 1u, judged.period);
+        TEST_ASSERT_EQUAL_STRING("theta_err", rig_row(judged.row)->name);
+    }
+    return judged.end;
+}
+
+static void test_an_angle_that_is_worse_by_2_mrad_with_learning_is_a_violation(void)
+{
+    TEST_ASSERT_EQUAL(CAMPAIGN_HELD, compared(6.9, 5.0, 4u));
+    TEST_ASSERT_EQUAL(CAMPAIGN_VIOLATED, compared(7.1, 5.0, 4u));
+    TEST_ASSERT_EQUAL(CAMPAIGN_HELD, compared(5.0, 50.0, 4u));
+    TEST_ASSERT_EQUAL(CAMPAIGN_HELD, compared(50.0, 5.0, 3u)); /* too few that are steady in both */
+    TEST_ASSERT_EQUAL(CAMPAIGN_VIOLATED, compared(50.0, 5.0, 5u));
+}
+
+static void test_healthy_runs_without_encoder_are_paired(void)
+{
+    uint32_t paired = 0;
+    for (uint32_t run = 0; run < 2000u; run++) {
+        campaign_case_t drawn;
+        campaign_draw(15u, run, 2.0, &drawn);
+        if (campaign_is_paired(&drawn)) {
+            paired++;
+            TEST_ASSERT_TRUE(campaign_is_healthy(&drawn));
+            TEST_ASSERT_FALSE(campaign_is_coded(&drawn, 0.0));
+            TEST_ASSERT_FALSE(campaign_is_coded(&drawn, 2.0));
+            TEST_ASSERT_EQUAL_DOUBLE(0.0, CAMPAIGN_VALUE(&drawn, sine));
+        }
+    }
+    /* 1/8 of 1/2 without fault, of 1/2 without encoder, of (7/8)^2 without sine and spring, of five sixths
+     * that do not change the source: 40 of 2000, and five standard deviations */
+    TEST_ASSERT_UINT32_WITHIN(31u, 40u, paired);
+}
+
+static void test_the_other_run_of_a_pair_learns_nothing(void)
+{
+    static const char *const rows[] = {"inductance_adaptation", "dead_time_adaptation", "inertia_adaptation"};
+    for (int unlearnt = 0; unlearnt < 2; unlearnt++) {
+        char text[CAMPAIGN_TEXT_SIZE];
+        campaign_case_t drawn;
+        scenario_error_t error;
+        campaign_draw(15u, 1u, 2.0, &drawn);
+        drawn.unlearnt = unlearnt != 0;
+        const size_t octets = campaign_text(&drawn, NULL, text, sizeof text);
+        scenario_t *scenario = scenario_read_text("drawn", text, octets, &error);
+        TEST_ASSERT_NOT_NULL(scenario);
+        for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+            const double value = scenario_initial(scenario, rig_row_by_name(rows[n]));
+            TEST_ASSERT_EQUAL_MESSAGE(unlearnt == 0, value != 0.0, rows[n]);
+        }
+        scenario_free(scenario);
+    }
+}
+
+/* ---- what is drawn ---- */
+
+static bool has(const campaign_case_t *drawn, campaign_event_kind_t kind, double from, double to)
+{
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        const campaign_event_t *event = &drawn->events[n];
+        if (event->kind == kind && event->time > from && event->time <= to) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Does one kind of event come so soon after the other [s]? */
+static bool follows(const campaign_case_t *drawn, campaign_event_kind_t first, campaign_event_kind_t second,
+                    double within)
+{
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        if (drawn->events[n].kind == first &&
+            has(drawn, second, drawn->events[n].time, drawn->events[n].time + within)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Has the run this property? NULL: there are no more of them. */
+static const char *property(uint32_t n, const campaign_case_t *drawn, bool *holds)
+{
+    const double on = drawn->events[0].time;
+    const bool sensorless = CAMPAIGN_VALUE(drawn, encoder) == 0.0;
+    const bool two = drawn->faults[0].kind != 0u && drawn->faults[1].kind != 0u;
+    const struct {
+        const char *name;
+        bool holds;
+    } all[] = {
+        {"harmonics of the EMF beyond 1 %",
+         fmax(fabs(CAMPAIGN_VALUE(drawn, emf_5th)), fabs(CAMPAIGN_VALUE(drawn, emf_7th))) > 0.01},
+        {"unequal legs",
+         CAMPAIGN_VALUE(drawn, leg_drop) > 0.0 && CAMPAIGN_VALUE(drawn, leg_resistance) > 0.0},
+        {"a supply within 3 % of dc_overvoltage", CAMPAIGN_VALUE(drawn, dc_edge) > 0.0},
+        {"a supply within 5 % of dc_undervoltage", CAMPAIGN_VALUE(drawn, dc_edge) < 0.0},
+        {"offsets that drift while the bridge is off", follows(drawn, CAMPAIGN_V_DRIFT, CAMPAIGN_V_ON, 0.06)},
+        {"two faults, one after the other", two && drawn->faults[1].time >= drawn->faults[0].time},
+        {"a fault that goes away", drawn->faults[0].lasts > 0.0},
+        {"a reset, and enable off and on after it", follows(drawn, CAMPAIGN_V_RESET, CAMPAIGN_V_OFF, 0.03) &&
+                                                        follows(drawn, CAMPAIGN_V_OFF, CAMPAIGN_V_ON, 0.03)},
+        {"a quick stop that is taken back", follows(drawn, CAMPAIGN_V_QUICK_STOP, CAMPAIGN_V_ON, 0.3)},
+        {"a parameter that changes during a start",
+         sensorless && has(drawn, CAMPAIGN_V_PARAMS, on, on + 0.7)},
+        {"another source of the angle", has(drawn, CAMPAIGN_V_SOURCE, 0.0, 2.0)},
+        {"a fan", CAMPAIGN_VALUE(drawn, fan) > 0.0},
+        {"a load that goes with the angle", CAMPAIGN_VALUE(drawn, sine) > 0.0},
+        {"a spring", CAMPAIGN_VALUE(drawn, spring) > 0.0},
+        {"an elastic shaft", CAMPAIGN_VALUE(drawn, second_mass) > 0.0},
+    };
+    *holds = n < sizeof all / sizeof all[0] && all[n].holds;
+    return n < sizeof all / sizeof all[0] ? all[n].name : NULL;
+}
+
+/* Each is in one run of 100 at least, so that 250 runs have it with a chance of 0.92 or more. */
+static void test_what_happens_to_drives_is_drawn(void)
+{
+    enum { DRAWN = 4000, MOST = 32 };
+    uint32_t seen[MOST] = {0};
+    campaign_case_t drawn;
+    bool holds;
+    for (uint32_t run = 0; run < DRAWN; run++) {
+        campaign_draw(16u, run, 2.0, &drawn);
+        for (uint32_t n = 0; n < MOST && property(n, &drawn, &holds) != NULL; n++) {
+            seen[n] += holds ? 1u : 0u;
+        }
+    }
+    const char *name = NULL;
+    for (uint32_t n = 0; (name = property(n, &drawn, &holds)) != NULL; n++) {
+        TEST_ASSERT_GREATER_THAN_UINT32_MESSAGE(DRAWN / 100u, seen[n], name);
+    }
+}

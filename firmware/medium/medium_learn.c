@@ -115,7 +115,7 @@ static void learn_ripple(medium_t *medium, const window_t *window)
     const float omega = tracking ? medium->means.omega : window->frame.omega_e;
     const float share = tracking ? emf_shape_share(omega) : 0.0f;
     const float legs_share = unequal_legs_share(omega);
-    if (learn->seen > 0.0f && dead_time_learn_is_settled(learn)) {
+    if (learn->seen > 0.0f && dead_time_learn_is_near(learn)) {
         const emf_shape_input_t shape = {
             .emf_mean = learn->emf_mean,
             .rest = learn->rest,

@@ -78,15 +78,15 @@ static const change_t real_changes[CHANGES_MAX] = {
     {"plant.current_gain_error_a", 0.0, 0.002},
 };
 
-/* What the drive may learn about its machine. Off is 0. On is what the row has by default or in the
- * scenario, or if that is 0, this. A row that a drive does not have is passed over. */
+/* What the drive may learn about its machine. Off is 0. On is what the scenario says, or if that is 0, the
+ * row's default, or if that is 0 too, this. A row that a drive does not have is passed over. */
 static const struct {
     const char *row;
     double on; /* [unit of the row] */
 } learning[] = {
     {"flux_adaptation", 2.0},
-    {"inductance_adaptation", 2.0},
-    {"dead_time_adaptation", 3.0},
+    {"inductance_adaptation", 3.0},
+    {"dead_time_adaptation", 6.0},
     {"inertia_adaptation", 1.0},
 };
 
@@ -127,7 +127,8 @@ static bool adapt(rig_t *rig, map_adaptation_t adaptation)
             continue;
         }
         const double set = rig_value(rig, learning[n].row);
-        const double on = set != 0.0 ? set : learning[n].on;
+        const double initial = set != 0.0 ? set : rig_initial(row);
+        const double on = initial != 0.0 ? initial : learning[n].on;
         if (!rig_set(rig, row->id, adaptation == MAP_ADAPTATION_ON ? on : 0.0)) {
             return false;
         }

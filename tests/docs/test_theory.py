@@ -185,6 +185,21 @@ class Loop(unittest.TestCase):
             gain = abs(top / ((s + float(cutoff)) * (s * s + 2 * found * s + found**2)))
             self.assertAlmostEqual(gain * gain, 0.5, delta=1e-9)
 
+    def test_table_of_a_shape_that_is_not_learnt(self):
+        wn = natural_frequency(200.0, 50.0)
+        rows = rows_below("| r/min with a shape that is not learnt")
+        self.assertEqual(len(rows), 7)
+        for rpm, deviation in rows:
+            s = 6j * omega_of(float(rpm))
+            passed = abs((2 * wn * s + wn * wn) / (s * s + 2 * wn * s + wn * wn))
+            self.assertAlmostEqual(1e3 * 0.05 / math.sqrt(2) * passed, float(deviation), delta=half_digit(deviation))
+
+    def test_a_shape_that_is_left_moves_the_twelfth_harmonic(self):
+        a, c, count = 0.383, 0.02, 3600
+        angles = [2 * math.pi * n / count for n in range(count)]
+        moved = sum(a * math.sin(6 * t) * math.sin(12 * (t + c * math.sin(6 * t))) for t in angles) / count
+        self.assertAlmostEqual(moved, -3 * c * a, delta=0.03 * 3 * c * a)
+
     def test_error_while_accelerating(self):
         for cutoff, gamma in ((0.0, 1.0), (25.0, 1.0), (25.0, 0.9), (25.0, 1.1)):
             error, _, ki = ramp(100.0, cutoff, 80.0, gamma)

@@ -54,8 +54,9 @@
     1.7f /* [-] T_e over dead band or T_e of the parameters, at most: gates delay it by less */
 #define DEAD_TIME_LEARN_EMF_LIMIT 1e4f /* [V], [A] what is longer is no measurement */
 
-/* [-] of the rate it began with: so slow, it has seen enough. */
+/* [-] of the rate it began with: so slow, it has seen enough, and enough for what is learnt beside it. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f
+#define DEAD_TIME_LEARN_NEAR    0.6f
 #define DEAD_TIME_LEARN_CHANCE                                                                               \
     0.028f /* [-] of the dead band, that noise may make of it at the first rate                              \
             */
@@ -126,6 +127,12 @@ static inline void dead_time_learn_pause(dead_time_learn_t *learn)
 static inline bool dead_time_learn_is_settled(const dead_time_learn_t *learn)
 {
     return learn->rate <= DEAD_TIME_LEARN_SETTLED * learn->tuning.rate;
+}
+
+/* Is it near enough that the rest of the EMF is not taken for a shape, nor for legs that differ? */
+static inline bool dead_time_learn_is_near(const dead_time_learn_t *learn)
+{
+    return learn->rate <= DEAD_TIME_LEARN_NEAR * learn->tuning.rate;
 }
 
 /* In every so-manieth period, as the tuning says: what the means since the last one teach. A current that

@@ -7,7 +7,8 @@ if(stale)
     file(REMOVE ${stale})
 endif()
 
-execute_process(COMMAND "${CTEST}" --preset asan --parallel ${jobs} --no-tests=error
+math(EXPR at_once "${jobs} + 1") # some wait for time-outs
+execute_process(COMMAND "${CTEST}" --preset asan --parallel ${at_once} --no-tests=error
     WORKING_DIRECTORY "${SOURCE}" RESULT_VARIABLE failed)
 if(failed)
     message(FATAL_ERROR "coverage: the tests failed")

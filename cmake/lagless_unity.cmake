@@ -1,6 +1,6 @@
 # Unity, from the first place that has it: UNITY_DIR, an installed package, the cache that tools/get-unity fills, GitHub.
 # Gives the target unity::framework, and lagless_runner(), which gives a file of tests its main().
-# lagless_runner(out source [module name]): `out` is a C file that includes `source` and runs each of its tests: a program, or
+# lagless_runner(out source [MODULE name]): `out` is a C file that includes `source` and runs each of its tests: a program, or
 # a module of a room. Its compiler needs the folder of the project among its include directories.
 find_package(Python3 3.9 COMPONENTS Interpreter QUIET)
 set(LAGLESS_RUNNER "${CMAKE_CURRENT_LIST_DIR}/unity_runner.py")
@@ -8,20 +8,38 @@ function(lagless_runner out source)
     get_filename_component(source "${source}" ABSOLUTE)
     file(RELATIVE_PATH short "${CMAKE_SOURCE_DIR}" "${source}")
     if(ARGC GREATER 3)
-        set(kind module ${ARGV3})
-        set(name "${ARGV3}.c")
+        set(runner "${CMAKE_CURRENT_BINARY_DIR}/run_${ARGV3}.c")
+        lagless_made_by_runner("${runner}" "module ${ARGV3} ${short}" "${source}")
     else()
-        set(kind test)
         string(REPLACE "/" "_" name "${short}")
-    endif()
-    set(runner "${CMAKE_CURRENT_BINARY_DIR}/run_${name}")
-    get_property(made GLOBAL PROPERTY "LAGLESS_RUNNER_${runner}")
-    if(NOT made)
-        add_custom_command(OUTPUT "${runner}" DEPENDS "${source}" "${LAGLESS_RUNNER}" WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
-            COMMAND "${Python3_EXECUTABLE}" -B "${LAGLESS_RUNNER}" ${kind} "${short}" > "${runner}" VERBATIM)
-        set_property(GLOBAL PROPERTY "LAGLESS_RUNNER_${runner}" YES)
+        set(runner "${CMAKE_CURRENT_BINARY_DIR}/run_${name}")
+        lagless_made_by_runner("${runner}" "test ${short}" "${source}")
     endif()
     set(${out} "${runner}" PARENT_SCOPE)
+endfunction()
+
+# Notes that a C file of this folder is made by unity_runner.py with these words, of these sources. One start of Python makes all files
+# of a folder, in a command that is written when the folder has been read to its end.
+function(lagless_made_by_runner file words) # SOURCE...
+    get_property(files DIRECTORY PROPERTY LAGLESS_RUNNER_FILES)
+    if(file IN_LIST files)
+        return()
+    endif()
+    if(NOT files)
+        cmake_language(DEFER CALL lagless_write_runners)
+    endif()
+    set_property(DIRECTORY APPEND PROPERTY LAGLESS_RUNNER_FILES "${file}")
+    set_property(DIRECTORY APPEND PROPERTY LAGLESS_RUNNER_SOURCES ${ARGN})
+    set_property(DIRECTORY APPEND_STRING PROPERTY LAGLESS_RUNNER_LINES "${file}\t${words}\n")
+endfunction()
+function(lagless_write_runners)
+    get_property(files DIRECTORY PROPERTY LAGLESS_RUNNER_FILES)
+    get_property(sources DIRECTORY PROPERTY LAGLESS_RUNNER_SOURCES)
+    get_property(lines DIRECTORY PROPERTY LAGLESS_RUNNER_LINES)
+    set(list "${CMAKE_CURRENT_BINARY_DIR}/runners.txt")
+    file(CONFIGURE OUTPUT "${list}" CONTENT "${lines}" @ONLY)
+    add_custom_command(OUTPUT ${files} DEPENDS ${sources} "${list}" "${LAGLESS_RUNNER}" WORKING_DIRECTORY "${CMAKE_SOURCE_DIR}"
+        COMMAND "${Python3_EXECUTABLE}" -B "${LAGLESS_RUNNER}" "${list}" COMMENT "Runners of tests" VERBATIM)
 endfunction()
 
 set(LAGLESS_UNITY_CACHE "$ENV{XDG_CACHE_HOME}")

@@ -2,9 +2,11 @@
 """Writes what runs the tests of a C file: every function `static void test_...(void)` of the file, in the file's order, under the
 file's own #if lines. A setUp() or a tearDown() that the file does not define is empty.
 
-usage: unity_runner.py test SOURCE > RUNNER          the program of one file
-       unity_runner.py module NAME SOURCE > RUNNER   one file of a room: int run_NAME(void)
-       unity_runner.py room NAME... > RUNNER         the program of a room: all of its modules, or those that its arguments name"""
+usage: unity_runner.py LIST   a line of LIST for each file that is made, and written where its text has changed:
+       RUNNER tab test SOURCE          the program of one file
+       RUNNER tab module NAME SOURCE   one file of a room: int run_NAME(void)
+       RUNNER tab room NAME...         the program of a room: all of its modules, or those that its arguments name"""
+import os
 import re
 import sys
 
@@ -82,13 +84,23 @@ def room(names):
     return [ROOM.format(declarations=declarations, rows=rows)]
 
 
-def main(kind, *words):
-    made = {"test": lambda source: runner(source, ""), "module": lambda name, source: runner(source, name),
-            "room": lambda *names: room(names)}[kind](*words)
-    print("/* Made by cmake/unity_runner.py. */", *made, sep="\n")
+def made(kind, *words):
+    lines = {"test": lambda source: runner(source, ""), "module": lambda name, source: runner(source, name),
+             "room": lambda *names: room(names)}[kind](*words)
+    return "\n".join(["/* Made by cmake/unity_runner.py. */", *lines, ""])
+
+
+def main(listing):
+    with open(listing, encoding="utf-8") as file:
+        rows = [line.split("\t") for line in file.read().splitlines()]
+    for path, words in rows:
+        text = made(*words.split())
+        if not os.path.exists(path) or open(path, encoding="utf-8").read() != text:
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 3:
+    if len(sys.argv) != 2:
         sys.exit(__doc__)
-    main(*sys.argv[1:])
+    main(sys.argv[1])

@@ -8,8 +8,11 @@ steps_begin=$(date +%s)
 steps_beside=  # names of what runs beside, each with its process: " NAME:PID NAME:PID"
 steps_inside=  # yes: this shell is one of those
 steps_child=   # process of the step that runs in such a shell
-: >"$steps_log/unchecked"
-: >"$steps_log/steps.tsv"
+# A script that this one calls, with STEPS_OF_CALLER set, adds its steps to those of its caller.
+if [ -z "${STEPS_OF_CALLER:-}" ]; then
+    : >"$steps_log/unchecked"
+    : >"$steps_log/steps.tsv"
+fi
 
 # Sets steps_processor to the processor seconds in a file that `times` has written: those of the children that the shell which
 # executed it has waited for.
@@ -25,7 +28,7 @@ step() {
     step_text=$2
     shift 2
     step_start=$(date +%s)
-    steps_times=$steps_log/times${steps_inside:+_$beside_name}
+    steps_times=$steps_log/times${STEPS_OF_CALLER:+_called}${steps_inside:+_$beside_name}
     step_before_processor=0
     if [ -n "$steps_inside" ]; then
         times >"$steps_times"

@@ -13,6 +13,7 @@ if(NOT LAGLESS_SANITIZE)
     add_test(NAME case_scope_page COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_scope_page.py $<TARGET_FILE:lagless>
         ${CMAKE_CURRENT_BINARY_DIR}/scope_page)
     set_tests_properties(case_scope_page PROPERTIES LABELS scope TIMEOUT 300 COST 30 SKIP_RETURN_CODE 77)
+    lagless_on_day(1 case_scope_page)
 endif()
 add_test(NAME case_noisy_line COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_noisy_line.py $<TARGET_FILE:lagless>
     ${CMAKE_CURRENT_BINARY_DIR}/noisy_line)

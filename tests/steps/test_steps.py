@@ -51,6 +51,15 @@ class Steps(unittest.TestCase):
         self.assertIn("why", done.stderr)
         self.assertNotIn("quiet", done.stderr)
 
+    def test_a_script_that_is_called_adds_its_steps_to_those_of_its_caller(self):
+        (self.folder / "inner").write_text(". tools/steps.sh\nstep a inner true\n")
+        done = self.run_script("""step a before true\nSTEPS_OF_CALLER=yes sh inner\nunchecked 'a tool'
+            beside lane env STEPS_OF_CALLER=yes sh inner\nstep a after true\nbeside_end lane\n""")
+        self.assertEqual((0, ""), (done.returncode, done.stderr))
+        rows = [line.split("\t")[0] for line in self.log("steps.tsv").splitlines()]
+        self.assertEqual(["after", "before", "inner", "inner"], sorted(rows))
+        self.assertEqual("a tool\n", self.log("unchecked"))
+
     def test_what_runs_beside_is_told_where_it_is_waited_for(self):
         done = self.run_script("""lane() { step a 'first of the lane' sleep 0.2; step a 'second of the lane' true; }
             beside lane lane

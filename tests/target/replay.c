@@ -1,6 +1,6 @@
 /* Takes a recording through this target's drive, interrupt by interrupt, and compares every signal and the
- * command with what the desk got, bit for bit; where floats are software, the beginning of each part. 0: no
- * bit differs. */
+ * command with what the desk got, bit for bit; where floats are software, the beginning of each part, and of
+ * the parts the share of the day. 0: no bit differs. */
 #include <stdio.h>
 #include <string.h>
 
@@ -9,7 +9,7 @@
 #ifdef REPLAY_FILE
 static FILE *input;
 #else
-#include <avr/io.h> /* GPIOR2: the next octet of the simulator's second argument */
+#include <avr/io.h> /* GPIOR2: the next octet of the simulator's input */
 #endif
 
 #ifndef REPLAY_MOST
@@ -110,6 +110,12 @@ int main(void)
         return 2;
     }
 #endif
+    uint32_t seed = 0u, share = 1u, left_out = 0u;
+#ifndef REPLAY_FILE /* the simulator's words in front of the recording */
+    seed = take();
+    share = take();
+    share = share == 0u ? 1u : share;
+#endif
     if (!take_head()) {
         printf("replay: this is no recording with the " RECORDING_ESTIMATOR ", or one of other tables\n");
         return 2;
@@ -122,10 +128,21 @@ int main(void)
         return 2;
     }
     for (uint32_t part = 0; part < parts; part++) {
-        const uint32_t count = periods[part] < REPLAY_MOST ? periods[part] : REPLAY_MOST;
-        replay(count);
+        uint32_t count = periods[part] < REPLAY_MOST ? periods[part] : REPLAY_MOST;
+        if ((part + seed) % share != 0u) {
+            count = 0u;
+            left_out++;
+        }
+        if (count != 0u) {
+            replay(count);
+        } else {
+            leave_out(params_table.count); /* of the power-on */
+        }
         pass_over(periods[part] - count);
         all += count;
+    }
+    if (left_out != 0u) {
+        printf("%lu of %lu parts left to other days\n", (unsigned long)left_out, (unsigned long)parts);
     }
     printf("%lu interrupts, " RECORDING_ESTIMATOR ", %lu values compared, %lu bits differ\n",
            (unsigned long)all, (unsigned long)values, (unsigned long)differing);

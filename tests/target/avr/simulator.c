@@ -3,12 +3,16 @@
  *
  *     GPIOR0 written: a character for standard output
  *     GPIOR1 written: the end; the value is the exit code
- *     GPIOR2 read:    the next octet of the input file; 0 when there is none left
+ *     GPIOR2 read:    the next octet of the input; 0 when there is none left
+ *
+ * The input is the seed of the random shares (LAGLESS_GRID_SEED, the date) and the share that is run, one in
+ * so many (LAGLESS_GRID_SHARE, 1), 32 bits each, lowest octet first; then a file.
  *
  * usage: avr_simulator PROGRAM.elf [INPUT] */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include <simavr/sim_avr.h>
 #include <simavr/sim_elf.h>
@@ -18,6 +22,8 @@ enum { GPIOR0 = 0x3E, GPIOR1 = 0x4A, GPIOR2 = 0x4B }; /* data addresses */
 enum { CRASHED = 99, WRONG_USE = 2 };
 
 static FILE *input;
+static unsigned char shares[8]; /* the input's beginning */
+static unsigned passed;         /* octets of it that were read */
 static int exit_code = -1;
 
 static void on_character(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *context)
@@ -41,8 +47,21 @@ static uint8_t on_input(struct avr_t *avr, avr_io_addr_t address, void *context)
     (void)avr;
     (void)address;
     (void)context;
+    if (passed < sizeof shares) {
+        return shares[passed++];
+    }
     const int octet = input != NULL ? getc(input) : EOF;
     return octet == EOF ? 0u : (uint8_t)octet;
+}
+
+/* A number of the environment, as the next 32 bits of the input's beginning. */
+static void share(unsigned at, const char *name, unsigned long otherwise)
+{
+    const char *text = getenv(name);
+    const unsigned long number = text != NULL && *text != '\0' ? strtoul(text, NULL, 10) : otherwise;
+    for (unsigned n = 0; n < 4u; n++) {
+        shares[at + n] = (unsigned char)(number >> 8u * n & 0xFFu);
+    }
 }
 
 int main(int argc, char **argv)
@@ -57,6 +76,11 @@ int main(int argc, char **argv)
         fprintf(stderr, "avr_simulator: %s cannot be read\n", argv[2]);
         return WRONG_USE;
     }
+    const time_t now = time(NULL);
+    const struct tm *const day = gmtime(&now);
+    const int today = (day->tm_year + 1900) * 10000 + (day->tm_mon + 1) * 100 + day->tm_mday;
+    share(0, "LAGLESS_GRID_SEED", (unsigned long)today);
+    share(4, "LAGLESS_GRID_SHARE", 1);
     setvbuf(stdout, NULL, _IOLBF, 0);
     avr_t *avr = avr_make_mcu_by_name("atmega2560");
     avr->ramend = 0xFFFF;

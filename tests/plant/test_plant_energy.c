@@ -34,6 +34,11 @@ static plant_truth_t balanced(double kinetic_before, const char *what)
     return now;
 }
 
+/* Two masses that swing with 160 Hz. */
+#define ELASTIC                                                                                              \
+    "inertia = 0.003, load_inertia = 0.006, shaft_damping = 0.05, friction_coulomb = 0.3, load_torque = 4, " \
+    "shaft_stiffness = 2000"
+
 static void test_energy_balances(void)
 {
     static const struct {
@@ -53,6 +58,10 @@ static void test_energy_balances(void)
          "inductance_d = 0.008, inductance_q = 0.02, open_phase_b = 1, shaft_locked = 1, shaft_locked_speed "
          "= 80",
          80.0, 90.0, 5.0, 0.0, 2000, 0u},
+        {"an elastic load", ELASTIC, 0.0, 120.0, 10.0, 0.0, 4000, 0u},
+        {"the same averaged", ELASTIC, 0.0, 120.0, 10.0, 0.0, 4000, 1u},
+        {"an elastic load that sticks", ELASTIC ", friction_breakaway = 0.5", 0.0, 120.0, 10.0, 0.0, 4000,
+         0u},
         {"a soft link", "dc_resistance = 1, dc_capacitance = 1e-3, load_torque = 5, inertia = 0.003", 0.0,
          157.0, 10.0, 0.0, 3000, 0u},
     };
@@ -65,7 +74,9 @@ static void test_energy_balances(void)
         drive(drives[n].periods, drives[n].target, drives[n].most);
         const plant_truth_t end =
             balanced(0.5 * q.inertia * drives[n].start * drives[n].start, drives[n].name);
-        if (n == 0u) {
+        if (q.load_inertia > 0.0) {
+            TEST_ASSERT_DOUBLE_WITHIN(12.0, 120.0, end.omega_load);
+        } else if (n == 0u) {
             TEST_ASSERT_TRUE(end.energy_copper > 1.0 && end.energy_inverter > 1.0 &&
                              end.energy_mechanical > 10.0);
         } else if (q.dc_resistance > 0.0) {

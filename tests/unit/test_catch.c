@@ -279,28 +279,3 @@ static void test_current_along_the_d_axis_is_never_the_smaller_one(void)
     tuning = catch_prepare(&params);
     TEST_ASSERT_EQUAL_FLOAT(tuning.current, tuning.current_d);
 }
-
-static void test_angle_is_a_quarter_turn_beside_the_emf(void)
-{
-    for (int way = -1; way <= 1; way += 2) {
-        for (double theta = -3.14; theta < 3.15; theta += 0.01) {
-            const float angle = catch_angle(as_ab(emf_of(way * 50.0, theta)), (float)way);
-            TEST_ASSERT_DOUBLE_WITHIN(5e-6, 0.0, circle((double)angle - theta));
-        }
-    }
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, catch_angle((ab_t){0.0f, 0.0f}, 1.0f));
-}
-
-static void test_new_coefficients_act_and_what_was_seen_stays(void)
-{
-    for (uint32_t n = 0u; n < 60u; n++) {
-        (void)step(emf_of(100.0, 100.0 * T * n), LINK);
-    }
-    const catch_t before = catching;
-    const catch_params_t params = {(float)(2.0 * PSI), (float)SPEED_MIN, 0.2f, 2.0f, false, (float)T};
-    tuning = catch_prepare(&params);
-    TEST_ASSERT_TRUE(catching.cross == before.cross && catching.length == before.length &&
-                     catching.periods == before.periods && catching.omega_e == before.omega_e);
-    (void)step(emf_of(100.0, 100.0 * T * 60.0), LINK);
-    TEST_ASSERT_DOUBLE_WITHIN(5e-5, 50.0, (double)catching.omega_e);
-}

@@ -253,24 +253,6 @@ static void test_slower_where_the_emf_is_small(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * expected, expected, -log(unlearnt() / before));
 }
 
-/* Whatever looks like resistance, flux or an offset of the angle is nothing to it: it turns like the rotor.
- */
-static void test_what_turns_with_the_rotor_teaches_nothing(void)
-{
-    const double complex wrong[] = {4.0, -3.0, 4.0 * J, -2.5 * J};
-    know();
-    for (int32_t n = 0; n < 4; n++) {
-        for (int32_t k = 0; k < 20000; k++) {
-            period_t input = next();
-            const ab_t more = ab(wrong[n] * cexp(J * world.theta));
-            input.emf.alpha += more.alpha;
-            input.emf.beta += more.beta;
-            step(&input);
-        }
-        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, off());
-    }
-}
-
 /* One thing is wrong with each period: what the drive tells of EMF and current times a factor, or another
  * speed, reference or link. */
 static void test_what_is_no_lesson_leaves_it_alone(void)

@@ -58,16 +58,6 @@ static void test_sum_and_difference_of_both_harmonics_are_learnt_whichever_way_i
     }
 }
 
-/* What is taken off is a part of it, and is not learnt twice, nor forgotten. */
-static void test_a_shape_that_is_taken_off_stays(void)
-{
-    turn(42.0, 0.05, 0.0, 20.0);
-    taken = 1.0;
-    const double learnt = (double)shape.used.d;
-    turn(42.0, 0.05, 0.0, 20.0);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, learnt, (double)shape.used.d);
-}
-
 static void test_the_axes_are_told_apart_and_what_noise_may_make_is_not_used(void)
 {
     turn(42.0, 0.0, 0.05, 1.0);

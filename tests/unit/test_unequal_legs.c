@@ -96,15 +96,6 @@ static void test_voltage_and_resistance_of_a_leg_are_told_apart(void)
     }
 }
 
-/* One current teaches what another needs: both are those of the legs. */
-static void test_what_is_learnt_holds_at_another_current(void)
-{
-    static const lost_t lost = {{0.5, 0.0, 0.0}, {0.2, 0.0, 0.0}};
-    turn(&lost, 3.0, 42.0, 60.0);
-    const double complex rest = rest_of(&lost, 6.0 * cexp(0.4 * J));
-    TEST_ASSERT_TRUE(cabs(rest) < 0.05);
-}
-
 static void test_equal_legs_and_what_noise_may_make_are_not_used(void)
 {
     static const lost_t little = {{0.06, 0.0, 0.0}, {0.02, 0.0, 0.0}};

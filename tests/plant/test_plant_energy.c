@@ -102,18 +102,6 @@ static void test_energy_balances_while_the_shaft_sticks_and_breaks_loose(void)
     TEST_ASSERT_TRUE(rests > 400u && rests < 3600u);
 }
 
-static void test_all_motion_ends_in_the_friction_that_stops_it(void)
-{
-    plant_params_t q = plant_of("friction_breakaway = 2, friction_viscous = 0.05");
-    start(&q, 150.0);
-    plant_set_brake(&plant, 10.0);
-    plant_truth_t now = truth_at(2u * PLANT_TICKS_PER_SECOND);
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, now.energy_kinetic);
-    /* Friction at the extrapolated middle speed: second order, 1e-8 of it. */
-    const double moved = 0.5 * q.inertia * 150.0 * 150.0;
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7 * moved, moved, now.energy_mechanical);
-}
-
 static void test_energies_count_only_while_metered(void)
 {
     plant_params_t q = plant_params_default();
@@ -131,18 +119,4 @@ static void test_energies_count_only_while_metered(void)
     plant_set_metering(&plant, true);
     now = truth();
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.energy_copper);
-}
-
-static void test_braking_raises_a_soft_link_because_the_rectifier_blocks(void)
-{
-    plant_params_t q = plant_of("dc_resistance = 1, dc_capacitance = 5e-3");
-    start(&q, 150.0);
-    drive(300, 0.0, 5.0);
-    plant_truth_t now = truth();
-    /* All that left the motor is in the capacitor: C/2 (v^2 - 311^2) = -energy_dc. Until the bridge switches,
-     * and while the loop starts, current may leave the link for a few periods, which the source makes up: 2
-     * V. */
-    double expected = sqrt(311.0 * 311.0 - 2.0 * now.energy_dc / q.dc_capacitance);
-    TEST_ASSERT_TRUE(expected > 320.0);
-    TEST_ASSERT_DOUBLE_WITHIN(2.0, expected, now.dc_voltage);
 }

@@ -6,8 +6,7 @@
 #include <unity.h>
 
 #include "control/current_control.h"
-
-#define J ((double complex)I)
+#include "tests/unit/vectors.h"
 
 static const current_control_params_t PARAMS = {.resistance = 0.95f,
                                                 .inductance_d = 0.0125f,

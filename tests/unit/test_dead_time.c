@@ -5,9 +5,7 @@
 #include <unity.h>
 
 #include "inverter/dead_time.h"
-#include "tests/unit/compare.h"
-
-#define J ((double complex)I)
+#include "tests/unit/vectors.h"
 
 static const dead_time_params_t PARAMS = {.dead_time = 2.5e-6f,
                                           .turn_on_delay = 0.7e-6f,

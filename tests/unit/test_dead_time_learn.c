@@ -7,9 +7,7 @@
 #include <unity.h>
 
 #include "adapt/dead_time_learn.h"
-#include "tests/unit/compare.h"
-
-#define J ((double complex)I)
+#include "tests/unit/vectors.h"
 
 #define PERIOD 1e-4
 #define EVERY  4u
@@ -73,11 +71,6 @@ static void know(void)
     dead_time_learn_take(&world.learn, &tuning);
 }
 
-static ab_t ab(double complex vector)
-{
-    return (ab_t){(float)creal(vector), (float)cimag(vector)};
-}
-
 static double sign_of(double complex current, double axis)
 {
     return creal(current * cexp(-J * axis)) < 0.0 ? -1.0 : 1.0;
@@ -108,8 +101,8 @@ static period_t next(void)
     return (period_t){
         .omega_e = (float)world.omega,
         .omega_e_ref = (float)world.omega,
-        .emf = ab(rotor + missing * signs_of(current)),
-        .current = ab(current),
+        .emf = to_ab(rotor + missing * signs_of(current)),
+        .current = to_ab(current),
         .link = (float)LINK,
     };
 }
@@ -321,10 +314,10 @@ static void test_limits(void)
         for (int32_t k = 0; k < 60000; k++) {
             world.theta += world.omega * PERIOD;
             const double complex current = world.current * cexp(J * (world.theta + world.ahead));
-            const period_t input = {
-                (float)world.omega, (float)world.omega,
-                ab(J * PSI * world.omega * cexp(J * world.theta) + (n != 0 ? -3.0 : 3.0) * signs_of(current)),
-                ab(current), (float)LINK};
+            const period_t input = {(float)world.omega, (float)world.omega,
+                                    to_ab(J * PSI * world.omega * cexp(J * world.theta) +
+                                          (n != 0 ? -3.0 : 3.0) * signs_of(current)),
+                                    to_ab(current), (float)LINK};
             step(&input);
         }
         TEST_ASSERT_DOUBLE_WITHIN(2e-4, n != 0 ? 0.0 : 1.7 * BAND, (double)world.learn.effective);

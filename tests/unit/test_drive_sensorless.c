@@ -8,8 +8,8 @@
 #include "drive/drive.h"
 #include "drive/reasons.h"
 #include "drive/signals.h"
-#include "tests/unit/compare.h"
 #include "tests/unit/drive_bench.h"
+#include "tests/unit/vectors.h"
 
 /* The paper's motor at a speed that nothing disturbs, behind an inverter that loses what the drive's model
  * says: solved for a constant speed within each period. What step k commands acts on [t_k+1, t_k+2). */
@@ -43,11 +43,6 @@ void setUp(void)
 static double complex vector_of(double a, double b, double c)
 {
     return (2.0 * a - b - c) / 3.0 + (double complex)I * ((b - c) / sqrt(3.0));
-}
-
-static double phase_of(double complex vector, int phase)
-{
-    return creal(vector * cexp(-(double complex)I * (2.0 * PI / 3.0 * phase)));
 }
 
 /* As the model: each leg loses its share against its current, linearly within 50 mA. */

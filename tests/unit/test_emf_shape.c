@@ -5,9 +5,8 @@
 #include <unity.h>
 
 #include "adapt/emf_shape.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/vectors.h"
 
-#define J    ((double complex)I)
 #define PSI  0.183
 #define RATE 1.8
 #define STEP 8e-4 /* [s] */
@@ -24,11 +23,6 @@ void setUp(void)
     taken = 0.0;
 }
 
-static ab_t ab(double complex vector)
-{
-    return (ab_t){(float)creal(vector), (float)cimag(vector)};
-}
-
 /* So long at this speed [rad/s] with a d axis whose sixth harmonic is `d` and one of the q axis `q`. */
 static void turn(double omega, double d, double q, double seconds)
 {
@@ -39,8 +33,8 @@ static void turn(double omega, double d, double q, double seconds)
         const double left_q = q - taken * (double)shape.used.q;
         const double complex rest =
             PSI * omega * (-left * sin(6.0 * theta) + J * left_q * cos(6.0 * theta)) * frame;
-        const emf_shape_input_t input = {ab(J * PSI * omega * frame), ab(rest), (float)omega, (float)STEP,
-                                         (float)taken};
+        const emf_shape_input_t input = {to_ab(J * PSI * omega * frame), to_ab(rest), (float)omega,
+                                         (float)STEP, (float)taken};
         emf_shape_step(&shape, &input);
     }
 }

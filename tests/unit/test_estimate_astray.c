@@ -20,10 +20,6 @@ void setUp(void)
     drive.medium.manoeuvres.lock.expected = 100.0f;
 }
 
-void tearDown(void)
-{
-}
-
 /* Tracked, on the encoder or caught: at this share of the trip, with this EMF. */
 typedef struct {
     const char *what;

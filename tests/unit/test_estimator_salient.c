@@ -9,8 +9,8 @@
 #include "math/frames.h"
 #include "tests/oracle/salient_oracle.h"
 #include "tests/unit/estimator_bench.h"
+#include "tests/unit/vectors.h"
 
-#define J           ((double complex)I)
 #define L_Q         0.02
 #define R           0.95
 #define FLUX        0.1

@@ -5,9 +5,7 @@
 #include <unity.h>
 
 #include "math/frames.h"
-#include "tests/unit/compare.h"
-
-#define J ((double complex)I)
+#include "tests/unit/vectors.h"
 
 /* Each output is a sum of at most three products of numbers up to 100 and constants up to 1; every operation
  * and constant rounds by 2^-24 of at most 200 (sums before scaling). Five of them: */

@@ -2,15 +2,13 @@
  * half at each of its edges, linearly within the zone; its duty is the nearest whole count; what is left acts
  * two steps later. */
 #include "inverter/inverter.h"
-#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
+#include "tests/unit/vectors.h"
 
 #include <complex.h>
 #include <math.h>
 #include <string.h>
 #include <unity.h>
-
-#define J ((double complex)I)
 
 #define COUNTS     7500
 #define DUTY_MIN   0.04
@@ -54,21 +52,6 @@ static void begin(float gain)
 void setUp(void)
 {
     begin(1.0f);
-}
-
-static double complex of_ab(ab_t vector)
-{
-    return (double)vector.alpha + J * (double)vector.beta;
-}
-
-static ab_t to_ab(double complex vector)
-{
-    return (ab_t){(float)creal(vector), (float)cimag(vector)};
-}
-
-static double phase_of(double complex vector, int phase)
-{
-    return creal(vector * cexp(-J * (2.0 * PI / 3.0 * phase)));
 }
 
 static double complex vector_of(const double phases[3])

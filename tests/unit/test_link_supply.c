@@ -17,10 +17,6 @@ void setUp(void)
     begin(0.5);
 }
 
-void tearDown(void)
-{
-}
-
 /* A period as the drive does it: a look in one of sixteen. */
 static void step(int k, double u, double omega)
 {

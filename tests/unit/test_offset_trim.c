@@ -6,10 +6,8 @@
 #include <unity.h>
 
 #include "adapt/offset_trim.h"
-#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
-
-#define J ((double complex)I)
+#include "tests/unit/vectors.h"
 
 #define GAIN   0.05f
 #define PERIOD 1e-4f

@@ -21,10 +21,6 @@ void setUp(void)
     reference = 200.0;
 }
 
-void tearDown(void)
-{
-}
-
 /* When a sine of this frequency [Hz], which begins with this share of the limit and grows with this rate
  * [1/s] around 1 A, is told [s]; 0: not in `most` [s]. */
 static double told(double hertz, double share, double rate, double most)

@@ -21,10 +21,6 @@ void setUp(void)
     proof_init(&proof, &tuning);
 }
 
-void tearDown(void)
-{
-}
-
 /* A loop at this speed [rad/s] whose rotor is ahead by `off` [rad], with an EMF of this share of psi_f omega.
  */
 static void given(double omega, double off, double share)

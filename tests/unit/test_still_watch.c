@@ -30,10 +30,6 @@ void setUp(void)
     tuning = prepared(false, true);
 }
 
-void tearDown(void)
-{
-}
-
 /* One period; c is what the other two leave. */
 static bool step(float a, float b, float asked_a)
 {

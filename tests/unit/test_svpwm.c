@@ -5,10 +5,8 @@
 #include <unity.h>
 
 #include "inverter/svpwm.h"
-#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
-
-#define J ((double complex)I)
+#include "tests/unit/vectors.h"
 
 /* Numbers up to 311 V and 1, five roundings of 2^-24 each. */
 #define VOLT_TOLERANCE (5.0 * 311.0 / 16777216.0)
@@ -24,11 +22,6 @@ static double complex vector_of(abc_t duty, double u_dc)
 {
     double complex third = cexp(J * 2.0 * PI / 3.0);
     return 2.0 / 3.0 * u_dc * ((double)duty.a + (double)duty.b * third + (double)duty.c * third * third);
-}
-
-static double complex of_ab(ab_t voltage)
-{
-    return (double)voltage.alpha + J * (double)voltage.beta;
 }
 
 static ab_t polar(double length, double angle)

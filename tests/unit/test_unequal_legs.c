@@ -6,9 +6,8 @@
 #include <unity.h>
 
 #include "adapt/unequal_legs.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/vectors.h"
 
-#define J    ((double complex)I)
 #define RATE 1.2
 #define STEP 8e-4 /* [s] */
 

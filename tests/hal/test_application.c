@@ -12,7 +12,6 @@
 #define LEGS 3u
 /* Register writes of a section: two dead bands a leg, and what the encoder's restart takes. */
 #define ENCODER_WRITES 3u
-#define SECTION_MAX    (2u * LEGS + ENCODER_WRITES)
 
 static app_t the_app;
 static uint32_t judged;     /* [-] calls that take time */
@@ -115,45 +114,39 @@ static void expect_judged_with_interrupts_on(void)
 
 /* ---- parameters and requests ---- */
 
-static void test_a_set_taken_while_the_bridge_is_off_writes_dead_band_and_encoder(void)
+/* Both registers of a leg's dead band are written with each set while the bridge is off, the encoder's only
+ * where it is another one, and nothing while the bridge is on. */
+static void test_a_set_writes_its_registers_in_one_section(void)
 {
-    params_error_t why;
-    const uint32_t dead_band = (uint32_t)(3e-6 * HAL_CLOCK_HZ + 0.5);
-    app->staged.dead_time = 3e-6f;
-    app->staged.encoder_lines = 1024;
-    TEST_ASSERT_TRUE(app_apply(&why));
-    const uint32_t writes = expect_one_section();
-    TEST_ASSERT_EQUAL_UINT32(SECTION_MAX, writes);
-    for (uint32_t n = 0; n < LEGS; n++) {
-        TEST_ASSERT_EQUAL_UINT32(1u, recording_count(&EPWM(PWM_LEADER + n)->DBRED));
-        TEST_ASSERT_EQUAL_UINT32(1u, recording_count(&EPWM(PWM_LEADER + n)->DBFED));
-        TEST_ASSERT_EQUAL_UINT16(dead_band, EPWM(PWM_LEADER + n)->DBRED);
-        TEST_ASSERT_EQUAL_UINT16(dead_band, EPWM(PWM_LEADER + n)->DBFED);
+    static const struct {
+        drive_state_t state;
+        float dead_time;
+        int32_t lines;
+        uint32_t writes;
+    } cases[] = {{DRIVE_NOT_READY, 3e-6f, 1024, 2u * LEGS + ENCODER_WRITES},
+                 {DRIVE_NOT_READY, 2.5e-6f, 2500, 2u * LEGS},
+                 {DRIVE_OPERATION_ENABLED, 2.5e-6f, 2500, 0u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        params_error_t why;
+        setUp();
+        app->drive.state = (int32_t)cases[n].state;
+        app->staged.speed_kp = 0.7f;
+        app->staged.dead_time = cases[n].dead_time;
+        app->staged.encoder_lines = cases[n].lines;
+        TEST_ASSERT_TRUE(app_apply(&why));
+        TEST_ASSERT_EQUAL_UINT32(cases[n].writes, expect_one_section());
+        TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
+        TEST_ASSERT_EQUAL_INT32(cases[n].lines, app->active.encoder_lines);
+        TEST_ASSERT_EQUAL_UINT32(4u * (uint32_t)cases[n].lines - 1u,
+                                 drive_idle_tuning(&app->drive)->fast.encoder.last_count);
+        for (uint32_t leg = 0; leg < LEGS && cases[n].writes > 0u; leg++) {
+            const uint32_t dead_band = (uint32_t)((double)cases[n].dead_time * HAL_CLOCK_HZ + 0.5);
+            TEST_ASSERT_EQUAL_UINT16(dead_band, EPWM(PWM_LEADER + leg)->DBRED);
+            TEST_ASSERT_EQUAL_UINT16(dead_band, EPWM(PWM_LEADER + leg)->DBFED);
+        }
+        TEST_ASSERT_EQUAL_UINT32(4u * (uint32_t)cases[n].lines - 1u, EQEP(QEP_MODULE)->QPOSMAX);
+        expect_judged_with_interrupts_on();
     }
-    TEST_ASSERT_EQUAL_UINT32(4u * 1024u - 1u, EQEP(QEP_MODULE)->QPOSMAX);
-    expect_judged_with_interrupts_on();
-}
-
-/* Nothing that lives in registers has changed: the dead band is written all the same, the encoder goes on. */
-static void test_a_set_without_them_leaves_the_encoder_alone(void)
-{
-    params_error_t why;
-    app->staged.speed_kp = 0.7f;
-    TEST_ASSERT_TRUE(app_apply(&why));
-    TEST_ASSERT_EQUAL_UINT32(2u * LEGS, expect_one_section());
-    TEST_ASSERT_EQUAL_UINT32(0u, recording_count(&EQEP(QEP_MODULE)->QPOSMAX));
-    expect_judged_with_interrupts_on();
-}
-
-static void test_a_set_taken_while_the_bridge_is_on_writes_no_register(void)
-{
-    params_error_t why;
-    app->drive.state = (int32_t)DRIVE_OPERATION_ENABLED;
-    app->staged.speed_kp = 0.7f;
-    TEST_ASSERT_TRUE(app_apply(&why));
-    TEST_ASSERT_EQUAL_UINT32(0u, expect_one_section());
-    TEST_ASSERT_EQUAL_UINT32(1u, app->drive.offered);
-    expect_judged_with_interrupts_on();
 }
 
 static void test_a_set_that_is_refused_turns_no_interrupt_off(void)
@@ -176,6 +169,7 @@ static void test_a_request_is_judged_before_interrupts_are_off_and_writes_no_reg
     requests.speed_request = 50.0f;
     TEST_ASSERT_TRUE(app_request(&requests, &why));
     TEST_ASSERT_EQUAL_UINT32(0u, expect_one_section());
+    TEST_ASSERT_EQUAL_FLOAT(50.0f, app->drive.requests.speed_request);
     expect_judged_with_interrupts_on();
     recording_clear_log();
     requests.speed_request = 1e9f;
@@ -203,24 +197,6 @@ static uint32_t tasks(void)
         count++;
     } while (app->task != first);
     return count;
-}
-
-static void test_the_interrupt_alone_does_not_feed_the_watchdog(void)
-{
-    for (uint32_t n = 0; n < 1000u; n++) {
-        app_interrupt();
-        TEST_ASSERT_EQUAL_UINT32(0u, feedings());
-        recording_clear_log();
-    }
-}
-
-static void test_the_background_alone_does_not_feed_the_watchdog(void)
-{
-    for (uint32_t n = 0; n < 1000u; n++) {
-        app_background();
-        TEST_ASSERT_EQUAL_UINT32(0u, feedings());
-        recording_clear_log();
-    }
 }
 
 /* One interrupt at each place of the list is fed for once. */

@@ -60,40 +60,6 @@ void tearDown(void)
                                      "EALLOW and EDIS do not pair, or time passes in between");
 }
 
-/* ---- The map ---- */
-
-#define ASSERT_AT(address, reg) TEST_ASSERT_EQUAL_HEX32(address, recording_address(reg))
-
-static void test_registers_are_reached_at_the_manual_s_addresses(void)
-{
-    ASSERT_AT(0x0A80u, &FLASH_REGS->FOPT);
-    ASSERT_AT(0x0A86u, &FLASH_REGS->FBANKWAIT);
-    ASSERT_AT(0x0B00u, &ADC_MIRROR->ADCRESULT[0]);
-    ASSERT_AT(0x0C00u, &CPU_TIMER(0u)->TIM);
-    ASSERT_AT(0x0C0Au, &CPU_TIMER(1u)->PRD);
-    ASSERT_AT(0x0C14u, &CPU_TIMER(2u)->TCR);
-    ASSERT_AT(0x0CE1u, &PIE->PIEACK);
-    ASSERT_AT(0x0CE2u, &PIE->group[0].IER);
-    ASSERT_AT(0x0CF9u, &PIE->group[11].IFR);
-    ASSERT_AT(0x0D40u, &PIE_VECTORS->vector[PIE_SEQ1INT]);
-    ASSERT_AT(0x0D50u, &PIE_VECTORS->vector[PIE_EPWM1_TZ]);
-    ASSERT_AT(0x6818u, &EPWM(1u)->TZFRC);
-    ASSERT_AT(0x6849u, &EPWM(2u)->CMPA);
-    ASSERT_AT(0x6896u, &EPWM(3u)->TZFLG);
-    ASSERT_AT(0x6940u, &EPWM(6u)->TBCTL);
-    ASSERT_AT(0x6B0Cu, &EQEP(1u)->QPOSLAT);
-    ASSERT_AT(0x6B55u, &EQEP(2u)->QEPCTL);
-    ASSERT_AT(0x6F86u, &GPIO_CONTROL(0u)->MUX1);
-    ASSERT_AT(0x6F96u, &GPIO_CONTROL(1u)->MUX1);
-    ASSERT_AT(0x6FAAu, &GPIO_CONTROL(2u)->DIR);
-    ASSERT_AT(0x6FC0u, &GPIO_DATA(0u)->DAT);
-    ASSERT_AT(0x6FD6u, &GPIO_DATA(2u)->TOGGLE);
-    ASSERT_AT(0x7029u, &SYSCTRL->WDCR);
-    ASSERT_AT(0x7057u, &SCIA->SCIRXBUF);
-    ASSERT_AT(0x705Au, &SCIA->SCIFFTX);
-    ASSERT_AT(0x7101u, &ADC->ADCTRL2);
-}
-
 /* ---- Start-up: words ---- */
 
 static bool is_wide(uint32_t address)
@@ -344,37 +310,6 @@ static void test_watchdog_goes_off_before_anything_else(void)
     TEST_ASSERT_EQUAL_HEX32(0x0068u, rec.entry[1].value);
 }
 
-static void test_prescalers_and_flash_waits_are_ready_before_the_fast_clock(void)
-{
-    TEST_ASSERT_EQUAL(HAL_OK, start());
-    const uint32_t fast = recording_find_value(0u, &SYSCTRL->PLLSTS, 0x0100u);
-    const volatile uint16_t *const before[] = {&SYSCTRL->HISPCP, &SYSCTRL->LOSPCP, &FLASH_REGS->FBANKWAIT,
-                                               &FLASH_REGS->FOTPWAIT, &FLASH_REGS->FOPT};
-    for (uint32_t i = 0; i < 5u; i++) {
-        TEST_ASSERT_TRUE(recording_find(0u, before[i]) < fast);
-    }
-    const uint32_t flash = recording_find(0u, &FLASH_REGS->FOPT);
-    TEST_ASSERT_EQUAL_MESSAGE(DID_WAIT, rec.entry[flash + 1u].did, "pipeline not flushed");
-    ASSERT(rec.entry[flash + 1u].value >= 8u, "pipeline not flushed");
-}
-
-static void test_modules_are_written_only_two_cycles_after_their_clock_came(void)
-{
-    TEST_ASSERT_EQUAL(HAL_OK, start());
-    const uint32_t clocks = recording_find(0u, &SYSCTRL->PCLKCR3);
-    TEST_ASSERT_TRUE(recording_find(0u, &SYSCTRL->PCLKCR0) < clocks);
-    TEST_ASSERT_TRUE(recording_find(0u, &SYSCTRL->PCLKCR1) < clocks);
-    TEST_ASSERT_EQUAL(DID_WAIT, rec.entry[clocks + 1u].did);
-    ASSERT(rec.entry[clocks + 1u].value >= 2u, "no wait after PCLKCR");
-    for (uint32_t i = 0; i < clocks; i++) {
-        const uint32_t address = rec.entry[i].address;
-        const bool module = (address >= 0x6800u && address < 0x6B80u) ||
-                            (address >= 0x7050u && address < 0x7060u) ||
-                            (address >= 0x7100u && address < 0x7120u);
-        ASSERT(!module, "module written without clock");
-    }
-}
-
 static void test_carrier_starts_last_and_stands_until_then(void)
 {
     TEST_ASSERT_EQUAL(HAL_OK, start());
@@ -390,75 +325,124 @@ static void test_carrier_starts_last_and_stands_until_then(void)
     TEST_ASSERT_EQUAL_UINT32(rec.entries - 3u, unit);
 }
 
-static void test_every_leg_is_tripped_before_its_pins_are_connected(void)
-{
-    TEST_ASSERT_EQUAL(HAL_OK, start());
-    const uint32_t mux = recording_find_value(0u, &GPIO_CONTROL(0u)->MUX1, 0x01000555u);
-    TEST_ASSERT_TRUE(mux < rec.entries);
-    for (uint16_t n = 1u; n <= 3u; n++) {
-        const uint32_t force = recording_find_value(0u, &EPWM(n)->TZFRC, TZ_OST);
-        TEST_ASSERT_TRUE(force < mux);
-        TEST_ASSERT_TRUE(recording_find(0u, &EPWM(n)->TZCTL) < force);
-        TEST_ASSERT_TRUE(recording_find(0u, &EPWM(n)->TZSEL) < force);
-        TEST_ASSERT_TRUE(recording_find(0u, &EPWM(n)->DBCTL) < force);
-        TEST_ASSERT_TRUE(recording_find(0u, &EPWM(n)->TZCLR) == rec.entries);
+/* The first write of this value, or of any, to a register; or what else the bus did. */
+typedef struct {
+    const volatile void *reg; /* NULL: `did` */
+    uint32_t value;
+    did_t did;
+} event_t;
+
+#define ANY UINT32_C(0xFFFFFFFF)
+#define WRITE(r, v)                                                                                          \
+    {                                                                                                        \
+        &(r), v, DID_WRITE16                                                                                 \
     }
-    /* The fault line is heard, and asynchronously, before a gate pin moves. */
-    const uint32_t line = recording_find_value(0u, &GPIO_CONTROL(0u)->MUX1, 0x01000000u);
-    TEST_ASSERT_TRUE(line < mux);
-    TEST_ASSERT_TRUE(recording_find(0u, &GPIO_CONTROL(0u)->QSEL1) < line);
-    /* A pin follows its multiplexer two cycles later. */
-    const uint32_t encoder = recording_find_value(0u, &GPIO_CONTROL(0u)->MUX2, 0x05005500u);
-    TEST_ASSERT_EQUAL(DID_WAIT, rec.entry[encoder + 1u].did);
-    TEST_ASSERT_TRUE(rec.entry[encoder + 1u].value >= 2u);
-}
+#define DOES(what)                                                                                           \
+    {                                                                                                        \
+        NULL, ANY, what                                                                                      \
+    }
+#define FAST_CLOCK     WRITE(SYSCTRL->PLLSTS, 0x0100u)
+#define PINS_CONNECTED WRITE(GPIO_CONTROL(0u)->MUX1, 0x01000555u)
+#define FAULT_LINE     WRITE(GPIO_CONTROL(0u)->MUX1, 0x01000000u)
+#define FIRST_VECTOR   WRITE(PIE_VECTORS->vector[1], ANY)
+#define CONVERTER_ON   WRITE(ADC->ADCTRL3, ANY)
 
-static void test_forced_trip_of_start_up_does_not_interrupt(void)
+static uint32_t place_of(const event_t *event)
 {
-    TEST_ASSERT_EQUAL(HAL_OK, start());
-    TEST_ASSERT_BITS(TZ_INT, 0u, EPWM(1u)->TZFLG);
-}
-
-static void test_converter_has_its_five_milliseconds(void)
-{
-    TEST_ASSERT_EQUAL(HAL_OK, start());
-    const uint32_t power = recording_find(0u, &ADC->ADCTRL3);
-    TEST_ASSERT_EQUAL(DID_WAIT, rec.entry[power + 1u].did);
-    ASSERT(rec.entry[power + 1u].value >= 750000u, "less than 5 ms at 150 MHz");
-    ASSERT(rec.entry[power + 1u].value < 900000u, "6 ms or more");
-    TEST_ASSERT_EQUAL_UINT32(1u, recording_count(&ADC->ADCTRL3));
-    TEST_ASSERT_TRUE(recording_find(0u, &ADC->ADCTRL2) > power + 1u);
-}
-
-static void test_vectors_are_there_before_interrupts_are_enabled(void)
-{
-    TEST_ASSERT_EQUAL(HAL_OK, start());
-    const uint32_t enable = recording_find_value(0u, &PIE->PIECTRL, 1u);
-    TEST_ASSERT_TRUE(recording_find_value(0u, &PIE_VECTORS->vector[32], VECTOR(1u)) < enable);
-    TEST_ASSERT_TRUE(recording_find_value(0u, &PIE_VECTORS->vector[40], VECTOR(2u)) < enable);
-    TEST_ASSERT_TRUE(recording_find_value(0u, &PIE->group[0].IER, 1u) > enable);
-}
-
-static uint32_t did(did_t what)
-{
-    uint32_t n = 0;
-    while (n < rec.entries && rec.entry[n].did != what) {
+    uint32_t n = 0u;
+    if (event->reg != NULL) {
+        return event->value == ANY ? recording_find(0u, event->reg)
+                                   : recording_find_value(0u, event->reg, event->value);
+    }
+    while (n < rec.entries && rec.entry[n].did != event->did) {
         n++;
     }
     return n;
 }
 
-/* A chip that was started again without a reset still has the enables and requests of the program before. */
-static void test_what_an_earlier_program_enabled_or_requested_is_gone_before_the_vectors_change(void)
+static void expect_order(const event_t *first, const event_t *then, const char *why)
+{
+    TEST_ASSERT_TRUE_MESSAGE(place_of(first) < place_of(then), why);
+    TEST_ASSERT_TRUE_MESSAGE(place_of(then) < rec.entries, why);
+}
+
+/* SPRU812: the reference is chosen before the converter is powered. A chip that was started again without a
+ * reset still has the enables and requests of the program before. */
+static void test_start_up_keeps_the_order_of_its_steps(void)
+{
+    rec.otp[0] = 0x1234u;
+    rec.otp[1] = 0x01F3u;
+    TEST_ASSERT_EQUAL(HAL_OK, start());
+    const struct {
+        event_t first, then;
+        const char *why;
+    } orders[] = {
+        {WRITE(SYSCTRL->HISPCP, ANY), FAST_CLOCK, "prescaler of the ADC"},
+        {WRITE(SYSCTRL->LOSPCP, ANY), FAST_CLOCK, "prescaler of the line"},
+        {WRITE(FLASH_REGS->FBANKWAIT, ANY), FAST_CLOCK, "waits of the flash"},
+        {WRITE(FLASH_REGS->FOTPWAIT, ANY), FAST_CLOCK, "waits of the OTP"},
+        {WRITE(FLASH_REGS->FOPT, ANY), FAST_CLOCK, "pipeline"},
+        {WRITE(SYSCTRL->PCLKCR0, ANY), WRITE(SYSCTRL->PCLKCR3, ANY), "clocks"},
+        {WRITE(SYSCTRL->PCLKCR1, ANY), WRITE(SYSCTRL->PCLKCR3, ANY), "clocks"},
+        {WRITE(CPU_TIMER(0u)->TCR, TCR_TRB | TCR_FREE), DOES(DID_WAIT), "time runs before anything waits"},
+        {WRITE(GPIO_CONTROL(0u)->QSEL1, ANY), FAULT_LINE, "the fault line is asynchronous"},
+        {FAULT_LINE, PINS_CONNECTED, "the fault line is heard before a gate pin moves"},
+        {WRITE(PIE->PIECTRL, 0u), FIRST_VECTOR, "interrupts of the program before"},
+        {DOES(DID_DISABLE_GROUPS), FIRST_VECTOR, "its enables"},
+        {DOES(DID_CLEAR_PENDING), FIRST_VECTOR, "its requests"},
+        {WRITE(PIE_VECTORS->vector[32], VECTOR(1u)), WRITE(PIE->PIECTRL, 1u), "vector of the sample"},
+        {WRITE(PIE_VECTORS->vector[40], VECTOR(2u)), WRITE(PIE->PIECTRL, 1u), "vector of the trip"},
+        {WRITE(PIE->PIECTRL, 1u), WRITE(PIE->group[0].IER, 1u), "interrupts"},
+        {WRITE(ADC->ADCREFSEL, 0x1234u), CONVERTER_ON, "reference"},
+        {WRITE(ADC->ADCOFFTRIM, 0x01F3u), CONVERTER_ON, "offset"},
+        {CONVERTER_ON, WRITE(ADC->ADCTRL2, ANY), "converter"},
+    };
+    for (uint32_t n = 0; n < sizeof orders / sizeof orders[0]; n++) {
+        expect_order(&orders[n].first, &orders[n].then, orders[n].why);
+    }
+    for (uint16_t n = 1u; n <= 3u; n++) {
+        const event_t safe[] = {WRITE(EPWM(n)->TZCTL, ANY), WRITE(EPWM(n)->TZSEL, ANY),
+                                WRITE(EPWM(n)->DBCTL, ANY)};
+        const event_t trip = WRITE(EPWM(n)->TZFRC, TZ_OST), pins = PINS_CONNECTED;
+        for (uint32_t m = 0; m < 3u; m++) {
+            expect_order(&safe[m], &trip, "what a trip does");
+        }
+        expect_order(&trip, &pins, "every leg is tripped before its pins are connected");
+        TEST_ASSERT_TRUE(recording_find(0u, &EPWM(n)->TZCLR) == rec.entries);
+    }
+    for (uint32_t group = 0; group < 12u; group++) {
+        const event_t enables = WRITE(PIE->group[group].IER, 0u), requests = WRITE(PIE->group[group].IFR, 0u);
+        const event_t vectors = FIRST_VECTOR;
+        expect_order(&enables, &vectors, "enables of the PIE");
+        expect_order(&requests, &vectors, "requests of the PIE");
+    }
+    TEST_ASSERT_BITS_MESSAGE(TZ_INT, 0u, EPWM(1u)->TZFLG, "the forced trip interrupts");
+}
+
+/* [cycles] The pipeline is flushed, a module has its clock, a pin follows its multiplexer, and the converter
+ * has its 5 ms at 150 MHz. */
+static void test_start_up_waits_for_what_takes_time(void)
 {
     TEST_ASSERT_EQUAL(HAL_OK, start());
-    const uint32_t vectors = recording_find(0u, &PIE_VECTORS->vector[1]);
-    TEST_ASSERT_TRUE(recording_find_value(0u, &PIE->PIECTRL, 0u) < vectors);
-    TEST_ASSERT_TRUE(did(DID_DISABLE_GROUPS) < vectors);
-    TEST_ASSERT_TRUE(did(DID_CLEAR_PENDING) < vectors);
-    for (uint32_t group = 0; group < 12u; group++) {
-        TEST_ASSERT_TRUE(recording_find_value(0u, &PIE->group[group].IER, 0u) < vectors);
-        TEST_ASSERT_TRUE(recording_find_value(0u, &PIE->group[group].IFR, 0u) < vectors);
+    const struct {
+        event_t after;
+        uint32_t least, most;
+    } waits[] = {{WRITE(FLASH_REGS->FOPT, ANY), 8u, ANY},
+                 {WRITE(SYSCTRL->PCLKCR3, ANY), 2u, ANY},
+                 {WRITE(GPIO_CONTROL(0u)->MUX2, 0x05005500u), 2u, ANY},
+                 {CONVERTER_ON, 750000u, 900000u}};
+    for (uint32_t n = 0; n < sizeof waits / sizeof waits[0]; n++) {
+        const entry_t *next = &rec.entry[place_of(&waits[n].after) + 1u];
+        TEST_ASSERT_EQUAL(DID_WAIT, next->did);
+        TEST_ASSERT_TRUE(next->value >= waits[n].least && next->value < waits[n].most);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, recording_count(&ADC->ADCTRL3));
+    for (uint32_t i = 0; i < recording_find(0u, &SYSCTRL->PCLKCR3); i++) {
+        const uint32_t address = rec.entry[i].address;
+        const bool module = (address >= 0x6800u && address < 0x6B80u) ||
+                            (address >= 0x7050u && address < 0x7060u) ||
+                            (address >= 0x7100u && address < 0x7120u);
+        ASSERT(!module, "module written without clock");
     }
 }
 
@@ -468,21 +452,6 @@ static void test_a_debugger_may_look_while_the_program_runs_and_halts_the_backgr
     TEST_ASSERT_TRUE(rec.debug_allowed);
     TEST_ASSERT_EQUAL_HEX16(0x2003u, rec.debug_groups);
     TEST_ASSERT_EQUAL_HEX16(rec.groups, rec.debug_groups);
-}
-
-/* SPRU812: the reference is chosen before the converter is powered. */
-static void test_calibration_of_the_chip_is_taken_over_before_power_up(void)
-{
-    rec.otp[0] = 0x1234u;
-    rec.otp[1] = 0x01F3u;
-    TEST_ASSERT_EQUAL(HAL_OK, start());
-    const uint32_t power = recording_find(0u, &ADC->ADCTRL3);
-    const uint32_t reference = recording_find_value(0u, &ADC->ADCREFSEL, 0x1234u);
-    const uint32_t offset = recording_find_value(0u, &ADC->ADCOFFTRIM, 0x01F3u);
-    TEST_ASSERT_TRUE(reference < power);
-    TEST_ASSERT_TRUE(offset < power);
-    TEST_ASSERT_TRUE(rec.entry[reference].allowed);
-    TEST_ASSERT_TRUE(rec.entry[offset].allowed);
 }
 
 static void test_an_erased_calibration_is_left_alone(void)
@@ -502,52 +471,35 @@ static void assert_refused_untouched(void)
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, rec.entries, "touched the chip");
 }
 
-static void assert_taken(void)
+/* The dead band has its limits, the encoder's count is of four edges a line, and no function is missing. */
+static void test_a_configuration_out_of_its_range_is_refused(void)
 {
-    recording_reset();
-    TEST_ASSERT_EQUAL(HAL_OK, start());
-}
-
-static void test_dead_band_out_of_range_is_refused(void)
-{
-    config.dead_band_count = 299u;
-    assert_refused_untouched();
-    config.dead_band_count = 1024u;
-    assert_refused_untouched();
-    config.dead_band_count = 0u;
-    assert_refused_untouched();
-    config.dead_band_count = 300u;
-    assert_taken();
-    TEST_ASSERT_EQUAL_UINT16(300u, EPWM(3u)->DBFED);
-    config.dead_band_count = 1023u;
-    assert_taken();
-    TEST_ASSERT_EQUAL_UINT16(1023u, EPWM(2u)->DBRED);
-}
-
-static void test_encoder_count_that_is_no_multiple_of_four_is_refused(void)
-{
-    static const uint32_t bad[] = {0u, 1u, 2u, 4u, 9998u, 10000u, 0xFFFFFFFEu};
-    for (uint32_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
-        config.encoder_count_max = bad[i];
-        assert_refused_untouched();
+    static const struct {
+        uint16_t dead_band;
+        uint32_t count_max;
+        uint32_t missing; /* function, from 1; 0: none */
+        bool taken;
+    } cases[] = {{299u, COUNT_MAX, 0u, false}, {1024u, COUNT_MAX, 0u, false}, {0u, COUNT_MAX, 0u, false},
+                 {300u, COUNT_MAX, 0u, true},  {1023u, COUNT_MAX, 0u, true},  {375u, 0u, 0u, false},
+                 {375u, 1u, 0u, false},        {375u, 2u, 0u, false},         {375u, 4u, 0u, false},
+                 {375u, 9998u, 0u, false},     {375u, 10000u, 0u, false},     {375u, 0xFFFFFFFEu, 0u, false},
+                 {375u, 3u, 0u, true},         {375u, 65535u, 0u, true},      {375u, COUNT_MAX, 1u, false},
+                 {375u, COUNT_MAX, 2u, false}, {375u, COUNT_MAX, 3u, false}};
+    for (uint32_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        config = (hal_config_t){
+            cases[n].dead_band, cases[n].count_max, cases[n].missing == 1u ? NULL : on_sample,
+            cases[n].missing == 2u ? NULL : on_medium, cases[n].missing == 3u ? NULL : on_trip};
+        if (!cases[n].taken) {
+            assert_refused_untouched();
+            continue;
+        }
+        TEST_ASSERT_EQUAL(HAL_OK, start());
+        TEST_ASSERT_EQUAL_UINT16(cases[n].dead_band, EPWM(3u)->DBFED);
+        TEST_ASSERT_EQUAL_UINT16(cases[n].dead_band, EPWM(2u)->DBRED);
+        TEST_ASSERT_EQUAL_UINT32(cases[n].count_max, EQEP(1u)->QPOSMAX);
     }
-    config.encoder_count_max = 3u;
-    assert_taken();
-    config.encoder_count_max = 65535u;
-    assert_taken();
-    TEST_ASSERT_EQUAL_UINT32(65535u, EQEP(1u)->QPOSMAX);
-}
-
-static void test_missing_functions_are_refused(void)
-{
-    config.on_sample = NULL;
-    assert_refused_untouched();
-    config.on_sample = on_sample;
-    config.on_trip = NULL;
-    assert_refused_untouched();
-    config.on_trip = on_trip;
-    config.on_medium = NULL;
-    assert_refused_untouched();
+    setUp();
     TEST_ASSERT_EQUAL(HAL_BAD_CONFIG, hal_init(NULL));
     TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
 }
@@ -563,52 +515,47 @@ static void assert_left_safe_and_slow(void)
     assert_every_write_is_as_the_register_wants_it();
 }
 
-static void test_missing_clock_is_reported_before_the_pll_is_touched(void)
+/* A clock that is missing from the start leaves the PLL untouched; one that is lost while it locks, or a lock
+ * that is a cycle too late, leaves it divided as it was; a leg that takes no trip keeps all pins
+ * disconnected. While it waits for the lock the chip runs at 7.5 MHz: three lock times at least, and no more
+ * than 150 ms. */
+static void test_a_start_that_fails_leaves_the_board_safe(void)
 {
-    rec.regs.sysctrl.PLLSTS |= PLLSTS_MCLKSTS;
-    TEST_ASSERT_EQUAL(HAL_CLOCK_MISSING, start());
-    TEST_ASSERT_EQUAL_UINT32(0u, recording_count(&SYSCTRL->PLLSTS));
-    TEST_ASSERT_EQUAL_UINT32(0u, recording_count(&SYSCTRL->PLLCR));
-    assert_left_safe_and_slow();
-}
-
-static void test_clock_lost_while_the_pll_locks_is_reported(void)
-{
-    rec.loses_clock_at_lock = true;
-    TEST_ASSERT_EQUAL(HAL_CLOCK_MISSING, start());
-    TEST_ASSERT_EQUAL_HEX16(0u, SYSCTRL->PLLSTS & PLLSTS_DIVSEL_ALL);
-    assert_left_safe_and_slow();
-}
-
-static void test_pll_that_never_locks_is_given_up(void)
-{
-    rec.lock_cycles = UINT64_MAX;
-    TEST_ASSERT_EQUAL(HAL_PLL_UNLOCKED, start());
-    TEST_ASSERT_EQUAL_HEX16(0u, SYSCTRL->PLLSTS & PLLSTS_DIVSEL_ALL);
-    assert_left_safe_and_slow();
-    /* While it waits the chip runs at 7.5 MHz: three lock times at least, and no more than 150 ms. */
-    TEST_ASSERT_TRUE(rec.waited >= 3u * 32768u);
-    TEST_ASSERT_TRUE(rec.waited <= 7500u * 150u);
-}
-
-static void test_pll_that_locks_at_the_last_moment_is_taken(void)
-{
-    rec.lock_cycles = 4096u * 256u;
-    TEST_ASSERT_EQUAL(HAL_OK, start());
-    recording_reset();
-    rec.lock_cycles = 4096u * 256u + 1u;
-    TEST_ASSERT_EQUAL(HAL_PLL_UNLOCKED, start());
-}
-
-static void test_leg_that_takes_no_trip_keeps_all_pins_disconnected(void)
-{
-    for (uint16_t n = 0; n < 3u; n++) {
-        recording_reset();
-        rec.trip_deaf = (uint16_t)(1u << n);
-        TEST_ASSERT_EQUAL(HAL_TRIP_FAILED, start());
-        TEST_ASSERT_EQUAL_HEX32(0u, GPIO_CONTROL(0u)->MUX1);
+    static const struct {
+        bool missing, lost;
+        uint64_t lock;      /* [cycles] */
+        uint16_t trip_deaf; /* bit of a leg */
+        hal_status_t status;
+    } cases[] = {{true, false, 32768u, 0u, HAL_CLOCK_MISSING},
+                 {false, true, 32768u, 0u, HAL_CLOCK_MISSING},
+                 {false, false, UINT64_MAX, 0u, HAL_PLL_UNLOCKED},
+                 {false, false, 4096u * 256u + 1u, 0u, HAL_PLL_UNLOCKED},
+                 {false, false, 32768u, 1u, HAL_TRIP_FAILED},
+                 {false, false, 32768u, 2u, HAL_TRIP_FAILED},
+                 {false, false, 32768u, 4u, HAL_TRIP_FAILED},
+                 {false, false, 4096u * 256u, 0u, HAL_OK}};
+    for (uint32_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        rec.regs.sysctrl.PLLSTS |= cases[n].missing ? PLLSTS_MCLKSTS : 0u;
+        rec.loses_clock_at_lock = cases[n].lost;
+        rec.lock_cycles = cases[n].lock;
+        rec.trip_deaf = cases[n].trip_deaf;
+        TEST_ASSERT_EQUAL(cases[n].status, start());
+        if (cases[n].status == HAL_OK) {
+            continue;
+        }
+        TEST_ASSERT_EQUAL(cases[n].missing, recording_count(&SYSCTRL->PLLCR) == 0u);
+        TEST_ASSERT_EQUAL(cases[n].missing, recording_count(&SYSCTRL->PLLSTS) == 0u);
+        TEST_ASSERT_EQUAL_HEX32_MESSAGE(0u, GPIO_CONTROL(0u)->MUX1, "pins connected");
         TEST_ASSERT_FALSE(rec.interrupts_on);
         TEST_ASSERT_FALSE(hal_gates_on());
+        if (cases[n].status != HAL_TRIP_FAILED) {
+            TEST_ASSERT_TRUE(cases[n].missing || (SYSCTRL->PLLSTS & PLLSTS_DIVSEL_ALL) == 0u);
+            assert_left_safe_and_slow();
+        }
+        if (cases[n].status == HAL_PLL_UNLOCKED) {
+            TEST_ASSERT_TRUE(rec.waited >= 3u * 32768u && rec.waited <= 7500u * 150u);
+        }
     }
 }
 
@@ -877,13 +824,13 @@ static uint16_t late_at(uint32_t ticks)
     return sample_at(ticks).flags & HAL_FLAG_LATE;
 }
 
-typedef enum { NO_MORE, IN_TIME, LATE, ENDS } event_t; /* of a sample, or of the interrupt */
+typedef enum { NO_MORE, IN_TIME, LATE, ENDS } timing_t; /* of a sample, or of the interrupt */
 
 /* From a start of the carrier on: `at` that event, in ticks of the period `period`. */
 static const struct {
     const char *name;
     struct {
-        event_t event;
+        timing_t event;
         uint32_t period, at;
     } step[12];
 } courses[] = {
@@ -1059,16 +1006,6 @@ static void test_time_counts_up_at_150_MHz(void)
     TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, hal_time());
     rec.regs.cpu_timer[0].TIM = UINT32_MAX;
     TEST_ASSERT_EQUAL_HEX32(0u, hal_time());
-}
-
-static void test_time_runs_before_anything_waits(void)
-{
-    TEST_ASSERT_EQUAL(HAL_OK, start());
-    uint32_t first_wait = 0u;
-    while (rec.entry[first_wait].did != DID_WAIT) {
-        first_wait++;
-    }
-    TEST_ASSERT_TRUE(recording_find_value(0u, &CPU_TIMER(0u)->TCR, TCR_TRB | TCR_FREE) < first_wait);
 }
 
 static void test_watchdog_is_fed_by_its_two_keys_in_order(void)

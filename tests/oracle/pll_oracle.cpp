@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <stdexcept>
 #include <vector>
 
@@ -12,7 +11,6 @@
 namespace
 {
 
-using Complex = std::complex<double>;
 using Vector4 = Eigen::Vector4d; /* coefficients of 1, s, s^2, s^3 */
 
 Vector4 numerator(const pll_oracle_t &q)
@@ -28,11 +26,6 @@ Vector4 denominator(const pll_oracle_t &q)
 Vector4 error_numerator(const pll_oracle_t &q)
 {
     return {0.0, 0.0, q.wc * (1.0 - q.gamma), 1.0};
-}
-
-Complex value(const Vector4 &p, Complex s)
-{
-    return p(0) + s * (p(1) + s * (p(2) + s * p(3)));
 }
 
 /* |p(j omega)|^2 as a polynomial in omega^2. */
@@ -78,19 +71,6 @@ std::vector<double> positive_roots(const Vector4 &p)
 }
 
 } /* namespace */
-
-double pll_oracle_gain(const pll_oracle_t *loop, double omega)
-{
-    const Complex s(0.0, omega);
-    return std::abs(value(numerator(*loop), s) / ((s + loop->wc) * (s * s + loop->kp * s + loop->ki)));
-}
-
-double pll_oracle_error_gain(const pll_oracle_t *loop, double omega)
-{
-    const Complex s(0.0, omega);
-    return std::abs(1.0 -
-                    value(error_numerator(*loop), s) / ((s + loop->wc) * (s * s + loop->kp * s + loop->ki)));
-}
 
 double pll_oracle_bandwidth(const pll_oracle_t *loop, int *crossings)
 {

@@ -25,12 +25,6 @@ typedef struct {
     double period; /* T [s] */
 } pll_oracle_t;
 
-/* |Phi_1(j omega)| [-] of (22), evaluated as printed. */
-double pll_oracle_gain(const pll_oracle_t *loop, double omega);
-
-/* |1 - Phi_e1(j omega)| [-] of (23), evaluated as printed. */
-double pll_oracle_error_gain(const pll_oracle_t *loop, double omega);
-
 /* The highest frequency [rad/s] at which |Phi_1|^2 = 1/2, a root of a cubic in omega^2; and the number of
  * such frequencies. */
 double pll_oracle_bandwidth(const pll_oracle_t *loop, int *crossings);

@@ -133,17 +133,3 @@ smo_oracle_run_t smo_oracle_run(const smo_oracle_case_t *rig, const smo_oracle_o
     run.square /= n;
     return run;
 }
-
-double smo_oracle_describing_gain(double slope, double amplitude)
-{
-    /* The trapezium over a whole period converges faster than any power. */
-    constexpr int points = 400;
-    double product = 0.0;
-    double square = 0.0;
-    for (int n = 0; n < points; n++) {
-        const double x = amplitude * std::sin(2.0 * pi * (n + 0.5) / points);
-        product += std::tanh(0.5 * slope * x) * x;
-        square += x * x;
-    }
-    return product / square;
-}

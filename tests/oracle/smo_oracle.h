@@ -57,10 +57,6 @@ smo_oracle_response_t smo_oracle_response(const smo_oracle_case_t *rig, const sm
 smo_oracle_run_t smo_oracle_run(const smo_oracle_case_t *rig, const smo_oracle_observer_t *observer,
                                 smo_oracle_switching_t switching, long settle, long count);
 
-/* Describing function of tanh(a_f x/2) for a sine of amplitude A [1/A]: the power-weighted gain <f x>/<x x>.
- */
-double smo_oracle_describing_gain(double slope, double amplitude);
-
 #ifdef __cplusplus
 }
 #endif

@@ -17,29 +17,6 @@ static plant_params_t bare(void)
     return q;
 }
 
-/* The plant at the end of `seconds`, seen every 1.3 ms; what is wanted of twist and speeds by `exact`. */
-static void follow(const plant_params_t *q, double motor, double load, double seconds,
-                   void (*exact)(const plant_params_t *, double, double, double, double[3]))
-{
-    plant_init(&plant, q, 1);
-    plant_set_motion(&plant, 0.0, motor);
-    plant.omega_load = load;
-    plant_set_params(&plant, q); /* the torque of the shaft from its speeds */
-    double far[3] = {0.0, 0.0, 0.0};
-    for (double t = 1.3e-3; t < seconds; t += 1.3e-3) {
-        uint64_t tick = (uint64_t)(t * TICKS);
-        double wanted[3];
-        plant_truth_t now = truth_at(tick);
-        exact(q, motor, load, (double)tick / TICKS, wanted);
-        far[0] = fmax(far[0], fabs(now.twist - wanted[0]));
-        far[1] = fmax(far[1], fabs(now.omega_m - wanted[1]));
-        far[2] = fmax(far[2], fabs(now.omega_load - wanted[2]));
-    }
-    TEST_ASSERT_TRUE(far[0] < 1e-9);
-    TEST_ASSERT_TRUE(far[1] < 1e-6);
-    TEST_ASSERT_TRUE(far[2] < 1e-6);
-}
-
 /* twist'' + 2 z twist' + w^2 twist = a, a = T_load/J_load; the centre of mass goes by -T_load/(J + J_load).
  */
 static void swinging(const plant_params_t *q, double motor, double load, double t, double wanted[3])
@@ -62,42 +39,39 @@ static void swinging(const plant_params_t *q, double motor, double load, double 
     wanted[2] = centre - v * q->inertia / both;
 }
 
-/* The same with two real decays. */
-static void settling(const plant_params_t *q, double motor, double load, double t, double wanted[3])
+/* The plant at the end of `seconds`, seen every 1.3 ms; what is wanted of twist and speeds by the closed
+ * form. */
+static void follow(const plant_params_t *q, double motor, double load, double seconds)
 {
-    double sum = 1.0 / q->inertia + 1.0 / q->load_inertia;
-    double z = 0.5 * q->shaft_damping * sum;
-    double root = sqrt(z * z - q->shaft_stiffness * sum);
-    double fast = z + root;
-    double slow = q->shaft_stiffness * sum / fast;
-    double nu = motor - load;
-    double a = nu / (fast - slow);
-    double x = a * (exp(-slow * t) - exp(-fast * t));
-    double v = a * (fast * exp(-fast * t) - slow * exp(-slow * t));
-    double both = q->inertia + q->load_inertia;
-    double centre = (q->inertia * motor + q->load_inertia * load) / both;
-    wanted[0] = x;
-    wanted[1] = centre + v * q->load_inertia / both;
-    wanted[2] = centre - v * q->inertia / both;
+    plant_init(&plant, q, 1);
+    plant_set_motion(&plant, 0.0, motor);
+    plant.omega_load = load;
+    plant_set_params(&plant, q); /* the torque of the shaft from its speeds */
+    double far[3] = {0.0, 0.0, 0.0};
+    for (double t = 1.3e-3; t < seconds; t += 1.3e-3) {
+        uint64_t tick = (uint64_t)(t * TICKS);
+        double wanted[3];
+        plant_truth_t now = truth_at(tick);
+        swinging(q, motor, load, (double)tick / TICKS, wanted);
+        far[0] = fmax(far[0], fabs(now.twist - wanted[0]));
+        far[1] = fmax(far[1], fabs(now.omega_m - wanted[1]));
+        far[2] = fmax(far[2], fabs(now.omega_load - wanted[2]));
+    }
+    TEST_ASSERT_TRUE(far[0] < 1e-9);
+    TEST_ASSERT_TRUE(far[1] < 1e-6);
+    TEST_ASSERT_TRUE(far[2] < 1e-6);
 }
 
 static void test_two_free_masses_swing_as_the_closed_form_for_a_second(void)
 {
     plant_params_t q = bare();
-    follow(&q, 10.0, -5.0, 1.0, swinging);
+    follow(&q, 10.0, -5.0, 1.0);
 }
 
 static void test_damping_and_an_active_load_at_the_far_end_are_of_the_closed_form(void)
 {
     plant_params_t q = plant_with(bare(), "shaft_damping = 0.02, load_kind = 1, load_torque = 2");
-    follow(&q, 30.0, 30.0, 0.3, swinging);
-}
-
-static void test_an_overdamped_shaft_settles_as_the_closed_form(void)
-{
-    plant_params_t q = bare();
-    q.shaft_damping = 6.0; /* 2.5 times what just does not swing */
-    follow(&q, 10.0, 0.0, 0.1, settling);
+    follow(&q, 30.0, 30.0, 0.3);
 }
 
 static void test_a_held_motor_lets_the_far_end_swing_on_the_shaft(void)
@@ -188,76 +162,4 @@ static void test_a_shaft_that_becomes_rigid_keeps_the_momentum_and_one_that_lose
     plant_set_params(&plant, &q);
     TEST_ASSERT_EQUAL_DOUBLE(10.0, plant.omega_m);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, plant.shaft_torque);
-}
-
-/* Imbalance of the energies below 0.1 % of what moved. */
-static void balanced(double target)
-{
-    plant_set_metering(&plant, true);
-    plant_truth_t before, now;
-    before = truth();
-    double most = 0.0;
-    for (int k = 0; k < 4000; k++) {
-        double wish = 0.5 * (target - plant.omega_m);
-        loop.i_q_ref = wish > 10.0 ? 10.0 : wish < -10.0 ? -10.0 : wish;
-        loop_period(&loop, &plant, NULL, NULL);
-        most = fmax(most, fabs(plant.twist));
-    }
-    now = truth();
-    double stored = now.energy_magnetic + now.energy_kinetic - before.energy_magnetic - before.energy_kinetic;
-    double sinks = now.energy_copper + now.energy_inverter + now.energy_mechanical + stored;
-    double moved = fmax(fabs(now.energy_dc), fmax(fabs(now.energy_mechanical), now.energy_copper));
-    TEST_ASSERT_TRUE(most > 1e-4 && moved > 10.0);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * moved, now.energy_dc, sinks);
-    TEST_ASSERT_DOUBLE_WITHIN(0.1 * fabs(target), target, now.omega_load);
-}
-
-static void elastic_drive(uint32_t averaged, double breakaway)
-{
-    plant_params_t q = plant_of("inertia = 0.003, load_inertia = 0.006, shaft_damping = 0.05, "
-                                "friction_coulomb = 0.3, load_torque = 4");
-    q.shaft_stiffness = 2000.0; /* 160 Hz */
-    q.friction_breakaway = breakaway;
-    setUp();
-    loop.averaged = averaged;
-    plant_init(&plant, &q, 1);
-    balanced(120.0);
-}
-
-static void test_energy_balances_with_an_elastic_load_switched_averaged_and_sticking(void)
-{
-    elastic_drive(0u, 0.0);
-    elastic_drive(1u, 0.0);
-    elastic_drive(0u, 0.5);
-}
-
-/* Steady speed: the shaft carries the load of the far end, friction stays at the motor. */
-static void test_load_acts_at_the_far_end_and_friction_at_the_motor(void)
-{
-    plant_params_t q =
-        plant_of("inertia = 0.003, load_inertia = 0.006, shaft_stiffness = 2000, shaft_damping = 0.5, "
-                 "friction_coulomb = 1, friction_viscous = 0.01, load_torque = 3");
-    plant_init(&plant, &q, 1);
-    loop.averaged = 1;
-    plant_set_motion(&plant, 0.0, 50.0);
-    /* Means over the last second: the inverter's torque has ripple. */
-    double shaft = 0.0;
-    double twist = 0.0;
-    double torque = 0.0;
-    double against = 0.0;
-    for (int k = 0; k < 20000; k++) {
-        loop.i_q_ref = 0.05 * (50.0 - plant.omega_m) + 4.5 / 1.098;
-        loop_period(&loop, &plant, NULL, NULL);
-        if (k >= 10000) {
-            plant_truth_t now = truth();
-            TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.0 + 0.01 * now.omega_m + 3.0, now.load_torque);
-            shaft += 1e-4 * now.shaft_torque;
-            twist += 1e-4 * now.twist;
-            torque += 1e-4 * now.torque;
-            against += 1e-4 * now.load_torque;
-        }
-    }
-    TEST_ASSERT_DOUBLE_WITHIN(3e-3, 3.0, shaft);
-    TEST_ASSERT_DOUBLE_WITHIN(3e-3 / 2000.0, 3.0 / 2000.0, twist);
-    TEST_ASSERT_DOUBLE_WITHIN(5e-3, against, torque);
 }

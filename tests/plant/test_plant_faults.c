@@ -64,17 +64,6 @@ static void test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current(void)
     }
 }
 
-/* Current decays through a leg of its own resistance: L di/dt = -(1.5 R + R_leg)/1.5 i, all lower on. */
-static void test_a_leg_s_own_resistance_decays_a_current_second_order(void)
-{
-    begin(plant_of("flux_linkage = 0, shaft_locked = 1, " NO_DROPS ", leg_b_resistance = 3"));
-    plant_gates(&plant, 0, PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
-    plant_advance(&plant, 1000);
-    put_currents(-5.0, 10.0, -5.0);
-    plant_advance(&plant, after(5e-3));
-    TEST_ASSERT_DOUBLE_WITHIN(2e-4, 10.0 * exp(-5e-3 * (0.95 + 3.0 / 1.5) / 0.0125), plant.i[1]);
-}
-
 /* Mean voltage of a period, [V s], with this delay of leg a. */
 static double period_flux(double delay, double i_a, uint32_t averaged)
 {
@@ -147,22 +136,6 @@ static void test_an_open_switch_leaves_the_current_to_the_diodes_at_the_instant(
     TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_IGBT, leg_a());
 }
 
-/* A loop with an open upper a: phase a has no positive half wave worth the name. */
-static void test_an_open_switch_takes_one_half_wave_of_its_phase(void)
-{
-    begin(plant_of("shaft_locked = 1, shaft_locked_speed = 60, open_switches = 1"));
-    double most = 0.0;
-    double least = 0.0;
-    for (int k = 0; k < 1500; k++) {
-        loop.i_q_ref = 5.0;
-        loop_period(&loop, &plant, NULL, NULL);
-        most = fmax(most, plant.i[0]);
-        least = fmin(least, plant.i[0]);
-    }
-    TEST_ASSERT_TRUE(least < -3.0);
-    TEST_ASSERT_TRUE(most < 1.5);
-}
-
 static void test_a_shorted_switch_conducts_without_command_and_its_partner_trips_the_module(void)
 {
     begin(plant_with(choke(), "shorted_switches = 1"));
@@ -196,25 +169,6 @@ static void test_a_switch_that_shorts_beside_a_partner_that_is_on_is_a_shoot_thr
     TEST_ASSERT_TRUE(plant_fault_line(&plant));
     TEST_ASSERT_EQUAL_DOUBLE(2.0, now.shoot_through_leg);
     TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1000.0 / TICKS, now.shoot_through_second);
-}
-
-/* All gates off, upper a shorted, a turning magnet: the EMF drives current through the short and the upper
- * diodes of the other legs, one way only. */
-static void test_a_shorted_switch_makes_the_turning_machine_brake_itself(void)
-{
-    begin(plant_of("shaft_locked = 1, shaft_locked_speed = 60, shorted_switches = 1"));
-    double least = 0.0;
-    double most = 0.0;
-    double work = 0.0;
-    for (int k = 0; k < 3000; k++) {
-        plant_advance(&plant, plant.tick + 15000u);
-        least = fmin(least, plant.i[0]);
-        most = fmax(most, plant.i[0]);
-        work += plant.torque;
-    }
-    TEST_ASSERT_TRUE(most > 5.0);
-    TEST_ASSERT_TRUE(least > -0.2);
-    TEST_ASSERT_TRUE(work / 3000.0 < -0.5);
 }
 
 /* ---- wires ---- */
@@ -376,15 +330,6 @@ static void test_an_encoder_that_slips_misses_its_share_and_keeps_what_it_has(vo
     TEST_ASSERT_INT64_WITHIN(1, count + 10000, plant_encoder(&plant));
 }
 
-static void test_an_encoder_that_slips_once_steps_by_that_much(void)
-{
-    plant_params_t q = begin(turning());
-    plant_advance(&plant, after(0.50005));
-    q.encoder_offset = -0.05 * 2.0 * PI;
-    plant_set_params(&plant, &q);
-    TEST_ASSERT_EQUAL_INT64(4500, plant_encoder(&plant));
-}
-
 /* An own decoder: edge by edge from the levels of two tracks, one of which may be stuck. */
 static int64_t decoded(int stuck_a, int stuck_b, int from, int to)
 {
@@ -528,14 +473,4 @@ static void test_a_lost_supply_leaves_the_capacitor_to_feed_the_inverter(void)
             TEST_ASSERT_DOUBLE_WITHIN(stiff ? 1e-9 : 1.0, q.dc_voltage, plant.v_dc);
         }
     }
-}
-
-static void test_a_chopper_discharges_to_its_voltage_and_no_further(void)
-{
-    begin(plant_of("dc_capacitance = 1e-3, dc_resistance = 1, supply_lost = 1, dc_voltage = "
-                   "450, chopper_resistance = 20, chopper_voltage = 400"));
-    plant_advance(&plant, after(1e-3));
-    TEST_ASSERT_DOUBLE_WITHIN(0.1, 450.0 * exp(-1e-3 / (20.0 * 1e-3)), plant.v_dc);
-    plant_advance(&plant, after(5e-3));
-    TEST_ASSERT_EQUAL_DOUBLE(400.0, plant.v_dc);
 }

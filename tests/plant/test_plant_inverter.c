@@ -77,14 +77,6 @@ static void test_dead_time_error_is_that_of_the_formula(void)
     }
 }
 
-static void test_ideal_inverter_gives_the_commanded_mean(void)
-{
-    plant_params_t q = plant_with(locked(), "turn_on_delay = 0, turn_off_delay = 0, " NO_DROPS
-                                            ", current_zone = 0, short_circuit_current = 0, fault_pulse = 0");
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 311.0 * 0.12, mean_alpha(&q, 8400, 6600, 0, false));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 311.0 * 0.12, mean_alpha(&q, 8400, 6600, 0, true));
-}
-
 static void test_averaged_mode_has_no_error_where_nothing_switches(void)
 {
     plant_params_t q = plant_with(locked(), "dc_voltage = 20, " NO_DROPS);
@@ -95,43 +87,6 @@ static void test_averaged_mode_has_no_error_where_nothing_switches(void)
     /* A pulse shorter than T_e does not come through: no current beyond the zone, so no more than R times
      * that. */
     TEST_ASSERT_DOUBLE_WITHIN(0.95 * 0.05, 0.0, mean_alpha(&q, 300, 0, 375, true));
-}
-
-static void test_averaged_mode_carries_the_same_mean_currents_as_edges(void)
-{
-    enum { PERIODS = 1500, WINDOW = 100 };
-    static uint32_t high[PERIODS][3];
-    plant_params_t q = locked();
-    q.shaft_locked_speed = 50.0 * 3.14159265358979;
-    loop.i_q_ref = 5.0;
-    double mean[2][2] = {{0.0}};
-    for (int averaged = 1; averaged >= 0; averaged--) {
-        memset(&loop.sum_d, 0, sizeof loop.sum_d);
-        plant_init(&plant, &q, 1);
-        loop.averaged = (uint32_t)averaged;
-        loop.gates = 0;
-        for (int k = 0; k < PERIODS; k++) {
-            plant_truth_t now;
-            if (averaged) {
-                memcpy(high[k], loop.high, sizeof high[k]);
-            } else {
-                memcpy(loop.high, high[k], sizeof high[k]); /* same duties, no control */
-            }
-            loop_period(&loop, &plant, NULL, NULL);
-            now = truth();
-            if (k >= PERIODS - WINDOW) {
-                mean[averaged][0] += now.i_d / WINDOW;
-                mean[averaged][1] += now.i_q / WINDOW;
-            }
-        }
-    }
-    /* Impedance |R + j 628 L| = 7.9 ohm; by 8 mV a period's voltage differs in the mean. The samples of the
-     * switched one lie (dead + on + off)/2 = 2.05 us from the middle of the zero vector, in which the EMF of
-     * 115 V drives 9.2 A/ms: 19 mA. */
-    double bound = 0.008 / 7.9 + 0.019;
-    TEST_ASSERT_DOUBLE_WITHIN(bound, mean[0][0], mean[1][0]);
-    TEST_ASSERT_DOUBLE_WITHIN(bound, mean[0][1], mean[1][1]);
-    TEST_ASSERT_DOUBLE_WITHIN(0.3, 5.0, mean[1][1]);
 }
 
 /* What the averaged inverter makes of single periods of a switched one: each begins from the currents that
@@ -287,14 +242,6 @@ static double lost_ticks(const plant_params_t *q, const uint32_t *offsets, int c
     return (full * 3000.0 - (after.flux_alpha - before.flux_alpha) * 150e6) / swing;
 }
 
-static void test_gap_acts_from_turn_off_delay_to_turn_on_delay(void)
-{
-    plant_params_t q = no_slope();
-    /* Off acts 135 ticks late, on 105: a gap of 500 is 470 long. */
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 470.0, lost_ticks(&q, (const uint32_t[]){100, 600}, 2));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 3000.0 - 235.0, lost_ticks(&q, (const uint32_t[]){100}, 1));
-}
-
 static void test_gap_shorter_than_the_difference_of_delays_vanishes(void)
 {
     plant_params_t q = no_slope();
@@ -328,25 +275,6 @@ static void test_more_edges_than_a_delay_holds_end_in_the_commanded_state(void)
     plant_gates(&plant, plant.tick, PLANT_UPPER(0));
     plant_advance(&plant, plant.tick + 700u);
     TEST_ASSERT_EQUAL_UINT32(PLANT_UPPER(0), plant.on);
-}
-
-static void test_current_commutates_to_the_diode_of_the_other_rail(void)
-{
-    plant_params_t q = plant_with(locked(), "dc_voltage = 30");
-    uint64_t at = flowing(&q);
-    plant_truth_t now = truth_at(at);
-    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_IGBT, now.leg_a);
-    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_LOWER_IGBT, now.leg_b);
-    plant_gates(&plant, at, 0);
-    now = truth_at(at + 134u);
-    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_IGBT, now.leg_a);
-    now = truth_at(at + 136u);
-    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_LOWER_DIODE, now.leg_a);
-    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_DIODE, now.leg_b);
-    TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_UPPER_DIODE, now.leg_c);
-    /* Diodes against the link: -(30 + 2 * 0.95) 2/3 and their slopes. */
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9, -2.0 / 3.0 * 31.9 - 0.025 * now.i_a, now.u_alpha);
-    TEST_ASSERT_EQUAL_STRING("lower diode", plant_leg_text((plant_leg_t)now.leg_a));
 }
 
 static void test_all_off_lets_the_current_die_into_the_link_and_then_none_flows(void)
@@ -396,27 +324,6 @@ static void test_a_pulse_starts_the_wait_for_floating_legs_anew(void)
     plant_gates(&plant, 6300, 0);     /* acts at 6435 */
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_ZONE, truth_at(6435u + 5000u).leg_a);
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_LEG_OPEN, truth_at(6435u + PLANT_IDLE_TICKS).leg_a);
-}
-
-static void test_pole_voltage_goes_straight_through_the_zone(void)
-{
-    begin(locked());
-    for (int law = PLANT_LAW_OFF; law <= PLANT_LAW_LOWER; law++) {
-        double v[5], share[5];
-        for (int n = 0; n < 5; n++) {
-            v[n] = interval_pole(&plant, &plant.law[0][law], 0.05 * (0.5 * n - 1.0), &share[n]);
-        }
-        /* One formula, drop = s V_dc - v at the borders, 0.8 V + 18 mohm or 0.95 V + 25 mohm times 50 mA. */
-        double diode = 0.95 + 0.025 * 0.05;
-        double igbt = 0.8 + 0.018 * 0.05;
-        double out = law == PLANT_LAW_UPPER ? 311.0 - igbt : -diode;
-        double in = law == PLANT_LAW_LOWER ? igbt : 311.0 + diode;
-        for (int n = 0; n < 5; n++) {
-            TEST_ASSERT_DOUBLE_WITHIN(1e-10, in + 0.25 * n * (out - in), v[n]);
-            double upper = law == PLANT_LAW_UPPER ? 1.0 : law == PLANT_LAW_LOWER ? 0.0 : 1.0 - 0.25 * n;
-            TEST_ASSERT_DOUBLE_WITHIN(1e-12, upper, share[n]);
-        }
-    }
 }
 
 /* ---- module ---- */

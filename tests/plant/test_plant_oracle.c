@@ -96,37 +96,3 @@ static void test_currents_follow_the_oracle(void)
         }
     }
 }
-
-static void test_the_oracle_agrees_with_itself_in_both_frames(void)
-{
-    plant_params_t q = plant_of("emf_5th = 0.02, emf_7th = 0.01, inertia = 0.003");
-    static oracle_sample_t other[300];
-    run(&q, ORACLE_STATIONARY, 50.0, 157.0796, 0.0, 10.0, 300);
-    /* The loop is deterministic: same plant, same edges in the second run. */
-    memcpy(other, wanted, sizeof other);
-    run(&q, ORACLE_ROTOR, 50.0, 157.0796, 0.0, 10.0, 300);
-    for (int n = 0; n < 300; n++) {
-        /* The rotor frame holds the slopes of the legs' voltages for a sub-step in which they turn; the error
-         * falls fourfold when the step is halved. 0.02 mA is a fiftieth of what either is to judge. */
-        TEST_ASSERT_DOUBLE_WITHIN(2e-5, other[n].i_a, wanted[n].i_a);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-5, other[n].i_b, wanted[n].i_b);
-    }
-}
-
-static void test_the_oracle_refuses_what_it_does_not_know(void)
-{
-    static const struct {
-        const char *changes;
-        oracle_frame_t frame;
-    } unknown[] = {{"inductance_q = 0.02", ORACLE_STATIONARY},
-                   {"open_phase_b = 1", ORACLE_ROTOR},
-                   {"dc_capacitance = 1e-3, dc_resistance = 1", ORACLE_ROTOR},
-                   {"leg_c_delay = 1e-6", ORACLE_ROTOR},
-                   {"load_inertia = 0.01", ORACLE_ROTOR}};
-    for (size_t n = 0; n < sizeof unknown / sizeof unknown[0]; n++) {
-        oracle_sample_t sample;
-        uint64_t tick = 1;
-        const plant_params_t q = plant_of(unknown[n].changes);
-        TEST_ASSERT_FALSE(oracle_run(&q, unknown[n].frame, 0.0, 0.0, NULL, 0, &tick, 1, &sample));
-    }
-}

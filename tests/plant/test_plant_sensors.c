@@ -131,23 +131,6 @@ static void test_same_seed_gives_the_same_noise_and_another_seed_another(void)
     TEST_ASSERT_EQUAL_INT(0, equal);
 }
 
-static void test_lagging_sensor_follows_a_step_on_its_exponential(void)
-{
-    plant_params_t q = plant_with(quiet(), "current_bandwidth = 20000");
-    charge(&q);
-    double before = plant_analog(&plant, PLANT_CURRENT_A) - 1.5;
-    plant_truth_t now = truth();
-    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1.5 * now.i_a / 20.0, before);
-    q.open_phase_a = 1.0;
-    plant_set_params(&plant, &q); /* the current of phase a is gone at once */
-    for (int k = 1; k <= 20; k++) {
-        double t = 1.37e-5 * k;
-        plant_advance(&plant, 37500000u + (uint64_t)(2055 * k));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-12, before * exp(-20000.0 * t),
-                                  plant_analog(&plant, PLANT_CURRENT_A) - 1.5);
-    }
-}
-
 static void test_lagging_sensor_trails_a_ramp_by_its_time_constant(void)
 {
     plant_params_t q =
@@ -178,26 +161,6 @@ static void test_encoder_counts_are_the_floor_of_the_angle(void)
         plant_set_motion(&plant, angles[n], 0.0);
         TEST_ASSERT_EQUAL_INT64((int64_t)floor((angles[n] - 2.0) * 4096.0 / (2.0 * PI)),
                                 plant_encoder(&plant));
-    }
-}
-
-static void test_encoder_steps_one_by_one_through_whole_turns_both_ways(void)
-{
-    plant_params_t q = plant_of("shaft_locked = 1");
-    for (int way = -1; way <= 1; way += 2) {
-        q.shaft_locked_speed = 150.0 * way;
-        plant_init(&plant, &q, 1);
-        int64_t before = plant_encoder(&plant);
-        int64_t turned = 0;
-        for (int k = 1; k <= 50000; k++) {
-            plant_advance(&plant, (uint64_t)k * 500u); /* 3.3 us: 0.8 counts */
-            int64_t now = plant_encoder(&plant);
-            TEST_ASSERT_TRUE(now - before == 0 || now - before == way);
-            turned += now - before;
-            before = now;
-        }
-        TEST_ASSERT_INT64_WITHIN(1, (int64_t)(way * 150.0 * 50000 * 500 / 150e6 * 10000.0 / (2.0 * PI)),
-                                 turned);
     }
 }
 

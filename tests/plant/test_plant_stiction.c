@@ -52,20 +52,6 @@ static void test_decelerating_rotor_rests_at_the_tick_of_algebra(void)
     }
 }
 
-static void test_rotor_never_swings_through_zero_wherever_one_looks(void)
-{
-    begin(plant_with(sticking(2.0), "inertia = 0.003"));
-    plant_set_motion(&plant, 0.0, 1.0);
-    double before = 1.0;
-    for (uint64_t tick = 0; tick < SECOND / 100u; tick += 997u) {
-        const double omega = truth_at(tick).omega_m;
-        TEST_ASSERT_TRUE(omega >= 0.0 && (omega < before || omega == 0.0 || tick == 0u));
-        before = omega;
-    }
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, before);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5 * 0.003 / COULOMB, truth_at(SECOND).theta_m);
-}
-
 static void test_active_load_below_break_away_stops_a_rotor_and_one_above_turns_it_round(void)
 {
     for (int n = 0; n < 2; n++) {
@@ -95,20 +81,6 @@ static void test_shaft_is_held_at_break_away_and_loose_beyond_it(void)
     q.load_torque = -nextafter(2.0, 3.0);
     plant_set_params(&plant, &q);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, (2.0 - COULOMB) / INERTIA, truth_at(SECOND).omega_m);
-}
-
-static void test_rotor_at_any_angle_is_held_against_an_active_load_without_creeping(void)
-{
-    for (int k = -5; k <= 5; k++) {
-        begin(plant_with(sticking(2.0), "load_kind = 1, load_torque = 1.99"));
-        plant_set_motion(&plant, 1.7 * k, 0.0);
-        plant_truth_t before = truth();
-        const plant_truth_t now = truth_at(10u * SECOND);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-14, 1.7 * k, now.theta_m);
-        TEST_ASSERT_EQUAL_DOUBLE(before.theta_m, now.theta_m);
-        TEST_ASSERT_EQUAL_DOUBLE(0.0, now.omega_m);
-        TEST_ASSERT_EQUAL_DOUBLE(now.torque, now.load_torque);
-    }
 }
 
 static void test_passive_load_holds_and_never_drives(void)
@@ -211,38 +183,6 @@ static void test_brake_can_not_be_felt_on_a_locked_shaft(void)
 }
 
 /* ---- as a state ---- */
-
-/* Starts, stops and turns of a light rotor under current control, braked now and then. */
-static uint32_t busy(plant_t *p, loop_t *by, int from, int to)
-{
-    uint32_t rests = 0;
-    for (int k = from; k < to; k++) {
-        if (k % 400 == 350) {
-            plant_set_brake(p, 20.0);
-        }
-        if (k % 400 == 0) {
-            plant_set_brake(p, 0.0);
-        }
-        by->i_q_ref = 6.0 * sin(2.0 * PI * 0.005 * k);
-        loop_period(by, p, NULL, NULL);
-        rests += p->omega_m == 0.0;
-    }
-    return rests;
-}
-
-static void test_copied_state_of_a_sticking_shaft_runs_on_identically(void)
-{
-    plant_params_t q = plant_with(sticking(3.0), "inertia = 0.003");
-    plant_init(&plant, &q, 5);
-    busy(&plant, &loop, 0, 375); /* braked */
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, plant.omega_m);
-    loop_t other = loop;
-    memcpy(&copy, &plant, sizeof copy);
-    const uint32_t rests = busy(&plant, &loop, 375, 2000);
-    busy(&copy, &other, 375, 2000);
-    TEST_ASSERT_EQUAL_MEMORY(&plant, &copy, sizeof plant);
-    TEST_ASSERT_TRUE(rests > 200u && rests < 1400u); /* it did both */
-}
 
 static void test_where_one_stops_to_look_moves_no_event(void)
 {

@@ -15,20 +15,6 @@ void estimator_oracle_sample(const estimator_oracle_case_t *rig, long k, estimat
     (void)sample;
     LEFT_OUT();
 }
-double pll_oracle_gain(const pll_oracle_t *loop, double omega)
-{
-    (void)loop;
-    (void)omega;
-    LEFT_OUT();
-    return 0.0;
-}
-double pll_oracle_error_gain(const pll_oracle_t *loop, double omega)
-{
-    (void)loop;
-    (void)omega;
-    LEFT_OUT();
-    return 0.0;
-}
 double pll_oracle_bandwidth(const pll_oracle_t *loop, int *crossings)
 {
     (void)loop;
@@ -95,11 +81,4 @@ smo_oracle_run_t smo_oracle_run(const smo_oracle_case_t *rig, const smo_oracle_o
     (void)count;
     LEFT_OUT();
     return (smo_oracle_run_t){0};
-}
-double smo_oracle_describing_gain(double slope, double amplitude)
-{
-    (void)slope;
-    (void)amplitude;
-    LEFT_OUT();
-    return 0.0;
 }

@@ -343,23 +343,6 @@ static void test_the_watchdog_is_fed_once_for_every_time_that_the_interrupt_was_
     }
 }
 
-/* With the interrupt always alive it is fed once a round: the other tasks come between. */
-static void test_the_watchdog_is_fed_when_the_list_has_come_round(void)
-{
-    uint32_t calls = 0u;
-    do {
-        interrupt();
-        app_background();
-        calls++;
-    } while (fed == 0u && calls < 100u);
-    TEST_ASSERT_TRUE(calls > 1u && calls < 100u);
-    for (uint32_t n = 0; n < 10u * calls; n++) {
-        interrupt();
-        app_background();
-    }
-    TEST_ASSERT_EQUAL_UINT32(11u, fed);
-}
-
 static void test_the_background_sees_the_drive_between_two_interrupts_and_shows_it(void)
 {
     interrupt();
@@ -408,21 +391,6 @@ static void test_each_flag_of_the_board_is_the_drive_s(void)
 }
 
 /* ---- parameters and requests ---- */
-
-static void test_a_set_is_offered_with_interrupts_off_and_the_registers_follow(void)
-{
-    app->staged.encoder_lines = 1024;
-    app->staged.dead_time = 3e-6f;
-    from_here();
-    apply();
-    expect_asked_in_good_order("off dead-band encoder on ");
-    TEST_ASSERT_EQUAL_INT32(1024, app->active.encoder_lines);
-    TEST_ASSERT_EQUAL_UINT32(4095u, encoder_max);
-    TEST_ASSERT_TRUE((double)dead_band >= 3e-6 * HAL_CLOCK_HZ - 1e-3);
-    TEST_ASSERT_TRUE((double)dead_band < 3e-6 * HAL_CLOCK_HZ + 1.0);
-    interrupt();
-    TEST_ASSERT_EQUAL_UINT32(4095u, app->drive.tunings[app->drive.in_force].fast.encoder.last_count);
-}
 
 static void test_while_the_bridge_is_on_the_registers_stay(void)
 {
@@ -642,23 +610,6 @@ static void test_what_is_learnt_goes_with_a_set_that_still_waits(void)
     sample(); /* a window begins with it */
     expect_share(1.1f, app->drive.fast.current_control.inductance_q);
     TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
-}
-
-static void test_requests_are_taken_with_interrupts_off(void)
-{
-    requests_t requests;
-    requests_defaults(&requests);
-    requests.speed_request = 50.0f;
-    from_here();
-    TEST_ASSERT_TRUE(app_request(&requests, &why));
-    expect_asked_in_good_order("off on ");
-    TEST_ASSERT_EQUAL_FLOAT(50.0f, app->drive.requests.speed_request);
-
-    requests.speed_request = 1e9f;
-    from_here();
-    const drive_t before = app->drive;
-    TEST_ASSERT_FALSE(app_request(&requests, &why));
-    TEST_ASSERT_EQUAL_MEMORY(&before, &app->drive, sizeof before);
 }
 
 /* ---- parameters that stay ---- */

@@ -111,12 +111,6 @@ static void expect_state(capture_state_t state)
 
 /* ---- the ring ---- */
 
-static void test_begins_idle_and_empty(void)
-{
-    expect_state(CAPTURE_IDLE);
-    TEST_ASSERT_EQUAL_UINT32(0u, capture_count(&capture));
-}
-
 static void test_keeps_the_last_periods_in_their_order(void)
 {
     for (uint32_t n = 1; n <= 3u * USUAL_PERIODS + 7u; n++) {

@@ -4,7 +4,7 @@
 #include <unity.h>
 
 #include "fast/reference/catch.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/vectors.h"
 
 #define T         1e-4
 #define PSI       0.183
@@ -36,14 +36,9 @@ static double complex emf_of(double omega, double theta)
     return (double complex)I * omega * PSI * cexp((double complex)I * theta);
 }
 
-static ab_t as_ab(double complex value)
-{
-    return (ab_t){(float)creal(value), (float)cimag(value)};
-}
-
 static catch_outcome_t step(double complex emf, float voltage_max)
 {
-    return catch_step(&catching, &tuning, as_ab(emf), (float)cabs(emf), voltage_max);
+    return catch_step(&catching, &tuning, to_ab(emf), (float)cabs(emf), voltage_max);
 }
 
 typedef struct {
@@ -237,16 +232,11 @@ static void test_voltage_is_the_emf_when_it_acts(void)
     for (int n = 0; n < 6; n++) {
         catch_enter(&catching, WHOLE, (float)speeds[n]);
         const double complex emf = emf_of(speeds[n], 0.8);
-        const ab_t voltage = catch_voltage(&catching, &tuning, as_ab(emf));
+        const ab_t voltage = catch_voltage(&catching, &tuning, to_ab(emf));
         const double complex expected = emf * cexp((double complex)I * 1.5 * T * speeds[n]);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * (1.0 + cabs(emf)), creal(expected), (double)voltage.alpha);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * (1.0 + cabs(emf)), cimag(expected), (double)voltage.beta);
     }
-}
-
-static double complex as_complex(ab_t value)
-{
-    return (double)value.alpha + (double complex)I * (double)value.beta;
 }
 
 /* Nobody knows an axis before 4 ms are over; within 10 ms it is the rotor's d axis, in which a current makes
@@ -260,7 +250,7 @@ static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_
             for (uint32_t k = 1u; k < 150u; k++) {
                 const double theta = 0.4 + way * speeds[n] * T * k;
                 (void)step(emf_of(way * speeds[n], theta), LINK);
-                const double complex current = as_complex(catch_current(&catching, &tuning));
+                const double complex current = of_ab(catch_current(&catching, &tuning));
                 if (k < SETTLED) {
                     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, cabs(current - 0.3));
                 } else if (k >= SURE) {
@@ -278,29 +268,4 @@ static void test_current_along_the_d_axis_is_never_the_smaller_one(void)
     const catch_params_t params = {(float)PSI, (float)SPEED_MIN, 0.1f, 0.0f, false, (float)T};
     tuning = catch_prepare(&params);
     TEST_ASSERT_EQUAL_FLOAT(tuning.current, tuning.current_d);
-}
-
-static void test_angle_is_a_quarter_turn_beside_the_emf(void)
-{
-    for (int way = -1; way <= 1; way += 2) {
-        for (double theta = -3.14; theta < 3.15; theta += 0.01) {
-            const float angle = catch_angle(as_ab(emf_of(way * 50.0, theta)), (float)way);
-            TEST_ASSERT_DOUBLE_WITHIN(5e-6, 0.0, circle((double)angle - theta));
-        }
-    }
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, catch_angle((ab_t){0.0f, 0.0f}, 1.0f));
-}
-
-static void test_new_coefficients_act_and_what_was_seen_stays(void)
-{
-    for (uint32_t n = 0u; n < 60u; n++) {
-        (void)step(emf_of(100.0, 100.0 * T * n), LINK);
-    }
-    const catch_t before = catching;
-    const catch_params_t params = {(float)(2.0 * PSI), (float)SPEED_MIN, 0.2f, 2.0f, false, (float)T};
-    tuning = catch_prepare(&params);
-    TEST_ASSERT_TRUE(catching.cross == before.cross && catching.length == before.length &&
-                     catching.periods == before.periods && catching.omega_e == before.omega_e);
-    (void)step(emf_of(100.0, 100.0 * T * 60.0), LINK);
-    TEST_ASSERT_DOUBLE_WITHIN(5e-5, 50.0, (double)catching.omega_e);
 }

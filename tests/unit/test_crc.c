@@ -42,19 +42,3 @@ static void test_it_is_the_remainder_of_the_division(void)
         TEST_ASSERT_EQUAL_HEX32(by_division(words, n + 1u), of_words(words, n + 1u));
     }
 }
-
-static void test_every_single_bit_and_every_pair_of_neighbours_changes_it(void)
-{
-    uint16_t words[64] = {0};
-    words[3] = 0x55AAu;
-    const uint32_t good = of_words(words, 64u);
-    for (uint32_t bit = 0; bit < 64u * 16u - 1u; bit++) {
-        words[bit / 16u] = (uint16_t)(words[bit / 16u] ^ 1u << bit % 16u);
-        TEST_ASSERT_TRUE(of_words(words, 64u) != good);
-        words[(bit + 1u) / 16u] = (uint16_t)(words[(bit + 1u) / 16u] ^ 1u << (bit + 1u) % 16u);
-        TEST_ASSERT_TRUE(of_words(words, 64u) != good);
-        words[bit / 16u] = (uint16_t)(words[bit / 16u] ^ 1u << bit % 16u);
-        words[(bit + 1u) / 16u] = (uint16_t)(words[(bit + 1u) / 16u] ^ 1u << (bit + 1u) % 16u);
-    }
-    TEST_ASSERT_EQUAL_HEX32(good, of_words(words, 64u));
-}

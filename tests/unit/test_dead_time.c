@@ -5,9 +5,7 @@
 #include <unity.h>
 
 #include "fast/inverter/dead_time.h"
-#include "tests/unit/compare.h"
-
-#define J ((double complex)I)
+#include "tests/unit/vectors.h"
 
 static const dead_time_params_t PARAMS = {.dead_time = 2.5e-6f,
                                           .turn_on_delay = 0.7e-6f,
@@ -32,22 +30,6 @@ static double complex lost(const dead_time_params_t *params, double amplitude, d
     return (double)voltage.alpha + J * (double)voltage.beta;
 }
 
-static void test_size_of_one_leg_is_that_of_the_formula(void)
-{
-    /* By hand: timing 5.6, 7.2, 8.7 V at 2.0, 2.5, 3.0 us and 0.97 V of drops, total 6.6, 8.1, 9.7 V, each
-     * rounded to 0.1 V. Along phase a, with b and c certain too, the vector is 4/3 of that. */
-    static const float dead_times[] = {2.0e-6f, 2.5e-6f, 3.0e-6f};
-    static const double totals[] = {6.6, 8.1, 9.7};
-    for (int k = 0; k < 3; k++) {
-        dead_time_params_t params = PARAMS;
-        params.dead_time = dead_times[k];
-        params.drop = 0.97f;
-        double complex voltage = lost(&params, 5.0, 0.0, 311.0);
-        TEST_ASSERT_DOUBLE_WITHIN(0.051, totals[k], 0.75 * creal(voltage));
-        TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 0.0, cimag(voltage));
-    }
-}
-
 static void test_is_the_sum_of_its_legs_in_and_out_of_the_zone(void)
 {
     static const double amplitudes[] = {0.0, 0.1, 0.39, 0.4, 0.41, 0.8, 3.0};
@@ -66,29 +48,6 @@ static void test_is_the_sum_of_its_legs_in_and_out_of_the_zone(void)
     }
 }
 
-static void test_harmonics_of_the_uncompensated_inverter(void)
-{
-    /* Section 4: in the frame of the current the mean is 4/pi along, and the sixth harmonic 0.073 along and
-     * 0.437 across (rounded to 0.001). Zone without width. */
-    dead_time_params_t params = PARAMS;
-    params.current_zone = 0.0f;
-    enum { N = 3600 };
-    double complex mean = 0.0;
-    double complex along = 0.0;
-    double complex across = 0.0;
-    for (int k = 0; k < N; k++) {
-        double angle = 2.0 * PI * (k + 0.5) / N;
-        double complex rotor = lost(&params, 5.0, angle, 311.0) * cexp(-J * angle) / LEG;
-        mean += rotor / N;
-        along += 2.0 / N * creal(rotor) * cexp(-J * 6.0 * angle);
-        across += 2.0 / N * cimag(rotor) * cexp(-J * 6.0 * angle);
-    }
-    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 4.0 / PI, creal(mean));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, cimag(mean));
-    TEST_ASSERT_DOUBLE_WITHIN(0.0006, 0.073, cabs(along));
-    TEST_ASSERT_DOUBLE_WITHIN(0.0006, 0.437, cabs(across));
-}
-
 /* Each edge has its own half of the loss: zone 0.4 A, so that 0.1 -+ 0.2 A are signs of -1/4 and 3/4; where
  * one edge is clear of it on this side and the other on that one, nothing is lost. */
 static void test_each_edge_loses_half_by_its_own_current(void)
@@ -103,13 +62,6 @@ static void test_each_edge_loses_half_by_its_own_current(void)
     const abc_t other = {-0.2f, 0.3f, -1.0f};
     const abc_t same = dead_time_edge_signs(&dead_time, current, other);
     TEST_ASSERT_TRUE(same.a == signs.a && same.b == signs.b && same.c == signs.c);
-}
-
-static void test_timing_part_scales_with_the_link_and_drops_do_not(void)
-{
-    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 4.0 / 3.0 * 0.875, creal(lost(&PARAMS, 5.0, 0.0, 0.0)));
-    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 4.0 / 3.0 * (0.023 * 100.0 + 0.875),
-                              creal(lost(&PARAMS, 5.0, 0.0, 100.0)));
 }
 
 static void test_gain_scales_all_of_it(void)
@@ -128,14 +80,4 @@ static void test_zone_of_no_width_is_a_hard_sign(void)
     TEST_ASSERT_TRUE(lost(&params, 0.0, 0.0, 311.0) == 0.0);
     TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, 4.0 / 3.0 * LEG, creal(lost(&params, 1e-6, 0.0, 311.0)));
     TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, -4.0 / 3.0 * LEG, creal(lost(&params, -1e-6, 0.0, 311.0)));
-}
-
-static void test_a_leg_without_current_loses_nothing(void)
-{
-    const dead_time_tuning_t dead_time = dead_time_prepare(&PARAMS);
-    const abc_t none = {0.0f, 0.0f, 0.0f};
-    const ab_t voltage = dead_time_voltage(&dead_time, dead_time_signs(&dead_time, none), 311.0f);
-    TEST_ASSERT_TRUE(voltage.alpha == 0.0f && voltage.beta == 0.0f);
-    /* Of a leg that would carry some. */
-    TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, LEG, (double)dead_time_leg(&dead_time, 311.0f));
 }

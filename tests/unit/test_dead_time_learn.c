@@ -7,9 +7,7 @@
 #include <unity.h>
 
 #include "medium/adapt/dead_time_learn.h"
-#include "tests/unit/compare.h"
-
-#define J ((double complex)I)
+#include "tests/unit/vectors.h"
 
 #define PERIOD 1e-4
 #define EVERY  4u
@@ -73,11 +71,6 @@ static void know(void)
     dead_time_learn_take(&world.learn, &tuning);
 }
 
-static ab_t ab(double complex vector)
-{
-    return (ab_t){(float)creal(vector), (float)cimag(vector)};
-}
-
 static double sign_of(double complex current, double axis)
 {
     return creal(current * cexp(-J * axis)) < 0.0 ? -1.0 : 1.0;
@@ -108,8 +101,8 @@ static period_t next(void)
     return (period_t){
         .omega_e = (float)world.omega,
         .omega_e_ref = (float)world.omega,
-        .emf = ab(rotor + missing * signs_of(current)),
-        .current = ab(current),
+        .emf = to_ab(rotor + missing * signs_of(current)),
+        .current = to_ab(current),
         .link = (float)LINK,
     };
 }
@@ -253,24 +246,6 @@ static void test_slower_where_the_emf_is_small(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * expected, expected, -log(unlearnt() / before));
 }
 
-/* Whatever looks like resistance, flux or an offset of the angle is nothing to it: it turns like the rotor.
- */
-static void test_what_turns_with_the_rotor_teaches_nothing(void)
-{
-    const double complex wrong[] = {4.0, -3.0, 4.0 * J, -2.5 * J};
-    know();
-    for (int32_t n = 0; n < 4; n++) {
-        for (int32_t k = 0; k < 20000; k++) {
-            period_t input = next();
-            const ab_t more = ab(wrong[n] * cexp(J * world.theta));
-            input.emf.alpha += more.alpha;
-            input.emf.beta += more.beta;
-            step(&input);
-        }
-        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, off());
-    }
-}
-
 /* One thing is wrong with each period: what the drive tells of EMF and current times a factor, or another
  * speed, reference or link. */
 static void test_what_is_no_lesson_leaves_it_alone(void)
@@ -339,10 +314,10 @@ static void test_limits(void)
         for (int32_t k = 0; k < 60000; k++) {
             world.theta += world.omega * PERIOD;
             const double complex current = world.current * cexp(J * (world.theta + world.ahead));
-            const period_t input = {
-                (float)world.omega, (float)world.omega,
-                ab(J * PSI * world.omega * cexp(J * world.theta) + (n != 0 ? -3.0 : 3.0) * signs_of(current)),
-                ab(current), (float)LINK};
+            const period_t input = {(float)world.omega, (float)world.omega,
+                                    to_ab(J * PSI * world.omega * cexp(J * world.theta) +
+                                          (n != 0 ? -3.0 : 3.0) * signs_of(current)),
+                                    to_ab(current), (float)LINK};
             step(&input);
         }
         TEST_ASSERT_DOUBLE_WITHIN(2e-4, n != 0 ? 0.0 : 1.7 * BAND, (double)world.learn.effective);

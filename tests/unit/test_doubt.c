@@ -83,14 +83,6 @@ static void expect_around_amount(float *value, float limit, bool below, bool at,
     expect_around(value, -limit, below, at, above);
 }
 
-static void test_nothing_is_in_doubt_at_first(void)
-{
-    doubt.left = 5u;
-    begin(&PARAMS);
-    input.amplitude = 100.0f;
-    TEST_ASSERT_FALSE(doubt_step(&doubt, &tuning, &input));
-}
-
 /* ---- the voltage ---- */
 
 static void test_smallest_current_below_at_above_the_limit(void)

@@ -196,16 +196,6 @@ static void test_every_start_is_from_rest(void)
     expect_state(DRIVE_OPERATION_ENABLED);
 }
 
-/* Half a turn from count 0: not a speed. */
-static void test_encoder_begins_where_it_stands(void)
-{
-    samples.encoder = 5000u;
-    for (int n = 0; n < 10; n++) {
-        steps(1);
-        TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.fast.shaft.position.omega_e);
-    }
-}
-
 static void test_trim_is_taken_from_the_current_that_is_controlled(void)
 {
     bring_to_ready();
@@ -337,20 +327,6 @@ static void test_history_begins_anew_with_the_reset(void)
 
 /* ---- parameters ---- */
 
-static void test_an_offer_is_taken_at_the_end_of_the_window(void)
-{
-    bring_to_run();
-    params.dc_overvoltage = 310.0f; /* less than the link has */
-    params.dc_undervoltage = 100.0f;
-    offer_params();
-    TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.medium.sequence.tuning.dc_undervoltage);
-    windows(1);
-    TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.medium.sequence.tuning.dc_undervoltage);
-    TEST_ASSERT_EQUAL_UINT32(0u, drive.offered);
-    steps(2); /* the second period above it */
-    expect_fault(REASON_DC_OVERVOLTAGE);
-}
-
 /* In whichever period of a window it is offered: nobody sees the new set before the window's end, from there
  * on both tasks have it, and the background has the other one. */
 static void test_an_offer_in_each_period_of_a_window_is_taken_at_its_end(void)
@@ -432,6 +408,8 @@ static void test_a_new_set_reaches_every_room(void)
     params.minimum_pulse = 2.5e-6f;
     params.doubtful_current = 0.2f;
     params.current_bandwidth = 800.0f;
+    params.motor_inductance_d = 12e-3f;
+    params.motor_inductance_q = 12e-3f;
     params.speed_kp = 0.25f;
     params.motor_pole_pairs = 2;
     params.start_speed = 9.0f;
@@ -451,7 +429,10 @@ static void test_a_new_set_reaches_every_room(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.05f,
                              fast->inverter.modulation.middle - 0.5f * fast->inverter.modulation.range);
     TEST_ASSERT_EQUAL_FLOAT(0.2f, fast->doubt.current);
-    TEST_ASSERT_EQUAL_FLOAT(0.0125f * 800.0f, drive.fast.current_control.q.tuning.kp);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 9.6f, drive.fast.current_control.d.tuning.kp);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 9.6f, drive.fast.current_control.q.tuning.kp);
+    TEST_ASSERT_EQUAL_FLOAT(12e-3f, drive.fast.current_control.inductance_d);
+    TEST_ASSERT_EQUAL_FLOAT(12e-3f, drive.fast.current_control.inductance_q);
     TEST_ASSERT_EQUAL_FLOAT(0.25f, drive.medium.manoeuvres.run.speed.pi.tuning.kp);
     TEST_ASSERT_EQUAL_FLOAT(0.16f, fast->reference.flux_linkage);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.medium.manoeuvres.limits.pole_pairs_inverse);

@@ -108,26 +108,3 @@ static void test_currents_at_the_edges_sampled_while_the_lower_switches_are_on(v
 {
     check_edges(0);
 }
-
-/* Equal duties, no EMF, the others' currents opposite: what the one takes from the star point the other
- * gives. */
-static void test_no_voltage_is_no_swing(void)
-{
-    const legs_t legs = {{0.5, 0.5, 0.5}, {0.0, 1.0, -1.0}, {0.0, 0.0, 0.0}, 1};
-    TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, 0.0, (double)swing_of(&legs).a);
-}
-
-/* Without dead time and EMF: leg b is on for 0.6, a for 0.5, c for 0.4. From the falling edge of a to its
- * rising one b adds 0.1 T of -u_dc/3; of the way half. */
-static void test_ripple_of_three_duties_by_hand(void)
-{
-    const edges_tuning_t edges = edges_prepare((float)PERIOD, (float)INDUCTANCE, true);
-    const double ampere = PERIOD / INDUCTANCE * LINK;
-    const abc_t duty = {0.5f, 0.6f, 0.4f};
-    const ab_t mean = frames_clarke(duty);
-    const ab_t change = {(float)ampere * mean.alpha, (float)ampere * mean.beta};
-    const abc_t swing = edges_swing(&edges, duty, change, 0.0f, (float)LINK);
-    TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, -0.5 * 0.1 / 3.0 * ampere, (double)swing.a);
-    TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, 0.0, (double)swing.b);
-    TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, -0.5 * (0.1 + 0.2) / 3.0 * ampere, (double)swing.c);
-}

@@ -5,9 +5,8 @@
 #include <unity.h>
 
 #include "medium/adapt/emf_shape.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/vectors.h"
 
-#define J    ((double complex)I)
 #define PSI  0.183
 #define RATE 1.8
 #define STEP 8e-4 /* [s] */
@@ -24,11 +23,6 @@ void setUp(void)
     taken = 0.0;
 }
 
-static ab_t ab(double complex vector)
-{
-    return (ab_t){(float)creal(vector), (float)cimag(vector)};
-}
-
 /* So long at this speed [rad/s] with a d axis whose sixth harmonic is `d` and one of the q axis `q`. */
 static void turn(double omega, double d, double q, double seconds)
 {
@@ -39,8 +33,8 @@ static void turn(double omega, double d, double q, double seconds)
         const double left_q = q - taken * (double)shape.used.q;
         const double complex rest =
             PSI * omega * (-left * sin(6.0 * theta) + J * left_q * cos(6.0 * theta)) * frame;
-        const emf_shape_input_t input = {ab(J * PSI * omega * frame), ab(rest), (float)omega, (float)STEP,
-                                         (float)taken};
+        const emf_shape_input_t input = {to_ab(J * PSI * omega * frame), to_ab(rest), (float)omega,
+                                         (float)STEP, (float)taken};
         emf_shape_step(&shape, &input);
     }
 }
@@ -56,16 +50,6 @@ static void test_sum_and_difference_of_both_harmonics_are_learnt_whichever_way_i
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, sums[n / 4], (double)shape.used.d);
         TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.02, (double)shape.used.q);
     }
-}
-
-/* What is taken off is a part of it, and is not learnt twice, nor forgotten. */
-static void test_a_shape_that_is_taken_off_stays(void)
-{
-    turn(42.0, 0.05, 0.0, 20.0);
-    taken = 1.0;
-    const double learnt = (double)shape.used.d;
-    turn(42.0, 0.05, 0.0, 20.0);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, learnt, (double)shape.used.d);
 }
 
 static void test_the_axes_are_told_apart_and_what_noise_may_make_is_not_used(void)

@@ -167,16 +167,6 @@ static void test_constant_speed_with_a_fraction_of_a_count_per_pole(void)
     run_at_constant_speed(&params, -431.0);
 }
 
-static void test_header_states_the_ripple_bound(void)
-{
-    encoder_params_t params = PARAMS;
-    for (float bandwidth = 50.0f; bandwidth <= 3000.0f; bandwidth += 50.0f * SWEEP_FEW) {
-        params.bandwidth = bandwidth;
-        double factor = ripple_bound(&params) / 1.05 / ((double)bandwidth * half_step(&params));
-        TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.73, factor); /* no more than 0.75 */
-    }
-}
-
 static void check_acceleration(float bandwidth, double acceleration)
 {
     encoder_params_t params = PARAMS;
@@ -260,28 +250,5 @@ static void test_other_angles_of_the_counts_are_no_motion(void)
             const float omega = encoder_step(&encoder, &other, k).omega_e;
             TEST_ASSERT_EQUAL_FLOAT(wanted, omega);
         }
-    }
-}
-
-static void test_retune_keeps_angle_and_speed(void)
-{
-    encoder_t encoder;
-    start_at_zero(&encoder, &PARAMS);
-    double turns_per_period = 628.3 * 1e-4 / (2.0 * PI * 4.0);
-    int k = 0;
-    for (; k < 5000; k++) {
-        encoder_step(&encoder, &tuning, count_at(turns_per_period * k, 10000.0));
-    }
-    encoder_params_t other = PARAMS;
-    other.bandwidth = 60.0f;
-    encoder_tuning_t slower;
-    encoder_prepare(&slower, &other);
-    encoder_take(&encoder, &tuning, &slower, count_at(turns_per_period * (k - 1), 10000.0));
-    /* What the wider loop left behind (its ripple, and its angle error within two half steps, which the
-     * slower loop takes as one of its own) decays. */
-    double bound = ripple_bound(&PARAMS) + 2.0 * ripple_bound(&other);
-    for (; k < 6000; k++) {
-        position_t position = encoder_step(&encoder, &slower, count_at(turns_per_period * k, 10000.0));
-        TEST_ASSERT_DOUBLE_WITHIN(bound, 628.3, (double)position.omega_e);
     }
 }

@@ -9,131 +9,87 @@
 
 static drive_t drive;
 
-/* Sensorless, running with 100 V of EMF expected and seen. */
+/* Running, with 100 V of EMF expected. */
 void setUp(void)
 {
     params_t params;
     params_defaults(&params);
-    params.position_source = POSITION_SENSORLESS;
     drive_init(&drive, &params);
     drive.medium.sequence.state = (int32_t)DRIVE_OPERATION_ENABLED;
     drive.window.measured.u_dc = 311.0f;
-    manoeuvres_t *m = &drive.medium.manoeuvres;
-    m->now = (int32_t)MANOEUVRE_RUN;
-    m->sensorless = 1u;
-    m->tracking = 1u;
-    m->lock.expected = 100.0f;
-    m->lock.projection = 100.0f;
+    drive.medium.manoeuvres.lock.expected = 100.0f;
 }
 
-void tearDown(void)
-{
-}
+/* Tracked, on the encoder or caught: at this share of the trip, with this EMF. */
+typedef struct {
+    const char *what;
+    int32_t of, reason;
+    manoeuvre_t now;
+    bool encoder;
+    float omega;       /* share of the trip [-] */
+    float projection;  /* of 100 V along the axis [V]; of a rotor that is tracked */
+    float length;      /* of the EMF of a catch [V]; 0: tracked */
+    float alpha, beta; /* its mean [V] */
+    float cross;       /* at least 1 in amount: it turns */
+} case_t;
 
-#define TRIP (drive.medium.speed.trip)
+#define RUN    MANOEUVRE_RUN
+#define CATCH  MANOEUVRE_CATCH
+#define RELOCK MANOEUVRE_RELOCK
+#define FAST   REASON_OVERSPEED
+#define BEYOND REASON_ROTOR_TOO_FAST
+#define ASTRAY REASON_ESTIMATE_ASTRAY
 
-/* Caught, with 100 V of EMF that turns, and beyond the trip even if psi_f is 1/0.7 of what is believed. */
-static void given_catch(void)
-{
-    manoeuvres_t *m = &drive.medium.manoeuvres;
-    window_catch_t *catching = &drive.window.catching;
-    drive.window.omega_m = -1.43f * TRIP;
-    m->now = (int32_t)MANOEUVRE_CATCH;
-    m->tracking = 0u;
-    catching->length = 100.0f;
-    catching->emf = (ab_t){60.0f, -80.0f};
-    catching->cross = -2.0f;
-    catching->cross_min = 1.0f;
-}
+/* psi_f wrong by a quarter is 0.75 to 1.33 of the EMF, an angle wrong by 0.35 rad takes 6 % of it. The speed
+ * of a catch is a length over psi_f, which may be believed 30 % too small; an EMF beyond the link needs no
+ * psi_f for that. 311 V hold 179.6 V in every direction: a rotor with 207 V would have fed the link before.
+ */
+static const case_t cases[] = {
+    {"against the axis", FAST, ASTRAY, RUN, false, 1.1f, -100.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {"no EMF", FAST, ASTRAY, RUN, false, 1.1f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {"half of the EMF", FAST, ASTRAY, RUN, false, 1.1f, 50.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {"0.71 of the EMF", FAST, FAST, RUN, false, 1.1f, 71.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {"tracked: turns are counted", FAST, FAST, RUN, false, 1.01f, 100.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {"1.33 of the EMF", FAST, FAST, RUN, false, 1.1f, 133.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {"1.6 of the EMF", FAST, ASTRAY, RUN, false, 1.1f, 160.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {"three times the EMF", FAST, ASTRAY, RUN, false, 1.1f, 300.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {"on the encoder", FAST, FAST, RUN, true, 1.1f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {"another fault", REASON_OVERCURRENT, REASON_OVERCURRENT, RUN, false, 1.1f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {"a lost lock", REASON_LOCK_LOST, REASON_LOCK_LOST, RUN, false, 1.1f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+    {"caught", FAST, FAST, CATCH, false, -1.43f, 100.0f, 100.0f, 60.0f, -80.0f, -2.0f},
+    {"caught, beyond the link", BEYOND, BEYOND, CATCH, false, -1.43f, 100.0f, 100.0f, 60.0f, -80.0f, -2.0f},
+    {"noise: its mean is small", FAST, ASTRAY, CATCH, false, -1.43f, 100.0f, 100.0f, 0.0f, 65.0f, -2.0f},
+    {"it does not turn", BEYOND, ASTRAY, CATCH, false, -1.43f, 100.0f, 100.0f, 60.0f, -80.0f, 0.9f},
+    {"as much as psi_f may be wrong", FAST, ASTRAY, CATCH, false, 1.42f, 100.0f, 100.0f, 60.0f, -80.0f,
+     -2.0f},
+    {"the same, beyond the link", BEYOND, BEYOND, CATCH, false, 1.42f, 100.0f, 100.0f, 60.0f, -80.0f, -2.0f},
+    {"just not beyond all links", BEYOND, BEYOND, CATCH, false, -1.43f, 100.0f, 200.0f, 120.0f, -160.0f,
+     -2.0f},
+    {"far beyond the link", BEYOND, ASTRAY, CATCH, false, -1.43f, 100.0f, 208.0f, 124.8f, -166.4f, -2.0f},
+    {"lost", FAST, ASTRAY, RELOCK, false, -1.43f, 100.0f, 100.0f, 60.0f, -80.0f, -2.0f},
+    {"lost, and tracks again", FAST, ASTRAY, RELOCK, false, 1.1f, 100.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+};
 
-static void expect(int32_t of, int32_t reason)
+static void test_a_speed_that_the_emf_does_not_confirm_is_an_estimate_astray(void)
 {
-    drive_stop(&drive, of);
-    TEST_ASSERT_EQUAL_INT32(reason, drive.fault_reason);
-    TEST_ASSERT_EQUAL_INT32(reason, drive.fault.reason);
-    TEST_ASSERT_EQUAL_INT32(reason, drive.log.faults[(drive.log.count - 1u) % FAULT_LOG_LENGTH].reason);
-    TEST_ASSERT_FALSE(fault_set_any(drive.medium.sequence.faults_later));
-}
-
-/* psi_f wrong by a quarter is 0.75 to 1.33 of the EMF, an angle wrong by 0.35 rad takes 6 % of it. */
-static void test_a_tracked_rotor_is_confirmed_by_its_emf(void)
-{
-    static const struct {
-        float share;
-        int32_t reason;
-    } cases[] = {
-        {-1.0f, REASON_ESTIMATE_ASTRAY}, {0.0f, REASON_ESTIMATE_ASTRAY}, {0.5f, REASON_ESTIMATE_ASTRAY},
-        {0.71f, REASON_OVERSPEED},       {1.0f, REASON_OVERSPEED},       {1.33f, REASON_OVERSPEED},
-        {1.6f, REASON_ESTIMATE_ASTRAY},  {3.0f, REASON_ESTIMATE_ASTRAY},
-    };
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        const case_t *one = &cases[n];
         setUp();
-        drive.medium.manoeuvres.lock.projection = 100.0f * cases[n].share;
-        expect(REASON_OVERSPEED, cases[n].reason);
+        manoeuvres_t *m = &drive.medium.manoeuvres;
+        m->now = (int32_t)one->now;
+        m->sensorless = one->encoder ? 0u : 1u;
+        m->tracking = one->length > 0.0f ? 0u : 1u;
+        m->lock.projection = one->projection;
+        drive.window.omega_m = one->omega * drive.medium.speed.trip;
+        drive.window.catching.length = one->length;
+        drive.window.catching.emf = (ab_t){one->alpha, one->beta};
+        drive.window.catching.cross = one->cross;
+        drive.window.catching.cross_min = 1.0f;
+        drive_stop(&drive, one->of);
+        TEST_ASSERT_EQUAL_INT32_MESSAGE(one->reason, drive.fault_reason, one->what);
+        TEST_ASSERT_EQUAL_INT32(one->reason, drive.fault.reason);
+        TEST_ASSERT_EQUAL_INT32(one->reason,
+                                drive.log.faults[(drive.log.count - 1u) % FAULT_LOG_LENGTH].reason);
+        TEST_ASSERT_FALSE(fault_set_any(drive.medium.sequence.faults_later));
     }
-}
-
-static void test_the_encoder_needs_no_confirmation(void)
-{
-    drive.medium.manoeuvres.sensorless = 0u;
-    drive.medium.manoeuvres.lock.projection = 0.0f;
-    expect(REASON_OVERSPEED, REASON_OVERSPEED);
-}
-
-static void test_a_caught_rotor_is_confirmed_by_a_mean_and_a_direction(void)
-{
-    given_catch();
-    expect(REASON_OVERSPEED, REASON_OVERSPEED);
-    given_catch();
-    expect(REASON_ROTOR_TOO_FAST, REASON_ROTOR_TOO_FAST);
-    given_catch();
-    drive.window.catching.emf = (ab_t){0.0f, 65.0f}; /* noise: its mean is a part of its length */
-    expect(REASON_OVERSPEED, REASON_ESTIMATE_ASTRAY);
-    given_catch();
-    drive.window.catching.cross = 0.9f; /* it does not turn */
-    expect(REASON_ROTOR_TOO_FAST, REASON_ESTIMATE_ASTRAY);
-}
-
-/* The speed of a catch is a length over psi_f, which may be believed 30 % too small. */
-static void test_a_caught_rotor_is_no_overspeed_by_as_much_as_its_flux_may_be_wrong(void)
-{
-    given_catch();
-    drive.window.omega_m = 1.42f * TRIP;
-    expect(REASON_OVERSPEED, REASON_ESTIMATE_ASTRAY);
-    given_catch();
-    drive.window.omega_m = 1.42f * TRIP; /* whose EMF is beyond the link needs no psi_f for that */
-    expect(REASON_ROTOR_TOO_FAST, REASON_ROTOR_TOO_FAST);
-    setUp();
-    drive.window.omega_m = 1.01f * TRIP; /* tracked: turns are counted */
-    expect(REASON_OVERSPEED, REASON_OVERSPEED);
-}
-
-/* 311 V hold 179.6 V in every direction: a rotor with 207 V would have fed the link before. */
-static void test_an_emf_far_beyond_the_link_is_no_rotor(void)
-{
-    given_catch();
-    drive.window.catching.length = 200.0f;
-    drive.window.catching.emf = (ab_t){120.0f, -160.0f};
-    expect(REASON_ROTOR_TOO_FAST, REASON_ROTOR_TOO_FAST);
-    given_catch();
-    drive.window.catching.length = 208.0f;
-    drive.window.catching.emf = (ab_t){124.8f, -166.4f};
-    expect(REASON_ROTOR_TOO_FAST, REASON_ESTIMATE_ASTRAY);
-}
-
-static void test_a_rotor_that_is_lost_confirms_nothing(void)
-{
-    given_catch();
-    drive.medium.manoeuvres.now = (int32_t)MANOEUVRE_RELOCK;
-    expect(REASON_OVERSPEED, REASON_ESTIMATE_ASTRAY);
-    setUp();
-    drive.medium.manoeuvres.now = (int32_t)MANOEUVRE_RELOCK; /* its loop tracks again */
-    expect(REASON_OVERSPEED, REASON_ESTIMATE_ASTRAY);
-}
-
-static void test_no_other_fault_is_renamed(void)
-{
-    drive.medium.manoeuvres.lock.projection = 0.0f;
-    expect(REASON_OVERCURRENT, REASON_OVERCURRENT);
-    expect(REASON_LOCK_LOST, REASON_LOCK_LOST);
 }

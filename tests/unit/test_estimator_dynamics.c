@@ -1,51 +1,6 @@
 /* The estimator in acceleration. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 4. acceleration ---- */
-/* Late by asin(a/ki) while it lasts, (1 + zeta-less e^(-wn t)) over after 1 s. */
-static void check_conventional(double bandwidth, double cutoff)
-{
-    for (int n = 0; n < 4; n++) {
-        double way = n % 2 ? -1.0 : 1.0;
-        double a = n / 2 ? -RAMP : RAMP;
-        estimator_params_t params = params_of(0);
-        params.smo.emf_cutoff = (float)cutoff;
-        tune(&params, bandwidth, 0.0);
-        estimator_oracle_case_t rig = ramp_rig(way * (a > 0.0 ? 42.0 : 620.0), way * a);
-        ramp_t r = ramp(&params, &rig);
-        double expected = -1e3 * way * asin(a / (double)params.pll.ki);
-        TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(expected), expected, r.steady);
-    }
-}
-
-static void test_conventional_pll_lags_in_acceleration_by_a_over_ki_whatever_the_filter(void)
-{
-    check_conventional(100.0, 0.0);
-    check_conventional(200.0, 0.0);
-    check_conventional(100.0, 2000.0);
-    check_conventional(200.0, 2000.0);
-}
-
-static void test_feedforward_leaves_nothing_in_acceleration(void)
-{
-    static const double loops[][3] = {{200.0, 50.0, 2000.0},
-                                      {100.0, 25.0, 2000.0},
-                                      {200.0, 50.0, 0.0},
-                                      {100.0, 25.0, 0.0},
-                                      {200.0, 50.0, 600.0}};
-    for (int n = 0; n < 20; n += SWEEP_FEW) {
-        const double *loop = loops[n / 4];
-        double way = n % 2 ? -1.0 : 1.0;
-        double a = n / 2 % 2 ? -RAMP : RAMP;
-        estimator_params_t params = params_of(0);
-        params.smo.emf_cutoff = (float)loop[2];
-        tune(&params, loop[0], loop[1]);
-        estimator_oracle_case_t rig = ramp_rig(way * (a > 0.0 ? 42.0 : 620.0), way * a);
-        ramp_t r = ramp(&params, &rig);
-        check_below(fabs(r.steady), 2.0, "steady");
-    }
-}
-
 /* K off by rho leaves rho times the error without it; right: the jump of the current in its first period, and
  * the half period by which a sampled integral of it is early, docs/theory.md, 9 (1.6 mrad). */
 static void test_torque_feedforward_takes_the_error_away(void)

@@ -1,7 +1,4 @@
 /* The estimator's set of parameters. */
-#include <setjmp.h>
-#include <signal.h>
-
 #include "tests/unit/estimator_bench.h"
 
 /* ---- 9. parameters ---- */
@@ -86,163 +83,114 @@ static void test_check_names_each_field_value_and_range(void)
     }
 }
 
-static void test_check_refuses_what_is_no_lag_mode(void)
+#define AT(member) offsetof(estimator_params_t, member)
+
+/* Sets that break one rule: what is named with which value and which range, if these are known, and a change
+ * that makes the set a good one. The largest EMF is 1.1 0.2 Wb 800 rad/s = 176 V, or 220 V; 2/T + ki T/2 is
+ * 20000.134. */
+static void test_check_refuses_what_rules_between_fields_forbid(void)
 {
-    estimator_params_t params = full_params();
-    params.lag = (lag_mode_t)(LAG_EXACT + 1);
-    check_refused(&params, "lag", 4.0f, 0.0f, 3.0f);
-    params.lag = (lag_mode_t)-1;
-    params_error_t why;
-    TEST_ASSERT_FALSE(estimator_params_check(&params, &why));
-    params_error_t none = {.field = "untouched"};
-    for (int n = LAG_NONE; n <= LAG_EXACT; n++) {
+    const struct {
+        const char *field;
+        struct {
+            size_t at;
+            float value;
+        } set[2], instead;
+        float value, min, max;
+    } rules[] = {
+        {"gain", {{AT(smo.gain), 175.99f}}, {AT(smo.gain), 176.01f}, 175.99f, 176.0f, 1e4f},
+        {"gain", {{AT(validity.speed_max), 1000.0f}}, {AT(smo.gain), 220.1f}, 200.0f, 220.0f, 1e4f},
+        {"gain", {{AT(flux_linkage), 0.25f}}, {AT(validity.speed_max), 0.0f}, 200.0f, 220.0f, 1e4f},
+        {"gain", {{AT(smo.gain), 480.0f}}, {AT(smo.slope), 0.6f}, 480.0f, NAN, NAN},
+        {"period", {{AT(pll.period), nextafterf(1e-4f, 1.0f)}}, {AT(pll.period), 1e-4f}, NAN, 1e-4f, 1e-4f},
+        {"period", {{AT(pll.period), 0.5e-4f}}, {AT(pll.period), 1e-4f}, 0.5e-4f, 1e-4f, 1e-4f},
+        {"torque_feedforward",
+         {{AT(pll.feedforward_cutoff), 0.0f}},
+         {AT(torque_feedforward), 0.0f},
+         69.0f,
+         0.0f,
+         0.0f},
+        {"torque_feedforward",
+         {{AT(pll.feedforward_cutoff), 0.0f}},
+         {AT(pll.feedforward_cutoff), 1e-3f},
+         69.0f,
+         0.0f,
+         0.0f},
+        {"speed_min",
+         {{AT(validity.speed_min), 800.0f}},
+         {AT(validity.speed_min), 799.9999f},
+         800.0f,
+         0.0f,
+         800.0f},
+        {"speed_min",
+         {{AT(validity.speed_min), 801.0f}},
+         {AT(validity.speed_max), 0.0f},
+         801.0f,
+         0.0f,
+         800.0f},
+        {"amplitude_max",
+         {{AT(validity.amplitude_max), -1.0f}},
+         {AT(validity.amplitude_max), 0.0f},
+         -1.0f,
+         1.0f,
+         100.0f},
+        {"amplitude_max",
+         {{AT(validity.amplitude_max), 1.0f}},
+         {AT(validity.amplitude_max), 1.0001f},
+         1.0f,
+         1.0f,
+         100.0f},
+        {"amplitude_max",
+         {{AT(validity.amplitude_max), 100.1f}},
+         {AT(validity.amplitude_max), 100.0f},
+         100.1f,
+         1.0f,
+         100.0f},
+        {"amplitude_max",
+         {{AT(validity.amplitude_max), NAN}},
+         {AT(validity.amplitude_max), 2.0f},
+         NAN,
+         1.0f,
+         100.0f},
+        {"kp", {{AT(pll.kp), 3e4f}}, {AT(pll.kp), 104.0f}, 3e4f, NAN, NAN},
+        {"kp",
+         {{AT(pll.kp), 20000.2f}, {AT(smo.emf_cutoff), 0.0f}},
+         {AT(pll.kp), 20000.05f},
+         20000.2f,
+         NAN,
+         NAN},
+        {"ki", {{AT(pll.ki), -1.0f}}, {AT(pll.ki), 2700.0f}, -1.0f, NAN, NAN},
+    };
+    for (size_t n = 0; n < sizeof rules / sizeof rules[0]; n++) {
+        params_error_t why = {0};
+        estimator_params_t params = full_params();
+        for (size_t m = 0; m < 2u && (m == 0u || rules[n].set[m].at != 0u); m++) {
+            memcpy((char *)&params + rules[n].set[m].at, &rules[n].set[m].value, sizeof(float));
+        }
+        TEST_ASSERT_FALSE_MESSAGE(estimator_params_check(&params, &why), rules[n].field);
+        TEST_ASSERT_TRUE_MESSAGE(named(why.field, rules[n].field), why.field);
+        TEST_ASSERT_TRUE_MESSAGE(isnan(rules[n].value) || why.value == rules[n].value, why.field);
+        if (!isnan(rules[n].min)) {
+            TEST_ASSERT_FLOAT_WITHIN(1e-6f * rules[n].min, rules[n].min, why.min);
+            TEST_ASSERT_FLOAT_WITHIN(1e-6f * rules[n].max, rules[n].max, why.max);
+        }
+        memcpy((char *)&params + rules[n].instead.at, &rules[n].instead.value, sizeof(float));
+        TEST_ASSERT_TRUE_MESSAGE(estimator_params_check(&params, &why), rules[n].field);
+    }
+}
+
+/* What is no mode of the lag and no switching. */
+static void test_check_refuses_what_is_no_choice(void)
+{
+    for (int n = -1; n <= 4; n++) {
+        params_error_t why = {.field = "untouched"};
+        estimator_params_t params = full_params();
         params.lag = (lag_mode_t)n;
-        TEST_ASSERT_TRUE(estimator_params_check(&params, &none));
+        TEST_ASSERT_EQUAL(n >= (int)LAG_NONE && n <= (int)LAG_EXACT, estimator_params_check(&params, &why));
+        TEST_ASSERT_EQUAL_STRING(n >= (int)LAG_NONE && n <= (int)LAG_EXACT ? "untouched" : "lag", why.field);
+        params = full_params();
+        params.smo.switching = (smo_switching_t)n;
+        TEST_ASSERT_EQUAL(n >= 0 && n < 3, estimator_params_check(&params, &why));
+        TEST_ASSERT_TRUE((n >= 0 && n < 3) || named(why.field, "switching"));
     }
-    TEST_ASSERT_EQUAL_STRING("untouched", none.field);
-}
-
-static void test_check_refuses_a_gain_below_the_largest_emf(void)
-{
-    /* 1.1 0.2 Wb 800 rad/s = 176 V */
-    params_error_t why;
-    estimator_params_t params = full_params();
-    params.smo.gain = 175.99f;
-    check_refused(&params, "gain", 175.99f, 176.0f, 1e4f);
-    params.smo.gain = 176.01f;
-    TEST_ASSERT_TRUE(estimator_params_check(&params, &why));
-    params.smo.gain = 10.0f;
-    params.validity.speed_max = 0.0f; /* not known, not judged */
-    TEST_ASSERT_TRUE(estimator_params_check(&params, &why));
-    params = full_params();
-    TEST_ASSERT_FALSE(estimator_params_check(&params, &why) && params.validity.speed_max != 800.0f);
-    params.validity.speed_max = 1000.0f; /* 220 V */
-    check_refused(&params, "gain", 200.0f, 220.0f, 1e4f);
-    params = full_params();
-    params.flux_linkage = 0.25f;
-    check_refused(&params, "gain", 200.0f, 220.0f, 1e4f);
-}
-
-static void test_check_refuses_unequal_periods(void)
-{
-    estimator_params_t params = full_params();
-    params.pll.period = nextafterf(params.pll.period, 1.0f);
-    check_refused(&params, "period", params.pll.period, 1e-4f, 1e-4f);
-    params.pll.period = 0.5e-4f;
-    check_refused(&params, "period", 0.5e-4f, 1e-4f, 1e-4f);
-}
-
-static void test_check_refuses_a_torque_share_that_nothing_forgets(void)
-{
-    params_error_t why;
-    estimator_params_t params = full_params();
-    params.pll.feedforward_cutoff = 0.0f;
-    check_refused(&params, "torque_feedforward", 69.0f, 0.0f, 0.0f);
-    params.torque_feedforward = 0.0f;
-    TEST_ASSERT_TRUE(estimator_params_check(&params, &why));
-    params.torque_feedforward = 69.0f;
-    params.pll.feedforward_cutoff = 1e-3f;
-    TEST_ASSERT_TRUE(estimator_params_check(&params, &why));
-}
-
-static void test_check_wants_speed_limits_in_order(void)
-{
-    params_error_t why;
-    estimator_params_t params = full_params();
-    params.validity.speed_min = 800.0f;
-    check_refused(&params, "speed_min", 800.0f, 0.0f, 800.0f);
-    params.validity.speed_min = 801.0f;
-    check_refused(&params, "speed_min", 801.0f, 0.0f, 800.0f);
-    params.validity.speed_min = nextafterf(800.0f, 0.0f);
-    TEST_ASSERT_TRUE(estimator_params_check(&params, &why));
-    params.validity.speed_min = 801.0f;
-    params.validity.speed_max = 0.0f;
-    TEST_ASSERT_TRUE(estimator_params_check(&params, &why));
-}
-
-static void test_check_wants_the_upper_amplitude_above_one_or_off(void)
-{
-    static const float bad[] = {-1.0f, 0.5f, 1.0f, 100.1f, INFINITY};
-    static const float good[] = {0.0f, 1.0001f, 2.0f, 100.0f};
-    params_error_t why;
-    for (int n = 0; n < 5; n++) {
-        estimator_params_t params = full_params();
-        params.validity.amplitude_max = bad[n];
-        check_refused(&params, "amplitude_max", bad[n], 1.0f, 100.0f);
-    }
-    for (int n = 0; n < 4; n++) {
-        estimator_params_t params = full_params();
-        params.validity.amplitude_max = good[n];
-        TEST_ASSERT_TRUE(estimator_params_check(&params, &why));
-    }
-    estimator_params_t params = full_params();
-    params.validity.amplitude_max = NAN;
-    TEST_ASSERT_FALSE(estimator_params_check(&params, &why));
-}
-
-static void test_check_passes_on_what_observer_and_loop_refuse(void)
-{
-    params_error_t why;
-    estimator_params_t params = full_params();
-    params.smo.gain = 480.0f; /* loop gain 1.9 */
-    TEST_ASSERT_FALSE(estimator_params_check(&params, &why));
-    TEST_ASSERT_TRUE(named(why.field, "gain") && why.max < 310.0f);
-    params = full_params();
-    params.smo.switching = (smo_switching_t)3;
-    TEST_ASSERT_FALSE(estimator_params_check(&params, &why));
-    TEST_ASSERT_TRUE(named(why.field, "switching"));
-    params = full_params();
-    params.pll.kp = 3e4f;
-    TEST_ASSERT_FALSE(estimator_params_check(&params, &why));
-    TEST_ASSERT_TRUE(named(why.field, "kp"));
-    /* 2/T + ki T/2 = 20000.134 */
-    params = full_params();
-    params.pll.kp = 20000.05f;
-    params.smo.emf_cutoff = 0.0f;
-    TEST_ASSERT_TRUE(estimator_params_check(&params, &why));
-    params.pll.kp = 20000.2f;
-    TEST_ASSERT_FALSE(estimator_params_check(&params, &why));
-    params = full_params();
-    params.pll.ki = -1.0f;
-    TEST_ASSERT_FALSE(estimator_params_check(&params, &why));
-    TEST_ASSERT_TRUE(named(why.field, "ki"));
-}
-
-static jmp_buf back;
-
-static void aborted(int signal_number)
-{
-    (void)signal_number;
-    longjmp(back, 1);
-}
-
-static void test_init_asserts_on_a_set_that_the_check_refuses(void)
-{
-    estimator_params_t params = full_params();
-    params.smo.gain = 100.0f;
-    (void)signal(SIGABRT, aborted);
-    if (setjmp(back) == 0) {
-        init(&params);
-        (void)signal(SIGABRT, SIG_DFL);
-        TEST_FAIL_MESSAGE("estimator_init took a gain below the largest EMF");
-    }
-    (void)signal(SIGABRT, SIG_DFL);
-}
-
-static void test_retune_keeps_the_state(void)
-{
-    estimator_params_t params = params_of(0);
-    estimator_oracle_case_t rig = rig_of(0, 400.0, 3.0);
-    (void)settled(&params, &rig);
-    estimator_t before = est;
-    estimator_params_t other = params;
-    tune(&other, 100.0, 25.0);
-    other.smo.gain = 150.0f;
-    other.flux_adaptation = 3.0f;
-    retune(&other);
-    TEST_ASSERT_TRUE(est.tracker.pll.tuning.kp == other.pll.kp && est.observer.smo.tuning.gain == 150.0f);
-    TEST_ASSERT_TRUE(est.tracker.pll.theta_e == before.tracker.pll.theta_e &&
-                     est.tracker.pll.integral == before.tracker.pll.integral);
-    retune(&params);
-    TEST_ASSERT_EQUAL_MEMORY(&before, &est, sizeof est);
 }

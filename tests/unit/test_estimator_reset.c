@@ -85,17 +85,6 @@ static void test_reset_of_the_other_machines_goes_on_without_a_bump(void)
     }
 }
 
-/* The observer's switching function is inverted where it is flat: EMF of 95 % of k_s, |x| of 3.7/slope. */
-static void test_reset_near_saturation_goes_on_without_a_bump(void)
-{
-    for (double way = -1.0; way <= 1.0; way += 2.0) {
-        estimator_params_t params = params_of(0);
-        params.smo.gain = 115.0f / 0.95f;
-        estimator_oracle_case_t rig = rig_of(0, way * 628.3, way * RATED);
-        check_below(bump(&params, &rig, 4000), 1.0, "after the reset");
-    }
-}
-
 /* What the filter makes of a fast EMF is in the reset, for the modes that leave it in the observer: the word
  * of estimator.h. */
 static void check_fast_reset(double way)
@@ -116,26 +105,6 @@ static void test_reset_at_high_speed_makes_the_filters_lag(void)
 {
     check_fast_reset(1.0);
     check_fast_reset(-1.0);
-}
-
-/* Beyond LAG_TURN_LIMIT the observer's preset is that of the limit, either way. */
-static void test_reset_beyond_the_turn_limit_is_finite_and_mirrored(void)
-{
-    for (int mode = LAG_NONE; mode <= LAG_EXACT; mode++) {
-        estimator_params_t params = params_of(1);
-        params.lag = (lag_mode_t)mode;
-        init(&params);
-        estimator_reset(&est, (position_t){0.7f, 7000.0f}, (ab_t){1.0f, -2.0f});
-        estimator_t forward = est;
-        estimator_reset(&est, (position_t){-0.7f, -7000.0f}, (ab_t){1.0f, 2.0f});
-        TEST_ASSERT_TRUE(isfinite(est.observer.smo.switched.alpha) &&
-                         isfinite(est.observer.smo.emf_hat.alpha));
-        TEST_ASSERT_TRUE(forward.observer.smo.switched.alpha == est.observer.smo.switched.alpha);
-        TEST_ASSERT_TRUE(forward.observer.smo.switched.beta == -est.observer.smo.switched.beta);
-        TEST_ASSERT_TRUE(forward.observer.smo.emf_hat.alpha == est.observer.smo.emf_hat.alpha);
-        TEST_ASSERT_TRUE(forward.observer.smo.emf_hat.beta == -est.observer.smo.emf_hat.beta);
-        TEST_ASSERT_TRUE(forward.tracker.pll.theta_e == -est.tracker.pll.theta_e);
-    }
 }
 
 /* ---- 12. coasting ---- */
@@ -164,21 +133,4 @@ static void test_coast_keeps_the_error_and_the_observer_going(void)
             TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
         }
     }
-}
-
-/* Whatever the voltage, the loop is not moved by it. */
-static void test_coast_does_not_track(void)
-{
-    estimator_params_t params = params_of(0);
-    estimator_oracle_case_t rig = rig_of(0, 400.0, 2.0);
-    (void)settled(&params, &rig);
-    float integral = est.tracker.pll.integral;
-    float feedforward = est.tracker.pll.feedforward;
-    for (long k = 11001; k < 11006; k++) {
-        (void)estimator_coast(&est, (ab_t){-100.0f, 50.0f}, (ab_t){3.0f, 3.0f});
-        TEST_ASSERT_TRUE(est.tracker.pll.integral == integral && est.tracker.pll.feedforward == feedforward);
-        TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
-    }
-    TEST_ASSERT_DOUBLE_WITHIN(FLOAT_PEAK, 0.0,
-                              error_of(&rig, 11006, (position_t){est.tracker.pll.theta_e, 0.0f}));
 }

@@ -43,19 +43,6 @@ static void test_zero_inputs_stay_finite_and_are_not_valid(void)
     }
 }
 
-static void test_zero_error_vector_from_the_start_is_finite(void)
-{
-    for (int n = 0; n < 48; n++) {
-        estimator_params_t params = any_params(n);
-        init(&params);
-        for (int k = 0; k < 300; k++) {
-            check_finite(stepped((ab_t){0.0f, 0.0f}, (ab_t){0.0f, 0.0f}));
-        }
-        TEST_ASSERT_TRUE(smo_error_square(&est.observer.smo) == 0.0f);
-        TEST_ASSERT_EQUAL_UINT16(ESTIMATOR_SPEED, estimator_invalid(&est));
-    }
-}
-
 /* Each input in turn no number for 20 periods: the bit at once, the angle on with omega T, and back in lock
  * when samples return. The observer has lost what the current changed meanwhile: v is at its limit for a
  * dozen samples at most (2 i_q over b k_s = 1.6 A each), which is a smaller disturbance than a wrong angle:

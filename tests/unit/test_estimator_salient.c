@@ -9,8 +9,8 @@
 #include "math/frames.h"
 #include "tests/oracle/salient_oracle.h"
 #include "tests/unit/estimator_bench.h"
+#include "tests/unit/vectors.h"
 
-#define J           ((double complex)I)
 #define L_Q         0.02
 #define R           0.95
 #define FLUX        0.1
@@ -27,25 +27,12 @@ typedef struct {
 static const belief_t RIGHT = {1.0, 1.0, 1.0, 1.0};
 
 static salient_oracle_case_t rotor;
-static double theta;           /* of the magnet at t_k [rad] */
-static double complex flows;   /* current at t_k, stationary [A] */
-static double noise_of_sample; /* rms [A] */
-static uint32_t seed;
+static double theta;         /* of the magnet at t_k [rad] */
+static double complex flows; /* current at t_k, stationary [A] */
 
 static double complex pair_of(const double value[2])
 {
     return value[0] + J * value[1];
-}
-
-/* Nearly normal, of variance one. */
-static double noise(void)
-{
-    double sum = -6.0;
-    for (int n = 0; n < 12; n++) {
-        seed = seed * 1664525u + 1013904223u;
-        sum += (double)(seed >> 8) / 16777216.0;
-    }
-    return sum;
 }
 
 /* i_d of most torque per ampere with a current of this length. */
@@ -60,8 +47,6 @@ static void given(double ratio, double omega, const belief_t *belief)
     rotor = (salient_oracle_case_t){R, L_Q / ratio, L_Q, FLUX, T, omega};
     theta = 0.3;
     flows = 0.0;
-    noise_of_sample = 0.0;
-    seed = 1u;
     const double inductance = belief->inductance_q * L_Q;
     estimator_params_t params = {.smo = {.resistance = (float)(belief->resistance * R),
                                          .inductance = (float)inductance,
@@ -88,8 +73,7 @@ static double period(double i_d, double i_q)
     salient_oracle_voltage(&rotor, theta, before, now, voltage);
     flows = next;
     theta += rotor.omega * T;
-    const double sample[2] = {now[0] + noise_of_sample * noise(), now[1] + noise_of_sample * noise()};
-    const position_t position = estimator_step(&est, as_float(voltage), as_float(sample));
+    const position_t position = estimator_step(&est, as_float(voltage), as_float(now));
     return 1e3 * circle((double)position.theta_e - theta);
 }
 
@@ -186,27 +170,6 @@ static void test_wrong_data_leave_the_error_of_the_law(void)
     }
 }
 
-/* With 10 mA of noise in each sample, down to 100 r/min and up to twice the rated speed. Salient rotors: a
- * round one has less EMF for the same noise. */
-static void test_full_torque_is_held_both_ways_with_noise(void)
-{
-    static const double speeds[] = {100.0, 120.0, 600.0, 2400.0, 4800.0};
-    for (int n = 1; n < RATIO_COUNT; n++) {
-        for (int m = 0; m < 5; m++) {
-            for (int way = -1; way <= 1; way += 2) {
-                given(RATIOS[n], speeds[m] * RAD_PER_RPM, &RIGHT);
-                const double i_d = most_torque(L_Q - rotor.inductance_d, CURRENT);
-                const double i_q = way * sqrt(CURRENT * CURRENT - i_d * i_d);
-                noise_of_sample = 0.01;
-                locked(i_d, i_q);
-                const deviation_t d = held(i_d, i_q, 3000, 5000);
-                check_below(fabs(d.mean), 1.0, "mean");
-                check_below(d.sd, m == 0 ? 3.0 : 1.5, "scatter");
-            }
-        }
-    }
-}
-
 /* All of the torque within one sample, and off again: the flux that i_d makes is known, and no EMF. */
 static void test_a_step_of_torque_is_no_error(void)
 {
@@ -222,18 +185,6 @@ static void test_a_step_of_torque_is_no_error(void)
             check_below(held(0.0, 0.0, 0, 1000).peak, 9.0, "peak of the step back");
         }
     }
-}
-
-/* The same with a D that is taken for none: the EMF of the flux's change is an error of the angle. The test
- * above sees the difference. */
-static void test_a_step_of_torque_of_an_unknown_saliency_is_one(void)
-{
-    given(4.0, 240.0 * RAD_PER_RPM, &RIGHT);
-    est.tracker.saliency_rate = 0.0f;
-    const double i_d = most_torque(L_Q - rotor.inductance_d, CURRENT);
-    locked(0.0, 0.0);
-    (void)held(0.0, 0.0, 500, 0);
-    TEST_ASSERT_TRUE(held(i_d, sqrt(CURRENT * CURRENT - i_d * i_d), 0, 1000).peak > 43.0);
 }
 
 /* While the loop rests the observer is one with L_d, whatever the direction of the magnet: with a current

@@ -184,34 +184,6 @@ static void test_each_criterion_is_debounced(void)
     }
 }
 
-/* All at once, each with a time of its own: 1, 3, 5 and 8 periods. */
-static void test_criteria_are_independent(void)
-{
-    estimator_params_t params = validity_params(0);
-    estimator_oracle_case_t rig = validity_rig(1.0);
-    run_to_judged(0, 1.0);
-    params.validity =
-        (validity_params_t){1.0f, 0.0f, 0.5e-4f, 0.01f, 2.5e-4f, 1e-3f, 4.5e-4f, 900.0f, 0.0f, 7.5e-4f};
-    for (long k = 1; k <= 20; k++) {
-        retune(&params);
-        (void)step(&rig, JUDGED + k - 1);
-        uint32_t expected = (k >= 1 ? ESTIMATOR_AMPLITUDE : 0u) | (k >= 3 ? ESTIMATOR_DETECTOR : 0u) |
-                            (k >= 5 ? ESTIMATOR_CURRENT : 0u) | (k >= 8 ? ESTIMATOR_SPEED : 0u);
-        TEST_ASSERT_EQUAL_UINT16(expected, estimator_invalid(&est));
-    }
-    params.validity.amplitude_min = 0.5f;
-    params.validity.detector_max = 1.0f;
-    params.validity.current_max = 100.0f;
-    params.validity.speed_min = 1.0f;
-    for (long k = 1; k <= 20; k++) {
-        retune(&params);
-        (void)step(&rig, JUDGED + 19 + k);
-        uint32_t expected = (k < 1 ? ESTIMATOR_AMPLITUDE : 0u) | (k < 3 ? ESTIMATOR_DETECTOR : 0u) |
-                            (k < 5 ? ESTIMATOR_CURRENT : 0u) | (k < 8 ? ESTIMATOR_SPEED : 0u);
-        TEST_ASSERT_EQUAL_UINT16(expected, estimator_invalid(&est));
-    }
-}
-
 /* It comes with the sample and goes with it, and leaves the others as they are. */
 static void test_sample_bit_is_not_debounced(void)
 {

@@ -37,15 +37,6 @@ static void test_rest_is_accurate_however_small(void)
     check("relative", TOLERANCE);
 }
 
-static void test_rest_over_the_range_of_coefficients(void)
-{
-    for (int32_t k = 1; k <= 2000000; k += SWEEP) {
-        float x = 1e-6f * (float)k;
-        keep_worst((double)exponential_rest(x) / -expm1(-(double)x) - 1.0);
-    }
-    check("relative", TOLERANCE);
-}
-
 static void test_rest_edges(void)
 {
     TEST_ASSERT_TRUE(exponential_rest(0.0f) == 0.0f);

@@ -24,22 +24,6 @@ static void test_step_response_is_the_exact_exponential(void)
     }
 }
 
-static void test_ramp_is_followed_late_by_the_known_time(void)
-{
-    const float share = lowpass_share(CUTOFF, PERIOD);
-    double alpha = 1.0 - exp(-(double)CUTOFF * (double)PERIOD);
-    float input = 0.0f;
-    float value = 0.0f;
-    for (int n = 0; n < 400; n++) {
-        input = 0.25f * (float)n;
-        value = lowpass_step(value, share, input);
-    }
-    /* y = x - slope (1/alpha - 1) once settled; numbers up to 100 round by 4e-6 and forget it in 1/alpha
-     * steps. */
-    TEST_ASSERT_DOUBLE_WITHIN(4e-6 / alpha + 0.25 / alpha * 1e-6, 0.25 * (1.0 / alpha - 1.0),
-                              (double)input - (double)value);
-}
-
 static void test_output_at_its_input_stays_bit_for_bit(void)
 {
     const float share = lowpass_share(CUTOFF, PERIOD);

@@ -1,34 +1,6 @@
 /* Adaptation of the flux linkage, beside the estimator. */
 #include "tests/unit/estimator_bench.h"
 
-/* 2.2 s at 1500 r/min, then 0.9 s down. A psi_hat that moves is an acceleration to the loop: it rests while
- * the detector is beyond 0.05, which makes d psi_hat/psi_hat at most 0.05 ki/omega a second, a fifth (B200)
- * or a nineteenth (B100). */
-static void test_adapted_flux_leaves_little(void)
-{
-    static const double shares[] = {2.0, 5.0};
-    for (int n = 0; n < 16; n += SWEEP_FEW) {
-        double wrong = n % 2 ? 1.1 : 0.9;
-        double way = n / 2 % 2 ? -1.0 : 1.0;
-        double share = shares[n / 4 % 2];
-        bool slow = n / 8;
-        estimator_params_t params = params_of(0);
-        tune(&params, slow ? 100.0 : 200.0, slow ? 25.0 : 50.0);
-        params.flux_linkage = (float)(wrong * PSI);
-        params.flux_adaptation = (float)share;
-        estimator_oracle_case_t rig = ramp_rig(way * 620.0, way * -RAMP);
-        init(&params);
-        reset_near(&rig, -20000, 0.0, 0.0);
-        (void)deviation(&rig, -19999, 20000 + RAMP_START - 1, 0);
-        double left = slow ? 0.01 : 0.1 * exp(-share * 2.0) + 5e-4;
-        TEST_ASSERT_DOUBLE_WITHIN(left * PSI, PSI, (double)flux.flux_linkage);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)(flux.flux_linkage * est.tracker.motor.speed_per_volt));
-        ramp_t r = ramp_from(&rig, RAMP_START);
-        check_below(fabs(r.steady), 15.0, "steady");
-        TEST_ASSERT_DOUBLE_WITHIN(1e-2 * PSI, PSI, (double)flux.flux_linkage);
-    }
-}
-
 /* With the loop settled: 1/psi_hat goes to 1/psi like exp(-rate t). To the loop a psi_hat that moves is an
  * acceleration of rate times the error of F, which takes kp/ki of itself from the smooth speed, so that rate
  * = share/(1 - share kp/ki). The first 0.3 s are left out, in which the means follow a wrong start of |e|.

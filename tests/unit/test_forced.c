@@ -175,25 +175,3 @@ static void test_speed_goes_to_its_target_by_the_ramp_and_gently_at_the_end(void
         TEST_ASSERT_DOUBLE_WITHIN(0.01, way * 100.0, (double)speed);
     }
 }
-
-static void test_frame_and_current_go_on_with_new_coefficients(void)
-{
-    forced_enter(&forced, 1.0f, 30.0f, 5.0f);
-    (void)forced_step(&forced, &tuning, (dq_t){0.0f, 4.0f});
-    const forced_t before = forced;
-    params.damping = 2.0f;
-    tuning = forced_prepare(&params);
-    TEST_ASSERT_EQUAL_MEMORY(&before.frame, &forced.frame, sizeof before.frame);
-    TEST_ASSERT_TRUE(before.current == forced.current && before.swing == forced.swing &&
-                     before.emf_mean == forced.emf_mean);
-    TEST_ASSERT_EQUAL_FLOAT(2.0f, tuning.damping);
-}
-
-static void test_init_stands_without_current(void)
-{
-    begin(0.003, 10.0, 0.0);
-    const dq_t current = forced_step(&forced, &tuning, (dq_t){0.0f, 0.0f});
-    TEST_ASSERT_TRUE(forced.frame.theta_e == 0.0f && forced.frame.omega_e == 0.0f);
-    TEST_ASSERT_TRUE(forced.frame.rotation.sin == 0.0f && forced.frame.rotation.cos == 1.0f);
-    TEST_ASSERT_TRUE(current.d == 0.0f && current.q == 0.0f);
-}

@@ -5,9 +5,7 @@
 #include <unity.h>
 
 #include "math/frames.h"
-#include "tests/unit/compare.h"
-
-#define J ((double complex)I)
+#include "tests/unit/vectors.h"
 
 /* Each output is a sum of at most three products of numbers up to 100 and constants up to 1; every operation
  * and constant rounds by 2^-24 of at most 200 (sums before scaling). Five of them: */
@@ -42,13 +40,6 @@ static void test_clarke_is_the_space_vector(void)
     }
 }
 
-static void test_clarke_drops_the_zero_sequence_exactly(void)
-{
-    abc_t common = {12.345f, 12.345f, 12.345f};
-    ab_t stationary = frames_clarke(common);
-    TEST_ASSERT_TRUE(stationary.alpha == 0.0f && stationary.beta == 0.0f);
-}
-
 static void test_inverse_clarke_gives_phases_back_without_zero_sequence(void)
 {
     for (int k = 0; k < PHASES_COUNT; k++) {
@@ -81,21 +72,6 @@ static void test_park_is_a_turn_backwards_and_its_inverse_forwards(void)
             TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, creal(expected), (double)turned.alpha);
             TEST_ASSERT_DOUBLE_WITHIN(TOLERANCE, cimag(expected), (double)turned.beta);
         }
-    }
-}
-
-static void test_power_is_three_halves_of_the_dq_product(void)
-{
-    for (int k = 0; k + 1 < PHASES_COUNT; k++) {
-        abc_t u = frames_inverse_clarke(frames_clarke(PHASES[k]));
-        abc_t i = frames_inverse_clarke(frames_clarke(PHASES[k + 1]));
-        rotation_t rotation = rotation_of(0.3 * k);
-        dq_t u_dq = frames_park(frames_clarke(PHASES[k]), rotation);
-        dq_t i_dq = frames_park(frames_clarke(PHASES[k + 1]), rotation);
-        double of_phases = (double)u.a * (double)i.a + (double)u.b * (double)i.b + (double)u.c * (double)i.c;
-        double of_dq = 1.5 * ((double)u_dq.d * (double)i_dq.d + (double)u_dq.q * (double)i_dq.q);
-        /* Three products of two numbers up to 100, each wrong by TOLERANCE twice over. */
-        TEST_ASSERT_DOUBLE_WITHIN(3.0 * 2.0 * 100.0 * 2.0 * TOLERANCE, of_phases, of_dq);
     }
 }
 

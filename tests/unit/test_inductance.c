@@ -211,17 +211,6 @@ static void test_r_goes_to_the_truth_whatever_the_loop_follows(void)
     }
 }
 
-/* Fast, R hardly counts and hardly shows. */
-static void test_r_is_not_sought_while_fast(void)
-{
-    motor_t motor = usual();
-    motor.omega = 1.01 * (double)INDUCTANCE_R_SPEED_MAX;
-    motor.r_from = 1.5 * R_TRUE;
-    begin(&motor);
-    run(&motor, 3.0);
-    TEST_ASSERT_EQUAL_FLOAT((float)motor.r_from, x.resistance.value);
-}
-
 /* Without torque the dither serves R alone: it ends when the rate has fallen to a fifth, by its law after 7.5
  * s at 3/s; L stays as it is. */
 static void test_without_torque_it_asks_for_r_for_a_while(void)
@@ -306,21 +295,6 @@ static void test_the_dither_is_a_twentieth_of_the_limit(void)
     run(&motor, 1.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.5, asked_most);
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, -0.5, asked_least);
-}
-
-/* L_q keeps its ratio to L_d, and only L_d shows. */
-static void test_a_salient_motor_keeps_its_ratio(void)
-{
-    for (int n = 0; n < 2; n++) {
-        motor_t motor = usual();
-        const double wrong = n ? 1.2 : 0.8;
-        motor.l_d = L_TRUE / 1.05;
-        motor.l_d_from = wrong * L_TRUE / 1.05;
-        motor.l_q_from = wrong * L_TRUE;
-        begin(&motor);
-        run(&motor, 10.0);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-3, 1.0, ratio());
-    }
 }
 
 /* L_q 1.11 and 1.15 L_d: no dither, and nothing is learnt, whatever the rate is. At 1.1 it still is. */

@@ -356,14 +356,6 @@ static void learn_twice(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.004 * 0.04, 0.04, hat());
 }
 
-static void test_new_coefficients_keep_what_was_learnt_of_the_same_parameter(void)
-{
-    learn_twice();
-    const float learnt = x.learnt.value;
-    take(J_FROM, 1.1 * PSI, true);
-    TEST_ASSERT_EQUAL_FLOAT(learnt, x.learnt.value);
-}
-
 static void test_another_parameter_or_off_begins_anew(void)
 {
     for (int n = 0; n < 2; n++) {

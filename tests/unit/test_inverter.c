@@ -2,15 +2,13 @@
  * half at each of its edges, linearly within the zone; its duty is the nearest whole count; what is left acts
  * two steps later. */
 #include "fast/inverter/inverter.h"
-#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
+#include "tests/unit/vectors.h"
 
 #include <complex.h>
 #include <math.h>
 #include <string.h>
 #include <unity.h>
-
-#define J ((double complex)I)
 
 #define COUNTS     7500
 #define DUTY_MIN   0.04
@@ -54,21 +52,6 @@ static void begin(float gain)
 void setUp(void)
 {
     begin(1.0f);
-}
-
-static double complex of_ab(ab_t vector)
-{
-    return (double)vector.alpha + J * (double)vector.beta;
-}
-
-static ab_t to_ab(double complex vector)
-{
-    return (ab_t){(float)creal(vector), (float)cimag(vector)};
-}
-
-static double phase_of(double complex vector, int phase)
-{
-    return creal(vector * cexp(-J * (2.0 * PI / 3.0 * phase)));
 }
 
 static double complex vector_of(const double phases[3])
@@ -214,13 +197,6 @@ static void test_what_the_link_has_too_little_for_is_missing(void)
 }
 
 /* ---- back: the voltage that acted ---- */
-
-static void test_nothing_has_acted_at_first(void)
-{
-    const inverter_acted_t acted = inverter_acted(&inverter, &tuning, NONE, 311.0f);
-    TEST_ASSERT_TRUE(acted.voltage.alpha == 0.0f && acted.voltage.beta == 0.0f);
-    TEST_ASSERT_TRUE(acted.current.alpha == 0.0f && acted.current.beta == 0.0f);
-}
 
 typedef struct {
     abc_t duty;             /* that the step gave out */

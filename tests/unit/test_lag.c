@@ -67,38 +67,6 @@ static void test_exact_lag_and_attenuation_are_those_of_the_sampled_system(void)
     TEST_ASSERT_TRUE(worst_ratio <= LENGTH);
 }
 
-static void test_printed_and_corrected_are_the_formulas(void)
-{
-    double g = 200.0 * 0.5;
-    for (double omega = -3000.0; omega <= 3000.0; omega += 250.0) {
-        TEST_ASSERT_DOUBLE_WITHIN(4e-6, atan(omega * 0.0125 / (g * 0.95 + 0.95)),
-                                  (double)lag_angle(&smo, LAG_PRINTED, (float)omega));
-        TEST_ASSERT_DOUBLE_WITHIN(4e-6, atan(omega * 0.0125 / (g + 0.95)),
-                                  (double)lag_angle(&smo, LAG_CORRECTED, (float)omega));
-        TEST_ASSERT_TRUE(lag_angle(&smo, LAG_NONE, (float)omega) == 0.0f);
-    }
-    /* They agree for 1 ohm alone. */
-    smo_params_t params = paper();
-    params.resistance = 1.0f;
-    smo_init(&smo, &params);
-    TEST_ASSERT_TRUE(lag_angle(&smo, LAG_PRINTED, 628.0f) == lag_angle(&smo, LAG_CORRECTED, 628.0f));
-}
-
-static void test_paper_modes_ignore_the_filter_and_the_exact_one_does_not(void)
-{
-    float printed = lag_angle(&smo, LAG_PRINTED, 628.0f);
-    float corrected = lag_angle(&smo, LAG_CORRECTED, 628.0f);
-    float exact = lag_angle(&smo, LAG_EXACT, 628.0f);
-    smo_params_t params = paper();
-    params.emf_cutoff = 2000.0f;
-    smo_init(&smo, &params);
-    TEST_ASSERT_TRUE(lag_angle(&smo, LAG_PRINTED, 628.0f) == printed);
-    TEST_ASSERT_TRUE(lag_angle(&smo, LAG_CORRECTED, 628.0f) == corrected);
-    double c = exp(-0.2);
-    double filter = atan2(c * sin(0.0628), 1.0 - c * cos(0.0628));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-5, filter, (double)(lag_angle(&smo, LAG_EXACT, 628.0f) - exact));
-}
-
 /* 0.63 rad a period are 6300 rad/s. From 6299.99 to there the lag, below 2 rad in all, grows by 2 rad/6300
  * rad/s times 0.01 rad/s = 3e-6 rad. The paper's modes have a formula of their own, which needs no limit. */
 static void test_speeds_beyond_the_turn_limit_are_answered_as_at_it(void)

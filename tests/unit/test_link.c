@@ -21,28 +21,24 @@ static void expect(double u_dc, double omega_m, double braking, double driving)
 
 /* ---- limits ---- */
 
-/* 95 % to 98 % of 400 V: all to nothing, and beyond, a demand to drive of 5 per mille; in both directions of
- * rotation. */
-static void test_braking_fades_towards_the_overvoltage(void)
+/* 95 % to 98 % of 400 V: all to nothing, and beyond, a demand to drive of 5 per mille. 115 % of 200 V hold
+ * the link, from 127 % on nothing is limited. Up to omega_free = 0.15 R I/K_t = 1.325 rad/s the limits of
+ * braking open, without a step. */
+static void test_limits_fade_towards_the_trips_and_open_towards_standstill(void)
 {
-    for (int way = -1; way <= 1; way += 2) {
-        expect(311.0, way * OMEGA, 10.0, 10.0);
-        expect(379.9, way * OMEGA, 10.0, 10.0);
-        expect(386.0, way * OMEGA, 5.0, 10.0);
-        expect(392.0, way * OMEGA, 0.0, 10.0);
-        expect(395.0, way * OMEGA, -0.05, 10.0);
-        expect(450.0, way * OMEGA, -0.05, 10.0);
+    const double slow = 0.15 * 0.97 * MOST / TORQUE;
+    const double rows[][4] = {
+        /* [V], [rad/s], [A], [A] */
+        {311.0, OMEGA, 10.0, 10.0},     {379.9, OMEGA, 10.0, 10.0},      {386.0, OMEGA, 5.0, 10.0},
+        {392.0, OMEGA, 0.0, 10.0},      {395.0, OMEGA, -0.05, 10.0},     {450.0, OMEGA, -0.05, 10.0},
+        {254.1, OMEGA, 10.0, 10.0},     {242.0, OMEGA, 10.0, 5.0},       {230.0, OMEGA, 10.0, 0.0},
+        {224.0, OMEGA, 10.0, -2.5},     {0.0, OMEGA, 10.0, -10.0},       {386.0, 0.0, 10.0, 10.0},
+        {386.0, 0.5 * slow, 7.5, 10.0}, {386.0, slow, 5.0, 10.0},        {400.0, 0.5 * slow, 4.975, 10.0},
+        {224.0, 0.0, 10.0, 0.0},        {224.0, 0.5 * slow, 10.0, -1.25}};
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        expect(rows[n][0], rows[n][1], rows[n][2], rows[n][3]);
+        expect(rows[n][0], -rows[n][1], rows[n][2], rows[n][3]);
     }
-}
-
-/* 115 % of 200 V hold the link, from 127 % on nothing is limited. */
-static void test_driving_fades_towards_the_undervoltage(void)
-{
-    expect(254.1, OMEGA, 10.0, 10.0);
-    expect(242.0, OMEGA, 10.0, 5.0);
-    expect(230.0, -OMEGA, 10.0, 0.0);
-    expect(224.0, OMEGA, 10.0, -2.5);
-    expect(0.0, OMEGA, 10.0, -10.0);
 }
 
 static void test_without_ride_through_driving_is_never_limited(void)
@@ -55,19 +51,6 @@ static void test_without_ride_through_driving_is_never_limited(void)
         TEST_ASSERT_FALSE(excuses());
         TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions & LINK_SINKS);
     }
-}
-
-/* omega_free = 0.15 R I/K_t = 1.325 rad/s: there the limits of braking open, without a step. */
-static void test_limits_of_braking_open_towards_standstill(void)
-{
-    const double slow = 0.15 * 0.97 * MOST / TORQUE;
-    expect(386.0, 0.0, 10.0, 10.0);
-    expect(386.0, 0.5 * slow, 7.5, 10.0);
-    expect(386.0, -0.5 * slow, 7.5, 10.0);
-    expect(386.0, slow, 5.0, 10.0);
-    expect(400.0, 0.5 * slow, (10.0 - 0.05) / 2.0, 10.0);
-    expect(224.0, 0.0, 10.0, 0.0);
-    expect(224.0, 0.5 * slow, 10.0, -1.25);
 }
 
 static void test_limits_are_asked_for_as_long_as_they_act(void)

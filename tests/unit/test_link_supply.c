@@ -9,17 +9,11 @@
 #include "tests/unit/link_bench.h"
 
 #define FREE     1.325 /* [rad/s] 0.15 R I/K_t */
-#define FULL     392.0 /* [V] */
-#define TAKEN    0.05  /* [A] 5 per mille of 10 A */
 #define PER_LOOK 16    /* [periods] */
 
 void setUp(void)
 {
     begin(0.5);
-}
-
-void tearDown(void)
-{
 }
 
 /* A period as the drive does it: a look in one of sixteen. */
@@ -34,19 +28,6 @@ static void step(int k, double u, double omega)
 }
 
 /* ---- above ---- */
-
-/* However far the link is above u_full: 5 per mille, in both directions of rotation. */
-static void test_what_may_drive_a_full_link_is_five_per_mille(void)
-{
-    for (int way = -1; way <= 1; way += 2) {
-        for (double u = FULL + 0.1; u < 500.0; u += 3.0) {
-            begin(0.5);
-            limit_at(385.0, way * OMEGA);
-            limit_at(u, way * OMEGA);
-            TEST_ASSERT_FLOAT_WITHIN(1e-5f, (float)-TAKEN, limit.braking);
-        }
-    }
-}
 
 /* A rotor of 0.003 kg m^2 without friction, between a supply and the limit: i_q is what the limit asks for.
  * Its speed rises by omega_free and one per cent, and by what half a look brings, and no further. */

@@ -49,47 +49,26 @@ static uint32_t lost_after(float omega_e)
     return 0u;
 }
 
-static void test_rotor_in_lock_shows_no_sign(void)
+/* Half a turn off: 2 exp(-0.02 n) - 1 < 0.5 from n = 15 on. 51 % along the axis are enough whatever is
+ * across, 49 % are not: 0.51 exp(-0.02 n) < 0.01 from 197 on. eps^2 (1 - exp(-0.02 n)) > 0.12: of 0.6 from n
+ * = 21 on, of 0.35 from n = 195 on, of 0.34 never. */
+static void test_a_sign_shows_when_its_mean_has_passed_its_limit(void)
 {
-    static const float speeds[] = {30.0f, 200.0f, -200.0f, 3000.0f, -3000.0f};
-    for (int n = 0; n < 5; n++) {
-        make_estimate(speeds[n], 1.0f, 0.0f);
-        TEST_ASSERT_EQUAL_UINT32(0u, lost_after(speeds[n]));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 1.0, (double)(lock.projection / lock.expected));
-        TEST_ASSERT_FLOAT_WITHIN(1e-3f, PSI * fabsf(speeds[n]), lock.expected);
+    static const struct {
+        float omega, along, across, detector;
+        uint32_t after, within; /* [periods]; 0: never */
+    } cases[] = {{30.0f, 1.0f, 0.0f, 0.0f, 0u, 0u},    {OMEGA, 1.0f, 0.0f, 0.0f, 0u, 0u},
+                 {-OMEGA, 1.0f, 0.0f, 0.0f, 0u, 0u},   {-3000.0f, 1.0f, 0.0f, 0.0f, 0u, 0u},
+                 {OMEGA, -1.0f, 0.0f, 0.0f, 15u, 0u},  {-OMEGA, -1.0f, 0.0f, 0.0f, 15u, 0u},
+                 {OMEGA, 0.51f, 2.0f, 0.0f, 0u, 0u},   {OMEGA, 0.49f, 2.0f, 0.0f, 197u, 2u},
+                 {OMEGA, 1.0f, 0.0f, 0.6f, 21u, 0u},   {OMEGA, 1.0f, 0.0f, -0.6f, 21u, 0u},
+                 {OMEGA, 1.0f, 0.0f, 0.35f, 195u, 2u}, {OMEGA, 1.0f, 0.0f, 0.34f, 0u, 0u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        make_estimate(cases[n].omega, cases[n].along, cases[n].across);
+        estimate.detector = cases[n].detector;
+        TEST_ASSERT_UINT32_WITHIN(cases[n].within, cases[n].after, lost_after(cases[n].omega));
+        TEST_ASSERT_FLOAT_WITHIN(1e-3f, PSI * fabsf(cases[n].omega), lock.expected);
     }
-}
-
-/* Half a turn off: 2 exp(-0.02 n) - 1 < 0.5 from n = 15 on. */
-static void test_half_a_turn_off_shows_in_a_millisecond_and_a_half(void)
-{
-    make_estimate(OMEGA, -1.0f, 0.0f);
-    TEST_ASSERT_EQUAL_UINT32(15u, lost_after(OMEGA));
-    make_estimate(-OMEGA, -1.0f, 0.0f);
-    TEST_ASSERT_EQUAL_UINT32(15u, lost_after(-OMEGA));
-}
-
-/* 51 % along the axis are enough whatever is across, 49 % are not: 0.51 exp(-0.02 n) < 0.01 from 197 on. */
-static void test_projection_counts_what_lies_along_the_axis(void)
-{
-    make_estimate(OMEGA, 0.51f, 2.0f);
-    TEST_ASSERT_EQUAL_UINT32(0u, lost_after(OMEGA));
-    make_estimate(OMEGA, 0.49f, 2.0f);
-    TEST_ASSERT_UINT32_WITHIN(2u, 197u, lost_after(OMEGA));
-}
-
-/* eps^2 (1 - exp(-0.02 n)) > 0.12: of 0.6 from n = 21 on, of 0.35 from n = 195 on, of 0.34 never. */
-static void test_scatter_of_the_detector_shows(void)
-{
-    make_estimate(OMEGA, 1.0f, 0.0f);
-    estimate.detector = 0.6f;
-    TEST_ASSERT_EQUAL_UINT32(21u, lost_after(OMEGA));
-    estimate.detector = -0.6f;
-    TEST_ASSERT_EQUAL_UINT32(21u, lost_after(OMEGA));
-    estimate.detector = 0.35f;
-    TEST_ASSERT_UINT32_WITHIN(2u, 195u, lost_after(OMEGA));
-    estimate.detector = 0.34f;
-    TEST_ASSERT_EQUAL_UINT32(0u, lost_after(OMEGA));
 }
 
 /* At once: it is the guard that waits. */
@@ -130,19 +109,6 @@ static void test_reset_is_a_lock_that_has_lasted(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 2.0f * OMEGA * PSI, lock.expected);
     TEST_ASSERT_EQUAL_FLOAT(lock.expected, lock.projection);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, lock.scatter);
-}
-
-static void test_new_coefficients_act_and_the_means_go_on(void)
-{
-    make_estimate(OMEGA, 0.8f, 0.0f);
-    (void)lost_after(OMEGA);
-    const lock_t before = lock;
-    const lock_params_t params = {PSI, 2.0f * SLOW, 2.0f * ASKED, T};
-    const lock_tuning_t tuning = lock_prepare(&params);
-    lock_take(&lock, &tuning);
-    TEST_ASSERT_TRUE(lock.projection == before.projection && lock.expected == before.expected);
-    TEST_ASSERT_TRUE(lock_is_lost(&lock, 1.9f * SLOW, 2.1f * ASKED, true));
-    TEST_ASSERT_FALSE(lock_is_lost(&lock, 1.9f * SLOW, 1.9f * ASKED, true));
 }
 
 /* Half a radian off: the EMF is still along the axis, the detector alone tells. */

@@ -250,17 +250,3 @@ static void test_a_calibration_begins_anew(void)
     TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.b);
     TEST_ASSERT_EQUAL_FLOAT(0.125f, measure.offset.c);
 }
-
-static void test_new_coefficients_keep_offsets_and_a_calibration_under_way(void)
-{
-    currents(0.25f, -0.125f, 0.375f);
-    for (uint32_t n = 1; n < SETTLE + PERIODS; n++) {
-        (void)calibrate();
-    }
-    params.current_offset_max = 0.2f; /* less than that of a */
-    tuning = measure_prepare(&params);
-    measure_take(&measure);
-    TEST_ASSERT_EQUAL(CALIBRATION_FAILED, calibrate());
-    TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.a);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, measure.measured.current_abc.a - 0.25f / PERIODS);
-}

@@ -29,10 +29,6 @@ void setUp(void)
     trim = (ab_t){0.0f, 0.0f};
 }
 
-void tearDown(void)
-{
-}
-
 static bool period(double a, double b)
 {
     samples.i_a = (float)a * SHARE;

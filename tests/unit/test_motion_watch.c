@@ -96,18 +96,6 @@ static void test_torque_of_the_wrong_sign_is_a_runaway(void)
     }
 }
 
-/* The rotor that friction of 0.9 i_max brakes too, and a J that is half or double of what is believed. */
-static void test_a_runaway_shows_with_friction_and_a_wrong_inertia(void)
-{
-    static const double shares[] = {0.5, 1.0, 2.0};
-    for (int n = 0; n < 3; n++) {
-        begin(PER_AMPERE * shares[n]);
-        const uint32_t judgements = until(MOTION_RUNAWAY, 200u, LIMIT, -1.0, n == 2 ? 0.0 : -1.2, 60.0);
-        TEST_ASSERT_GREATER_THAN_UINT32(0u, judgements);
-        TEST_ASSERT_LESS_THAN_UINT32(80u, judgements);
-    }
-}
-
 /* A hoist whose load is beyond the limit by 15 %, J believed at double: 1 + 2 0.15 = 1.3. */
 static void test_loads_up_to_what_the_motor_can_are_no_runaway(void)
 {

@@ -6,10 +6,8 @@
 #include <unity.h>
 
 #include "medium/adapt/offset_trim.h"
-#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
-
-#define J ((double complex)I)
+#include "tests/unit/vectors.h"
 
 #define GAIN   0.05f
 #define PERIOD 1e-4f
@@ -35,12 +33,6 @@ static void begin(const offset_trim_params_t *params)
 {
     const offset_trim_tuning_t tuning = offset_trim_prepare(params);
     offset_trim_init(&rotor.trim, &tuning);
-}
-
-static void take(const offset_trim_params_t *params)
-{
-    const offset_trim_tuning_t tuning = offset_trim_prepare(params);
-    offset_trim_take(&rotor.trim, &tuning);
 }
 
 static float omega_of(double samples_per_turn)
@@ -140,30 +132,6 @@ static void test_finds_the_constant_of_an_emf_that_turns_either_way(void)
     }
 }
 
-/* The EMF that the header derives, mean = -Z (o - found): found goes to o with exp decay 1 - gain Z. */
-static void converges(double samples_per_turn)
-{
-    const double complex offset = 0.03 + 0.0173 * J;
-    const double ohm = 4.8;
-    start(samples_per_turn);
-    begin_window();
-    double complex found = 0.0;
-    for (int32_t window = 1; window <= 30; window++) {
-        const ab_t now = steps(-ohm * (offset - found), WINDOW);
-        found = (double)now.alpha + (double)now.beta * J;
-        const double complex wanted = offset * (1.0 - pow(1.0 - 0.05 * ohm, window));
-        /* errors of the windows, each forgotten likewise: 1/(0.05 ohm) of one */
-        expect_offset(wanted, ROUNDING / (0.05 * ohm), now);
-    }
-    TEST_ASSERT_TRUE(cabs(found - offset) < 1e-4);
-}
-
-static void test_converges_on_the_offset_either_way(void)
-{
-    converges(200.0);
-    converges(-200.0);
-}
-
 /* A turn that is no whole number of samples: of the turning EMF an eighth of omega T of a sample is left at
  * most, in each of many windows, wherever in a period the wraps lie. 724.98 is a motor of 20 pole pairs at 41
  * r/min, whose turns take 725 samples for long and then one less. */
@@ -246,13 +214,6 @@ static void test_a_small_current_is_left_alone(void)
     }
 }
 
-static void test_gain_zero_is_off(void)
-{
-    const offset_trim_params_t off = {.gain = 0.0f, .period = PERIOD};
-    begin(&off);
-    expect_offset(0.0, 0.0, steps(CONSTANT, 10 * WINDOW));
-}
-
 /* ---- limits, reset, new coefficients ---- */
 
 static void test_each_component_stops_at_the_limit(void)
@@ -282,18 +243,6 @@ static void test_reset_takes_the_offset_and_forgets_the_window(void)
     TEST_ASSERT_EQUAL_FLOAT(-0.01f, offset.beta);
     /* the next one adds to what was given */
     expect_offset(0.02 - 0.01 * J - 0.05 * CONSTANT, ROUNDING, steps(CONSTANT, WINDOW));
-}
-
-static void test_new_coefficients_keep_the_state(void)
-{
-    const offset_trim_params_t twice = {.gain = 2.0f * GAIN, .period = PERIOD};
-    begin_window();
-    (void)steps(CONSTANT, WINDOW);
-    const ab_t before = steps(CONSTANT, WINDOW / 2);
-    take(&twice);
-    TEST_ASSERT_EQUAL_FLOAT(before.alpha, rotor.trim.offset.alpha);
-    TEST_ASSERT_EQUAL_UINT32(WINDOW / 2, rotor.trim.count);
-    expect_offset(-0.15 * CONSTANT, 3.0 * ROUNDING, steps(CONSTANT, WINDOW / 2));
 }
 
 static void test_reset_leaves_nothing_of_before(void)

@@ -208,31 +208,6 @@ static void test_rules_between_rows_hold_at_their_limits(void)
     expect_accepted_at("feedforward_cutoff", 1.0f);
 }
 
-/* The gain [V] at which the default observer rings with a slope of 1: b k_s a_f/2 = 1.2 with
- * b = (1 - exp(-R T/L))/R = 7.97 mA/V: 301.2 V. R of winding and devices. It reaches the largest EMF with
- * 1.1 x 0.183 Wb x 4 x 220 rad/s = 177.144 V. */
-static void test_observer_reaches_the_largest_emf_and_does_not_ring(void)
-{
-    const double resistance = 0.95 + 0.0215;
-    const float ringing = (float)(1.2 / (0.5 * -expm1(-resistance * 1e-4 / 0.0125) / resistance));
-    const rule_t rules[] = {
-        {"observer_gain", 177.2f, 177.1f, 177.144f, ringing, {{NULL, 0.0f}}},
-        {"observer_gain",
-         203.3f,
-         177.1f,
-         1.1f * 0.21f * 4.0f * 220.0f,
-         ringing,
-         {{"motor_flux_linkage", 0.21f}}},
-        {"observer_gain", 0.999f * ringing, 1.001f * ringing, 177.144f, ringing, {{NULL, 0.0f}}},
-        {"observer_gain", 0.979f * ringing, ringing, 177.144f, ringing / 1.02f, {{"observer_slope", 1.02f}}},
-    };
-    for (size_t n = 0; n < sizeof rules / sizeof rules[0]; n++) {
-        check_rule(&rules[n]);
-    }
-    params.observer_switching = SMO_SIGN; /* has no slope */
-    expect_accepted_at("observer_gain", 1.001f * ringing);
-}
-
 /* On the estimator L_q is 4 L_d at most, 50 mH of 12.5 mH; the fixed-point twin takes 1.2. The default
  * observer does not ring with a slope of 1 and 200 V from where (1 - exp(-R T/L))/R is 12 mA/V. */
 static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(void)
@@ -279,28 +254,28 @@ static void test_a_salient_rotor_is_advised_an_encoder(void)
     TEST_ASSERT_EQUAL_UINT32(table_by_name(&params_table, "position_source")->id, why.change);
 }
 
-/* kp = 2 wn of the default loop, 104 rad/s: the filter in front of it shall not be slower. The
- * paper's modes have their filter elsewhere. */
-static void test_emf_filter_must_be_faster_than_the_loop(void)
+/* k_s 1.25 times the EMF at overspeed_trip, 0.183 x 4 x 220 = 161.04 V; a_f = 1.6 L/(k_s T_s). A
+ * slope that is set keeps the gain of the observer's loop while L is learnt. */
+static void test_the_observer_follows_motor_and_trip_where_its_rows_are_zero(void)
 {
-    pll_params_t loop;
-    memset(&loop, 0, sizeof loop);
-    TEST_ASSERT_TRUE(pll_design(&loop, 200.0f, 1.0f, 50.0f, 1e-4f));
-    TEST_ASSERT_FLOAT_WITHIN(1.0f, 104.0f, loop.kp);
-    params.observer_emf_cutoff = 1.001f * loop.kp;
-    TEST_ASSERT_TRUE(params_check(&params, &why));
-    params.observer_emf_cutoff = 0.999f * loop.kp;
-    expect_rule("observer_emf_cutoff", loop.kp, 1e5f);
-    expect_accepted_at("observer_emf_cutoff", why.min);
-    params.pll_bandwidth = 210.0f; /* the same from the other side */
-    params.feedforward_cutoff = 50.0f;
-    TEST_ASSERT_FALSE(params_check(&params, &why));
-    TEST_ASSERT_EQUAL_STRING("observer_emf_cutoff", why.field);
-    params.lag_compensation = LAG_CORRECTED;
-    TEST_ASSERT_TRUE(params_check(&params, &why));
-    params.lag_compensation = LAG_EXACT;
-    params.observer_emf_cutoff = 0.0f; /* none */
-    TEST_ASSERT_TRUE(params_check(&params, &why));
+    params_defaults(&params);
+    believed_t believed = params_believed(&params);
+    observer_rows_t observer = params_observer(&params, &believed);
+    const double slope = 1.6 * 12.5e-3 / (1.25 * 161.04 * (double)DRIVE_PERIOD);
+    TEST_ASSERT_FLOAT_WITHIN(0.01f, 201.3f, observer.gain);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f * (float)slope, (float)slope, observer.slope);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, (float)(4.0 / slope), observer.current_max);
+    params.observer_gain = 400.0f;
+    params.overspeed_trip = 440.0f;
+    believed.inductance_q = 1.2f * params.motor_inductance_q; /* learnt */
+    observer = params_observer(&params, &believed);
+    TEST_ASSERT_EQUAL_FLOAT(400.0f, observer.gain);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, (float)(1.2 * slope * 201.3 / 400.0), observer.slope);
+    params.observer_slope = 0.5f;
+    params.estimate_current_max = 7.0f;
+    observer = params_observer(&params, &believed);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.6f, observer.slope);
+    TEST_ASSERT_EQUAL_FLOAT(7.0f, observer.current_max);
 }
 
 static loop_params_t loop_of(float inertia, float current_limit)
@@ -351,43 +326,6 @@ static void test_a_loop_that_is_set_is_taken_and_told_slow_below_its_share_of_th
     }
 }
 
-/* k_s 1.25 times the EMF at overspeed_trip, 0.183 x 4 x 220 = 161.04 V; a_f = 1.6 L/(k_s T_s). A
- * slope that is set keeps the gain of the observer's loop while L is learnt. */
-static void test_the_observer_follows_motor_and_trip_where_its_rows_are_zero(void)
-{
-    params_defaults(&params);
-    believed_t believed = params_believed(&params);
-    observer_rows_t observer = params_observer(&params, &believed);
-    const double slope = 1.6 * 12.5e-3 / (1.25 * 161.04 * (double)DRIVE_PERIOD);
-    TEST_ASSERT_FLOAT_WITHIN(0.01f, 201.3f, observer.gain);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f * (float)slope, (float)slope, observer.slope);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, (float)(4.0 / slope), observer.current_max);
-    params.observer_gain = 400.0f;
-    params.overspeed_trip = 440.0f;
-    believed.inductance_q = 1.2f * params.motor_inductance_q; /* learnt */
-    observer = params_observer(&params, &believed);
-    TEST_ASSERT_EQUAL_FLOAT(400.0f, observer.gain);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, (float)(1.2 * slope * 201.3 / 400.0), observer.slope);
-    params.observer_slope = 0.5f;
-    params.estimate_current_max = 7.0f;
-    observer = params_observer(&params, &believed);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.6f, observer.slope);
-    TEST_ASSERT_EQUAL_FLOAT(7.0f, observer.current_max);
-}
-
-#ifndef LAGLESS_ESTIMATOR_FIXED /* whose formats take less */
-/* The estimator takes up to 10^7 rad/s^2 per A, a tenth of a radian a period for each ampere; the row is the
- * share of 1.5 p^2 psi_f/J = 4.392 Wb/J. */
-static void test_torque_feedforward_of_next_to_no_inertia_is_refused(void)
-{
-    params.torque_feedforward = 1.0f;
-    params.motor_inertia = 4.4e-7f;
-    TEST_ASSERT_TRUE(params_check(&params, &why));
-    params.motor_inertia = 4.3e-7f;
-    expect_rule("torque_feedforward", 0.0f, (float)(1e7 * 4.3e-7 / 4.392));
-}
-#endif
-
 /* ---- the start ---- */
 
 static start_params_t start_of(void)
@@ -437,25 +375,6 @@ static void test_a_start_goes_by_the_rows_where_they_are_not_0(void)
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
-static void test_the_fall_back_is_slower_than_the_hand_over(void)
-{
-    params.fallback_speed = 15.72f;
-    params.handover_speed = 15.72f;
-    expect_rule("fallback_speed", 0.0f, 15.72f);
-    TEST_ASSERT_TRUE(why.max < 15.72f);
-    expect_accepted_at("fallback_speed", why.max);
-    params.fallback_speed = 20.0f;
-    params.handover_speed = 10001.0f; /* out of its own range: told what the rules leave */
-    TEST_ASSERT_FALSE(params_check(&params, &why));
-    TEST_ASSERT_EQUAL_STRING("handover_speed", why.field);
-    TEST_ASSERT_TRUE(why.min > 20.0f && why.min < 20.00001f);
-    TEST_ASSERT_EQUAL_FLOAT(110.0f, why.max);
-    params.fallback_speed = 110.0f; /* and here nothing */
-    TEST_ASSERT_FALSE(params_check(&params, &why));
-    TEST_ASSERT_TRUE(params_none_accepted(&why));
-    TEST_ASSERT_EQUAL_UINT32(table_by_name(&params_table, "fallback_speed")->id, why.change);
-}
-
 /* By rule what is caught is slower than the hand-over, whatever that is. */
 static void test_by_rule_a_start_catches_below_its_hand_over(void)
 {
@@ -463,23 +382,6 @@ static void test_by_rule_a_start_catches_below_its_hand_over(void)
         TEST_ASSERT_TRUE(params_check(&params, &why));
         TEST_ASSERT_TRUE(start_of().catch_speed <= start_of().handover_speed);
     }
-}
-
-/* 0.7 1.5 0.732 Wb I/0.0636 kg m^2 makes 100 rad/s^2 with 8.275 A; 0, all of the limit, is apart: what lies
- * between is not accepted. */
-static void test_the_current_of_a_start_is_enough_for_its_ramp(void)
-{
-    params.start_ramp = 100.0f;
-    params.start_current = -1.0f;
-    TEST_ASSERT_FALSE(params_check(&params, &why));
-    TEST_ASSERT_EQUAL_STRING("start_current", why.field);
-    TEST_ASSERT_FLOAT_WITHIN(1e-3f, 8.2748f, why.min);
-    TEST_ASSERT_EQUAL_FLOAT(10.0f, why.max);
-    expect_accepted_at("start_current", why.min);
-    expect_accepted_at("start_current", 0.0f);
-    params.start_ramp = 0.0f; /* by rule it always can */
-    params.motor_inertia = 1e3f;
-    TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
 /* The paper's motor; every row that the estimator reads has another value than its neighbours. */
@@ -629,17 +531,6 @@ static void test_only_live_rows_change_while_the_bridge_is_on(void)
 static void test_smallest_duty_holds_dead_time_and_shortest_pulse(void)
 {
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 300.0f / 7500.0f, params_duty_min(&params));
-}
-
-static void test_requests_start_off_and_harmless(void)
-{
-    requests_t requests;
-    requests_defaults(&requests);
-    TEST_ASSERT_EQUAL_INT32(REQUEST_OFF, requests.enable);
-    TEST_ASSERT_EQUAL_INT32(0, requests.fault_reset);
-    TEST_ASSERT_EQUAL_INT32(MODE_SPEED, requests.mode);
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, requests.speed_request);
-    TEST_ASSERT_TRUE(requests_check(&requests, &params, &why));
 }
 
 static void test_requests_are_refused_beyond_what_the_parameters_allow(void)

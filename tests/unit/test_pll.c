@@ -103,28 +103,6 @@ static const float LOOPS[][2] = {{100.0f, 0.0f}, {100.0f, 8.0f},  {100.0f, 25.0f
                                  {200.0f, 0.0f}, {200.0f, 50.0f}, {200.0f, 121.0f}};
 #define LOOP_COUNT (sizeof LOOPS / sizeof LOOPS[0])
 
-/* (22) + (23) = 1, with and without omega_c (19): two different evaluations of the print. */
-static void test_oracle_polynomials_belong_together(void)
-{
-    for (size_t n = 0; n < LOOP_COUNT; n++) {
-        pll_params_t params = design(LOOPS[n][0], LOOPS[n][1]);
-        pll_oracle_t loop = oracle_of(&params, 1.0);
-        for (double w = 1.0; w < 2000.0; w *= 1.7) {
-            TEST_ASSERT_DOUBLE_WITHIN(1e-12, pll_oracle_gain(&loop, w), pll_oracle_error_gain(&loop, w));
-        }
-        if (loop.wc == 0.0) {
-            TEST_ASSERT_DOUBLE_WITHIN(1e-15, 1.0 / loop.ki, pll_oracle_error_coefficient(&loop, 2));
-        } else {
-            TEST_ASSERT_DOUBLE_WITHIN(1e-15, 0.0, pll_oracle_error_coefficient(&loop, 2));
-            TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.0 / (loop.ki * loop.wc),
-                                      pll_oracle_error_coefficient(&loop, 3));
-            /* erratum 9 */
-            double c4 = -(loop.ki + loop.kp * loop.wc) / pow(loop.ki * loop.wc, 2.0);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-9 * fabs(c4), c4, pll_oracle_error_coefficient(&loop, 4));
-        }
-    }
-}
-
 /* Steps of the angle, its speed, its acceleration: the linear sampled loop. sin x differs from x by x^3/6 <
  * 1e-6 below 18 mrad. F stops STALL/(omega_c T) rad/s before its goal, a step of speed that costs at most
  * 0.74 of itself over kp before the integrator has it. Speed: kp times the angle's tolerance, that stop, and
@@ -196,21 +174,6 @@ static void test_errors_in_acceleration_are_the_coefficients(void)
             TEST_ASSERT_DOUBLE_WITHIN(1e-12, size / loop.ki * (loop.wc > 0.0 ? 1.0 - gamma : 1.0), expected);
         }
         TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(expected) + tolerance(&params), expected, error_out[COUNT - 1]);
-    }
-}
-
-/* Of an independent design to three digits, wn within 1 % (omega_c of 60 may be 60.45; half a digit of 11.4
- * is 0.4 %), ki the square; docs/theory.md, 7. */
-static void test_designs_are_those_of_an_independent_design(void)
-{
-    static const double table[][3] = {{100, 0, 40.3},  {100, 8, 35.3},  {100, 20, 28.5}, {100, 25, 25.9},
-                                      {100, 40, 18.9}, {100, 60, 11.4}, {200, 0, 80.6},  {200, 16, 70.7},
-                                      {200, 40, 57.0}, {200, 50, 51.8}, {200, 81, 37.9}, {200, 121, 22.7}};
-    for (size_t n = 0; n < sizeof table / sizeof table[0]; n++) {
-        pll_params_t params = design((float)table[n][0], (float)table[n][1]);
-        TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, (double)params.kp / (2.0 * table[n][2]));
-        TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, (double)params.ki / (table[n][2] * table[n][2]));
-        TEST_ASSERT_EQUAL_FLOAT((float)table[n][1], params.feedforward_cutoff);
     }
 }
 
@@ -575,92 +538,6 @@ static void test_sign_is_soft_around_zero_speed_and_hard_after_a_reset(void)
         (void)pll_step(&pll, emf, 0.0f, 0.0f);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, fmax(-1.0, fmin(1.0, speed[n] / 20.0)), (double)pll.detector);
     }
-}
-
-/* Started at rest, it finds an EMF of either direction; the conventional loop from the right angle, told the
- * direction, and a speed below kp/2, so that it catches it without a slip. 2 s are ten times the pull-in of
- * docs/theory.md, 21. */
-static void test_start_from_zero_speed_catches_both_directions(void)
-{
-    for (int n = 0; n < 4; n++) {
-        pll_params_t params = design(200.0f, n < 2 ? 0.0f : 50.0f);
-        double direction = n % 2 ? -1.0 : 1.0;
-        pll_t pll;
-        input(0, 0.0);
-        start(&pll, &params, n < 2 ? 0.0 : 2.0, n == 1 ? -1.0 : 0.0);
-        run(&pll, direction, n < 2 ? 60.0 : 150.0, 1.0, COUNT);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, error_out[COUNT - 1]);
-        TEST_ASSERT_DOUBLE_WITHIN(0.2, 0.0, omega_out[COUNT - 1]);
-        TEST_ASSERT_EQUAL_FLOAT(0.0f, pll.direction);
-    }
-}
-
-/* +209 -> -209 rad/s (500 r/min) in 0.1 s with the torque's share: F follows w by itself, the loop has
- * nothing to do. The order of sampling leaves a T/2 of speed to the integrator, and the trapezoid of F a few
- * of them. Without that share, and slower, it still ends locked in the other direction. */
-static void test_reversal_ends_locked_and_stays_locked_with_the_torque_feedforward(void)
-{
-    for (int n = 0; n < 3; n++) {
-        const double direction = n == 1 ? -1.0 : 1.0, a = n < 2 ? -4180.0 : -2090.0, time = -418.0 / a;
-        double theta = 0.0, largest = 0.0, error = 9.0;
-        pll_params_t params = design(200.0f, 50.0f);
-        pll_t pll;
-        start(&pll, &params, 0.0, direction * 209.0);
-        for (int k = 0; k < (n < 2 ? 3000 : 10000); k++) {
-            const double t = (k - 1000) * T;
-            const double w = t < 0.0 ? 209.0 : t < time ? 209.0 + a * t : -209.0;
-            const double ramp = t >= 0.0 && t < time ? a : 0.0;
-            const float share = n < 2 ? (float)(direction * ramp) : 0.0f;
-            position_t p =
-                pll_step(&pll, emf_at(direction * theta, direction * w), (float)(1.0 / PSI), share);
-            error = fabs(circle(direction * theta - (double)p.theta_e));
-            largest = fmax(largest, error);
-            theta += T * (w + 0.5 * ramp * T);
-        }
-        check_below(n < 2 ? largest : error, n < 2 ? 5e-3 : 1e-4, "reversal");
-        TEST_ASSERT_DOUBLE_WITHIN(0.2, -209.0, direction * (double)pll.omega_smooth);
-    }
-}
-
-static void test_wrong_angle_is_pulled_in_in_time(void)
-{
-    static const double cases[][4] = {{200, 50, 1.0, 0.125}, {200, 50, 3.0, 0.196}, {100, 25, 1.0, 0.250},
-                                      {100, 25, 3.0, 0.384}, {100, 0, 1.0, 0.168},  {100, 0, 3.0, 0.248}};
-    for (size_t n = 0; n < 12; n++) {
-        const double *c = cases[n / 2];
-        double direction = n % 2 ? -1.0 : 1.0;
-        pll_params_t params = design((float)c[0], (float)c[1]);
-        pll_t pll;
-        input(0, 0.0);
-        start(&pll, &params, c[2], direction * SPEED);
-        run(&pll, direction, SPEED, 1.0, COUNT / 2);
-        size_t last = 0;
-        for (size_t k = 0; k < COUNT / 2; k++) {
-            last = fabs(error_out[k]) > 0.02 ? k : last;
-        }
-        check_below((double)last * T, c[3], "pull-in");
-        TEST_ASSERT_TRUE(last > 100);
-    }
-}
-
-static void test_take_keeps_the_state(void)
-{
-    pll_params_t params = design(200.0f, 50.0f), other = design(100.0f, 25.0f);
-    pll_t pll;
-    input(0, 0.0);
-    start(&pll, &params, 0.0, SPEED);
-    run(&pll, 1.0, SPEED, 1.0, 1000);
-    pll_t before = pll;
-    pll_tuning_t tuning;
-    pll_prepare(&tuning, &other);
-    pll_take(&pll, &tuning);
-    TEST_ASSERT_EQUAL_FLOAT(other.kp, pll.tuning.kp);
-    TEST_ASSERT_EQUAL_FLOAT(before.theta_e, pll.theta_e);
-    TEST_ASSERT_EQUAL_FLOAT(before.integral, pll.integral);
-    TEST_ASSERT_EQUAL_FLOAT(before.feedforward, pll.feedforward);
-    pll_prepare(&tuning, &params);
-    pll_take(&pll, &tuning);
-    TEST_ASSERT_EQUAL_MEMORY(&before, &pll, sizeof pll);
 }
 
 /* Held off its angle for ever, and pushed by an acceleration for ever, it ends at the limits and comes back:

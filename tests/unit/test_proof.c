@@ -21,10 +21,6 @@ void setUp(void)
     proof_init(&proof, &tuning);
 }
 
-void tearDown(void)
-{
-}
-
 /* A loop at this speed [rad/s] whose rotor is ahead by `off` [rad], with an EMF of this share of psi_f omega.
  */
 static void given(double omega, double off, double share)
@@ -60,41 +56,20 @@ static void expect_failed(void)
     TEST_ASSERT_EQUAL_INT(MOST, taken);
 }
 
-static void test_a_loop_on_the_rotor_is_good_after_four_windows_in_both_directions(void)
-{
-    given(100.0, 0.0, 1.0);
-    expect_good(4 * WINDOW);
-    proof_enter(&proof);
-    given(-100.0, 0.0, 1.0);
-    expect_good(4 * WINDOW);
-}
-
-/* The tangent of the angle that is still good is 0.5: 0.464 rad. */
-static void test_an_angle_is_good_up_to_half_of_its_tangent(void)
-{
-    given(100.0, 0.46, 1.0);
-    expect_good(4 * WINDOW);
-    setUp();
-    given(100.0, -0.47, 1.0);
-    expect_failed();
-}
-
-static void test_half_a_turn_off_fails(void)
-{
-    given(100.0, 3.1415927, 1.0);
-    expect_failed();
-}
-
-static void test_a_length_that_the_speed_does_not_make_fails(void)
+/* Four windows, in both directions. The tangent of the angle that is still good is 0.5: 0.464 rad. */
+static void test_a_loop_on_the_rotor_is_good_and_another_fails_in_time(void)
 {
     static const struct {
-        double share;
+        double omega, off, share;
         bool good;
-    } lengths[] = {{0.49, false}, {0.51, true}, {1.99, true}, {2.01, false}, {0.0, false}};
-    for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {
-        setUp();
-        given(-60.0, 0.0, lengths[n].share);
-        if (lengths[n].good) {
+    } cases[] = {{100.0, 0.0, 1.0, true},    {-100.0, 0.0, 1.0, true},       {100.0, 0.46, 1.0, true},
+                 {100.0, -0.47, 1.0, false}, {100.0, 3.1415927, 1.0, false}, {-60.0, 0.0, 0.49, false},
+                 {-60.0, 0.0, 0.51, true},   {-60.0, 0.0, 1.99, true},       {-60.0, 0.0, 2.01, false},
+                 {-60.0, 0.0, 0.0, false}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        proof_enter(&proof);
+        given(cases[n].omega, cases[n].off, cases[n].share);
+        if (cases[n].good) {
             expect_good(4 * WINDOW);
         } else {
             expect_failed();
@@ -133,14 +108,4 @@ static void test_periods_that_coast_do_not_count(void)
     proof_enter(&proof);
     estimate.coasted = 1u;
     expect_failed();
-}
-
-static void test_new_coefficients_keep_what_was_seen(void)
-{
-    int taken;
-    const proof_tuning_t tuning = proof_prepare(T);
-    given(100.0, 0.0, 1.0);
-    TEST_ASSERT_EQUAL_INT(PROOF_GOES_ON, outcome(3 * WINDOW, &taken));
-    proof_take(&proof, &tuning);
-    expect_good(WINDOW);
 }

@@ -95,12 +95,6 @@ static void test_it_says_how_i_q_falls_with_the_speed_until_the_next_step(void)
     TEST_ASSERT_TRUE(run.i_q_standing == 0.0f && run.stiffness == 0.0f);
 }
 
-static void test_torque_current_stays_within_the_limit(void)
-{
-    expect(step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f), 0.0f, 10.0f, 100.0f);
-    expect(step(RUN_SPEED, -100.0f, 0.0f, 0.0f, 0.0f), 0.0f, -10.0f, -100.0f);
-}
-
 /* What heat and DC link leave holds for what is wished for too, has two sides, and may ask for a current. */
 static void test_torque_current_stays_within_what_is_left_of_the_limit(void)
 {
@@ -192,19 +186,6 @@ static void test_a_ramp_begins_at_the_speed_of_the_motor(void)
         (void)step(modes[n], 0.0f, 0.0f, 1.0f, 8.0f);
         TEST_ASSERT_EQUAL_FLOAT(8.25f, step(RUN_SPEED, 20.0f, 0.0f, 0.0f, 8.0f).omega_m_ref);
     }
-}
-
-static void test_new_coefficients_act_and_the_speed_control_goes_on(void)
-{
-    (void)step(RUN_CURRENT, 0.0f, 0.0f, 5.0f, 8.0f);
-    speed_control_params_t speed = SPEED;
-    speed.kp = 1.0f;
-    speed.current_limit = 6.5f;
-    const run_tuning_t tuning = tuning_of(&speed);
-    run_take(&run, &tuning);
-    const demand_t demand = step(RUN_SPEED, 9.0f, 0.0f, 0.0f, 8.0f);
-    expect(demand, 0.0f, 6.0f, 9.0f);
-    expect(step(RUN_SPEED, 18.0f, 0.0f, 0.0f, 8.0f), 0.0f, 6.5f, 18.0f);
 }
 
 /* ---- with ramps and low-passes as the drive has them ---- */

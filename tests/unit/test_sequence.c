@@ -117,20 +117,6 @@ static void test_gates_that_do_not_come_on_are_a_fault(void)
     }
 }
 
-/* Before the gates and after. */
-static void test_any_other_wish_while_switching_on_goes_back_to_ready(void)
-{
-    for (uint32_t before = 0; before < 2u; before++) {
-        for (int32_t other = REQUEST_OFF; other <= REQUEST_QUICK_STOP; other += 2) {
-            from(DRIVE_SWITCHED_ON);
-            steps(before);
-            wish(other, 1, DRIVE_READY, OFF);
-            wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, ON | BEGIN); /* and it takes its whole time again */
-            go(1, DRIVE_SWITCHED_ON, ON);
-        }
-    }
-}
-
 /* ---- operation, quick stop ---- */
 
 static void test_quick_stop_brakes_with_the_gates_on_until_the_rotor_stands(void)
@@ -141,14 +127,6 @@ static void test_quick_stop_brakes_with_the_gates_on_until_the_rotor_stands(void
     }
     is.standing = true;
     go(1, DRIVE_READY, OFF);
-}
-
-static void test_quick_stop_ends_with_off_and_not_with_on(void)
-{
-    from(DRIVE_QUICK_STOP);
-    wish(REQUEST_ON, 10, DRIVE_QUICK_STOP, ON);
-    wish(REQUEST_OFF, 1, DRIVE_READY, OFF);
-    wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, ON | BEGIN);
 }
 
 /* ---- fault ---- */

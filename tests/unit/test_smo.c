@@ -2,8 +2,6 @@
  * A rounds by 1e-6 A, times b^-1 = 125 V/A is 1e-4 V on an EMF of 7.7 V and more: 0.02 mrad at worst in a
  * mean. */
 #include <math.h>
-#include <setjmp.h>
-#include <signal.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
@@ -176,44 +174,6 @@ static void test_reset_of_the_sign_continues_the_emf(void)
     TEST_ASSERT_TRUE(smo.current_err.alpha == 0.0f && smo.current_hat.alpha == 1.0f);
 }
 
-/* The voltage that holds current and v: v stays, and the filter goes from its own value towards it. Rounding
- * as in test_reset_is_settled. */
-static void test_filter_goes_from_its_own_value_to_v(void)
-{
-    const ab_t current = {-7.0f, 3.0f};
-    const ab_t filtered = {20.0f, -50.0f};
-    const double c = exp(-0.2);
-    for (int s = SMO_SIGMOID; s <= SMO_SIGMOID_VECTOR; s++) {
-        smo_params_t params = with((smo_switching_t)s, 200.0f, 2000.0f);
-        smo_init(&smo, &params);
-        smo_reset(&smo, current, (ab_t){60.0f, -97.0f});
-        smo.emf_hat = filtered;
-        const ab_t hat = smo.current_hat;
-        const ab_t voltage = {0.95f * hat.alpha + 60.0f, 0.95f * hat.beta - 97.0f};
-        double rest = 1.0;
-        for (int n = 0; n < 50; n++) {
-            ab_t result = smo_step(&smo, voltage, current);
-            rest *= c;
-            TEST_ASSERT_DOUBLE_WITHIN(5e-4, 60.0 - 40.0 * rest, (double)result.alpha);
-            TEST_ASSERT_DOUBLE_WITHIN(5e-4, -97.0 + 47.0 * rest, (double)result.beta);
-        }
-    }
-}
-
-static void test_take_keeps_the_state(void)
-{
-    smo_reset(&smo, (ab_t){2.0f, 1.0f}, (ab_t){50.0f, 20.0f});
-    smo_t before = smo;
-    smo_params_t params = with(SMO_SIGMOID_VECTOR, 150.0f, 500.0f);
-    smo_tuning_t tuning;
-    smo_prepare(&tuning, &params);
-    smo_take(&smo, &tuning);
-    TEST_ASSERT_EQUAL_MEMORY(&before.current_hat, &smo.current_hat,
-                             sizeof smo - (size_t)((char *)&smo.current_hat - (char *)&smo));
-    TEST_ASSERT_TRUE(smo.tuning.gain == 150.0f && smo.tuning.switching == SMO_SIGMOID_VECTOR);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, exp(-0.05), (double)smo.tuning.emf_decay);
-}
-
 static void test_bad_sample_is_rejected(void)
 {
     static const float bad[] = {NAN, INFINITY, -INFINITY, 1e38f};
@@ -297,24 +257,4 @@ static void test_params_check_refuses_too_much_loop_gain(void)
     params.gain = 2.0f * largest;
     params.switching = SMO_SIGN; /* no slope, no such limit */
     TEST_ASSERT_TRUE(smo_params_check(&params, &why));
-}
-
-static jmp_buf back;
-
-static void aborted(int signal_number)
-{
-    (void)signal_number;
-    longjmp(back, 1);
-}
-
-static void test_init_asserts_on_a_set_that_the_check_refuses(void)
-{
-    smo_params_t params = with(SMO_SIGMOID, 480.0f, 0.0f);
-    (void)signal(SIGABRT, aborted);
-    if (setjmp(back) == 0) {
-        smo_init(&smo, &params);
-        (void)signal(SIGABRT, SIG_DFL);
-        TEST_FAIL_MESSAGE("smo_init took a loop gain of 1.9");
-    }
-    (void)signal(SIGABRT, SIG_DFL);
 }

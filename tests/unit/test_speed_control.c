@@ -31,26 +31,10 @@ static void begin_weighed(speed_control_t *control, float weight)
     begin_with(control, &params);
 }
 
-static void take(speed_control_t *control, const speed_control_params_t *params)
-{
-    const speed_control_tuning_t tuning = speed_control_prepare(params);
-    speed_control_take(control, &tuning, 0.0f);
-}
-
 /* With all of the limit. */
 static float step(speed_control_t *control, float omega_m_ref, float omega_m)
 {
     return speed_control_step(control, omega_m_ref, omega_m, -control->current_limit, control->current_limit);
-}
-
-static void test_first_output_is_proportional(void)
-{
-    speed_control_t control;
-    memset(&control, 0x55, sizeof control);
-    begin(&control);
-    TEST_ASSERT_TRUE(step(&control, 10.0f, 4.0f) == 3.0f);
-    begin(&control);
-    TEST_ASSERT_TRUE(step(&control, -10.0f, -4.0f) == -3.0f);
 }
 
 static void test_output_below_at_above_the_limit(void)
@@ -91,20 +75,6 @@ static void test_integral_follows_the_limit_while_it_holds(void)
     TEST_ASSERT_TRUE(step(&control, 157.0f, 157.5f) < 10.0f);
 }
 
-static void test_new_coefficients_lower_the_limit_and_keep_the_integral(void)
-{
-    speed_control_t control;
-    begin(&control);
-    speed_control_reset(&control, 6.0f, 0.0f);
-    speed_control_params_t params = PARAMS;
-    params.kp = 1.0f;
-    take(&control, &params);
-    TEST_ASSERT_TRUE(step(&control, 1.0f, 0.0f) == 7.0f);
-    params.current_limit = 4.0f;
-    take(&control, &params);
-    TEST_ASSERT_TRUE(step(&control, 1.0f, 0.0f) == 4.0f);
-}
-
 /* kp (b ref - omega): 0.5 (b 10 - 4). */
 static void test_weight_is_the_references_share_of_the_proportional_part(void)
 {
@@ -133,20 +103,6 @@ static void test_new_gains_are_bumpless_at_the_reference(void)
         const speed_control_tuning_t tuning = speed_control_prepare(&params);
         speed_control_take(&control, &tuning, -157.0f);
         TEST_ASSERT_FLOAT_WITHIN(4e-5f, 4.55f, step(&control, -157.0f, -157.0f));
-    }
-}
-
-/* Whatever the weight; sums of 78 round by 8e-6. */
-static void test_reset_is_bumpless_with_every_weight(void)
-{
-    static const float weights[] = {0.0f, 0.3f, 1.0f};
-    for (unsigned k = 0; k < sizeof weights / sizeof weights[0]; k++) {
-        speed_control_t control;
-        begin_weighed(&control, weights[k]);
-        speed_control_reset(&control, 4.55f, -157.0f);
-        for (int n = 0; n < 100; n++) {
-            TEST_ASSERT_FLOAT_WITHIN(2e-5f, 4.55f, step(&control, -157.0f, -157.0f));
-        }
     }
 }
 

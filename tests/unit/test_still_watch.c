@@ -30,10 +30,6 @@ void setUp(void)
     tuning = prepared(false, true);
 }
 
-void tearDown(void)
-{
-}
-
 /* One period; c is what the other two leave. */
 static bool step(float a, float b, float asked_a)
 {
@@ -55,32 +51,27 @@ static unsigned stuck_after(float a, float b, float miss, unsigned periods)
     return 0u;
 }
 
-/* The first sample moves, three stay, and in the third and the three after it the value is off. */
-static void test_a_value_that_stays_off_what_is_asked_for_is_stuck_after_seven_periods(void)
+/* The first sample moves, three stay, and in the third and the three after it the value is off. Next to no
+ * current in a phase, its own or another: it must be far off, and for longer. At the limit of the voltage a
+ * current moves as slowly as the link makes it. */
+static void test_a_value_that_stays_off_what_is_asked_for_is_stuck(void)
 {
-    TEST_ASSERT_EQUAL_UINT(7u, stuck_after(4.0f, -2.0f, 1.1f, 100u));
-    setUp();
-    TEST_ASSERT_EQUAL_UINT(7u, stuck_after(-4.0f, 2.0f, -1.1f, 100u));
-}
-
-/* At the limit of the voltage a current moves as slowly as the link makes it. */
-static void test_at_the_limit_of_a_low_link_no_value_is_stuck(void)
-{
-    limited = true;
-    u_dc = 71.9f;
-    TEST_ASSERT_EQUAL_UINT(0u, stuck_after(4.0f, -2.0f, 9.0f, 100u));
-    setUp();
-    limited = true;
-    u_dc = 72.1f;
-    TEST_ASSERT_EQUAL_UINT(7u, stuck_after(4.0f, -2.0f, 9.0f, 100u));
-    setUp();
-    u_dc = 71.9f;
-    TEST_ASSERT_EQUAL_UINT(7u, stuck_after(4.0f, -2.0f, 9.0f, 100u));
-}
-
-static void test_a_value_that_stays_where_it_is_asked_to_be_is_not_stuck(void)
-{
-    TEST_ASSERT_EQUAL_UINT(0u, stuck_after(4.0f, -2.0f, 0.9f, 100u));
+    static const struct {
+        float a, b, miss, link; /* [A], [V] */
+        bool limited, judged;
+        unsigned after; /* [periods]; 0: never */
+    } cases[] = {{4.0f, -2.0f, 1.1f, 311.0f, false, true, 7u}, {-4.0f, 2.0f, -1.1f, 311.0f, false, true, 7u},
+                 {4.0f, -2.0f, 0.9f, 311.0f, false, true, 0u}, {4.0f, -2.0f, 9.0f, 71.9f, true, true, 0u},
+                 {4.0f, -2.0f, 9.0f, 72.1f, true, true, 7u},   {4.0f, -2.0f, 9.0f, 71.9f, false, true, 7u},
+                 {0.0f, 5.0f, 2.9f, 311.0f, false, true, 0u},  {0.0f, 5.0f, 3.1f, 311.0f, false, true, 9u},
+                 {4.0f, 0.0f, 3.1f, 311.0f, false, true, 9u},  {4.0f, -2.0f, 8.0f, 311.0f, false, false, 0u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        limited = cases[n].limited;
+        u_dc = cases[n].link;
+        tuning = prepared(!cases[n].judged, cases[n].judged);
+        TEST_ASSERT_EQUAL_UINT(cases[n].after, stuck_after(cases[n].a, cases[n].b, cases[n].miss, 100u));
+    }
 }
 
 static void test_a_code_that_moves_begins_anew(void)
@@ -99,20 +90,4 @@ static void test_a_step_of_the_reference_is_not_a_stuck_sensor(void)
     TEST_ASSERT_FALSE(step(4.0f, -2.0f, -8.0f));
     TEST_ASSERT_FALSE(step(4.0f, -2.0f, -8.0f));
     TEST_ASSERT_FALSE(step(3.5f, -2.0f, -8.0f));
-}
-
-/* Next to no current in a phase, its own or another: far, and for longer. */
-static void test_where_a_phase_has_no_current_a_value_must_be_far_and_stay_for_nine_periods(void)
-{
-    TEST_ASSERT_EQUAL_UINT(0u, stuck_after(0.0f, 5.0f, 2.9f, 100u));
-    setUp();
-    TEST_ASSERT_EQUAL_UINT(9u, stuck_after(0.0f, 5.0f, 3.1f, 100u));
-    setUp();
-    TEST_ASSERT_EQUAL_UINT(9u, stuck_after(4.0f, 0.0f, 3.1f, 9u));
-}
-
-static void test_nothing_is_stuck_where_the_sensors_are_not_judged(void)
-{
-    tuning = prepared(true, false);
-    TEST_ASSERT_EQUAL_UINT(0u, stuck_after(4.0f, -2.0f, 8.0f, 100u));
 }

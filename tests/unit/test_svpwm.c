@@ -5,15 +5,12 @@
 #include <unity.h>
 
 #include "fast/inverter/svpwm.h"
-#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
-
-#define J ((double complex)I)
+#include "tests/unit/vectors.h"
 
 /* Numbers up to 311 V and 1, five roundings of 2^-24 each. */
 #define VOLT_TOLERANCE (5.0 * 311.0 / 16777216.0)
 #define DUTY_TOLERANCE (5.0 / 16777216.0)
-#define USED           ((double)SVPWM_SHARE) /* of the hexagon */
 
 static svpwm_t modulate(ab_t voltage, float u_dc, float duty_min, float duty_max)
 {
@@ -25,11 +22,6 @@ static double complex vector_of(abc_t duty, double u_dc)
 {
     double complex third = cexp(J * 2.0 * PI / 3.0);
     return 2.0 / 3.0 * u_dc * ((double)duty.a + (double)duty.b * third + (double)duty.c * third * third);
-}
-
-static double complex of_ab(ab_t voltage)
-{
-    return (double)voltage.alpha + J * (double)voltage.beta;
 }
 
 static ab_t polar(double length, double angle)
@@ -106,31 +98,6 @@ static void test_voltage_is_a_share_of_the_request(void)
             TEST_ASSERT_DOUBLE_WITHIN(1e-7 / times, 0.0, cimag(share));
         }
     }
-}
-
-static void test_linear_limit_and_corner(void)
-{
-    /* 311 V/sqrt(3) = 179.56 V in the worst direction (30 degrees), 2/3 of 311 V in the best (phase axis),
-     * less the room for rounding: 1e-6 of them. */
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.0, USED);
-    svpwm_t worst = modulate(polar(1000.0, PI / 6.0), 311.0f, 0.0f, 1.0f);
-    TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE, USED * 311.0 / sqrt(3.0), cabs(of_ab(worst.voltage)));
-    svpwm_t best = modulate(polar(1000.0, 0.0), 311.0f, 0.0f, 1.0f);
-    TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE, USED * 311.0 * 2.0 / 3.0, cabs(of_ab(best.voltage)));
-    TEST_ASSERT_DOUBLE_WITHIN(DUTY_TOLERANCE, 0.5 + 0.5 * USED, (double)best.duty.a);
-    TEST_ASSERT_DOUBLE_WITHIN(DUTY_TOLERANCE, 0.5 - 0.5 * USED, (double)best.duty.b);
-    TEST_ASSERT_TRUE(best.duty.a <= 1.0f && best.duty.b >= 0.0f && best.duty.c == best.duty.b);
-    /* 4 to 96 %: 0.92 of 179.56 V, 165 V. */
-    svpwm_t clamped = modulate(polar(1000.0, PI / 6.0), 311.0f, 0.04f, 0.96f);
-    TEST_ASSERT_DOUBLE_WITHIN(0.5, 165.0, cabs(of_ab(clamped.voltage)));
-}
-
-static void test_no_voltage_is_the_middle_of_the_range(void)
-{
-    svpwm_t result = modulate(polar(0.0, 0.0), 311.0f, 0.1f, 0.7f);
-    TEST_ASSERT_DOUBLE_WITHIN(DUTY_TOLERANCE, 0.4, (double)result.duty.a);
-    TEST_ASSERT_TRUE(result.duty.a == result.duty.b && result.duty.b == result.duty.c);
-    TEST_ASSERT_TRUE(result.voltage.alpha == 0.0f && result.voltage.beta == 0.0f);
 }
 
 static void test_nothing_sensible_gives_half_duties_and_says_no_voltage(void)

@@ -194,21 +194,6 @@ static void test_torque_sags_to_what_the_motor_stands_and_nothing_trips(void)
     TEST_ASSERT_FLOAT_WITHIN(0.001f, 1.0f, x.motor_heat);
 }
 
-/* The same for a leg, at standstill. */
-static void test_a_leg_settles_at_what_the_module_stands(void)
-{
-    thermal_params_t params = usual();
-    params.motor_time = 0.0f;
-    params.module_continuous = 6.0f;
-    begin(&params);
-    for (double t = 0.0; t < 10.0; t += STEP_S) {
-        hold(phases((double)x.limit, 0.0));
-        TEST_ASSERT_TRUE(x.module_heat < 1.01f);
-    }
-    TEST_ASSERT_FLOAT_WITHIN(0.02f, 6.0f, x.limit);
-    TEST_ASSERT_EQUAL_UINT32(THERMAL_DERATING, x.conditions);
-}
-
 /* Who does not heed the limit is stopped when h = 1.1: after tau ln(1/(1 - 1.1 I_c^2/I^2)). */
 static void test_who_goes_on_trips(void)
 {

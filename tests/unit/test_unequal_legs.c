@@ -6,9 +6,8 @@
 #include <unity.h>
 
 #include "medium/adapt/unequal_legs.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/vectors.h"
 
-#define J    ((double complex)I)
 #define RATE 1.2
 #define STEP 8e-4 /* [s] */
 
@@ -94,15 +93,6 @@ static void test_voltage_and_resistance_of_a_leg_are_told_apart(void)
         turn(&cases[n / 2u], 3.0, n % 2u != 0u ? -42.0 : 42.0, 60.0);
         expect(&cases[n / 2u], 0.015, 0.01);
     }
-}
-
-/* One current teaches what another needs: both are those of the legs. */
-static void test_what_is_learnt_holds_at_another_current(void)
-{
-    static const lost_t lost = {{0.5, 0.0, 0.0}, {0.2, 0.0, 0.0}};
-    turn(&lost, 3.0, 42.0, 60.0);
-    const double complex rest = rest_of(&lost, 6.0 * cexp(0.4 * J));
-    TEST_ASSERT_TRUE(cabs(rest) < 0.05);
 }
 
 static void test_equal_legs_and_what_noise_may_make_are_not_used(void)

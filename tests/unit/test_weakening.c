@@ -17,14 +17,6 @@ static const double ratios[] = {1.0, 1.5, 2.0, 3.0, 4.0};
 static weakening_t weakening;
 static double l_d, saliency;
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static double mtpa(void)
 {
     return -2.0 * saliency * CURRENT * CURRENT /

@@ -17,14 +17,12 @@ static const struct {
     {"test_svpwm.c", "test_voltage_is_a_share_of_the_request", PRECISION},
     {"test_inverter.c", "test_what_the_link_has_too_little_for_is_missing", PRECISION},
     {"test_offset_trim.c", "test_finds_the_constant_of_an_emf_that_turns_either_way", PRECISION},
-    {"test_offset_trim.c", "test_converges_on_the_offset_either_way", PRECISION},
     {"test_offset_trim.c", "test_broken_turns_leave_less_than_a_sample", PRECISION},
     {"test_offset_trim.c", "test_a_slow_window_is_a_whole_turn", PRECISION},
     {"test_offset_trim.c", "test_a_slow_or_changing_speed_is_left_alone", PRECISION},
     {"test_offset_trim.c", "test_a_small_current_is_left_alone", PRECISION},
     {"test_offset_trim.c", "test_each_component_stops_at_the_limit", PRECISION},
     {"test_offset_trim.c", "test_reset_takes_the_offset_and_forgets_the_window", PRECISION},
-    {"test_offset_trim.c", "test_new_coefficients_keep_the_state", PRECISION},
     {"test_encoder.c", "test_constant_speed_with_a_fraction_of_a_count_per_pole", PRECISION},
 };
 

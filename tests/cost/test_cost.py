@@ -106,9 +106,6 @@ class Model(unittest.TestCase):
         self.assertEqual(code, 2)
         self.assertIn("ldr r0, [r1, #4:", message)
 
-    def test_division_takes_25_cycles_with_call_and_return(self):
-        self.assertEqual(weights("vdiv.f32 s10, s13, s11")[0][:2], (25, 25))
-
     def test_blocks_end_where_the_program_counter_is_set(self):
         for line, expected in ENDS:
             with self.subTest(line):
@@ -133,11 +130,6 @@ class Model(unittest.TestCase):
             with self.subTest(line):
                 self.assertEqual(cost.kind_of(*line.split(maxsplit=1)), expected)
 
-    def test_all_that_a_copy_runs_counts_as_copying(self):
-        listing = [(0x1000, 4, "ldr", "r3, [r1], #4"), (0x1004, 2, "subs", "r2, #4")]
-        self.assertEqual(cost.Block(listing).kinds, {"load": 1, "integer": 1})
-        self.assertEqual(cost.Block(listing, copying=True).kinds, {"registers saved, structs copied": 2})
-
     def test_kinds_are_the_mean_of_interrupts_and_those_of_the_laws_are_summed(self):
         block = cost.Block([(0x1000, 4, "vadd.f32", "s0, s0, s1"), (0x1004, 4, "vldr", "s1, [r0]"), (0x1008, 2, "b.n", "#0x1000")])
         once, thrice = cost.Interrupt("step"), cost.Interrupt("step")
@@ -148,14 +140,6 @@ class Model(unittest.TestCase):
         table = {line[:54].strip(): line[54:].split() for line in cost.kinds_table({"mean": [once, thrice]}).splitlines()}
         self.assertEqual(table["together: calculated, from what, and into what"], ["4"])
         self.assertEqual(table["all"], ["6"])
-
-    def test_cycles_are_the_sum_over_the_classes(self):
-        self.assertEqual(cost.cycles({cost.NEAR: 79, cost.FAR: 200, "division": 2}, cost.WEIGHTS),
-                         [79 + 300 + 50, 79 + 390 + 50, 79 + 400 + 60])
-
-    def test_accesses_of_a_mix_are_told_with_those_that_take_more(self):
-        self.assertEqual(cost.accesses_of("isr", {cost.NEAR: 7, cost.FAR: 5, cost.INDEXED: 2, cost.LONG: 9}),
-                         {"isr_accesses": 14, "isr_accesses_beyond_reach": 7})
 
 
 def entered(*blocks):
@@ -194,13 +178,6 @@ class Entered(unittest.TestCase):
         rest = (self.STEP + 8, ["bx       lr"])
         (interrupt,) = self.trace(call, inner, rest, staying=[(self.INNER, 0x280)])
         self.assertEqual(cost.mixed(interrupt.blocks)[cost.FLASH], 3)
-
-    def test_another_function_than_the_step_is_counted_by_itself(self):
-        step = (self.STEP, ["nop      ", "bl       #0x200"])
-        inner = (self.INNER, ["nop      ", "nop      ", "bx       lr"])
-        rest = (self.STEP + 8, ["bx       lr"])
-        trace = cost.Trace({self.STEP: ("drive_step", 0x180), self.INNER: ("inner", 0x280)}, {}, [], None, "inner")
-        self.assertEqual([i.count for i in trace.interrupts(*entered(step, inner, rest, step, inner, rest))], [3, 3])
 
     def test_adaptations_are_what_learning_adds_to_the_mean_of_the_medium_task(self):
         def windows(*counts):
@@ -281,7 +258,6 @@ class Tree(unittest.TestCase):
         self.assertIn("no constant at 0x1006", message)
 
 
-
 class Words(unittest.TestCase):
     """Words of a C28x, by SPRU430's and SPRUEO2's sizes and the rates that tools/target/c28x_words.py names."""
 
@@ -299,14 +275,6 @@ class Words(unittest.TestCase):
         self.assertEqual(self.of("ed90 0a04 \tvldr\ts0, [r0, #16]"), [2.5, 3, 3])
         self.assertEqual(self.of("6901      \tldr\tr1, [r0, #16]"), [1.5, 2, 3])
         self.assertEqual(self.of("9910      \tldr\tr1, [sp, #64]"), [1, 1, 2])
-
-    def test_a_constant_takes_one_or_two_immediates(self):
-        for bits, words in (("3f000000", [2, 2, 2]), ("40490fda", [4, 4, 4])):
-            self.assertEqual(self.of("eddf 7a00 \tvldr\ts15, [pc, #0]\t; 4 <f+0x4>", pool=f"   4:\t{bits} \t.word\t0x{bits}\n"), words)
-
-    def test_registers_that_are_saved_count_one_by_one(self):
-        self.assertEqual(self.of("b538      \tpush\t{r3, r4, r5, lr}"), [4, 4, 4])
-        self.assertEqual(self.of("ed2d 8b02 \tvpush\t{s16-s17}"), [4, 4, 4])
 
     def test_a_part_that_the_compiler_has_split_off_counts_with_its_function(self):
         text = "00000000 <f>:\n   0:\t4770      \tbx\tlr\n00000004 <f.part.0>:\n   4:\t4770      \tbx\tlr\n"

@@ -119,12 +119,6 @@ typedef struct { float x; } three_t;
 """
         self.assertEqual(functions_of(text), [("one", False, {3, 4}), ("two", True, {5, 6, 7, 8, 11, 12})])
 
-    def test_table_is_read(self):
-        text = "| equation | where |\n|---|---|\n| (5) a | `firmware/a.c`: `b_c()` |\n| **(14) b**, with (13) | `firmware/d.h`: `e()` |\n" \
-               "| (15) - (16) c | `firmware/a.c`: `b_c()`, `firmware/d.h`: `e()` |\n\n| (7) d | `firmware/a.c`: `f()` |\n"
-        both = [("firmware/a.c", "b_c"), ("firmware/d.h", "e")]
-        self.assertEqual(table_of(text), {5: both[:1], 14: both[1:], 15: both, 16: both})
-
 
 if __name__ == "__main__":
     unittest.main()

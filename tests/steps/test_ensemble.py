@@ -60,12 +60,6 @@ class Ensemble(unittest.TestCase):
         self.assertEqual(0, self.run_tool("--seeds", "34", "--first", "1").returncode)  # 101 of 102
         self.assertEqual(1, self.run_tool("--seeds", "33", "--first", "1").returncode)  # 98 of 99
 
-    def test_program_that_dies_is_red(self):
-        self.build(rig_a=("rig", "#!/bin/sh\necho test.c:1:test_holds:PASS\nkill -9 $$\n"))
-        done = self.run_tool("--seeds", "1")
-        self.assertEqual(1, done.returncode)
-        self.assertIn("the program: 0 of 1 green", done.stdout)
-
     def test_whole_grids_other_labels_and_names_are_left_out(self):
         self.build(rig_a=("rig", PROGRAM.format(red=0)), rig_a_whole=("rig;long;grid", "#!/bin/sh\nexit 1\n"),
                    rig_b=("unit", "#!/bin/sh\nexit 1\n"), board_gates=("board", "#!/bin/sh\nexit 1\n"))

@@ -42,7 +42,7 @@ class Values(TestCase):
                 head = Dump.HEAD % "a"
                 text = (f'[[expect]]\nsignal = "i_q"\nstatistic = "mean"\n{row} = {value}\n' if section == "expect" else
                         f"[{section}]\n{row} = {value}\n")
-                self.expect(2, lagless("run", self.write("a.toml", head + text)), f": {row}: {told} is no finite number")
+                self.expect(2, lagless("run", self.write("a.toml", head + text)), f": {row}: {told} is n", "finite number")
 
 
 class Profiles(TestCase):

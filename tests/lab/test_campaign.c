@@ -10,7 +10,7 @@
 #include "drive/sequence.h"
 #include "drive/signals.h"
 #include "host_sim/lab/campaign_parts.h"
-#include "tests/lab/watched.h"
+#include "tests/lab/courses.h"
 #include "unity.h"
 
 /* ---- what is drawn ---- */
@@ -303,62 +303,23 @@ static void test_swapped_wires_excuse_the_angle_only_without_an_encoder(void)
 #define RUNS    24u
 #define SECONDS 0.1
 
-static char *summary_of(const campaign_t *campaign, const campaign_result_t *results)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *file = open_memstream(&text, &size);
-    TEST_ASSERT_NOT_NULL(file);
-    campaign_summary(file, campaign, results, false);
-    campaign_summary(file, campaign, results, true);
-    fclose(file);
-    return text;
-}
-
-static campaign_t small_campaign(void)
-{
-    return (campaign_t){
-        .seed = 5u, .runs = RUNS, .seconds = SECONDS, .shard = 1u, .shards = 1u, .threads = 1u};
-}
-
-static void test_threads_and_shards_change_nothing(void)
+/* Shards, and that they merge to the text of one run: tests/cli/test_cli.py. */
+static void test_threads_change_nothing_nor_does_what_came_before_a_run(void)
 {
     char why[POOL_WHY];
     campaign_result_t alone[RUNS] = {{0}};
     campaign_result_t threads[RUNS] = {{0}};
-    campaign_result_t shards[RUNS] = {{0}};
-    campaign_t campaign = small_campaign();
+    campaign_t campaign = {
+        .seed = 5u, .runs = RUNS, .seconds = SECONDS, .shard = 1u, .shards = 1u, .threads = 1u};
     TEST_ASSERT_TRUE(campaign_all(&campaign, alone, why));
     campaign.threads = 3u;
     TEST_ASSERT_TRUE(campaign_all(&campaign, threads, why));
-    campaign.shards = 5u;
-    for (campaign.shard = 5u; campaign.shard >= 1u; campaign.shard--) {
-        TEST_ASSERT_TRUE(campaign_all(&campaign, shards, why));
-    }
     TEST_ASSERT_EQUAL_MEMORY(alone, threads, sizeof alone);
-    TEST_ASSERT_EQUAL_MEMORY(alone, shards, sizeof alone);
-
-    const campaign_t whole = small_campaign();
-    campaign.shard = 3u;
-    char *one = summary_of(&whole, alone);
-    char *merged = summary_of(&campaign, shards);
-    TEST_ASSERT_EQUAL_STRING(one, merged);
-    free(one);
-    free(merged);
-}
-
-static void test_a_run_is_the_same_whatever_came_before_it(void)
-{
     campaign_case_t drawn;
-    campaign_result_t first;
-    campaign_result_t again;
     campaign_draw(5u, 3u, SECONDS, &drawn);
-    TEST_ASSERT_TRUE(campaign_run(&drawn, NULL, &first));
-    campaign_draw(5u, 4u, SECONDS, &drawn);
-    TEST_ASSERT_TRUE(campaign_run(&drawn, NULL, &again));
-    campaign_draw(5u, 3u, SECONDS, &drawn);
-    TEST_ASSERT_TRUE(campaign_run(&drawn, NULL, &again));
-    TEST_ASSERT_EQUAL_MEMORY(&first, &again, sizeof first);
+    TEST_ASSERT_TRUE(campaign_run(&drawn, NULL, &threads[0]));
+    TEST_ASSERT_EQUAL(alone[3].end, threads[0].end);
+    TEST_ASSERT_EQUAL(alone[3].reason, threads[0].reason);
 }
 
 /* ---- results as text ---- */

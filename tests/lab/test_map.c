@@ -100,26 +100,6 @@ static void test_default_covers_every_deviation_load_column_speed_and_direction_
     TEST_ASSERT_EQUAL_DOUBLE(100.0, points[5].rpm);
 }
 
-static void test_ideal_map_has_the_machine_only(void)
-{
-    only(500.0, 0.0);
-    TEST_ASSERT_EQUAL_UINT(MAP_DEVIATIONS * 2u, map_count(&setup));
-    setup.ideal = true;
-    TEST_ASSERT_EQUAL_UINT(7u * 2u, map_count(&setup));
-}
-
-static void test_every_deviation_has_its_own_name(void)
-{
-    TEST_ASSERT_EQUAL_STRING("nominal", map_deviation_name(MAP_NOMINAL));
-    TEST_ASSERT_EQUAL_STRING("L +20 %", map_deviation_name(MAP_INDUCTANCE_HIGH));
-    TEST_ASSERT_EQUAL_STRING("dead time -0.5 us", map_deviation_name(MAP_DEAD_TIME_LOW));
-    for (map_deviation_t a = 0; a < MAP_DEVIATIONS; a++) {
-        for (map_deviation_t b = 0; b < a; b++) {
-            TEST_ASSERT_TRUE(strcmp(map_deviation_name(a), map_deviation_name(b)) != 0);
-        }
-    }
-}
-
 /* 100 r/min, four pole pairs, 10 kHz: 1500 samples a turn, and 0.38197 more. */
 static void test_window_is_whole_electrical_periods(void)
 {
@@ -354,14 +334,6 @@ static void test_map_of_a_scenario_is_of_its_motor_and_parameters(void)
     }
     setup.scenario = NULL;
     scenario_free(of);
-}
-
-static void test_refused_setting_is_told_with_its_point(void)
-{
-    only(2500.0, 0.0); /* beyond 95 % of the overspeed trip at 2100 r/min */
-    TEST_ASSERT_FALSE(map_run(&setup, points, 2, &why));
-    TEST_ASSERT_TRUE_MESSAGE(
-        strstr(why.text, "speed_request") != NULL && strstr(why.text, "2500 r/min") != NULL, why.text);
 }
 
 /* ---- judgement, on points made by hand ---- */

@@ -8,7 +8,6 @@
 #include "host_sim/lab/runner.h"
 #include "unity.h"
 
-#define PI        3.14159265358979323846
 #define ROWS_MAX  4u
 #define ROOM      4000u
 #define HEAD      "schema = 1\ntitle = \"a test\"\n"
@@ -99,40 +98,6 @@ static void test_rotor_stands_at_the_start_angle_held_or_locked(void)
         run();
         TEST_ASSERT_TRUE(result.end == RUNNER_COMPLETE && result.failed == 0u);
     }
-}
-
-static void ignore_progress(void *context, double fraction)
-{
-    (void)context;
-    (void)fraction;
-}
-
-static void ignore_edge(void *context, uint64_t tick, uint32_t what, uint32_t value)
-{
-    (void)what;
-    (void)value;
-    *(uint64_t *)context = tick;
-}
-
-static void test_onlookers_change_nothing(void)
-{
-    const uint32_t ids[2] = {rig_row_by_name("i_q")->id, rig_row_by_name("true_omega_m")->id};
-    const volatile sig_atomic_t stop = 0;
-    uint64_t tick = 0;
-    given(SHORT_RUN);
-    run();
-    const uint64_t alone = result.hash;
-    given(SHORT_RUN "[[expect]]\nsignal = \"i_q\"\nstatistic = \"mean\"\nat_most = 100\n");
-    record(ids, 2u, 3u);
-    options.edge_sink = ignore_edge;
-    options.edge_context = &tick;
-    options.progress = ignore_progress;
-    options.stop = &stop;
-    options.has_stop_period = true;
-    options.stop_period = 100;
-    run();
-    TEST_ASSERT_EQUAL_HEX64(alone, result.hash);
-    TEST_ASSERT_TRUE(tick > 0u);
 }
 
 /* ---- events ---- */
@@ -237,17 +202,6 @@ static void test_expectations_leave_the_recording_as_it_is(void)
     TEST_ASSERT_EQUAL_UINT32(5u, taken.count);
     TEST_ASSERT_EQUAL_UINT32(28u, taken.period[4]);
     TEST_ASSERT_EQUAL_UINT32(2u, taken.columns);
-}
-
-static void test_no_row_and_a_row_that_is_none_are_refused(void)
-{
-    const uint32_t none = 99999u;
-    given(SHORT_RUN);
-    record(&none, 0u, 1u);
-    TEST_ASSERT_FALSE(runner_run(scenario, &options, &result));
-    runner_result_free(&result);
-    record(&none, 1u, 1u);
-    TEST_ASSERT_FALSE(runner_run(scenario, &options, &result));
 }
 
 /* ---- verdicts ---- */

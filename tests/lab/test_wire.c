@@ -119,17 +119,6 @@ static void test_only_this_machine_is_listened_to(void)
     close(client);
 }
 
-static void test_port_in_use_is_named(void)
-{
-    wire_error_t error;
-    char name[32];
-    open_port(false);
-    TEST_ASSERT_NULL(wire_listen(port_of(wire), false, &stop, &error));
-    snprintf(name, sizeof name, "port %u", (unsigned)port_of(wire));
-    TEST_ASSERT_NOT_NULL(strstr(error.text, name));
-    TEST_ASSERT_NOT_NULL(strstr(error.text, "in use"));
-}
-
 /* Silence, DISCONNECT, silence; then the next one is heard, and gets nothing of what was the first one's;
  * also one that comes before anybody has seen that the first one is gone. */
 static void test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard(void)

@@ -248,7 +248,7 @@ class Scope(command_line.TestCase):
         self.assertIn("b: a second target; accepted is one", self.refused(2, "a", "b"))
         self.assertIn("0 to 65535", self.refused(2, target, "--http", "70000"))
         self.assertIn("tcp://", self.refused(3, "nonsense", "--no-browser"))
-        self.assertIn("nobody listens", self.refused(3, "tcp://127.0.0.1:1", "--no-browser"))
+        self.assertIn("listens", self.refused(3, "tcp://127.0.0.1:1", "--no-browser"))
         self.assertIn("get-uplot", self.refused(3, target, "--no-browser", UPLOT_DIR="", XDG_CACHE_HOME="/nowhere", HOME="/nowhere"))
         self.scope(target)
         self.assertIn("one client at a time", self.refused(3, target, "--http", "0", "--no-browser"))

@@ -137,6 +137,23 @@ FORBIDDEN_SYMBOLS = (
 )
 
 
+FIELDS = "".join(f"    float f{n};\n" for n in range(26))
+
+# Files beside the tree's, and what is told of them; "": nothing.
+STRUCTS = (
+    ({"firmware/a.h": "\n/* one; two; */\ntypedef struct {\n" + FIELDS + "} a_t;\n"}, "firmware/a.h:3: struct: has 26 fields; 25 at most"),
+    ({"firmware/a.h": "typedef struct {\n" + FIELDS.replace("    float f25;\n", "") + "} a_t;\n"}, ""),
+    # fields of a struct within do not count, each name of a declaration does, rows of a table are none
+    ({"firmware/a.h": "struct a {\n    struct {\n" + FIELDS[:-13] + "    } inner;\n    float x, y;\n};\n"}, ""),
+    ({"firmware/a.h": "struct a {\n    float " + ", ".join(f"f{n}" for n in range(26)) + ";\n};\n"}, "has 26 fields"),
+    ({"firmware/a.h": "#define FIELD(n) float f##n;\ntypedef struct {\n    ROWS(FIELD, FIELD)\n} a_t;\n"}, ""),
+    ({"firmware/math/a.h": '#include "math/b.h"\n', "firmware/math/b.h": '#include "math/c.h"\n', "firmware/math/c.h": '#include "math/a.h"\n'},
+     "circle: firmware/math/a.h -> firmware/math/b.h -> firmware/math/c.h -> firmware/math/a.h: these include each other"),
+    ({"firmware/a.c": '#include "b.h"\n#include "c.h"\n', "firmware/b.h": '#include "c.h"\n', "firmware/c.h": ""}, ""),
+    ({"firmware/a.c": "int f(int n)\n{\n    return n % DRIVE_WINDOW; /* % LOOK_SLOT */\n}\n"}, "firmware/a.c:3: slot: % DRIVE_WINDOW"),
+)
+
+
 def write(root, name, text):
     path = root / name
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -274,6 +291,20 @@ class CheckLayers(unittest.TestCase):
                 self.append(name, "\n" + text + "\n")
                 self.assert_breach(f"{name}:{self.last_line(name) + 2}: word: ", word)
                 self.write(name, TREE[name])
+
+    # Structs, circles of includes
+
+    def test_bags_circles_and_schedules_by_a_remainder_are_found(self):
+        for files, told in STRUCTS:
+            with self.subTest(told):
+                for name, text in files.items():
+                    self.write(name, text)
+                if told:
+                    self.assert_breach("firmware/", told)
+                else:
+                    self.assertEqual(self.check().returncode, 0)
+                for name in files:
+                    (self.root / name).unlink()
 
     # Recursion
 

@@ -279,9 +279,11 @@ FAULTS = (
      "memory: section .TI.ramfunc is loaded at 0x008000..0x00802f: FLASH_H_",
      "stored: .TI.ramfunc is loaded at 0x008000..0x00802f: flash, 0x300000..0x33ffff\n"),
     (lambda image: image.change(".TI.ramfunc", run=0xD000, header_address=0xD000),
-     "memory: section .TI.ramfunc runs at 0x00d000..0x00d02f:",
-     "ramfunc: .TI.ramfunc runs at 0x00d000..0x00d02f: L0-L3, 0x008000..0x00bfff: no wait states\n"),
-    (lambda image: image.move(".const", 0x330000),
+     "memory: section .TI.ramfunc runs at 0x00d000..0x00d02f:", "code: code of .TI.ramfunc runs at 0x00d000..0x00d02f:",
+     "ramfunc: .TI.ramfunc runs at 0x00d000..0x00d02f: L0-L3, 0x008000..0x00bfff: no wait states\n",
+     "interrupt: app_interrupt at 0x008000: .TI.ramfunc, 0x00d000..0x00d02f\n", "calls: app_interrupt, which is at 0x008000:"),
+    (lambda image: image.move(".const", 0x330000), "memory: section .const runs at 0x330000..0x33000f:",
+     "reserved: .const, 0x330000..0x33000f, reaches into the sectors C and B, kept for stored parameters,",
      "sectors: .const, 0x330000..0x33000f, reaches into flash sectors C and B, 0x328000..0x337fff: nothing: they are kept for parameters\n"),
     # the stack
     (lambda image: (image.change(".stack", contents=0x6FF), image.define("__TI_STACK_SIZE", 0x6FF, NOTYPE)),
@@ -532,12 +534,13 @@ class CallGraph(unittest.TestCase):
         self.assertNotIn("0x300008", told)
 
     def test_what_is_no_call_graph_is_refused(self):
-        for text, status, why in (('[{"directory": "/"}]', 2, "accepted is the compile_commands.json of a build for the chip"),
-                                  ("app_interrupt\nint main(void)\n", 2, "graph.json:2: 'int main(void)' is no name of a function"),
-                                  ("# none\n", 2, "names no function; accepted is one a line"), (None, 3, "graph.json")):
-            graph = self.folder / "graph.json"
-            graph.write_text(text, encoding="utf-8") if text else graph.unlink()
-            told = self.check(good(), graph)
+        for name, text, status, why in (
+                ("graph.json", '[{"directory": "/"}]', 2, "accepted is the compile_commands.json of a build for the chip"),
+                ("names", "app_interrupt\nint main(void)\n", 2, "names:2: 'int main(void)' is no name of a function"),
+                ("names", "# none\n", 2, "names no function; accepted is one a line"), ("nothing", None, 3, "nothing")):
+            if text:
+                (self.folder / name).write_text(text, encoding="utf-8")
+            told = self.check(good(), self.folder / name)
             self.assertEqual((told[0], why in told[1]), (status, True), told)
 
 

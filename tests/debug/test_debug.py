@@ -194,21 +194,19 @@ class FaultTest(unittest.TestCase):
         self.assertRegex(why, r"then: i_a \S+ A, i_b \S+ A, u_dc 31\d(\.\d+)? V, theta_e \S+ deg, omega_e \S+ rad/s")
         self.assertRegex(state, r"= 5$")
 
-    @of_both_sensors
-    def test_until_fault_finds_a_fault_of_the_step_itself(self, sensors):
+    def test_until_fault_finds_a_fault_of_the_step_itself(self):
         # 10 mA as the trip limit: the very next sample of a motor under load is above it.
         _, _, text, where, why = session(
             "period 10000", "set variable app->drive.tunings[app->drive.in_force].fast.guard.limit[FAULT_LIMIT_OVERCURRENT] = 0.01f", "until-fault",
-            "where-time", "why", arguments=("30000", *sensors)
+            "where-time", "why", arguments=("30000",)
         )
         self.assertEqual(place(where)[0], 10000)
         self.assertRegex(text, r"^fault 21, overcurrent, by show_fault < show_stop < drive_step\n")
         self.assertIn("app_interrupt ()", text)
         self.assertIn("fault 21, overcurrent: a phase current exceeded overcurrent_trip", why)
 
-    @of_both_sensors
-    def test_until_fault_stops_at_its_limit(self, sensors):
-        text, where, refused = session("until-fault 3000", "where-time", "until-fault 3000", arguments=("4000", *sensors))
+    def test_until_fault_stops_at_its_limit(self):
+        text, where, refused = session("until-fault 3000", "where-time", "until-fault 3000", arguments=("4000",))
         self.assertTrue(text.startswith("no fault before period 3000"), text)
         self.assertEqual(place(where)[0], 3000)
         self.assertIn("#0  app_interrupt ()", text)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Opens pages of own runs in a headless Chromium without a network, as a reader at a desk and one with a phone would: those of
-three scenarios, and of two recordings compared. That such checks see a fault is shown on the report's page (tests/report).
+"""Opens pages of own runs in a headless Chromium without a network, as a reader at a desk and one with a phone would: that of
+a run with a fault, and of two recordings compared. That such checks see a fault is shown on the report's page (tests/report).
 
 usage: test_look_page.py LAGLESS FOLDER    pages and screenshots go to FOLDER
 
@@ -17,7 +17,6 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "report"
 from test_browser import (CANVASES, SKIPPED, Browser, Fault, browser_programs, console_is_clean, expect, only_asked_for,  # noqa: E402
                           page_fits)
 
-SCENARIOS = ("cold_start", "reversal_under_load", "stuck_sensor")
 WIDTHS = (1400, 390)
 
 # Each panel of each layout: what it is, what of it could not be seen.
@@ -185,23 +184,16 @@ class Seen:
 
 
 def pages(lagless, folder):
-    """{name: page} of the scenarios, and of two runs compared."""
-    made = {}
-    for name in SCENARIOS:
-        done = subprocess.run([lagless, "run", name, "--plot", "--out", folder / name, "--quiet"], stderr=subprocess.PIPE,
+    """{name: page} of a run with a fault, and of two runs compared."""
+    for name, more in (("run", ()), ("other", ("--set", "load_torque=2 N m"))):
+        done = subprocess.run([lagless, "run", "stuck_sensor", *more, "--plot", "--out", folder / name, "--quiet"], stderr=subprocess.PIPE,
                               text=True, check=False)
-        made[name] = folder / name / f"{name}.html"
-        if "matplotlib is missing" in done.stderr or "tools/get-uplot" in made[name].read_text(encoding="utf-8"):
+        if "matplotlib is missing" in done.stderr or "tools/get-uplot" in (folder / name / "stuck_sensor.html").read_text(encoding="utf-8"):
             print("skipped: matplotlib, or uPlot, which tools/get-uplot brings, is missing")
             sys.exit(SKIPPED)
-        expect(done.returncode, 0, f"exit code of {name}: {done.stderr}")
-    other = folder / "other"
-    subprocess.run([lagless, "run", "cold_start", "--set", "load_torque=2 N m", "--plot", "--out", other, "--quiet"],
+    subprocess.run([lagless, "compare", *(folder / name / "stuck_sensor.csv" for name in ("run", "other")), "--out", folder / "compare"],
                    stdout=subprocess.DEVNULL, check=False)
-    subprocess.run([lagless, "compare", folder / "cold_start" / "cold_start.csv", other / "cold_start.csv", "--out", folder / "compare"],
-                   stdout=subprocess.DEVNULL, check=False)
-    made["compare"] = folder / "compare" / "compare.html"
-    return made
+    return {"run": folder / "run" / "stuck_sensor.html", "compare": folder / "compare" / "compare.html"}
 
 
 def main():

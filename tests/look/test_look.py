@@ -16,7 +16,6 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/cli"))
 import command_line  # noqa: E402
-from command_line import NO_PICTURES  # noqa: E402
 
 FOLDER = pathlib.Path(command_line.FOLDER)
 DRAWS = importlib.util.find_spec("matplotlib") is not None

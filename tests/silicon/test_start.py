@@ -76,13 +76,9 @@ class Cpu:
 class Codestart(unittest.TestCase):
     source = (HAL / "codestart.asm").read_text()
 
-    def run_from_entry(self, source):
-        cpu = Cpu(source)
-        return cpu, cpu.run(cpu.labels["code_start"])
-
     def test_the_watchdog_is_stopped_before_the_library_starts(self):
-        cpu, end = self.run_from_entry(self.source)
-        self.assertEqual(end, "_c_int00")
+        cpu = Cpu(self.source)
+        self.assertEqual(cpu.run(cpu.labels["code_start"]), "_c_int00")
         self.assertEqual(cpu.written, [(WDCR, OFF, True, True)])
         self.assertFalse(cpu.allowed)
 

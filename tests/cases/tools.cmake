@@ -1,4 +1,4 @@
-# The command line: ends of a run that no expectation names, files that exist, spellings of units, cut files, tune against the drive.
+# The command line: ends of a run that no expectation names, files that exist, cut files, tune against the drive.
 set(cli_folder ${CMAKE_SOURCE_DIR}/tests/cli)
 foreach(name unexpected_end overwrite cut_files texts own_motor)
     add_test(NAME cli_${name} COMMAND ${Python3_EXECUTABLE} -B ${cli_folder}/test_${name}.py $<TARGET_FILE:lagless>
@@ -7,13 +7,6 @@ foreach(name unexpected_end overwrite cut_files texts own_motor)
 endforeach()
 
 set_tests_properties(cli_own_motor PROPERTIES COST 20)
-
-# Units as data sheets spell them.
-lagless_test(lab_spellings LABEL lab SOURCES ${CMAKE_SOURCE_DIR}/tests/lab/test_spellings.c LIBS lagless_lab m)
-target_compile_definitions(test_lab_spellings PRIVATE _GNU_SOURCE)
-add_test(NAME case_units_of_data_sheets COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/units_of_data_sheets.sh $<TARGET_FILE:lagless>)
-add_test(NAME case_vcd_is_ascii COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/vcd_is_ascii.sh $<TARGET_FILE:lagless>)
-set_tests_properties(case_units_of_data_sheets case_vcd_is_ascii PROPERTIES LABELS cli TIMEOUT 60)
 
 # `lagless tune` on every board: those of hal/f28335/boards, two of the tests, and the default one at other carriers (tests/board makes
 # their libraries). The lab's sources see the board of the program.

@@ -4,8 +4,8 @@ import glob
 import json
 import os
 import re
+import shutil
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -53,27 +53,6 @@ class CommandLine(TestCase):
         self.assertEqual((1, 2000), (result["failed"], result["periods"]))
         self.assertNotIn("error", result)  # it is none
 
-    def test_a_drive_that_is_refused_to_the_end_says_why_and_what_to_do(self):
-        done = lagless("run", self.scenario(), "--set", "plant.dc_voltage=150 V")
-        self.expect(1, done, "end state ready, refused: dc_undervoltage\n",
-                    "\nnever on: the DC link is below dc_undervoltage; check supply and precharge\n")
-
-    def test_a_drive_that_a_fault_keeps_off_says_what_to_do(self):
-        done = lagless("run", "estimate_lost")
-        self.expect(0, done, "end state fault, fault start_stalled at ", "\nnot on: the rotor did not follow the start",
-                    "; free the shaft")
-
-    def test_a_drive_that_is_off_as_it_was_told_says_nothing_of_it(self):
-        for arguments in (["quick_stop"], [self.scenario(), "--set", "enable=off"]):
-            done = lagless("run", *arguments)
-            self.expect(0, done, "end state ready\n")
-            self.assertNotIn("not on", done.stdout)
-
-    def test_the_end_tells_a_manoeuvre_that_goes_on(self):
-        self.expect(0, lagless("run", self.scenario(at_least="-100 r/min"), "--set", "position_source=sensorless"),
-                    "end state operation_enabled, manoeuvre align\n")
-        self.expect(0, lagless("run", "load_step"), "end state operation_enabled\n")
-
     def test_json_tells_the_end_after_all_that_it_told_before(self):
         for arguments, manoeuvre, reason in (([self.scenario(at_least="-100 r/min"), "--set", "plant.dc_voltage=150 V"], "off", "dc_undervoltage"),
                                              ([self.scenario(at_least="-100 r/min"), "--set", "position_source=sensorless"], "align", None), (["quick_stop"], "off", None)):
@@ -120,12 +99,6 @@ class CommandLine(TestCase):
             for part in (quantity, limit, {"ABOVE": " > ", "BELOW": " < ", "HOLDS": ""}[comparison]):
                 self.assertIn(part, told["condition"])
 
-    def test_explain_shows_the_limit_with_its_margin_and_unit(self):
-        self.assertRegex(lagless("explain", "sink_warm").stdout,
-                         r"sink_temperature > sink_temperature_max - 10, by default \S+ degC\n")
-        self.assertRegex(lagless("explain", "overspeed").stdout, r"speed > overspeed_trip, by default \S+ r/min\n")
-        self.assertNotIn("condition", lagless("explain", "not_ready").stdout)
-
     def test_bench_counts_instructions_of_the_estimator(self):
         done = lagless("bench", "--seconds", "0.01", "--json")
         self.expect(0, done)
@@ -143,33 +116,21 @@ class CommandLine(TestCase):
         self.assertGreater(typical, 50)
         self.assertGreater(worst, typical + 30)
 
-    def test_bench_without_valgrind_says_so(self):
-        nowhere = {**os.environ, "PATH": self.folder}
-        done = lagless("bench", "--seconds", "0.01", "--json", env=nowhere)
-        self.expect(0, done, "not counted: valgrind is not installed")
-        result = json.loads(done.stdout)
-        self.assertEqual((None, None), (result["estimator_instructions"], result["estimator_instructions_worst"]))
-        self.assertGreater(result["estimator_ns"], 0.0)
-        self.expect(0, lagless("bench", "--seconds", "0.01", env=nowhere), "not counted   1000 r/min")
-
-    def bench_with_valgrind(self, script):
-        """Under a valgrind that is this shell script, whose arguments end with --replay estimator or --replay empty."""
-        with open(os.path.join(self.folder, "valgrind"), "w") as file:
-            file.write("#!/bin/sh\n" + script)
-        os.chmod(file.name, 0o755)
-        done = lagless("bench", "--seconds", "0.01", "--json", env={**os.environ, "PATH": self.folder})
-        self.assertEqual(0, done.returncode, done.stderr)
-        return json.loads(done.stdout)["estimator_instructions"], done.stderr
-
-    def test_bench_takes_loop_and_call_off_and_divides_by_20000_steps(self):
-        count = 'case "$*" in *" --replay empty") n=140000 ;; *" --replay estimator") n=4140000 ;; esac\n'
-        self.assertEqual((200.0, ""), self.bench_with_valgrind(count + 'echo "==12== Collected : $n" >&2\n'))
-
-    def test_bench_with_a_valgrind_that_fails_says_so(self):
-        for script in ("echo '==12== Collected : 5' >&2\nexit 1\n", "echo '==12== Collected : 0' >&2\n"):
-            number, said = self.bench_with_valgrind(script)
-            self.assertIsNone(number, script)
-            self.assertIn("not counted: this build does not run under valgrind", said)
+    def test_bench_tells_the_instructions_of_a_step_or_why_it_has_not_counted_them(self):
+        """Under a valgrind that is a shell script, whose arguments end with --replay estimator or --replay empty: loop and call are
+        taken off, and the rest is of 20000 steps."""
+        count = 'case "$*" in *" --replay empty") n=140000 ;; *" --replay estimator") n=4140000 ;; esac\necho "==12== Collected : $n" >&2\n'
+        failed = "not counted: this build does not run under valgrind"
+        for script, number, said in ((None, None, "not counted: valgrind is not installed"), (count, 200.0, ""),
+                                     ("echo '==12== Collected : 5' >&2\nexit 1\n", None, failed),
+                                     ("echo '==12== Collected : 0' >&2\n", None, failed)):
+            if script:
+                os.chmod(self.write("valgrind", "#!/bin/sh\n" + script), 0o755)
+            done = lagless("bench", "--seconds", "0.01", "--json", env={**os.environ, "PATH": self.folder})
+            self.expect(0, done, said)
+            told = json.loads(done.stdout)
+            self.assertEqual((number, number is None), (told["estimator_instructions"], done.stderr != ""))
+            self.assertGreater(told["estimator_ns"], 0.0)
 
     def test_map_is_a_list_of_points_with_these_keys_and_a_table_with_verdicts(self):
         """Both in one run: the picture fails, the points are kept."""
@@ -201,12 +162,6 @@ class CommandLine(TestCase):
         self.assertRegex(done.stderr, r"^\d+ points in [\d.]+ s\n$")  # a pipe gets no bar
         self.refuses((["map", path, "--speeds", "700,2500"], path + ": ", "speed_request", "2500 r/min"),
                      (["map", path, "--ideal"], "--ideal", "cannot be used with a scenario"), (["map", path, path], "a second scenario; accepted is one"))
-        for line, place, *fragments in (
-                ('[[at]]\ntime = 0.5\nrequests.speed_request = "5 r/min"\n', ":13:", "speed_request", "5 r/min; a map accepts 10 r/min or more"),
-                ("plant.load_torqe = 3\n", ":14:", "load_torqe", "nearest: load_torque")):
-            with open(path, "a") as file:
-                file.write(line)
-            self.expect(2, lagless("map", path), path + place, *fragments)
 
     def campaign(self, *arguments, **settings):
         return lagless("campaign", "--runs", "12", "--seed", "3", "--seconds", "0.1", *arguments, **settings)
@@ -304,12 +259,8 @@ class CommandLine(TestCase):
                           "speed_rpm", "reference_rpm", "fastest_rpm"}, set(cell["seen"]))
         self.assertEqual(("opens", "bad_sample", "stands", 300), tuple(cell["seen"][key] for key in (
             "reaction", "reason", "rotor", "reference_rpm")))
-
-    def test_matrix_says_why_a_cell_cannot_occur(self):
-        done = lagless("matrix", "--cell", "stuck_a_rail/ramp/encoder", "--json")
-        self.expect(0, done)
-        self.assertEqual({"never"}, {cell["verdict"] for cell in json.loads(done.stdout)["cells"]})
-        self.assertIn("nothing but run", json.loads(done.stdout)["cells"][0]["because"])
+        never = json.loads(lagless("matrix", "--cell", "stuck_a_rail/ramp/encoder", "--json").stdout)["cells"][0]
+        self.assertEqual(("never", True), (never["verdict"], "nothing but run" in never["because"]))
 
     def test_matrix_tells_share_and_seed(self):
         done = lagless("matrix", "--share", "0.2", "--seed", "7", "--json")
@@ -352,21 +303,12 @@ class CommandLine(TestCase):
         for number in numbers:
             self.assertAlmostEqual(0.32, number, delta=0.008)
 
-    def test_paper_keeps_its_results_also_without_python(self):
-        done = lagless("paper", "fig04", "fig12", "--out", self.folder + "/a/b",
-                       env={**os.environ, "LAGLESS_PYTHON": "/nonexistent/python"})
-        self.expect(3, done, "cannot run Python (/nonexistent/python)", "no picture was drawn", "i_q falls")
-        self.assertEqual(["data", "report.json", "rows.json"], sorted(os.listdir(self.folder + "/a/b")))
-        self.assertEqual(["fig04.csv", "fig12.csv"], sorted(os.listdir(self.folder + "/a/b/data")))
-        self.assertEqual(["fig04", "fig12"], [figure["id"] for figure in json.loads(self.read("a/b/report.json"))["figures"]])
-
     def test_wrong_use_gives_2_and_says_what_is_accepted(self):
         path = self.scenario()
         self.refuses(
-                ([], "Usage"), (["rnu"], "did you mean run?"), (["run"], "which scenario"),
+                ([], "Usage"), (["rnu"], "did you mean run?"), (["demo"], "lagless run encoder_speed_profile", "tools/demo"), (["run"], "which scenario"),
                 (["run", "load_stpe"], "did you mean load_step?"), (["run", path, "--seed", "-1"], "whole numbers 0 to"),
-                (["run", path, "--set", "inertai=1"], "inertia"), (["run", path, "--set", "inertia=-1"], "inertia"),
-                (["run", path, "--set", "speed_request=5 A"], "r/min"), (["run", path, "--set", "inertia"], "NAME=VALUE"),
+                (["run", path, "--set", "inertai=1"], "inertia"),
                 (["run", path, "--record", "i_q"], "--out"), (["run", path, "--out", self.folder, "--record", "i_qq"], "i_q"),
                 (["run", path, "--out", self.folder, "--format", "xml"], "csv, mat, vcd"),
                 (["run", path, "--out", self.folder, "--every", "0"], "whole numbers 1 to"),
@@ -422,39 +364,21 @@ class CommandLine(TestCase):
         self.expect(code, done)
         return json.loads(done.stdout), self.samples("a_fault.csv"), self.samples("a.csv"), done.stderr
 
-    def test_history_of_a_fault_that_the_step_found_ends_with_its_own_period(self):
-        result, history, recording, told = self.faulty("0.2 s", ("0.15", "plant.dc_voltage = 450"), code=1)
-        self.assertEqual("dc_overvoltage", result["fault_reason"])
-        first = next(n for n, line in enumerate(recording) if line.split(",")[2] == "5")  # the first in state fault
-        self.assertEqual(str(result["fault_period"]), history[-1].split(",")[1])
-        self.assertEqual(KEPT, len(history))
-        self.assertEqual(recording[first - (KEPT - 1):first + 1], history)
-        self.assertEqual([self.folder + "/a.csv", self.folder + "/a_fault.csv"], result["files"])
-        self.assertIn("the last 341 periods up to fault dc_overvoltage at 0.15", told)
-        self.assertIn("s in %s/a_fault.csv\n" % self.folder, told)
-
-    def test_history_of_a_trip_ends_with_the_step_before_it(self):
-        result, history, recording, _ = self.faulty("0.2 s", ("0.15", "plant.force_fault = 1"), code=1)
-        self.assertEqual("module_fault", result["fault_reason"])
-        # the line falls when period 1500 begins and opens the gates before its step: the last one is of period 1499
-        self.assertEqual(recording[1500 - KEPT:1500], history)
-        self.assertEqual(str(result["fault_period"]), history[-1].split(",")[1])
-
-    def test_history_of_an_early_fault_is_as_short_as_the_run_was(self):
-        _, history, recording, told = self.faulty("0.2 s", ("0", "rig.stuck_current_a = 4095"), code=1)  # and never on
-        self.assertEqual(recording[:3], history)  # bad_sample takes three in a row
-        self.assertIn("the last 3 periods up to fault bad_sample", told)
-
-    def test_history_of_a_fault_soon_after_a_reset_begins_there(self):
-        _, history, recording, told = self.faulty(
-            "0.3 s", ("0.15", "plant.dc_voltage = 450"), ("0.16", "plant.dc_voltage = 311\nrequests.enable = \"off\""),
-            ("0.2", "requests.fault_reset = \"yes\""), ("0.205", "plant.dc_voltage = 450"), code=1)
-        begin = next(n for n, line in enumerate(recording) if n >= 2000 and line.split(",")[2] != "5")
-        end = next(n for n, line in enumerate(recording) if n >= begin and line.split(",")[2] == "5")
-        self.assertIn(begin, range(2000, 2018))  # what a window has seen acts from the end of the next one on
-        self.assertGreaterEqual(end, 2050)
-        self.assertEqual(recording[begin:end + 1], history)
-        self.assertIn("the last %d periods" % len(history), told)
+    def test_history_has_the_periods_up_to_a_fault(self):
+        """With that of its own step, the second beyond the trip; without the one that a trip of the module has come before; as short as
+        the run was, three wrong samples."""
+        for event, reason, begin, end in ((("0.15", "plant.dc_voltage = 450"), "dc_overvoltage", 1502 - KEPT, 1502),
+                                          (("0.15", "plant.force_fault = 1"), "module_fault", 1500 - KEPT, 1500),
+                                          (("0", "rig.stuck_current_a = 4095"), "bad_sample", 0, 3)):
+            with self.subTest(reason):
+                shutil.rmtree(self.folder)
+                os.makedirs(self.folder)
+                result, history, recording, told = self.faulty("0.2 s", event, code=1)
+                self.assertEqual(recording[begin:end], history)
+                self.assertEqual((reason, str(result["fault_period"])), (result["fault_reason"], history[-1].split(",")[1]))
+                self.assertEqual([self.folder + "/a.csv", self.folder + "/a_fault.csv"], result["files"])
+                self.assertIn("the last %d periods up to fault %s at " % (end - begin, reason), told)
+                self.assertIn("s in %s/a_fault.csv\n" % self.folder, told)
 
     def test_history_is_kept_of_a_fault_that_was_reset_and_goes_with_a_run_without_one(self):
         result, history, recording, _ = self.faulty(
@@ -467,8 +391,7 @@ class CommandLine(TestCase):
         self.assertFalse(os.path.exists(os.path.join(self.folder, "a_fault.csv")))
 
     def test_history_is_csv_whatever_the_recording_is(self):
-        path = self.scenario()
-        lagless("run", path, "--out", self.folder, "--format", "mat", "--set", "stuck_current_a=4095")
+        lagless("run", self.scenario(), "--out", self.folder, "--format", "mat", "--set", "stuck_current_a=4095")
         self.assertEqual(["a.mat", "a.toml", "a_fault.csv"], sorted(os.listdir(self.folder)))
         self.assertEqual(3, len(self.samples("a_fault.csv")))
 
@@ -485,16 +408,6 @@ class CommandLine(TestCase):
 
         done = lagless("run", self.scenario(duration="1 s"), "--out", self.folder, preexec_fn=limit)
         self.expect(3, done, ".csv.partial")
-
-    def test_set_and_seed_change_the_run(self):
-        def result(*arguments):
-            return json.loads(lagless("run", self.scenario(), "--json", *arguments).stdout)
-
-        plain = result()
-        self.assertEqual(plain["state_hash"], result()["state_hash"])
-        self.assertNotEqual(plain["state_hash"], result("--seed", "2")["state_hash"])
-        self.assertNotEqual(plain["state_hash"], result("--set", "inertia=0.003 kg m^2")["state_hash"])
-        self.assertEqual(1000, result("--set", "run.duration=0.1 s")["periods"])
 
     def test_quiet_says_nothing_when_all_is_well(self):
         done = lagless("run", self.scenario(), "--quiet")
@@ -518,31 +431,16 @@ class CommandLine(TestCase):
     def test_serve_listens_ends_by_a_signal_and_says_so_when_the_port_is_taken(self):
         for number in (signal.SIGTERM, signal.SIGINT):
             server, place = self.serve(self.scenario(), "--port", "0")
-            port = int(place.rpartition(":")[2])
-            with socket.create_connection(("127.0.0.1", port), 5) as client:
-                time.sleep(0.1)
-                begun = time.monotonic()
-                with socket.create_connection(("127.0.0.1", port), 5) as second:
-                    self.assertEqual(b"", second.recv(1))
-                self.assertLess(time.monotonic() - begun, 0.1)
-                self.expect(3, lagless("serve", self.scenario(), "--port", str(port)), "port %d" % port, "in use")
-                client.setblocking(False)
-                self.assertRaises(BlockingIOError, client.recv, 1)  # still there, and nobody has said anything
-                server.send_signal(number)
-                self.assertEqual(0, server.wait(10), server.stderr.read())
+            port = place.rpartition(":")[2]
+            self.expect(3, lagless("serve", self.scenario(), "--port", port), "port " + port, "in use")
+            server.send_signal(number)
+            self.assertEqual(0, server.wait(10), server.stderr.read())
 
     def test_serve_keeps_time_or_runs_free_and_ends_where_it_is_told(self):
         begun = time.monotonic()
         self.expect(0, lagless("serve", self.scenario(), "--port", "0", "--until", "1 s"), "listening on 127.0.0.1:")
         self.assertGreater(time.monotonic() - begun, 0.98)
         self.expect(0, lagless("serve", self.scenario(), "--port", "0", "--until", "0.5 s", "--free", "--quiet"))
-
-    def test_serve_gives_a_pseudo_terminal(self):
-        server, place = self.serve(self.scenario(), "--serial", place=r"(/dev/\S+)")
-        with open(place, "r+b", buffering=0) as line:
-            self.assertTrue(line.isatty())
-        server.terminate()
-        self.assertEqual(0, server.wait(10))
 
     def test_completion_is_bash_and_knows_the_tables(self):
         script = lagless("completion", "bash").stdout

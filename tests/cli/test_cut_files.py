@@ -28,30 +28,19 @@ class Campaign(TestCase):
             file.write((head or self.head) + self.columns + "".join(lines))
         return lagless("campaign", "merge", self.folder)
 
-    def test_the_fields_have_names(self):
+    def test_what_is_no_result_is_refused(self):
         self.assertEqual("run,end,invariant,period,row,injected,reason,excused,from,reproduced,latched,second,calm\n", self.columns)
         self.expect(1, self.merge(self.line), "29 of 30 runs are not done")
-
-    def test_a_violation_without_an_invariant_is_no_result(self):
-        """It was counted beyond the end of an array."""
-        for line in ("20,2,19,900,0,3,45,0,0,0,0,0,0\n", "20,2,99,900,0,3,45,0,0,0,0,0,0\n"):
-            self.expect(2, self.merge(line), ":3: no result of a run")
-
-    def test_an_invariant_without_a_violation_is_no_result(self):
-        for end in (1, 3):
-            self.expect(2, self.merge(f"20,{end},3,900,0,3,45,0,0,0,0,0,0\n"), ":3: no result of a run")
-
-    def test_fields_beyond_their_tables_are_no_result(self):
-        for line in ("30,1,19,900,0,3,45,0,0,0,0,0,0\n", "20,1,19,900,0,9999,45,0,0,0,0,0,0\n", "20,4,19,900,0,3,45,0,0,0,0,0,0\n",
-                     "20,1,19,900,0,3,45,0,0,7,0,0,0\n", "20,1,19,900,0,3,45,0,0,0,0,0\n", "-1,1,19,900,0,3,45,0,0,0,0,0,0\n"):
-            self.expect(2, self.merge(line), ":3: no result of a run")
-
-    def test_a_head_of_no_or_too_many_runs_is_none(self):
+        for start, end in (
+                # a violation without an invariant, which was counted beyond the end of an array, and an invariant without one
+                ("20,2,19", "3,45,0,0,0,0,0,0"), ("20,2,99", "3,45,0,0,0,0,0,0"), ("20,1,3", "3,45,0,0,0,0,0,0"), ("20,3,3", "3,45,0,0,0,0,0,0"),
+                # fields beyond their tables, too few of them
+                ("30,1,19", "3,45,0,0,0,0,0,0"), ("20,1,19", "9999,45,0,0,0,0,0,0"), ("20,4,19", "3,45,0,0,0,0,0,0"), ("20,1,19", "3,45,0,0,7,0,0,0"),
+                ("20,1,19", "3,45,0,0,0,0,0"), ("-1,1,19", "3,45,0,0,0,0,0,0")):
+            self.expect(2, self.merge(f"{start},900,0,{end}\n"), ":3: no result of a run")
         for runs in ("0", "1000001", "4294967295"):
             self.expect(2, self.merge(self.line, head=self.head.replace("runs 30", f"runs {runs}")), ":1: no campaign")
-
-    def test_the_file_that_was_reported(self):
-        shutil.copy(os.path.join(CASES, "merge_overflow.csv"), self.results)
+        shutil.copy(os.path.join(CASES, "merge_overflow.csv"), self.results)  # the file that was reported
         self.expect(2, lagless("campaign", "merge", self.folder), "campaign.csv:")
 
 
@@ -76,43 +65,17 @@ class Recordings(TestCase):
             self.expect(2, done, path, *fragments)
             self.assertEqual(1, done.stderr.count("\n"), done.stderr)
 
-    def test_a_value_that_is_cut_off(self):
+    def test_a_csv_that_is_cut_off(self):
         text = self.octets("a.csv")
-        at = text.index(b"# value current_limit: ")
-        self.refuses("cut.csv", text[:at + len(b"# value current_limit: ")], "cut.csv:", "may be cut off")
-        self.refuses("cut.csv", text[:at + len(b"# value current_limit")], "may be cut off")
-
-    def test_a_head_that_is_cut_off(self):
-        text = self.octets("a.csv")
-        for at in (text.index(b"# value"), text.index(b"time[s]"), text.index(b"time[s]") + 12):
-            self.refuses("cut.csv", text[:at])
-
-    def test_a_character_that_is_cut_off(self):
-        text = self.octets("a.csv").replace(b"# title: a test", "# title: 5 µs".encode())
-        at = text.index("µ".encode()) + 1
-        self.refuses("cut.csv", text[:at], "no UTF-8")
-
-    def test_a_row_that_is_cut_off(self):
-        text = self.octets("a.csv")
-        self.refuses("cut.csv", text[:text.rindex(b",")], "values, but")
-
-    def test_a_mat_file_that_is_cut_off(self):
-        octets = self.octets("a.mat")
-        for at in (40, 127, 128, 140, 300, len(octets) // 3, len(octets) // 2, len(octets) - 200, len(octets) - 8):
-            self.refuses("cut.mat", octets[:at])
-
-    def test_a_mat_file_with_one_octet_changed_gives_no_traceback(self):
-        octets = self.octets("a.mat")
-        for at in range(128, 1500, 197):
-            path = os.path.join(self.folder, "cut.mat")
-            with open(path, "wb") as file:
-                file.write(octets[:at] + bytes([octets[at] ^ 0x15]) + octets[at + 1:])
-            self.assertNotIn("Traceback", lagless("compare", path, path).stderr, at)
-
-    def test_the_file_that_was_reported(self):
+        value, head = text.index(b"# value current_limit: "), text.index(b"time[s]")
+        micro = text.replace(b"# title: a test", "# title: 5 µs".encode())
+        for octets, *fragments in ((text[:value + len(b"# value current_limit: ")], "cut.csv:", "may be cut off"),
+                                   (text[:value + len(b"# value current_limit")], "may be cut off"),
+                                   (text[:text.index(b"# value")],), (text[:head],), (text[:head + 12],),
+                                   (micro[:micro.index("µ".encode()) + 1], "no UTF-8"), (text[:text.rindex(b",")], "values, but")):
+            self.refuses("cut.csv", octets, *fragments)
         with open(os.path.join(CASES, "plot_traceback.csv"), "rb") as file:
             self.refuses("reported.csv", file.read(), "reported.csv:70:", "may be cut off")
-
 
 if __name__ == "__main__":
     unittest.main(argv=["test_cut_files.py"], verbosity=2)

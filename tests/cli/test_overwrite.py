@@ -31,40 +31,31 @@ class Overwrite(TestCase):
 
     # ---- inputs
 
-    def test_tune_does_not_write_over_its_motor(self):
+    def test_an_input_is_not_written_whatever_its_name(self):
         motor = self.write("m.toml", MOTOR)
         for more in ([], ["--force"]):
             self.keeps("m.toml", 2, "tune", motor, "--write", motor, *more, fragments=("is an input of this command",))
-
-    def test_an_input_is_known_by_other_names_too(self):
-        motor = self.write("m.toml", MOTOR)
         os.symlink(motor, self.path("link.toml"))
         os.link(motor, self.path("hard.toml"))
         for name in ("link.toml", "hard.toml", "./m.toml", "../work/m.toml"):
             self.expect(2, lagless("tune", motor, "--write", self.path(name), "--force"), f"{name} is an input")
             self.assertEqual(MOTOR, self.read("m.toml"))
-        with open(motor) as file:
-            self.keeps("m.toml", 2, "tune", "/dev/stdin", "--write", motor, "--force", stdin=file)
 
-    def test_a_file_that_a_scenario_names_is_an_input(self):
-        """The run writes s.csv, which a link makes the motor of the scenario."""
+    def test_files_that_a_command_reads_by_the_way_are_inputs(self):
+        """A scenario's motor, which a link makes the name of the recording; what comes from stdin; a recording that is compared."""
         self.write("m.toml", MOTOR)
         scenario = self.write("s.toml", 'schema = 1\ntitle = "x"\n[run]\nduration = "1 ms"\n[motor]\nfile = "m.toml"\n')
-        os.symlink("m.toml", self.path("s.csv"))
-        before = self.read("m.toml")
-        self.expect(2, lagless("run", scenario, "--out", self.folder, "--force"), "s.csv is an input of this command")
-        self.assertEqual(before, self.read("m.toml"))
-
-    def test_a_scenario_from_stdin_is_an_input(self):
-        scenario = self.scenario(duration="1 ms")
-        os.symlink(scenario, self.path("stdin.csv"))
-        with open(scenario) as file:
-            self.expect(2, lagless("run", "-", "--out", self.folder, "--force", stdin=file), "stdin.csv is an input")
-
-    def test_a_recording_that_is_compared_is_an_input(self):
         recording = self.record()
-        os.symlink(recording, self.path("compare.html"))
-        self.expect(2, lagless("compare", recording, recording, "--out", self.folder, "--force"), "compare.html is an input")
+        for link, target in (("s.csv", "m.toml"), ("stdin.csv", "a.toml"), ("compare.html", "a.csv")):
+            os.symlink(target, self.path(link))
+        for name, source, arguments in (("s.csv", None, ["run", scenario]), ("stdin.csv", self.path("a.toml"), ["run", "-"]),
+                                        ("compare.html", None, ["compare", recording, recording]),
+                                        ("m.toml", self.path("m.toml"), ["tune", "/dev/stdin", "--write", self.path("m.toml")])):
+            before = self.read(name)
+            with open(source or os.devnull, encoding="utf-8") as file:
+                done = lagless(*arguments, "--force", *([] if arguments[0] == "tune" else ["--out", self.folder]), stdin=file)
+            self.expect(2, done, f"{name} is an input")
+            self.assertEqual(before, self.read(name))
 
     # ---- what exists
 
@@ -80,47 +71,24 @@ class Overwrite(TestCase):
         self.assertIn("# Written by `lagless tune`", self.read("mine.toml"))
         self.expect(0, lagless("tune", motor, "--write", "/dev/null"))
 
-    def test_run_writes_over_no_recording(self):
-        self.record()
-        self.keeps("a.csv", 2, "run", self.scenario(duration="2 ms"), "--out", self.folder, fragments=("--force",))
-        for ending in ("mat", "vcd"):
-            self.write(f"b.{ending}", "mine")
-            self.keeps(f"b.{ending}", 2, "run", self.scenario(duration="1 ms", name="b.toml"), "--out", self.folder, "--format", ending)
-        self.write("c_fault.csv", "mine")
-        self.keeps("c_fault.csv", 2, "run", self.scenario(duration="1 ms", name="c.toml"), "--out", self.folder)
-        self.write("d.html", "mine")
-        self.keeps("d.html", 2, "run", self.scenario(duration="1 ms", name="d.toml"), "--plot", "--out", self.folder, env=NO_PICTURES)
-        self.record("--force")
-
-    def test_plot_and_compare_write_over_no_picture(self):
+    def test_no_result_is_written_over(self):
         recording = self.record()
-        for name, arguments in (("a.html", ["plot", recording]), ("a.svg", ["plot", recording, "--format", "html,svg"]),
-                                ("compare.html", ["compare", recording, recording, "--out", self.folder])):
+        self.keeps("a.csv", 2, "run", self.scenario(duration="2 ms"), "--out", self.folder, fragments=("--force",))
+        os.mkdir(self.path("data"))
+        run, there = ["run", self.scenario(duration="1 ms", name="b.toml")], ["--out", self.folder]
+        few_points, cell = ["map", "--ideal", "--speeds", "500", "--adaptation", "off", "--averaged"], ["matrix", "--cell", "stuck_a_rail/off"]
+        for name, arguments in (("b.mat", [*run, *there, "--format", "mat"]), ("b.vcd", [*run, *there, "--format", "vcd"]),
+                                ("b_fault.csv", [*run, *there]), ("b.html", [*run, *there, "--plot"]),
+                                ("a.html", ["plot", recording]), ("a.svg", ["plot", recording, "--format", "html,svg"]),
+                                ("compare.html", ["compare", recording, recording, *there]),
+                                ("map.json", [*few_points, *there]), ("map.png", [*few_points, *there]),
+                                ("matrix.json", [*cell, *there]), ("matrix.html", [*cell, *there]),
+                                *((name, ["paper", "fig12", *there]) for name in ("rows.json", "index.html", "data/fig12.csv"))):
             self.write(name, "mine")
             self.keeps(name, 2, *arguments, env=NO_PICTURES)
-            self.expect(0, lagless(*arguments, "--force", env=NO_PICTURES))
+            if name in ("a.html", "compare.html", "matrix.json", "data/fig12.csv"):
+                self.expect(0, lagless(*arguments, "--force", env=NO_PICTURES))
             os.remove(self.path(name))
-
-    def test_map_and_matrix_write_over_no_result(self):
-        for name, arguments in (("map.json", ["map", "--ideal", "--speeds", "500", "--adaptation", "off", "--averaged"]),
-                                ("map.png", ["map", "--ideal", "--speeds", "500", "--adaptation", "off", "--averaged"]),
-                                ("matrix.json", ["matrix", "--cell", "stuck_a_rail/off"]),
-                                ("matrix.html", ["matrix", "--cell", "stuck_a_rail/off"])):
-            self.write(name, "mine")
-            self.keeps(name, 2, *arguments, "--out", self.folder, env=NO_PICTURES)
-            os.remove(self.path(name))
-        self.write("matrix.json", "mine")
-        self.expect(0, lagless("matrix", "--cell", "stuck_a_rail/off", "--out", self.folder, "--force", env=NO_PICTURES))
-        self.assertNotEqual("mine", self.read("matrix.json"))
-
-    def test_paper_writes_over_no_report(self):
-        os.mkdir(self.path("data"))
-        for name in ("rows.json", "index.html", "data/fig12.csv"):
-            self.write(name, "mine")
-            self.keeps(name, 2, "paper", "fig12", "--out", self.folder, env=NO_PICTURES)
-            os.remove(self.path(name))
-        self.write("rows.json", "mine")
-        self.expect(0, lagless("paper", "fig12", "--out", self.folder, "--force", env=NO_PICTURES))
 
     def test_a_campaign_begins_anew_only_with_force_and_leaves_no_old_scenario(self):
         few = ["campaign", "--runs", "2", "--seconds", "0.1", "--out", self.folder]

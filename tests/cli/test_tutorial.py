@@ -71,12 +71,6 @@ class Tutorial(TestCase):
                 subprocess.run(shlex.split(head[2:]), cwd=self.folder, check=True)
         self.assertEqual(["--version", "run", "tune", "run", "run", "compare", "run", "serve", "scope", "run", "explain"], ran)
 
-    def test_a_changed_word_or_number_is_found(self):
-        line = "met         top speed: mean of true_omega_m from 2 s to 2.3 s: 6624.4 r/min, at least 6558.46 r/min"
-        self.assertTrue(same(line, line.replace("6624.4", "6629.1")))
-        self.assertFalse(same(line, line.replace("6624.4", "5629.1")))
-        self.assertFalse(same(line, line.replace("met    ", "FAILED ")))
-
 
 if __name__ == "__main__":
     unittest.main(argv=["test_tutorial.py"], verbosity=2)

@@ -50,9 +50,6 @@ class Contributing(unittest.TestCase):
                 touched = git("show", "--format=", "--name-only", commit).stdout.splitlines()
                 self.assertLessEqual(set(files), set(touched))
 
-    def test_an_example_is_read_as_it_is_written(self):
-        self.assertEqual(examples("x\nExample: `abc`: `a/b.c`,\n`c.h`.\n\nExample: `d`: `e`.\n"), [("abc", ["a/b.c", "c.h"]), ("d", ["e"])])
-
 
 class Citation(unittest.TestCase):
     def test_it_says_what_the_project_says(self):

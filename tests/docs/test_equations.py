@@ -93,38 +93,6 @@ class Equations(unittest.TestCase):
         for number, places in self.table.items():
             self.assertEqual(self.claimed.get(number), {places[0][1]}, f"({number})")
 
-    def test_claims_are_found_and_mentions_are_not(self):
-        text = """/* The room: eqs. (1), (2). */
-#ifndef ROOM_H
-#define ROOM_H
-
-/* Before it, eq. (3). */
-float one(float x, /* [V] eq. (4) */
-          float y);
-
-/* The filter (9) backwards. */
-static inline float two(float x)
-{
-    if (x > 0.0f) { /* eqs. (5),
-                     * (6) - (8) and (11) */
-        return one(x, x);
-    }
-    return 0.0f; /* eq. (12): nothing */
-}
-
-/* eq. (13) belongs to nobody. */
-
-typedef struct { float x; } three_t;
-#endif
-"""
-        self.assertEqual(functions_of(text), [("one", False, {3, 4}), ("two", True, {5, 6, 7, 8, 11, 12})])
-
-    def test_table_is_read(self):
-        text = "| equation | where |\n|---|---|\n| (5) a | `firmware/a.c`: `b_c()` |\n| **(14) b**, with (13) | `firmware/d.h`: `e()` |\n" \
-               "| (15) - (16) c | `firmware/a.c`: `b_c()`, `firmware/d.h`: `e()` |\n\n| (7) d | `firmware/a.c`: `f()` |\n"
-        both = [("firmware/a.c", "b_c"), ("firmware/d.h", "e")]
-        self.assertEqual(table_of(text), {5: both[:1], 14: both[1:], 15: both, 16: both})
-
 
 if __name__ == "__main__":
     unittest.main()

@@ -10,7 +10,6 @@ usage: test_red.py LAGLESS BUILD [unittest options]
 import json
 import pathlib
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -74,16 +73,6 @@ class Documents(unittest.TestCase):
         """cli_motors"""
         self.red(sys.executable, "-B", "tools/motors-docs", "--check", self.instead(TURNS))
 
-    def test_reference(self):
-        """cli_reference"""
-        self.red("cmake", f"-DLAGLESS={self.instead(TURNS)}", "-DREFERENCE=docs/reference.md", f"-DFRESH={self.folder / 'fresh'}",
-                 "-P", "tests/cli/compare_reference.cmake")
-
-    def test_runs_that_documents_show(self):
-        """cli"""
-        self.red(sys.executable, "-B", "tests/cli/test_cli.py", self.instead(TURNS), self.folder / "cli", "-",
-                 "Readme.test_runs_that_are_shown_are_what_they_print")
-
     def test_picture_of_the_cold_start(self):
         """look_docs"""
         python = ROOT / "build/venv/bin/python3"
@@ -115,21 +104,6 @@ class Documents(unittest.TestCase):
                   for name in rows[1:] for rpm in (-500, 500)]
         self.red(sys.executable, "-B", "tests/report/map_of_the_day.py", self.instead(PRINTS.replace("POINTS", repr(json.dumps(points)))),
                  "docs/accuracy.md", "500", "off")
-
-    def test_rows_that_are_quoted(self):
-        """docs_not_there: docs/not_there.md quotes what docs/accuracy.md says: of a tree whose table has other numbers it is no
-        quotation."""
-        tree = self.folder / "tree"
-        for name in ("README.md", "docs", "host_sim/lab", "tools"):
-            source, target = ROOT / name, tree / name
-            if source.is_dir():
-                shutil.copytree(source, target)
-            else:
-                target.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy(source, target)
-        accuracy = tree / "docs/accuracy.md"
-        accuracy.write_text(turned(accuracy.read_text()))
-        self.red(sys.executable, "-B", tree / "tools/not-there")
 
 
 if __name__ == "__main__":

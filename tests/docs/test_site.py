@@ -121,14 +121,6 @@ class Mistakes(unittest.TestCase):
         done = made(self.folder / "tree", self.folder / "site")
         return done.returncode, done.stdout
 
-    def test_a_small_tree_is_a_site_and_its_sources_are_no_links(self):
-        status, told = self.made()
-        self.assertEqual(status, 0, told)
-        page = Page((self.folder / "site/docs/one.html").read_text(encoding="utf-8"))
-        links = [name for _, _, name in page.names]
-        self.assertIn("../index.html#first", links)
-        self.assertFalse([name for name in links if "a.c" in name])
-
     def test_mistakes_are_told_and_leave_the_old_site(self):
         self.write("docs/two" ".md", "# Two\n\n[No file](three" ".md), [no part](one" ".md#b-part), [no source](../src/b.c), [part](#c-part)\n")
         self.write("docs/README.md", "# Documents\n\n## Part\n\n- [One](one" ".md): the one\n- [None](none" ".md): not there\n")
@@ -141,11 +133,6 @@ class Mistakes(unittest.TestCase):
         self.assertRegex(told, r"README\.md.*docs/none")
         self.assertRegex(told, r"docs/two\.md: WARNING: document isn't included in any toctree")
         self.assertEqual((self.folder / "site/searchindex.js").read_text(encoding="utf-8"), "old")
-
-    def test_a_folder_with_something_else_is_not_replaced(self):
-        self.write("../site/mine.txt", "mine")
-        status, told = self.made()
-        self.assertEqual((status, (self.folder / "site/mine.txt").read_text(encoding="utf-8")), (2, "mine"), told)
 
 
 if __name__ == "__main__":

@@ -114,29 +114,5 @@ class Words(unittest.TestCase):
         self.assertEqual(set(NOT_YET), left)
 
 
-class Search(unittest.TestCase):
-    """What is banned is found where it stands, and nothing else."""
-
-    def setUp(self):
-        self.banned = phrases()
-
-    def test_a_phrase_is_found_across_lines_and_case(self):
-        self.assertEqual(["2: For ever"], breaches("x\nFor\never", self.banned))
-        self.assertEqual([], breaches("call the same, is tolder, forever", self.banned))
-
-    def test_a_message_is_found_over_neighbouring_literals_and_a_comment_is_not(self):
-        source = '/* for ever */\nsay("a https://x.org "\n    "current for "\n    "ever");\n'
-        self.assertEqual(["3: for ever"], breaches(messages(source), self.banned))
-        self.assertEqual(["1: for ever"], breaches(comments(source), self.banned, True))
-
-    def test_a_comment_may_have_the_words_of_texts(self):
-        self.assertEqual([], breaches(comments("/* what it believes */"), self.banned, True))
-        self.assertEqual(["1: believes"], breaches(messages('"what it believes"'), self.banned))
-
-    def test_a_generated_block_is_not_a_text(self):
-        text = "a\n<!-- made by tools/x: y -->\nlikewise\n<!-- end -->\nlikewise\n"
-        self.assertEqual(["5: likewise"], breaches(without_generated(text), self.banned))
-
-
 if __name__ == "__main__":
     unittest.main()

@@ -1,10 +1,6 @@
 /* Broken scenario files: each is refused with file, line, column, the offending name and what would have been
- * accepted. And damaged ones: whatever is done to a good or broken one, it is read or refused in one line
- * with a name, and nothing else happens (the sanitizer build sees to that).
- *
- * LAGLESS_BROKEN is tests/lab/broken.txt, which says itself how it is read; LAGLESS_SCENARIOS the folder of
- * the shipped ones. */
-#include <dirent.h>
+ * accepted. Damaged ones: tests/fuzz/fuzz_readers.c. LAGLESS_BROKEN is tests/lab/broken.txt, which says
+ * itself how it is read. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,19 +16,15 @@
 #define CASES     200u
 #define CASE_SIZE 16384u
 #define HEAD      "schema = 1\ntitle = \"broken\"\n[run]\nduration = \"1 s\"\n"
-#define SEED      UINT64_C(0x9E3779B97F4A7C15) /* of the damage */
-#define ROUNDS    10000u
 
 static char folder[] = "/tmp/lagless_broken_XXXXXX";
 static char path[512];
 
-/* The broken ones, then the shipped ones. */
 static struct {
     char text[CASE_SIZE];
     size_t octets;
 } files[CASES];
-static size_t broken_count, file_count;
-static uint64_t state = SEED;
+static size_t file_count;
 
 static void append(const char *text)
 {
@@ -58,26 +50,6 @@ static void load_broken(void)
         append(with_head ? HEAD : "");
     }
     fclose(stream);
-    broken_count = file_count;
-}
-
-static void load_shipped(void)
-{
-    DIR *directory = opendir(LAGLESS_SCENARIOS);
-    TEST_ASSERT_NOT_NULL(directory);
-    for (struct dirent *entry = readdir(directory); entry != NULL; entry = readdir(directory)) {
-        if (strstr(entry->d_name, ".toml") == NULL) {
-            continue;
-        }
-        TEST_ASSERT_TRUE(file_count < CASES);
-        snprintf(path, sizeof path, "%s/%s", LAGLESS_SCENARIOS, entry->d_name);
-        FILE *stream = fopen(path, "rb");
-        TEST_ASSERT_NOT_NULL_MESSAGE(stream, path);
-        files[file_count].octets = fread(files[file_count].text, 1, CASE_SIZE, stream);
-        fclose(stream);
-        file_count++;
-    }
-    closedir(directory);
 }
 
 static void expect_one_line(const char *text)
@@ -122,8 +94,8 @@ static void expect_refusal(const char *file, const char *begin, const char *part
 
 static void test_every_broken_file_is_refused_with_place_name_and_reason(void)
 {
-    TEST_ASSERT_TRUE_MESSAGE(broken_count >= 90u, "broken files are there");
-    for (size_t n = 0; n < broken_count; n++) {
+    TEST_ASSERT_TRUE_MESSAGE(file_count >= 70u, "broken files are there");
+    for (size_t n = 0; n < file_count; n++) {
         char line[LINE_SIZE];
         scenario_error_t error;
         snprintf(line, sizeof line, "%.*s", (int)strcspn(files[n].text, "\n"), files[n].text);
@@ -136,7 +108,7 @@ static void test_every_broken_file_is_refused_with_place_name_and_reason(void)
                                  line + 3);
         expect_message(&error, line + 3, place + 1, parts + 2);
     }
-    printf("%zu broken files\n", broken_count);
+    printf("%zu broken files\n", file_count);
 }
 
 /* ---- files that are none, or can not stand in the repository ---- */
@@ -150,28 +122,18 @@ static void write_file(const char *name, const char *content, size_t octets)
     fclose(stream);
 }
 
-static void test_missing_file(void)
+static void test_what_is_no_file_is_refused_and_does_not_block(void)
 {
-    snprintf(path, sizeof path, "%s/there_is_none.toml", folder);
-    expect_refusal(path, " file: ", "cannot be read: No such file");
-}
-
-static void test_folder_instead_of_a_file(void)
-{
+    char none[512];
+    char fifo[512];
+    snprintf(none, sizeof none, "%s/there_is_none.toml", folder);
+    snprintf(fifo, sizeof fifo, "%s/fifo", folder);
+    TEST_ASSERT_EQUAL_INT(0, mkfifo(fifo, 0600));
+    expect_refusal(none, " file: ", "cannot be read: No such file");
     expect_refusal(folder, " file: ", "cannot be read: it is a directory");
-}
-
-static void test_device_instead_of_a_file(void)
-{
     expect_refusal("/dev/zero", " file: ", "cannot be read: it is not a plain file");
-}
-
-static void test_fifo_does_not_block(void)
-{
-    snprintf(path, sizeof path, "%s/fifo", folder);
-    TEST_ASSERT_EQUAL_INT(0, mkfifo(path, 0600));
-    expect_refusal(path, " file: ", "cannot be read: it is not a plain file");
-    unlink(path);
+    expect_refusal(fifo, " file: ", "cannot be read: it is not a plain file");
+    unlink(fifo);
 }
 
 static void test_file_without_permission(void)
@@ -185,50 +147,54 @@ static void test_file_without_permission(void)
     unlink(path);
 }
 
-static void test_empty_file(void)
+/* The first two are files of nothing. The others were found by fuzzing: on these toml++ 3.3 fails an
+ * assertion or runs into undefined behaviour, so that they are kept from it. */
+static void test_text_that_is_no_toml_is_refused_where_it_stands(void)
 {
-    write_file("empty.toml", "", 0u);
-    expect_refusal(path, "1:1: schema: ", "it is missing & schema = 1");
-    unlink(path);
+    static const struct {
+        const char *text, *told;
+        size_t octets; /* 0: up to its end */
+    } rows[] = {
+        {"", "x:1:1: schema: it is missing", 0u},
+        {"\0", "x:1:1: TOML: not TOML", 1u},
+        {"a = 1\n[.]\n", "x:2:2: TOML: not TOML: something else is expected here", 0u},
+        {"[[ =\n", "x:1:4: TOML: not TOML: something else is expected here", 0u},
+        {"[[[a]]]\n", "x:1:3: a: not TOML: something else is expected here", 0u},
+        {"schema\xEF\xBB\xBE"
+         "1 = 1\n",
+         "x:1:7: schema: not TOML: a character outside of ASCII", 0u},
+        {"schema = 1\ntitle = \"\xE4\xF6\"\n", "x:2:9: title: not TOML", 0u},
+        {"a = \"\xC3\xA4\xC3\xB6\" \xC3\xBC\n", "x:1:10: a: not TOML: a character outside of ASCII", 0u},
+    };
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        char line[LINE_SIZE];
+        scenario_error_t error;
+        const size_t octets = rows[n].octets != 0u ? rows[n].octets : strlen(rows[n].text);
+        TEST_ASSERT_NULL(scenario_read_text("x", rows[n].text, octets, &error));
+        scenario_error_text(&error, line, sizeof line);
+        TEST_ASSERT_EQUAL_STRING_LEN(rows[n].told, line, strlen(rows[n].told));
+    }
 }
 
-static void test_file_of_nothing_but_a_nul(void)
+/* Lines of Windows and a byte order mark; brackets and dots in texts and comments, which do not count. */
+static void test_what_other_editors_write_and_texts_hold_is_fine(void)
 {
-    write_file("nul.toml", "\0", 1u);
-    expect_refusal(path, "1:1: TOML: ", "not TOML");
-    unlink(path);
-}
-
-static void expect_text_refused(const char *text, const char *expected)
-{
-    char line[LINE_SIZE];
-    scenario_error_t error;
-    TEST_ASSERT_NULL(scenario_read_text("x", text, strlen(text), &error));
-    scenario_error_text(&error, line, sizeof line);
-    TEST_ASSERT_EQUAL_STRING_LEN(expected, line, strlen(expected));
-}
-
-/* Found by fuzzing: on these toml++ 3.3 fails an assertion or runs into undefined behaviour. */
-static void test_what_the_parser_can_not_stand_is_kept_from_it(void)
-{
-    expect_text_refused("a = 1\n[.]\n", "x:2:2: TOML: not TOML: something else is expected here");
-    expect_text_refused("[[ =\n", "x:1:4: TOML: not TOML: something else is expected here");
-    expect_text_refused("[[[a]]]\n", "x:1:3: a: not TOML: something else is expected here");
-    expect_text_refused("schema\xEF\xBB\xBE"
-                        "1 = 1\n",
-                        "x:1:7: schema: not TOML: a character outside of ASCII");
-    expect_text_refused("schema = 1\ntitle = \"\xE4\xF6\"\n", "x:2:9: title: not TOML");
-    expect_text_refused("a = \"\xC3\xA4\xC3\xB6\" \xC3\xBC\n",
-                        "x:1:10: a: not TOML: a character outside of ASCII");
-}
-
-static void test_windows_lines_and_byte_order_mark_are_fine(void)
-{
-    const char content[] = "\xEF\xBB\xBFschema = 1\r\ntitle = \"t\"\r\n[run]\r\nduration = \"1 ms\"\r\n";
-    scenario_error_t error;
-    scenario_t *scenario = scenario_read_text("crlf.toml", content, sizeof content - 1u, &error);
-    TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
-    scenario_free(scenario);
+    static const char *const texts[] = {
+        "\xEF\xBB\xBFschema = 1\r\ntitle = \"t\"\r\n[run]\r\nduration = \"1 ms\"\r\n",
+        "# [[[[[[[[[[[[[[[[[[ ......................................................................\n"
+        "schema = 1\n"
+        "title = \"[[[[[[[[[[[[[[[[[[ \\\" "
+        "......................................................................\"\n"
+        "text = '''\n"
+        "{{{{{{{{{{{{{{{{{{ \" ' [[[[[[[[[[[[[[[[[[ .....................................................\n"
+        "'''\n"
+        "[run]\nduration = 0.001\n"};
+    for (size_t n = 0; n < 2u; n++) {
+        scenario_error_t error;
+        scenario_t *scenario = scenario_read_text("text.toml", texts[n], strlen(texts[n]), &error);
+        TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
+        scenario_free(scenario);
+    }
 }
 
 static void test_file_that_is_too_large(void)
@@ -273,23 +239,6 @@ static void test_deep_nesting_is_refused(void)
     free(content);
 }
 
-static void test_brackets_and_dots_in_texts_and_comments_do_not_count(void)
-{
-    const char content[] =
-        "# [[[[[[[[[[[[[[[[[[ ......................................................................\n"
-        "schema = 1\n"
-        "title = \"[[[[[[[[[[[[[[[[[[ \\\" "
-        "......................................................................\"\n"
-        "text = '''\n"
-        "{{{{{{{{{{{{{{{{{{ \" ' [[[[[[[[[[[[[[[[[[ .....................................................\n"
-        "'''\n"
-        "[run]\nduration = 0.001\n";
-    scenario_error_t error;
-    scenario_t *scenario = scenario_read_text("text.toml", content, sizeof content - 1u, &error);
-    TEST_ASSERT_NOT_NULL_MESSAGE(scenario, error.message);
-    scenario_free(scenario);
-}
-
 /* Each of these entries has the whole path in its messages; the paths of all would be 5 GB. */
 static void test_many_keys_below_a_long_one_fit_into_memory(void)
 {
@@ -310,103 +259,6 @@ static void test_many_keys_below_a_long_one_fit_into_memory(void)
     free(content);
 }
 
-/* ---- damaged files ---- */
-
-/* xorshift64* */
-static uint32_t any(uint32_t below)
-{
-    state ^= state >> 12;
-    state ^= state << 25;
-    state ^= state >> 27;
-    return (uint32_t)((state * UINT64_C(2685821657736338717)) >> 33) % below;
-}
-
-/* One damage; returns the new size. `text` has room for twice CASE_SIZE. */
-static size_t damage(char *text, size_t octets)
-{
-    static const char *const pieces[] = {"nan",
-                                         "inf",
-                                         "-",
-                                         "1e999",
-                                         "[[at]]\n",
-                                         "[plant]\n",
-                                         "\"",
-                                         "= ",
-                                         "true",
-                                         "\n",
-                                         "\\u0000",
-                                         "[",
-                                         "{",
-                                         "'''",
-                                         "99999999999999999999",
-                                         "time = -1\n",
-                                         "\xff",
-                                         "\xEF\xBB\xBF",
-                                         "."};
-    const size_t at = any((uint32_t)octets + 1u);
-    const size_t rest = octets - at;
-    const char *piece = pieces[any(sizeof pieces / sizeof pieces[0])];
-    size_t length = strlen(piece);
-    switch (any(4)) {
-    case 0: /* an octet becomes another */
-        text[at < octets ? at : 0u] = (char)any(256);
-        return octets;
-    case 1: /* some are left out */
-        length = rest == 0u ? 0u : 1u + any((uint32_t)(rest < 20u ? rest : 20u));
-        memmove(text + at, text + at + length, rest - length);
-        return octets - length;
-    case 2: { /* a part of another file */
-        const size_t other = any((uint32_t)file_count);
-        const size_t from = files[other].octets == 0u ? 0u : any((uint32_t)files[other].octets);
-        length = files[other].octets - from < 60u ? files[other].octets - from : 60u;
-        piece = files[other].text + from;
-        break;
-    }
-    default: /* something that has a meaning */
-        break;
-    }
-    memmove(text + at + length, text + at, rest);
-    memcpy(text + at, piece, length);
-    return octets + length;
-}
-
-static void test_damaged_files_are_read_or_refused_in_one_line(void)
-{
-    char *text = malloc(2u * CASE_SIZE);
-    unsigned accepted = 0;
-    unsigned refused = 0;
-    TEST_ASSERT_NOT_NULL(text);
-    for (size_t n = 0; n < ROUNDS; n++) {
-        const size_t which = n % 2u == 0u
-                                 ? (uint32_t)broken_count + any((uint32_t)(file_count - broken_count))
-                                 : any((uint32_t)file_count);
-        size_t octets = files[which].octets;
-        memcpy(text, files[which].text, octets);
-        for (uint32_t times = 1u + any(4); times > 0u && octets > 0u; times--) {
-            octets = damage(text, octets);
-        }
-        scenario_error_t error;
-        scenario_t *scenario = scenario_read_text("damaged.toml", text, octets, &error);
-        if (scenario != NULL) {
-            TEST_ASSERT_TRUE(scenario->periods > 0u && scenario->title[0] != '\0');
-            scenario_free(scenario);
-            accepted++;
-            continue;
-        }
-        char line[1200];
-        scenario_error_text(&error, line, sizeof line);
-        TEST_ASSERT_TRUE_MESSAGE(error.name[0] != '\0' && error.message[0] != '\0', line);
-        TEST_ASSERT_EQUAL_STRING("damaged.toml", error.file);
-        TEST_ASSERT_TRUE_MESSAGE(error.place.line > 0u && error.place.column > 0u, line);
-        expect_one_line(line);
-        refused++;
-    }
-    printf("seed %llx: %u accepted, %u refused\n", (unsigned long long)SEED, accepted, refused);
-    /* both ways were gone: some damages hit a comment or a number that stays in its range */
-    TEST_ASSERT_TRUE(accepted > 100u && refused > 5000u);
-    free(text);
-}
-
 int main(void)
 {
     if (mkdtemp(folder) == NULL) {
@@ -414,23 +266,15 @@ int main(void)
         return 1;
     }
     load_broken();
-    load_shipped();
     UNITY_BEGIN();
     RUN_TEST(test_every_broken_file_is_refused_with_place_name_and_reason);
-    RUN_TEST(test_missing_file);
-    RUN_TEST(test_folder_instead_of_a_file);
-    RUN_TEST(test_device_instead_of_a_file);
-    RUN_TEST(test_fifo_does_not_block);
+    RUN_TEST(test_what_is_no_file_is_refused_and_does_not_block);
     RUN_TEST(test_file_without_permission);
-    RUN_TEST(test_empty_file);
-    RUN_TEST(test_file_of_nothing_but_a_nul);
-    RUN_TEST(test_what_the_parser_can_not_stand_is_kept_from_it);
-    RUN_TEST(test_windows_lines_and_byte_order_mark_are_fine);
+    RUN_TEST(test_text_that_is_no_toml_is_refused_where_it_stands);
+    RUN_TEST(test_what_other_editors_write_and_texts_hold_is_fine);
     RUN_TEST(test_file_that_is_too_large);
     RUN_TEST(test_deep_nesting_is_refused);
-    RUN_TEST(test_brackets_and_dots_in_texts_and_comments_do_not_count);
     RUN_TEST(test_many_keys_below_a_long_one_fit_into_memory);
-    RUN_TEST(test_damaged_files_are_read_or_refused_in_one_line);
     const int failed = UNITY_END();
     rmdir(folder);
     return failed;

@@ -7,8 +7,6 @@
 
 #include "host_sim/lab/matrix.h"
 #include "host_sim/rig/rig.h"
-#include "settings/reasons.h"
-#include "tests/rig/seed.h"
 #include "unity.h"
 
 #define CELLS_MAX 4096u
@@ -67,7 +65,7 @@ static void test_the_document_tells_the_size(void)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, told), told);
 }
 
-static void test_every_cell_has_a_promise(void)
+static void test_every_cell_has_a_promise_and_every_promise_decides_a_cell(void)
 {
     char name[MATRIX_NAME_SIZE];
     const size_t count = lay_out((matrix_choice_t){0});
@@ -75,11 +73,6 @@ static void test_every_cell_has_a_promise(void)
     for (size_t n = 0; n < count; n++) {
         TEST_ASSERT_NOT_NULL_MESSAGE(cells[n].promise, matrix_cell_name(name, &cells[n]));
     }
-}
-
-static void test_every_promise_decides_a_cell(void)
-{
-    const size_t count = lay_out((matrix_choice_t){0});
     for (size_t p = 0; p < matrix_promise_count; p++) {
         bool decides = false;
         for (size_t n = 0; n < count; n++) {
@@ -157,50 +150,17 @@ static void test_promised_reasons_exist_and_are_there_where_one_is_needed(void)
  * drive's state that flip are drawn by the campaign. */
 static bool is_no_fault(const char *name)
 {
-    static const char *const none[] = {"fidelity",
-                                       "metering",
-                                       "sensors",
-                                       "interrupt_time",
-                                       "medium_time",
-                                       "section_time",
-                                       "background_time",
-                                       "leg_b_drop",
-                                       "leg_c_drop",
-                                       "leg_b_delay",
-                                       "leg_c_delay",
-                                       "leg_b_resistance",
-                                       "leg_c_resistance",
-                                       "leg_a_delay",
-                                       "encoder_stuck_b",
-                                       "dc_ripple_frequency",
-                                       "chopper_resistance",
-                                       "chopper_voltage",
-                                       "load_inertia",
-                                       "shaft_stiffness",
-                                       "shaft_damping",
-                                       "current_zero",
-                                       "current_gain_error_c",
-                                       "current_offset_c",
-                                       "friction_breakaway",
-                                       "flip_bit",
-                                       "flip_word",
-                                       "load_quadratic",
-                                       "load_sine",
-                                       "load_sine_cycles",
-                                       "load_spring",
-                                       "load_table_speed",
-                                       "load_table_1",
-                                       "load_table_2",
-                                       "load_table_3",
-                                       "load_table_4",
-                                       "load_table_5",
-                                       "load_table_6"};
-    for (size_t n = 0; n < sizeof none / sizeof none[0]; n++) {
-        if (strcmp(none[n], name) == 0) {
-            return true;
-        }
-    }
-    return false;
+    static const char none[] =
+        " fidelity metering sensors interrupt_time medium_time section_time background_time "
+        "leg_b_drop leg_c_drop leg_b_delay leg_c_delay leg_b_resistance leg_c_resistance "
+        "leg_a_delay encoder_stuck_b dc_ripple_frequency chopper_resistance chopper_voltage "
+        "load_inertia shaft_stiffness shaft_damping current_zero current_gain_error_c "
+        "current_offset_c friction_breakaway flip_bit flip_word load_quadratic load_sine "
+        "load_sine_cycles load_spring load_table_speed load_table_1 load_table_2 load_table_3 "
+        "load_table_4 load_table_5 load_table_6 ";
+    char word[64];
+    snprintf(word, sizeof word, " %s ", name);
+    return strstr(none, word) != NULL;
 }
 
 static bool is_injected(const table_row_t *row)
@@ -274,23 +234,6 @@ static void test_a_share_is_drawn_by_its_seed_from_the_cells_that_occur(void)
     TEST_ASSERT_TRUE(both < first / 3u);
 }
 
-static void test_in_some_months_every_cell_has_had_its_turn(void)
-{
-    static bool had[CELLS_MAX];
-    const size_t all = lay_out((matrix_choice_t){0});
-    for (uint64_t day = 0; day < 150u; day++) {
-        const matrix_choice_t choice = {.share = 0.1, .seed = 20260101u + day};
-        const size_t count = matrix_lay_out(&choice, again);
-        for (size_t n = 0; n < count; n++) {
-            had[(again[n].fault * matrix_manoeuvre_count + again[n].manoeuvre) * MATRIX_PLACES +
-                again[n].place] = true;
-        }
-    }
-    for (size_t n = 0; n < all; n++) { /* missed with 0.9^150 each: 1e-7 */
-        TEST_ASSERT_EQUAL(cells[n].occurs, had[n]);
-    }
-}
-
 /* ---- judgement ---- */
 
 static void test_a_fault_is_noticed_in_20_ms_or_a_third_of_a_turn(void)
@@ -356,6 +299,24 @@ static void test_a_kept_promise_is_green_and_each_broken_part_is_told(void)
     }
 }
 
+static void test_a_warning_of_something_else_is_a_wrong_reason(void)
+{
+    const matrix_promise_t warns = {.reactions = MATRIX_WARNS,
+                                    .reasons = "sink_warm",
+                                    .within = (double)NAN,
+                                    .current = 25.0,
+                                    .rotor = MATRIX_FOLLOWS};
+    matrix_cell_t cell = kept();
+    cell.promise = &warns;
+    cell.seen.reaction = MATRIX_WARNS;
+    cell.seen.reason = 0;
+    cell.seen.rotor = MATRIX_FOLLOWS;
+    cell.seen.warnings = UINT64_C(1) << FAULT_SINK_WARM;
+    TEST_ASSERT_EQUAL_UINT32(0u, red(cell));
+    cell.seen.warnings |= UINT64_C(1) << FAULT_LATE;
+    TEST_ASSERT_EQUAL_UINT32(MATRIX_BY_REASON, red(cell));
+}
+
 static void test_a_rotor_that_is_driven_away_is_red_wherever_it_ends(void)
 {
     matrix_cell_t cell = kept();
@@ -368,25 +329,6 @@ static void test_a_rotor_that_is_driven_away_is_red_wherever_it_ends(void)
     TEST_ASSERT_EQUAL_UINT32(0u, red(cell));
     cell.seen.fastest += 0.2;
     TEST_ASSERT_EQUAL_UINT32(MATRIX_BY_ROTOR, red(cell));
-}
-
-static void test_a_warning_of_something_else_is_a_wrong_reason(void)
-{
-    static const matrix_promise_t warns = {.reactions = MATRIX_WARNS,
-                                           .reasons = "sink_warm",
-                                           .within = (double)NAN,
-                                           .current = 25.0,
-                                           .rotor = MATRIX_FOLLOWS,
-                                           .because = ""};
-    matrix_cell_t cell = kept();
-    cell.promise = &warns;
-    cell.seen.reaction = MATRIX_WARNS;
-    cell.seen.reason = 0;
-    cell.seen.rotor = MATRIX_FOLLOWS;
-    cell.seen.warnings = UINT64_C(1) << FAULT_SINK_WARM;
-    TEST_ASSERT_EQUAL_UINT32(0u, red(cell));
-    cell.seen.warnings |= UINT64_C(1) << FAULT_LATE;
-    TEST_ASSERT_EQUAL_UINT32(MATRIX_BY_REASON, red(cell));
 }
 
 static void test_reasons_are_whole_names(void)
@@ -426,26 +368,6 @@ static void test_another_colour_than_is_known_is_a_surprise_both_ways(void)
 
 /* ---- runs ---- */
 
-/* Where nothing is injected the drive tells nothing: no false alarm in any manoeuvre. A random third of them
- * by the seed of the day; matrix_whole runs all. */
-static void test_nothing_wrong_is_green_in_every_manoeuvre(void)
-{
-    char name[MATRIX_NAME_SIZE];
-    const size_t all = lay_out((matrix_choice_t){.only = "none"});
-    size_t occur = 0;
-    for (size_t n = 0; n < all; n++) {
-        occur += cells[n].occurs ? 1u : 0u;
-    }
-    TEST_ASSERT_EQUAL_UINT(2u * matrix_manoeuvre_count + 2u * (matrix_manoeuvre_count - 4u), occur);
-    const size_t count =
-        lay_out((matrix_choice_t){.only = "none", .share = 1.0 / 3.0, .seed = seed_values()->grid});
-    run(cells, count, 2u);
-    for (size_t n = 0; n < count; n++) {
-        TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, cells[n].red, matrix_cell_name(name, &cells[n]));
-        TEST_ASSERT_TRUE(cells[n].seen.warnings == 0u);
-    }
-}
-
 /* A sensor at its rail has been told since the drive can stop: green everywhere, the bridge open at once. The
  * rotor turns as each manoeuvre says when the fault comes [r/min]. */
 static void test_a_sensor_at_its_rail_is_green_in_every_manoeuvre_and_comes_in_it(void)
@@ -477,20 +399,5 @@ static void test_a_sensor_at_its_rail_is_green_in_every_manoeuvre_and_comes_in_i
                                          (rpm >= expected[e].least && rpm <= expected[e].most),
                                      text);
         }
-    }
-}
-
-static void test_threads_do_not_change_a_bit(void)
-{
-    const matrix_choice_t choice = {.cell = "open_phase_a/run_slow/sensorless"};
-    const size_t count = matrix_lay_out(&choice, cells);
-    matrix_lay_out(&choice, again);
-    run(cells, count, 1u);
-    run(again, count, 3u);
-    for (size_t n = 0; n < count; n++) {
-        TEST_ASSERT_EQUAL_UINT32(cells[n].red, again[n].red);
-        TEST_ASSERT_EQUAL_MEMORY(&cells[n].seen.current, &again[n].seen.current, sizeof(double));
-        TEST_ASSERT_EQUAL_MEMORY(&cells[n].seen.speed, &again[n].seen.speed, sizeof(double));
-        TEST_ASSERT_EQUAL_MEMORY(&cells[n].seen.noticed, &again[n].seen.noticed, sizeof(double));
     }
 }

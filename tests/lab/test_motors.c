@@ -46,21 +46,19 @@ static void test_every_way_to_say_the_flux_means_the_same_motor(void)
     /* psi_f = 0.1 Wb, p = 4: a phase has 0.4 V s/rad peak, 41.888 V at 1000 r/min, 72.552 V between lines;
      * K_t 0.6 N m/A of the peak; 2 pi 0.1 V/Hz. Through two phases the mean of a block is 3/pi of the line's
      * peak: 0.66160 N m/A, and as many volts a rad/s: 14.434 rpm/V. */
-    static const struct {
-        const char *text;
-    } ways[] = {{"flux_linkage=0.1 Wb"},
-                {"flux_volts_per_hertz=0.6283185 V/Hz"},
-                {"ke_line_peak=72.5520 V/krpm"},
-                {"ke_line_rms=51.3020 V/krpm"},
-                {"ke_phase_peak=41.8879 V/krpm"},
-                {"ke_phase_rms=29.6192 V/krpm"},
-                {"kt_peak=0.6 N m/A"},
-                {"kt_rms=848.528 mN m/A"},
-                {"kt_block=0.661595 N m/A"},
-                {"speed_constant_block=14.4339 rpm/V"}};
+    static const char *const ways[] = {"flux_linkage=0.1 Wb",
+                                       "flux_volts_per_hertz=0.6283185 V/Hz",
+                                       "ke_line_peak=72.5520 V/krpm",
+                                       "ke_line_rms=51.3020 V/krpm",
+                                       "ke_phase_peak=41.8879 V/krpm",
+                                       "ke_phase_rms=29.6192 V/krpm",
+                                       "kt_peak=0.6 N m/A",
+                                       "kt_rms=848.528 mN m/A",
+                                       "kt_block=0.661595 N m/A",
+                                       "speed_constant_block=14.4339 rpm/V"};
     for (size_t n = 0; n < sizeof ways / sizeof ways[0]; n++) {
-        TEST_ASSERT_TRUE_MESSAGE(GIVEN(USUAL, ways[n].text), error.message);
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-6, 0.1, motor.value[MOTOR_FLUX], ways[n].text);
+        TEST_ASSERT_TRUE_MESSAGE(GIVEN(USUAL, ways[n]), error.message);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2e-6, 0.1, motor.value[MOTOR_FLUX], ways[n]);
         TEST_ASSERT_DOUBLE_WITHIN(2e-5, 0.6, motor_torque_constant(&motor));
     }
 }
@@ -119,6 +117,27 @@ static void test_what_is_missing_is_named_and_nothing_is_said_twice(void)
     TEST_ASSERT_FALSE(GIVEN(USUAL, "inertia=3 N m"));
     TEST_ASSERT_NOT_NULL(strstr(error.message, "kg cm^2"));
     TEST_ASSERT_FALSE(GIVEN(USUAL, "encoder_lines=5"));
+}
+
+/* rms and peak are values of a quantity, and a key is for one of them. */
+static void test_arms_is_for_keys_of_rms_values(void)
+{
+    static const struct {
+        const char *assignment;
+        bool good;
+    } rows[] = {
+        {"rated_current_rms=3 Arms", true}, {"rated_current_rms=3 A rms", true},
+        {"rated_current_rms=3 A", true},    {"rated_current_rms=3 Apk", false},
+        {"rated_current_peak=3 Apk", true}, {"rated_current_peak=3 Arms", false},
+        {"ke_line_rms=45 Vrms/krpm", true}, {"ke_line_peak=45 Vrms/krpm", false},
+        {"ke_line_peak=45 Vpk/krpm", true}, {"kt_rms=0.5 N\xC2\xB7m/Arms", true},
+        {"kt_peak=0.5 N m/Arms", false},    {"kt_rms=0.5 Nm/A", true},
+    };
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        sheet = (motor_sheet_t){.name = "x"};
+        TEST_ASSERT_EQUAL_MESSAGE(rows[n].good, motor_override(&sheet, rows[n].assignment, &error),
+                                  rows[n].assignment);
+    }
 }
 
 /* ---- tune ---- */
@@ -406,31 +425,6 @@ static void test_tune_takes_an_encoder_for_a_motor_too_salient(void)
     }
 }
 
-static void test_a_motor_that_is_none_is_refused_where_it_stands(void)
-{
-    static const struct {
-        const char *text, *says;
-        uint32_t line;
-    } wrong[] = {
-        {HEAD "[motor]\nname = \"teknik\"\n", "`lagless motors`", 5u},
-        {"motor = \"liu\"\n" HEAD, "nearest: liu-2019", 1u},
-        {HEAD "[motor]\nname = \"liu-2019\"\nfile = \"a.toml\"\n", "one of the two", 7u},
-        {HEAD "[motor]\nfile = \"no_such_motor.toml\"\n", "no_such_motor.toml", 6u},
-        {HEAD "[motor]\npole_pairs = 4\nresistance = \"1 H\"\n", "ohm", 7u},
-        {HEAD "[motor]\npole_pairs = 4\nresistanc = 1\n", "nearest: resistance", 7u},
-        {HEAD "[motor]\npole_pairs = 4\n", "missing: resistance", 5u},
-        {HEAD "[motor]\nname = \"liu-2019\"\nresistance = \"90 ohm\"\n", "does not even carry R I", 5u},
-        {HEAD "motor = 4\n", "no such key", 5u},
-        {"motor = 4\n" HEAD, "a table", 1u},
-    };
-    for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
-        TEST_ASSERT_NULL_MESSAGE(read_text(wrong[n].text), wrong[n].text);
-        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(error.message, wrong[n].says), error.message);
-        TEST_ASSERT_EQUAL_UINT32_MESSAGE(wrong[n].line, error.place.line, wrong[n].text);
-        TEST_ASSERT_TRUE(error.name[0] != '\0');
-    }
-}
-
 /* Values that the runner has of a row at some times. */
 static double at_time(const char *profile, double time)
 {
@@ -471,32 +465,41 @@ static void test_a_profile_goes_from_point_to_point(void)
     }
 }
 
-static void test_a_profile_that_is_none_is_refused_where_it_stands(void)
+static void test_a_motor_or_a_profile_that_is_none_is_refused_where_it_stands(void)
 {
+#define ROW HEAD "[[profile]]\nrow = \"load_torque\"\n"
     static const struct {
         const char *text, *says;
         uint32_t line;
     } wrong[] = {
-        {"[[profile]]\npoints = [[0, 1]]\n", "row", 5u},
-        {"[[profile]]\nrow = \"load_torque\"\n", "points", 5u},
-        {"[[profile]]\nrow = \"load_torqe\"\npoints = [[0, 1]]\n", "nearest: load_torque", 6u},
-        {"[[profile]]\nrow = \"i_q\"\npoints = [[0, 1]]\n", "shown, not set", 6u},
-        {"[[profile]]\nrow = \"load_torque\"\npoints = [[0, 1], [0.02]]\n", "a time and a value", 7u},
-        {"[[profile]]\nrow = \"load_torque\"\npoints = [[0.05, 1], [0.02, 2]]\n", "do not fall", 7u},
-        {"[[profile]]\nrow = \"load_torque\"\npoints = [[0, 1], [0.2, 2]]\n", "points: 200 ms is outside",
-         7u},
-        {"[[profile]]\nrow = \"load_torque\"\npoints = [[0, \"1 V\"]]\n", "N m", 7u},
-        {"[[profile]]\nrow = \"load_torque\"\npoints = [[0, -1e6]]\n", "outside its range", 7u},
-        {"[[profile]]\nrow = \"enable\"\npoints = [[0, \"on\"]]\n", "steps", 6u},
-        {"[[profile]]\nrow = \"load_torque\"\nshape = \"cubic\"\npoints = [[0, 1]]\n", "linear, steps", 7u},
+        {HEAD "[motor]\nname = \"teknik\"\n", "`lagless motors`", 5u},
+        {"motor = \"liu\"\n" HEAD, "nearest: liu-2019", 1u},
+        {HEAD "[motor]\nname = \"liu-2019\"\nfile = \"a.toml\"\n", "one of the two", 7u},
+        {HEAD "[motor]\nfile = \"no_such_motor.toml\"\n", "no_such_motor.toml", 6u},
+        {HEAD "[motor]\npole_pairs = 4\nresistance = \"1 H\"\n", "ohm", 7u},
+        {HEAD "[motor]\npole_pairs = 4\nresistanc = 1\n", "nearest: resistance", 7u},
+        {HEAD "[motor]\npole_pairs = 4\n", "missing: resistance", 5u},
+        {HEAD "[motor]\nname = \"liu-2019\"\nresistance = \"90 ohm\"\n", "does not even carry R I", 5u},
+        {HEAD "motor = 4\n", "no such key", 5u},
+        {"motor = 4\n" HEAD, "a table", 1u},
+        {HEAD "[[profile]]\npoints = [[0, 1]]\n", "row", 5u},
+        {ROW, "points", 5u},
+        {HEAD "[[profile]]\nrow = \"load_torqe\"\npoints = [[0, 1]]\n", "nearest: load_torque", 6u},
+        {HEAD "[[profile]]\nrow = \"i_q\"\npoints = [[0, 1]]\n", "shown, not set", 6u},
+        {ROW "points = [[0, 1], [0.02]]\n", "a time and a value", 7u},
+        {ROW "points = [[0.05, 1], [0.02, 2]]\n", "do not fall", 7u},
+        {ROW "points = [[0, 1], [0.2, 2]]\n", "points: 200 ms is outside", 7u},
+        {ROW "points = [[0, \"1 V\"]]\n", "N m", 7u},
+        {ROW "points = [[0, -1e6]]\n", "outside its range", 7u},
+        {HEAD "[[profile]]\nrow = \"enable\"\npoints = [[0, \"on\"]]\n", "steps", 6u},
+        {ROW "shape = \"cubic\"\npoints = [[0, 1]]\n", "linear, steps", 7u},
     };
     for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
-        char text[512];
-        snprintf(text, sizeof text, HEAD "%s", wrong[n].text);
-        TEST_ASSERT_NULL_MESSAGE(read_text(text), text);
+        TEST_ASSERT_NULL_MESSAGE(read_text(wrong[n].text), wrong[n].text);
         char whole[800];
         snprintf(whole, sizeof whole, "%.90s: %.640s", error.name, error.message);
         TEST_ASSERT_NOT_NULL_MESSAGE(strstr(whole, wrong[n].says), whole);
-        TEST_ASSERT_EQUAL_UINT32_MESSAGE(wrong[n].line, error.place.line, text);
+        TEST_ASSERT_EQUAL_UINT32_MESSAGE(wrong[n].line, error.place.line, wrong[n].text);
+        TEST_ASSERT_TRUE(error.name[0] != '\0');
     }
 }

@@ -22,17 +22,6 @@ static void test_distances(void)
     TEST_ASSERT_EQUAL_UINT(3, names_distance("i_q", "v_d_")); /* i->v, q->d, one more */
 }
 
-static void test_distance_is_symmetric(void)
-{
-    const table_t *table = rig_table(0);
-    for (uint32_t a = 0; a < table->count; a++) {
-        for (uint32_t b = 0; b < table->count; b++) {
-            TEST_ASSERT_EQUAL_UINT(names_distance(table->rows[a].name, table->rows[b].name),
-                                   names_distance(table->rows[b].name, table->rows[a].name));
-        }
-    }
-}
-
 static void test_names_that_are_too_long_are_near_to_nothing(void)
 {
     char longest[NAMES_LENGTH_MAX + 1u];

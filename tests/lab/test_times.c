@@ -71,13 +71,6 @@ static void test_every_text_tells_its_tick(void)
     }
 }
 
-static void test_10_khz_reads_back_as_period_through_a_division(void)
-{
-    for (uint32_t period = 0; period < 4000000000u; period += 9973u) {
-        TEST_ASSERT_TRUE(times_seconds(period, 15000u) == period / 10000.0);
-    }
-}
-
 static void expect_period(const char *expected, uint64_t period_ticks)
 {
     char text[TIMES_TEXT_SIZE];

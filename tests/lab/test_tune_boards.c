@@ -194,37 +194,6 @@ static void test_what_tune_prints_is_accepted_and_what_the_drive_makes_of_it(voi
     }
 }
 
-/* Both ends of every range that a refusal prints are accepted when they are typed. */
-static void test_every_limit_that_is_printed_is_accepted(void)
-{
-    static const char *const tables[] = {"params", "requests", "plant", "rig"};
-    for (size_t t = 0; t < 4; t++) {
-        const table_t *table = scenario_table(tables[t]);
-        for (uint32_t n = 0; n < table->count; n++) {
-            const table_row_t *row = &table->rows[n];
-            char text[UNITS_TEXT_SIZE];
-            char end[UNITS_TEXT_SIZE];
-            if (row->kind != SLOT_FLOAT || row->access == TABLE_READ) {
-                continue;
-            }
-            units_range_text(text, rig_min(row), rig_max(row), units_of_row(row));
-            const char *to = strstr(text, " to ");
-            TEST_ASSERT_NOT_NULL_MESSAGE(to, text);
-            const char *unit = strchr(to + 4, ' ');
-            for (int k = 0; k < 2; k++) {
-                double value;
-                units_error_t why;
-                snprintf(end, sizeof end, "%.*s%s",
-                         k == 0 ? (int)(to - text)
-                                : (int)(unit != NULL ? (size_t)(unit - to - 4) : strlen(to + 4)),
-                         k == 0 ? text : to + 4, unit != NULL ? unit : "");
-                TEST_ASSERT_TRUE_MESSAGE(units_read(end, units_of_row(row), &value, &why), end);
-                TEST_ASSERT_TRUE_MESSAGE(rig_accepts(row, (double)(float)value), row->name);
-            }
-        }
-    }
-}
-
 /* Motors that do not run with the rows of tune, each printed by the test. Assumed reasons, which nobody has
  * proven: at 16 kHz dead time and drops of a board for 311 V leave too little of 24 V and of 48 V; the EMF
  * of a hub motor of 48 V on a board of 400 V is below the error of the dead time. A motor for 540 V turns

@@ -119,45 +119,41 @@ static void test_only_this_machine_is_listened_to(void)
     close(client);
 }
 
-static void test_port_in_use_is_named(void)
-{
-    wire_error_t error;
-    char name[32];
-    open_port(false);
-    TEST_ASSERT_NULL(wire_listen(port_of(wire), false, &stop, &error));
-    snprintf(name, sizeof name, "port %u", (unsigned)port_of(wire));
-    TEST_ASSERT_NOT_NULL(strstr(error.text, name));
-    TEST_ASSERT_NOT_NULL(strstr(error.text, "in use"));
-}
-
-/* Silence, DISCONNECT, silence; then the next one is heard, and gets nothing of what was the first one's. */
+/* Silence, DISCONNECT, silence; then the next one is heard, and gets nothing of what was the first one's;
+ * also one that comes before anybody has seen that the first one is gone. */
 static void test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard(void)
 {
     static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};
     uint8_t octets[16];
     open_port(false);
-    const int first = client_at(port_of(wire));
-    wire_poll(wire);
-    close(first);
-    wire_poll(wire);
-    TEST_ASSERT_FALSE(wire_has_client(wire));
-    const int second = client_at(port_of(wire));
-    TEST_ASSERT_EQUAL(5, send(second, (const uint8_t[]){1, 0, 0, 0, 'x'}, 5, 0));
-    uint32_t polls = 0;
-    uint32_t count = 0;
-    while (count == 0u && polls < 100u) {
+    for (int seen = 1; seen >= 0; seen--) {
+        const int first = client_at(port_of(wire));
         wire_poll(wire);
-        polls++;
-        count = wire_read(wire, octets, sizeof octets);
+        close(first);
+        if (seen != 0) {
+            wire_poll(wire);
+            TEST_ASSERT_FALSE(wire_has_client(wire));
+        }
+        const int second = client_at(port_of(wire));
+        TEST_ASSERT_EQUAL(5, send(second, (const uint8_t[]){1, 0, 0, 0, 'x'}, 5, 0));
+        uint32_t polls = 0;
+        uint32_t count = 0;
+        while (count == 0u && polls < 100u) {
+            wire_poll(wire);
+            polls++;
+            count = wire_read(wire, octets, sizeof octets);
+        }
+        TEST_ASSERT_GREATER_OR_EQUAL_UINT32(6u, polls); /* [ms] more than a half frame is waited for */
+        TEST_ASSERT_EQUAL_UINT32(sizeof goodbye, count);
+        TEST_ASSERT_EQUAL_UINT8_ARRAY(goodbye, octets, sizeof goodbye);
+        TEST_ASSERT_EQUAL_UINT32(3u, wire_write(wire, octets, 3u)); /* its answer, to nobody */
+        TEST_ASSERT_EQUAL_UINT32(5u, read_some(octets, 5u));
+        TEST_ASSERT_EQUAL('x', octets[4]);
+        TEST_ASSERT_EQUAL(-1, recv(second, octets, 1, MSG_DONTWAIT));
+        close(second);
+        wire_poll(wire);
+        read_some(octets, 5u); /* the second one's good-bye */
     }
-    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(6u, polls); /* [ms] more than a half frame is waited for */
-    TEST_ASSERT_EQUAL_UINT32(sizeof goodbye, count);
-    TEST_ASSERT_EQUAL_UINT8_ARRAY(goodbye, octets, sizeof goodbye);
-    TEST_ASSERT_EQUAL_UINT32(3u, wire_write(wire, octets, 3u)); /* its answer, to nobody */
-    TEST_ASSERT_EQUAL_UINT32(5u, read_some(octets, 5u));
-    TEST_ASSERT_EQUAL('x', octets[4]);
-    TEST_ASSERT_EQUAL(-1, recv(second, octets, 1, MSG_DONTWAIT));
-    close(second);
 }
 
 static void test_nobody_there_takes_everything(void)

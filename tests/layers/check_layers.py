@@ -171,6 +171,12 @@ FILE_LINES = {"firmware/drive/drive.c": 200}
 ANY_FILE_LINES = 500
 TABLES = re.compile(r".*/(registers|params|faults|signals|reasons)\.h|hal/f28335/boards/.*")
 
+# What keeps the firmware readable and is in no single line: structs that are no bags (the rows of a table, X macros, are no fields
+# that a reader has to know), no circle of includes, and no schedule by a remainder: a task has its steps in their order.
+FIELDS = 25
+STRUCT = re.compile(r"\bstruct\b[ \t]*\w*[ \t\n]*\{")
+SLOT = re.compile(r"% *(?:GUARD|CURRENT|DRIVE|LOOK)_\w+")
+
 # The parts of the estimator are its own: nobody else reaches through it into one of them.
 INNER_PARTS = re.compile(r"(?:\.|->)(?:pll|smo)(?:\.|->)")
 INNER_PARTS_OF = "firmware/estimator/"
@@ -223,6 +229,41 @@ def project_files(root):
     else:
         names = [p.relative_to(root).as_posix() for p in root.rglob("*")]
     return sorted(n for n in set(names) if not NOT_OURS & set(n.split("/")) and (root / n).is_file())
+
+
+def fields_of(code, opening):
+    """How many fields the struct has whose brace opens here; those of a struct within it are that one's."""
+    depth, body = 0, ""
+    for sign in code[opening:]:
+        depth += (sign == "{") - (sign == "}")
+        if depth == 0:
+            break
+        body += sign if depth == 1 and sign not in "{}" else ""
+    lines = [line for line in body.splitlines() if not line.lstrip().startswith("#")]
+    return sum(len(field.split(",")) for field in "\n".join(lines).split(";") if re.search(r"\w", field))
+
+
+def rings(nodes, edges):
+    """The rings of a graph, each with its first node at both ends; edges: an iterator over the nodes behind one."""
+    finished = set()
+    for first in nodes:
+        trail, stack = [], [(first, None)]
+        while stack:
+            node, inner = stack.pop()
+            if inner is None:
+                if node in finished:
+                    continue
+                if node in trail:
+                    yield trail[trail.index(node):] + [node]
+                    continue
+                trail.append(node)
+                inner = edges(node)
+            following = next(inner, None)
+            if following is None:
+                finished.add(trail.pop())
+            else:
+                stack.append((node, inner))
+                stack.append((following, None))
 
 
 class Checker:
@@ -341,28 +382,31 @@ class Checker:
                 elif called in everywhere and len(everywhere[called]) == 1:
                     yield everywhere[called][0], called
 
-        finished = set()
-        for path, functions in by_file.items():
-            for name in functions:
-                trail, stack = [], [((path, name), None)]
-                while stack:
-                    node, inner = stack.pop()
-                    if inner is None:
-                        if node in finished:
-                            continue
-                        if node in trail:
-                            first = by_file[node[0]][node[1]]
-                            ring = " -> ".join(n for _, n in trail[trail.index(node):] + [node])
-                            self.breach(first[0], first[1], "recursion", ring)
-                            continue
-                        trail.append(node)
-                        inner = edges(node)
-                    following = next(inner, None)
-                    if following is None:
-                        finished.add(trail.pop())
-                    else:
-                        stack.append((node, inner))
-                        stack.append((following, None))
+        for ring in rings([(path, name) for path, functions in by_file.items() for name in functions], edges):
+            path, line, *_ = by_file[ring[0][0]][ring[0][1]]
+            self.breach(path, line, "recursion", " -> ".join(name for _, name in ring))
+
+    # ---- Structs, circles of includes -------------------------------------------------------------------------------
+
+    def check_structs(self, path, text):
+        code = without_comments(text, keep_text=False)
+        for match in STRUCT.finditer(code):
+            count = fields_of(code, match.end() - 1)
+            if count > FIELDS:
+                self.breach(path, line_of(code, match.start()), "struct",
+                            f"has {count} fields; {FIELDS} at most: give each task or room a struct of its own in it")
+        for match in SLOT.finditer(code):
+            self.breach(path, line_of(code, match.start()), "slot", f"{match.group()}: a task does its steps in their order")
+
+    def check_circles(self, sources):
+        def edges(path):
+            for match in INCLUDE.finditer(without_comments(sources[path], keep_text=True)):
+                target = self.resolve(path, match.group(1).strip('"<>'))
+                if target in sources:
+                    yield target
+
+        for ring in rings(sorted(sources), edges):
+            self.breach(ring[0], 1, "circle", " -> ".join(ring) + ": these include each other")
 
     # ---- Machine paths ----------------------------------------------------------------------------------------------
 
@@ -426,7 +470,10 @@ class Checker:
                 self.check_words(path, text)
                 self.check_lengths(path, text)
                 target_sources[path] = text
+            if path.startswith("firmware/"):
+                self.check_structs(path, text)
         self.check_recursion(target_sources)
+        self.check_circles({path: text for path, text in target_sources.items() if path.startswith("firmware/")})
         return len(target_sources)
 
     # ---- Symbols ----------------------------------------------------------------------------------------------------

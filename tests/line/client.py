@@ -1,5 +1,5 @@
 """What pyxcp is told to do, in a process of its own because it takes its configuration from there (pyxcp_conf.py in the
-working folder). Prints a JSON object. usage: client.py facts | refusals | writes | record SECONDS EVERY FILE ID..."""
+working folder). Prints a JSON object. usage: client.py facts | writes | record SECONDS EVERY FILE ID..."""
 
 import json
 import struct
@@ -8,7 +8,6 @@ import time
 
 from pyxcp.cmdline import ArgumentParser
 from pyxcp.daq_stim import DaqList, DaqOnlinePolicy
-from pyxcp.types import XcpResponseError
 
 arguments = sys.argv[1:]
 sys.argv = sys.argv[:1]
@@ -93,70 +92,6 @@ def facts():
     return done
 
 
-def refusals():
-    """Writes that must be refused, each with the error it brought, and a picture of all that can be set before and after."""
-
-    def picture(x):
-        def upload(first, last, extension):
-            octets = b""
-            for address in range(4 * first, 4 * (last + 1), 60):
-                octets += bytes(x.shortUpload(min(60, 4 * (last + 1) - address), address, extension))
-            return octets.hex()
-
-        values = [upload(1, 93, PARAMS), upload(1000, 1005, REQUESTS)]
-        x.setMta(4, PARAMS)
-        return values + [x.buildChecksum(4 * 93).checksum]
-
-    def attempt(x, slot, extension, octets):
-        try:
-            x.setMta(4 * slot, extension)
-            x.download(octets)
-        except XcpResponseError as error:
-            return int(error.get_error_code())
-        return None
-
-    with ArgumentParser(description="").run() as x:
-        x.connect()
-        before = picture(x)
-        x.setMta(4, PARAMS)
-        errors = {
-            "range": attempt(x, 6, PARAMS, struct.pack("<f", 1e9)),
-            "not a number": attempt(x, 6, PARAMS, struct.pack("<f", float("nan"))),
-            "choice": attempt(x, 28, PARAMS, struct.pack("<i", 2)),
-            "no row": attempt(x, 500, PARAMS, struct.pack("<f", 1.0)),
-            "half a slot": attempt(x, 6, PARAMS, b"\0\0"),
-            "second of two": attempt(x, 6, PARAMS, struct.pack("<ff", 5.0, 1e9)),
-            "request beyond its range": attempt(x, 1003, REQUESTS, struct.pack("<f", 1e6)),
-            "request beyond the overspeed trip": attempt(x, 1003, REQUESTS, struct.pack("<f", 1000.0)),
-            "signal": attempt(x, 2015, SIGNALS, struct.pack("<f", 0.0)),
-            "what a service shows": attempt(x, 1901, SERVICES, struct.pack("<i", 0)),
-        }
-        after = picture(x)
-        # one that is taken, read back, and refused as a set: 10 A do not go with a trip of 11 A
-        x.setMta(4 * 11, PARAMS)
-        x.download(struct.pack("<f", 11.0))
-        staged = struct.unpack("<f", bytes(x.shortUpload(4, 4 * 11, PARAMS)))[0]
-        try:
-            x.setCalPage(1, 0, 0)
-            errors["set"] = None
-        except XcpResponseError as error:
-            errors["set"] = int(error.get_error_code())
-        reason, row = struct.unpack("<iI", bytes(x.shortUpload(8, 4 * 1901, SERVICES)))
-        x.setCalPage(2, 0, 0)
-        active = struct.unpack("<f", bytes(x.shortUpload(4, 4 * 11, PARAMS)))[0]
-        x.setCalPage(2, 0, 1)
-        x.setMta(4 * 11, PARAMS)
-        x.download(struct.pack("<f", 14.0))
-        differs = x.getCalPage(1, 0)
-        x.setCalPage(1, 0, 0)
-        same = x.getCalPage(1, 0)
-        x.setCalPage(2, 0, 0)
-        applied = struct.unpack("<f", bytes(x.shortUpload(4, 4 * 11, PARAMS)))[0]
-        x.disconnect()
-    return {"errors": errors, "unchanged": before == after, "staged": staged, "active": active, "reason": reason, "row": row,
-            "pages": [differs, same], "applied": applied}
-
-
 def writes():
     """Requests and a staged parameter, read back; the speed that the motor then has."""
 
@@ -190,5 +125,5 @@ def writes():
 if arguments[0] == "record":
     done = record(float(arguments[1]), int(arguments[2]), arguments[3], [int(i) for i in arguments[4:]])
 else:
-    done = {"facts": facts, "refusals": refusals, "writes": writes}[arguments[0]]()
+    done = {"facts": facts, "writes": writes}[arguments[0]]()
 print(json.dumps(done))

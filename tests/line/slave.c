@@ -108,13 +108,6 @@ static void send_frame(slave_t *slave, const uint8_t *packet, uint32_t length)
     send_octets(slave, frame, 4u + length + (slave->serial ? add_tail(frame, 4u + length) : 0u));
 }
 
-void slave_send(slave_t *slave, const uint8_t *packet, uint32_t length)
-{
-    pthread_mutex_lock(&slave->lock);
-    send_frame(slave, packet, length);
-    pthread_mutex_unlock(&slave->lock);
-}
-
 void slave_octets(slave_t *slave, const uint8_t *octets, uint32_t count)
 {
     pthread_mutex_lock(&slave->lock);

@@ -68,8 +68,7 @@ void slave_put(slave_t *slave, uint32_t extension, uint32_t address, uint32_t bi
 uint32_t slave_get(slave_t *slave, uint32_t extension, uint32_t address);
 uint32_t slave_count(slave_t *slave, uint8_t command); /* how often it was asked */
 
-/* Sends a packet as it stands, a sample with this stamp whose slots are what `slots` says, plain octets. */
-void slave_send(slave_t *slave, const uint8_t *packet, uint32_t length);
+/* Sends a sample with this stamp whose slots are what `slots` says, plain octets. */
 void slave_sample(slave_t *slave, uint32_t stamp, const uint32_t *slots);
 void slave_octets(slave_t *slave, const uint8_t *octets, uint32_t count);
 

@@ -10,7 +10,6 @@ import socket
 import struct
 import subprocess
 import sys
-import time
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
@@ -19,12 +18,8 @@ import stuck  # noqa: E402
 LAGLESS, PYTHON, FOLDER, SECONDS = os.path.abspath(sys.argv[1]), sys.argv[2], sys.argv[3], float(sys.argv[4])
 HERE = os.path.dirname(os.path.abspath(__file__))
 EXTENSIONS = {"signals": 0, "params": 1, "requests": 2, "services": 3}
-KINDS = {"float": "FLOAT32_IEEE", "int32": "SLONG", "uint32": "ULONG", "choice": "SLONG"}
+ON = 0x11111111 ^ 1000 * 0x9E3779B1 & 0xFFFFFFFF  # the request enable, as it is written on the line (docs/serial.md)
 
-
-def code(row, choice):
-    """A named value of a request or a service that is written, on the line (docs/serial.md)."""
-    return choice * 0x11111111 ^ row * 0x9E3779B1 & 0xFFFFFFFF
 
 CONFIGURATION = """c = get_config()
 c.Transport.layer = "ETH"
@@ -75,12 +70,6 @@ own = pathlib.Path(sys.argv[1]).read_text(encoding="utf-8")
 example = pathlib.Path(pya2l.__file__).parent / "examples" / "ASAP2_Demo_V161.a2l"
 whole = GRAMMAR.search(example.read_text(encoding="latin-1"))[0]
 rows, blocks = [], []
-def choices(name):
-    method = session.query(model.CompuMethod).filter(model.CompuMethod.name == name).first()
-    if method is None or method.compu_tab_ref is None:
-        return None
-    table = session.query(model.CompuVtab).filter(model.CompuVtab.name == method.compu_tab_ref.conversionTable).first()
-    return [[pair.inVal, pair.outVal] for pair in table.pairs]
 for text in (GRAMMAR.sub(lambda _: whole, own), own):
     path = pathlib.Path("read.a2l")
     path.write_text(text, encoding="utf-8")
@@ -95,16 +84,11 @@ for kind, shown in ((model.Measurement, True), (model.Characteristic, False)):
             "name": row.name, "shown": shown, "text": row.longIdentifier,
             "address": row.ecu_address.address if shown else row.address,
             "extension": row.ecu_address_extension.extension,
-            "type": row.datatype if shown else row.deposit,
-            "min": row.lowerLimit, "max": row.upperLimit, "unit": row.phys_unit.unit, "choices": choices(row.conversion)})
+            "unit": row.phys_unit.unit})
 commands = re.search(r'"OPTIONAL_CMD"\\s+enum\\s*{(.*?)}', whole, re.S)[1]
 print(json.dumps({"rows": rows, "epk": session.query(model.Epk).first().identifier, "blocks": blocks,
                   "commands": {name: int(code, 0) for name, code in re.findall(r'"(\\w+)"\\s*=\\s*(\\w+)', commands)}}))
 """
-
-
-def float32(value):
-    return struct.unpack("<f", struct.pack("<f", value))[0]
 
 
 class Pyxcp(stuck.TestCase):
@@ -162,14 +146,9 @@ class Pyxcp(stuck.TestCase):
         done = self.tool("xcp-info")
         for complaint in ("WARNING", "ERROR", "CRITICAL", "Traceback", "not implemented"):
             self.assertNotIn(complaint, done.stdout + done.stderr)
-        for fact in ("'name': 'isr_10kHz'", "EVENT_CHANNEL_TIME_UNIT_100US", "'cycle': 1,", "DYNAMIC", "'maxCto': 64", "'maxDto': 128",
-                     "IDF_ABS_ODT_NUMBER", "'granularityOdtEntrySizeDaq': 4", "'maxOdtEntrySizeDaq': 4", "'maxSegments': 1",
-                     "EPK: lagless-"):
-            self.assertIn(fact, done.stdout)
 
     def test_description_is_fetched_and_has_every_row_and_says_of_the_line_what_the_drive_says(self):
         self.serve("cold_start")
-        self.second_client_is_refused_within_a_tenth_of_a_second()
         self.info_is_clean()
         self.tool("xcp-fetch-a2l")
         reader = os.path.join(self.folder, "reader.py")
@@ -180,31 +159,11 @@ class Pyxcp(stuck.TestCase):
         self.line_is_what_the_drive_says(read)
 
     def rows_are_those_of_the_tables(self, read):
+        """What else stands in a row is asked in tests/unit/test_a2l.c."""
         self.assertRegex(read["epk"], "^lagless-[0-9a-f]{8}$")
-        found = {row["name"]: row for row in read["rows"]}
-        tables = self.tables()
-        self.assertEqual(set(tables), set(found))
-        self.assertEqual(len(tables), len(read["rows"]))
-        for name, row in tables.items():
-            entry = found[name]
-            with self.subTest(row=name):
-                self.assertEqual(4 * row["id"], entry["address"])
-                self.assertEqual(EXTENSIONS[row["table"]], entry["extension"])
-                self.assertEqual(row["unit"], entry["unit"])
-                self.assertEqual(row["text"], entry["text"])
-                coded = row["kind"] == "choice" and row["table"] in ("requests", "services") and not entry["shown"]
-                self.assertEqual("ULONG" if coded else KINDS[row["kind"]], entry["type"].replace("RL.", ""))
-                if coded:
-                    names = row["choices"].split("|")
-                    self.assertEqual([(code(row["id"], n), name) for n, name in enumerate(names)],
-                                     [tuple(c) for c in entry["choices"]])
-                    continue
-                if not entry["shown"]:
-                    as_it_is = float32 if row["kind"] == "float" else int
-                    for end in ("min", "max"):
-                        self.assertEqual(as_it_is(row[end]), as_it_is(entry[end]))
-                if row["kind"] == "choice":
-                    self.assertEqual(list(enumerate(row["choices"].split("|"))), [tuple(c) for c in entry["choices"]])
+        self.assertEqual({(name, 4 * row["id"], EXTENSIONS[row["table"]], row["unit"], row["text"]) for name, row in self.tables().items()},
+                         {(row["name"], row["address"], row["extension"], row["unit"], row["text"]) for row in read["rows"]})
+        self.assertEqual(len(self.tables()), len(read["rows"]))
 
     def line_is_what_the_drive_says(self, done):
         """IF_DATA XCP, read by two grammars alike, against the answers of the drive, and what each transport is by its test."""
@@ -275,30 +234,6 @@ class Pyxcp(stuck.TestCase):
             octets += more
         return octets
 
-    def test_what_is_refused_changes_nothing(self):
-        self.serve("cold_start")
-        done = self.client("refusals")
-        expected = dict.fromkeys(done["errors"], 0x22)
-        expected.update({"signal": 0x23, "what a service shows": 0x23})
-        self.assertEqual(expected, done["errors"])
-        self.assertTrue(done["unchanged"])
-        self.assertEqual([11.0, 15.0], [done["staged"], done["active"]])
-        self.assertEqual([6, 11], [done["reason"], done["row"]])  # cross_rule, about overcurrent_trip
-        self.assertEqual([1, 0], done["pages"])
-        self.assertEqual(14.0, done["applied"])
-
-    def second_client_is_refused_within_a_tenth_of_a_second(self):
-        with socket.create_connection(("127.0.0.1", self.port)) as first:
-            first.sendall(bytes.fromhex("02000000ff00"))
-            self.assertEqual("08000000ff0580", first.recv(12).hex()[:14])
-            begun = time.monotonic()
-            with socket.create_connection(("127.0.0.1", self.port)) as second:
-                second.settimeout(5)
-                self.assertEqual(b"", second.recv(1))
-            self.assertLess(time.monotonic() - begun, 0.1)
-            first.sendall(bytes.fromhex("01000100fd"))  # and the first one notices nothing
-            self.assertEqual("06000100ff", first.recv(12).hex()[:10])
-
     def test_samples_are_those_of_the_recording(self):
         """Twelve floats of every period over TCP."""
         self.samples_are_those_of_the_recording(self.serve, FLOATS, 1)
@@ -317,7 +252,7 @@ class Pyxcp(stuck.TestCase):
             file.write('schema = 1\ntitle = "At rest"\n[run]\nduration = "1 s"\n[rig]\nfidelity = "averaged"\n')
         self.serve_serial(scenario, handling=True)
         done = self.client("writes")
-        self.assertEqual([code(1000, 1), 20.0, 8.0], done["read"])
+        self.assertEqual([ON, 20.0, 8.0], done["read"])
         self.assertEqual([3, 1], done["states"])  # operation_enabled, ready
         self.assertGreater(done["speed"], 19.0)
 

@@ -1,10 +1,8 @@
 /* Targets as people write them, and serial devices: a pseudo terminal stands for one. */
 #include <fcntl.h>
-#include <netinet/in.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include "host_sim/line/transport.h"
@@ -112,21 +110,4 @@ static void test_what_is_no_serial_device_is_told(void)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, "no serial device"), why);
     TEST_ASSERT_EQUAL(-1, transport_open("/dev/ttyUSB_none", &lossless, why, sizeof why));
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, "/dev/ttyUSB_none: No such file"), why);
-}
-
-/* A port that was free a moment ago. */
-static void test_a_port_where_nobody_listens_is_told_with_the_remedy(void)
-{
-    struct sockaddr_in address = {.sin_family = AF_INET, .sin_addr = {htonl(INADDR_LOOPBACK)}};
-    socklen_t size = sizeof address;
-    char target[64];
-    bool lossless;
-    const int held = socket(AF_INET, SOCK_STREAM, 0);
-    TEST_ASSERT_EQUAL(0, bind(held, (struct sockaddr *)&address, size));
-    TEST_ASSERT_EQUAL(0, getsockname(held, (struct sockaddr *)&address, &size));
-    snprintf(target, sizeof target, "tcp://127.0.0.1:%u", (unsigned)ntohs(address.sin_port));
-    TEST_ASSERT_EQUAL(-1, transport_open(target, &lossless, why, sizeof why));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, "no server listens there"), why);
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why, "lagless serve"), why);
-    close(held);
 }

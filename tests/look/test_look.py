@@ -16,7 +16,6 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/cli"))
 import command_line  # noqa: E402
-from command_line import NO_PICTURES  # noqa: E402
 
 FOLDER = pathlib.Path(command_line.FOLDER)
 DRAWS = importlib.util.find_spec("matplotlib") is not None
@@ -137,9 +136,6 @@ class Plots(Case):
             self.assertTrue((self.made / "runs" / name / "own.csv").is_file(), self.second.stderr)
             self.assertTrue((self.made / "runs" / name / "own.html").is_file(), self.second.stderr)
 
-    def test_quiet_says_only_what_went_wrong(self):
-        self.assertEqual((0, "", ""), (self.fault.returncode, self.fault.stdout, self.fault.stderr))
-
     def test_json_lists_the_pictures_and_stays_json(self):
         self.assertEqual(["runs/own_2/own.csv", "runs/own_2/own.html", "runs/own_2/own.png"], json.loads(self.second.stdout)["files"])
 
@@ -148,11 +144,6 @@ class Plots(Case):
         self.assertEqual(["time", "i_d", "inertia"], [name.replace("plant.", "") for name in names[:3]])
         self.assertLessEqual({"state", "manoeuvre", "fault_reason", "omega_m_ref", "true_omega_m", "true_torque", "i_q", "i_q_upper",
                               "true_i_a", "u_d", "u_q", "u_dc", "theta_err"}, set(names))
-
-    def test_record_says_exactly_what_is_recorded(self):
-        lagless("run", self.own_toml, "--plot", "--record", "i_q,u_dc", "--out", self.folder / "out",
-                env=NO_PICTURES)
-        self.assertEqual(["time", "i_q", "u_dc"], list(recorded(self.folder / "out" / "own.csv")))
 
     def test_without_plot_nothing_more_is_recorded_and_drawn(self):
         lagless("run", self.own_toml, "--out", self.folder / "out")
@@ -228,31 +219,6 @@ class Plots(Case):
             self.assertEqual(*([panel["ylabel"] for panel in each["panels"]] for each in drawn))
             for x, y in zip(*(column(each, "i_d") for each in drawn)):
                 self.assertAlmostEqual(x, y, delta=1e-4)
-
-    def test_pictures_are_the_same_octets_each_time(self):
-        drawn = self.made / "runs" / "own_2" / "own"
-        self.expect(0, lagless("plot", drawn.with_suffix(".csv"), "--format", "svg,png", "--out", self.folder))
-        png = (self.folder / "own.png").read_bytes()
-        self.assertEqual((b"\x89PNG", drawn.with_suffix(".png").read_bytes()), (png[:4], png))
-        self.assertIn(b"<svg", (self.folder / "own.svg").read_bytes())
-        self.assertFalse((self.folder / "own.html").exists())
-
-    def test_without_uplot_the_page_has_a_picture_and_says_what_is_missing(self):
-        path = self.recording()
-        nowhere = {**os.environ, "UPLOT_DIR": "", "XDG_CACHE_HOME": str(self.folder / "none"), "MPLCONFIGDIR": str(self.folder)}
-        self.expect(0, lagless("plot", path, env=nowhere))
-        page = path.with_suffix(".html").read_text(encoding="utf-8")
-        self.assertIn("run tools/get-uplot", page)
-        self.assertIn('src="data:image/png;base64,', page)
-
-    def test_a_recording_of_the_console_is_drawn(self):
-        _, place = self.serve(self.own_toml, "--port", "0", "--quiet", "--free")
-        self.expect(0, lagless("connect", "tcp://" + place, input=f"record omega_m omega_m_ref i_q for 0.1 s --out {self.folder / 'line'}\n"))
-        self.assertTrue((self.folder / "line" / "recording.csv").is_file())
-        self.expect(0, lagless("plot", self.folder / "line" / "recording.mat"), "recording.html")
-        if UPLOT:
-            self.assertEqual(["speed [r/min]", "current [A]"],
-                             [panel["ylabel"] for panel in layouts(self.folder / "line" / "recording.html")["run"]["panels"]])
 
 
 class Document(Case):
@@ -336,10 +302,6 @@ class Compares(Case):
     def test_equal_recordings_are_0(self):
         done = self.expect(0, lagless("compare", self.recording(), self.recording(name="b.csv")), "equal: 4 samples of 2 rows")
         self.assertEqual("", done.stderr)
-
-    def test_csv_and_mat_of_one_run_are_equal(self):
-        lagless("run", self.own_toml, "--format", "csv,mat", "--out", self.folder)
-        self.expect(0, lagless("compare", self.folder / "own.csv", self.folder / "own.mat"), "equal: ")
 
     def test_the_first_difference_is_told_with_period_time_and_both_values(self):
         a = self.recording()

@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""Opens pages of own runs in a headless Chromium without a network, as a reader at a desk and one with a phone would: those of
-three scenarios, and of two recordings compared. Then copies with faults, each of which must be found.
+"""Opens pages of own runs in a headless Chromium without a network, as a reader at a desk and one with a phone would: that of
+a run with a fault, and of two recordings compared. That such checks see a fault is shown on the report's page (tests/report).
 
 usage: test_look_page.py LAGLESS FOLDER    pages and screenshots go to FOLDER
 
 Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: matplotlib, uPlot, chromium or chromedriver is missing. Python 3.9,
 standard library only."""
-import json
 import pathlib
 import re
 import shutil
@@ -15,9 +14,9 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "report"))
-from test_browser import CANVASES, SKIPPED, Browser, Fault, expect, replaced  # noqa: E402
+from test_browser import (CANVASES, SKIPPED, Browser, Fault, browser_programs, console_is_clean, expect, only_asked_for,  # noqa: E402
+                          page_fits)
 
-SCENARIOS = ("cold_start", "reversal_under_load", "stuck_sensor")
 WIDTHS = (1400, 390)
 
 # Each panel of each layout: what it is, what of it could not be seen.
@@ -145,20 +144,15 @@ def check_cursor(seen):
 
 
 def check_asked(seen):
-    messages = [json.loads(record["message"])["message"] for record in seen.browser.records("performance")]
-    urls = [each["params"]["request"]["url"] for each in messages if each["method"] == "Network.requestWillBeSent"]
-    expect([url for url in urls if not url.startswith("data:")], [seen.path.resolve().as_uri()], "what was asked for")
+    only_asked_for(seen.browser, seen.path.resolve().as_uri())
 
 
 def check_console(seen):
-    said = [record["message"] for record in seen.browser.records("browser") if record["level"] in ("SEVERE", "WARNING")]
-    expect(said, [], "errors and warnings on the console")
+    console_is_clean(seen.browser)
 
 
 def check_room(seen):
-    page, window = seen.browser.run("const e = document.documentElement; return [e.scrollWidth, e.clientWidth]")
-    if page > window:
-        raise Fault(f"the page is {page} px wide in a window of {window} px")
+    page_fits(seen.browser)
 
 
 def check_hidden(seen):
@@ -189,66 +183,24 @@ class Seen:
         return found
 
 
-REMOTE = ("</header>", '<img alt="" src="http://example.invalid/a.png"></header>')
-# What is done to the page, the check that must see it, and what that says. Faults of one copy do not disturb each other.
-SEEDED = (
-    (("a picture from elsewhere that the policy allows", replaced(REMOTE, ("img-src data:", "img-src data: *")), check_asked, "example.invalid"),
-     ("an error that is thrown", replaced(("</body>", "<script>throw new Error('seeded')</script></body>")), check_console, "seeded"),
-     ("bands without names", replaced(("ctx.fillText(text, from + 4", "(() => {})(text, from + 4")), check_bands, "names"),
-     ("an axis without a unit", replaced(('"torque [N m]"', '"torque"')), check_units, "torque"),
-     ("values without names", replaced(('"–" : nameOf(trace, number)', '"–" : String(number)')), check_cursor, "under the cursor"),
-     ("panels that begin at different places", replaced(("size: layout.label + 18", "size: layout.label")), check_left_ends, "left ends"),
-     ("something too wide", replaced(("</header>", '<p style="width: 2000px">wide</p></header>')), check_room, "px wide"),
-     ("legends over each other", replaced((".plots .u-legend {", ".plots .u-series { margin-right: -4rem; } .plots .u-legend {")),
-      check_hidden, "overlap")),
-    (("empty panels", replaced(("ctx.save();", "ctx.clearRect(0, 0, 1e4, 1e4); ctx.save();")), check_traces, "no trace"),),
-    (("plots that fail", replaced(("new DecompressionStream", "new Decompression")), check_state, "state and plots"),),
-)
-
-
-def missed(browser, page, work):
-    """How many of the seeded faults their checks did not find."""
-    count = 0
-    copy = work / "copy.html"
-    for faults in SEEDED:
-        text = page.read_text(encoding="utf-8")
-        for _, seed, _, _ in faults:
-            text = seed(text)
-        copy.write_text(text, encoding="utf-8")
-        found = Seen(browser, copy, max(WIDTHS)).faults()
-        for what, _, check, sign in faults:
-            seen = sign in found.get(check, "")
-            count += not seen
-            print("found " if seen else "MISSED", what + ":", found.get(check, "")[:150])
-    return count
-
-
 def pages(lagless, folder):
-    """{name: page} of the scenarios, and of two runs compared."""
-    made = {}
-    for name in SCENARIOS:
-        done = subprocess.run([lagless, "run", name, "--plot", "--out", folder / name, "--quiet"], stderr=subprocess.PIPE,
+    """{name: page} of a run with a fault, and of two runs compared."""
+    for name, more in (("run", ()), ("other", ("--set", "load_torque=2 N m"))):
+        done = subprocess.run([lagless, "run", "stuck_sensor", *more, "--plot", "--out", folder / name, "--quiet"], stderr=subprocess.PIPE,
                               text=True, check=False)
-        made[name] = folder / name / f"{name}.html"
-        if "matplotlib is missing" in done.stderr or "tools/get-uplot" in made[name].read_text(encoding="utf-8"):
+        if "matplotlib is missing" in done.stderr or "tools/get-uplot" in (folder / name / "stuck_sensor.html").read_text(encoding="utf-8"):
             print("skipped: matplotlib, or uPlot, which tools/get-uplot brings, is missing")
             sys.exit(SKIPPED)
-        expect(done.returncode, 0, f"exit code of {name}: {done.stderr}")
-    other = folder / "other"
-    subprocess.run([lagless, "run", "cold_start", "--set", "load_torque=2 N m", "--plot", "--out", other, "--quiet"],
+    subprocess.run([lagless, "compare", *(folder / name / "stuck_sensor.csv" for name in ("run", "other")), "--out", folder / "compare"],
                    stdout=subprocess.DEVNULL, check=False)
-    subprocess.run([lagless, "compare", folder / "cold_start" / "cold_start.csv", other / "cold_start.csv", "--out", folder / "compare"],
-                   stdout=subprocess.DEVNULL, check=False)
-    made["compare"] = folder / "compare" / "compare.html"
-    return made
+    return {"run": folder / "run" / "stuck_sensor.html", "compare": folder / "compare" / "compare.html"}
 
 
 def main():
     lagless, folder = sys.argv[1], pathlib.Path(sys.argv[2])
-    driver = shutil.which("chromedriver")
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if not driver or not chromium:
-        print(f"skipped: {'chromedriver (Debian: chromium-driver)' if not driver else 'chromium'} is missing")
+    programs = browser_programs()
+    if not programs:
+        print("skipped: chromium or chromedriver (Debian: chromium-driver) is missing")
         return SKIPPED
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
@@ -256,7 +208,7 @@ def main():
     work = pathlib.Path(tempfile.mkdtemp(prefix="lagless_look_"))
     failed, browser = 0, None
     try:
-        browser = Browser(driver, chromium, work)
+        browser = Browser(*programs, work)
         for name, page in made.items():
             for width in WIDTHS:
                 seen = Seen(browser, page, width, folder / f"{name}_{width}.png")
@@ -264,7 +216,6 @@ def main():
                 failed += len(found)
                 print("FAILED" if found else "ok    ", name, width, "px:", sum(layout["plots"] for layout in seen.layouts), "panels",
                       *found.values())
-        failed += missed(browser, made["cold_start"], work)
     finally:
         if browser:
             browser.close()

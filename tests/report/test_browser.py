@@ -159,6 +159,39 @@ class Browser:
         self.log.close()
 
 
+def expect(got, wanted, what):
+    if got != wanted:
+        def brief(value):
+            return (str(value)[:300] + " ...") if len(str(value)) > 300 else str(value)
+        raise Fault(f"{what}: {brief(got)}; expected {brief(wanted)}")
+
+
+def only_asked_for(browser, url, below=False):
+    """What the page has fetched: itself, and with `below` what is in its folder."""
+    messages = [json.loads(record["message"])["message"] for record in browser.records("performance")]
+    urls = [each["params"]["request"]["url"] for each in messages if each["method"] == "Network.requestWillBeSent"]
+    asked = [each for each in urls if not each.startswith("data:") and not (below and each != url and each.startswith(url))]
+    expect(asked, [url], "what was asked for")
+
+
+def console_is_clean(browser):
+    said = [record["message"] for record in browser.records("browser") if record["level"] in ("SEVERE", "WARNING")]
+    expect(said, [], "errors and warnings on the console")
+
+
+def page_fits(browser):
+    page, window = browser.run("const e = document.documentElement; return [e.scrollWidth, e.clientWidth]")
+    if page > window:
+        raise Fault(f"the page is {page} px wide in a window of {window} px")
+
+
+def browser_programs():
+    """Paths of chromedriver and of a Chromium; None where one is missing."""
+    driver = shutil.which("chromedriver")
+    chromium = next((path for path in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if path), None)
+    return (driver, chromium) if driver and chromium else None
+
+
 class Page:
     """The checks, each of which raises Fault."""
 
@@ -293,32 +326,18 @@ class Page:
                 self.browser.run("scrollTo({top: arguments[0], behavior: 'instant'});"
                                  " return new Promise(done => setTimeout(done, 300))", top)
                 self.shoot(f"width_{width}_{top}")
-            page, window = self.browser.run("const e = document.documentElement; return [e.scrollWidth, e.clientWidth]")
-            if page > window:
-                raise Fault(f"the page is {page} px wide in a window of {window} px")
+            page_fits(self.browser)
 
     def asked_nobody(self):
-        messages = [json.loads(record["message"])["message"] for record in self.browser.records("performance")]
-        urls = [each["params"]["request"]["url"] for each in messages if each["method"] == "Network.requestWillBeSent"]
-        own = (self.folder / "index.html").resolve().as_uri()
-        expect([url for url in urls if not url.startswith("data:")], [own], "what was asked for")
+        only_asked_for(self.browser, (self.folder / "index.html").resolve().as_uri())
 
     def console_is_clean(self):
-        said = [record["message"] for record in self.browser.records("browser")
-                if record["level"] in ("SEVERE", "WARNING")]
-        expect(said, [], "errors and warnings on the console")
+        console_is_clean(self.browser)
 
     CHECKS = (all_rows_are_in_the_table, verdicts_have_sign_and_word, anchors_lead_somewhere, data_are_beside_it,
               pictures_are_decoded, every_canvas_shows_its_traces, as_many_plots_as_panels,
               drag_zooms_all_panels_and_double_click_resets, single_periods_can_be_seen, cursor_is_shared_and_has_units,
               nothing_overflows, asked_nobody, console_is_clean)
-
-
-def expect(got, wanted, what):
-    if got != wanted:
-        def brief(value):
-            return (str(value)[:300] + " ...") if len(str(value)) > 300 else str(value)
-        raise Fault(f"{what}: {brief(got)}; expected {brief(wanted)}")
 
 
 def faults_of(page, checks):
@@ -397,10 +416,9 @@ def main():
     parser.add_argument("report", type=pathlib.Path)
     parser.add_argument("--screenshots", type=pathlib.Path, help="folder for PNG files of what was seen")
     options = parser.parse_args()
-    driver = shutil.which("chromedriver")
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if not driver or not chromium:
-        print(f"skipped: {'chromedriver (Debian: chromium-driver)' if not driver else 'chromium'} is missing")
+    programs = browser_programs()
+    if not programs:
+        print("skipped: chromium or chromedriver (Debian: chromium-driver) is missing")
         return SKIPPED
     index = options.report / "index.html"
     if not options.report.is_dir():
@@ -416,7 +434,7 @@ def main():
     work = pathlib.Path(tempfile.mkdtemp(prefix="lagless_page_"))
     browser = None
     try:
-        browser = Browser(driver, chromium, work)
+        browser = Browser(*programs, work)
         found = faults_of(Page(browser, options.report, options.screenshots), Page.CHECKS)
         unseen = missed(browser, options.report, work)
     finally:

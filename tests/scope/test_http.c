@@ -1,7 +1,6 @@
 /* The server of the scope's page: whom it answers, what it refuses, how it treats those who do not read. */
 #include <arpa/inet.h>
 #include <netinet/in.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -64,17 +63,6 @@ static void work(void)
     }
 }
 
-__attribute__((format(printf, 2, 3))) static void send_text(int to, const char *form, ...)
-{
-    static char text[3u * HTTP_HEAD_MAX];
-    va_list values;
-    va_start(values, form);
-    const int count = vsnprintf(text, sizeof text, form, values);
-    va_end(values);
-    TEST_ASSERT_EQUAL(count, send(to, text, (size_t)count, MSG_NOSIGNAL));
-    work();
-}
-
 /* All that has come; its number of octets. */
 static ssize_t receive(int from, char *to, size_t size)
 {
@@ -95,12 +83,40 @@ static void expect_status(int from, int status)
     TEST_ASSERT_EQUAL_STRING_LEN(wanted, answer, strlen(wanted));
 }
 
+/* A request with T for the token and P for the port in it, in braces. */
+static void ask(int to, const char *form)
+{
+    static char text[3u * HTTP_HEAD_MAX];
+    size_t count = 0;
+    for (const char *c = form; *c != '\0'; c++) {
+        if (strncmp(c, "{T}", 3u) == 0 || strncmp(c, "{P}", 3u) == 0) {
+            count += (size_t)(c[1] == 'T' ? sprintf(text + count, "%s", http_token(http))
+                                          : sprintf(text + count, "%u", (unsigned)http_port(http)));
+            c += 2;
+        } else {
+            text[count++] = *c;
+        }
+    }
+    TEST_ASSERT_EQUAL(count, send(to, text, count, MSG_NOSIGNAL));
+    work();
+}
+
+static void expect_answer(const char *form, int status)
+{
+    const int browser = client();
+    ask(browser, form);
+    expect_status(browser, status);
+    close(browser);
+}
+
+#define HERE "Host: 127.0.0.1:{P}\r\n"
+#define PAGE "GET /{T}/events HTTP/1.1\r\n" HERE
+
 static void test_page_is_given_with_headers_that_keep_it_alone(void)
 {
     char answer[2048];
     const int browser = client();
-    send_text(browser, "GET /%s/ HTTP/1.1\r\nHost: 127.0.0.1:%u\r\n\r\n", http_token(http),
-              (unsigned)http_port(http));
+    ask(browser, "GET /{T}/ HTTP/1.1\r\n" HERE "\r\n");
     TEST_ASSERT_GREATER_THAN(0, receive(browser, answer, sizeof answer));
     TEST_ASSERT_NOT_NULL(strstr(answer, "HTTP/1.1 200 OK\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(answer, "Content-Length: 5\r\n"));
@@ -110,56 +126,76 @@ static void test_page_is_given_with_headers_that_keep_it_alone(void)
     close(browser);
 }
 
-/* As a name that leads here and belongs to somebody else would ask. */
-static void test_foreign_host_is_refused(void)
+static void test_who_does_not_belong_here_is_refused_and_nothing_is_done(void)
 {
-    const char *const hosts[] = {"evil.example", "127.0.0.1", "127.0.0.1:1", "127.0.0.1:%u.evil.example"};
-    for (size_t n = 0; n < sizeof hosts / sizeof hosts[0]; n++) {
-        char host[64];
-        snprintf(host, sizeof host, hosts[n], (unsigned)http_port(http));
-        const int browser = client();
-        send_text(browser, "GET /%s/ HTTP/1.1\r\nHost: %s\r\n\r\n", http_token(http), host);
-        expect_status(browser, 403);
-        close(browser);
+    static const struct {
+        const char *request;
+        int status;
+    } rows[] = {
+        /* a name that leads here and belongs to somebody else, none, another port */
+        {"GET /{T}/ HTTP/1.1\r\nHost: evil.example\r\n\r\n", 403},
+        {"GET /{T}/ HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", 403},
+        {"GET /{T}/ HTTP/1.1\r\nHost: 127.0.0.1:1\r\n\r\n", 403},
+        {"GET /{T}/ HTTP/1.1\r\nHost: 127.0.0.1:{P}.evil.example\r\n\r\n", 403},
+        {"GET /{T}/ HTTP/1.1\r\n\r\n", 403},
+        /* without the token */
+        {"GET / HTTP/1.1\r\n" HERE "\r\n", 403},
+        {"GET /events HTTP/1.1\r\n" HERE "\r\n", 403},
+        {"GET //events HTTP/1.1\r\n" HERE "\r\n", 403},
+        {"GET /0123456789abcdef0123456789abcdef/ HTTP/1.1\r\n" HERE "\r\n", 403},
+        {"GET /{T} HTTP/1.1\r\n" HERE "\r\n", 403},
+        {"GET {T}/events HTTP/1.1\r\n" HERE "\r\n", 400},
+        /* of a page of another origin that knows the token: one of another port of this machine is
+           "same-site" */
+        {PAGE "Sec-Fetch-Site: cross-site\r\n\r\n", 403},
+        {PAGE "Sec-Fetch-Site: same-site\r\n\r\n", 403},
+        {PAGE "sec-fetch-site:cross-site\r\n\r\n", 403},
+        {PAGE "Sec-Fetch-Site: same-origin-but-very-much-longer-than-any-of-them\r\n\r\n", 403},
+        {PAGE "Sec-Fetch-Site: \r\n\r\n", 403},
+        {PAGE "Origin: https://evil.example\r\n\r\n", 403},
+        {PAGE "Origin: null\r\n\r\n", 403},
+        {PAGE "Origin: http://127.0.0.1:1\r\n\r\n", 403},
+        {PAGE "Sec-Fetch-Site: same-origin\r\nOrigin: http://evil.example\r\n\r\n", 403},
+        /* what a form on a foreign page can send lacks the header; and it may not ask whether it could */
+        {"POST /{T}/stop HTTP/1.1\r\nHost: localhost:{P}\r\nContent-Length: 0\r\n\r\n", 403},
+        {"OPTIONS /{T}/stop HTTP/1.1\r\nHost: localhost:{P}\r\n\r\n", 400},
+        /* too long, no request */
+        {"POST /{T}/set HTTP/1.1\r\n" HERE "X-Lagless: 1\r\nContent-Length: 99999\r\n\r\n", 413},
+        {"POST /{T}/set HTTP/1.1\r\n" HERE "X-Lagless: 1\r\nContent-Length: -1\r\n\r\n", 413},
+        {"\x01\x02 nonsense\r\n\r\n", 400},
+    };
+    static char longer[HTTP_HEAD_MAX + 100u];
+    memset(longer, 'a', sizeof longer - 1u);
+    memcpy(longer, "GET /", 5u);
+    expect_answer(longer, 413);
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        expect_answer(rows[n].request, rows[n].status);
     }
-    const int none = client();
-    send_text(none, "GET /%s/ HTTP/1.1\r\n\r\n", http_token(http));
-    expect_status(none, 403);
-    close(none);
-    TEST_ASSERT_EQUAL_UINT32(0u, gets);
-}
-
-static void expect_answer(int status, const char *path, const char *headers)
-{
-    const int browser = client();
-    send_text(browser, "GET %s HTTP/1.1\r\nHost: 127.0.0.1:%u\r\n%s\r\n", path, (unsigned)http_port(http),
-              headers);
-    expect_status(browser, status);
-    close(browser);
-}
-
-static void test_without_the_token_nothing_is_shown(void)
-{
-    char path[HTTP_TOKEN + 16u], wrong[HTTP_TOKEN + 16u];
-    static const char *const none[] = {"/", "/events", "//", "//events",
-                                       "/0123456789abcdef0123456789abcdef/"};
-    for (size_t n = 0; n < sizeof none / sizeof none[0]; n++) {
-        expect_answer(403, none[n], "");
-    }
-    snprintf(path, sizeof path, "/%s/events", http_token(http));
     TEST_ASSERT_EQUAL(HTTP_TOKEN, strspn(http_token(http), "0123456789abcdef"));
-    for (uint32_t n = 0; n <= HTTP_TOKEN + 1u; n++) { /* each of its characters, and the slashes around it */
-        snprintf(wrong, sizeof wrong, "%s", path);
-        wrong[n] = wrong[n] == '0' ? '1' : '0';
-        expect_answer(n == 0u ? 400 : 403, wrong, "");
+    for (uint32_t n = 0; n < HTTP_TOKEN; n++) { /* each of its characters */
+        char request[200];
+        snprintf(request, sizeof request, "GET /%s/events HTTP/1.1\r\n" HERE "\r\n", http_token(http));
+        request[5u + n] = request[5u + n] == '0' ? '1' : '0';
+        expect_answer(request, 403);
     }
-    path[1u + HTTP_TOKEN] = '\0';
-    expect_answer(403, path, "");
-    TEST_ASSERT_EQUAL_UINT32(0u, gets);
+    TEST_ASSERT_EQUAL_UINT32(0u, gets + posts);
     TEST_ASSERT_EQUAL_UINT32(0u, http_streams(http));
 }
 
-static void test_every_server_has_its_own_token(void)
+/* Typed, or opened by a program; from a page of its own; STOP by it. */
+static void test_who_belongs_here_is_answered(void)
+{
+    expect_answer("GET /{T}/ HTTP/1.1\r\n" HERE "Sec-Fetch-Site: none\r\n\r\n", 200);
+    expect_answer("GET /{T}/ HTTP/1.1\r\n" HERE
+                  "Sec-Fetch-Site: same-origin\r\nOrigin: http://localhost:{P}\r\n\r\n",
+                  200);
+    expect_answer(
+        "POST /{T}/stop HTTP/1.1\r\nHost: localhost:{P}\r\nx-lagless: 1\r\nContent-Length: 0\r\n\r\n", 200);
+    TEST_ASSERT_EQUAL_UINT32(2u, gets);
+    TEST_ASSERT_EQUAL_UINT32(1u, posts);
+}
+
+static void test_every_server_has_its_own_token_and_answers_this_machine_alone(void)
 {
     char why[256], first[HTTP_TOKEN + 1u];
     snprintf(first, sizeof first, "%s", http_token(http));
@@ -167,64 +203,9 @@ static void test_every_server_has_its_own_token(void)
     http = http_open(0u, handle, NULL, why, sizeof why);
     TEST_ASSERT_NOT_NULL_MESSAGE(http, why);
     TEST_ASSERT_TRUE(strcmp(first, http_token(http)) != 0);
-}
-
-/* Even who knows the token: a page of another port of this machine is "same-site". */
-static void test_a_request_from_a_foreign_page_is_refused_also_a_get(void)
-{
-    static const char *const foreign[] = {
-        "Sec-Fetch-Site: cross-site\r\n",
-        "Sec-Fetch-Site: same-site\r\n",
-        "sec-fetch-site:cross-site\r\n",
-        "Sec-Fetch-Site: same-origin-but-very-much-longer-than-any-of-them\r\n",
-        "Sec-Fetch-Site: \r\n",
-        "Origin: https://evil.example\r\n",
-        "Origin: null\r\n",
-        "Origin: http://127.0.0.1:1\r\n",
-        "Sec-Fetch-Site: same-origin\r\nOrigin: http://evil.example\r\n"};
-    char path[HTTP_TOKEN + 16u], own[128];
-    snprintf(path, sizeof path, "/%s/events", http_token(http));
-    for (size_t n = 0; n < sizeof foreign / sizeof foreign[0]; n++) {
-        expect_answer(403, path, foreign[n]);
-    }
-    TEST_ASSERT_EQUAL_UINT32(0u, gets);
-    TEST_ASSERT_EQUAL_UINT32(0u, http_streams(http));
-    snprintf(path, sizeof path, "/%s/", http_token(http));
-    expect_answer(200, path, "Sec-Fetch-Site: none\r\n"); /* typed, or opened by a program */
-    snprintf(own, sizeof own, "Sec-Fetch-Site: same-origin\r\nOrigin: http://localhost:%u\r\n",
-             (unsigned)http_port(http));
-    expect_answer(200, path, own);
-    TEST_ASSERT_EQUAL_UINT32(2u, gets);
-}
-
-/* What a form on a foreign page can send lacks the header; and it may not ask whether it could. */
-static void test_post_without_the_own_header_does_nothing(void)
-{
-    const unsigned port = (unsigned)http_port(http);
-    const int form = client();
-    send_text(form, "POST /%s/stop HTTP/1.1\r\nHost: localhost:%u\r\nContent-Length: 0\r\n\r\n",
-              http_token(http), port);
-    expect_status(form, 403);
-    close(form);
-    const int question = client();
-    send_text(question, "OPTIONS /%s/stop HTTP/1.1\r\nHost: localhost:%u\r\n\r\n", http_token(http), port);
-    expect_status(question, 400);
-    close(question);
-    TEST_ASSERT_EQUAL_UINT32(0u, posts);
-    const int page = client();
-    send_text(page,
-              "POST /%s/stop HTTP/1.1\r\nHost: localhost:%u\r\nx-lagless: 1\r\nContent-Length: 0\r\n\r\n",
-              http_token(http), port);
-    expect_status(page, 200);
-    close(page);
-    TEST_ASSERT_EQUAL_UINT32(1u, posts);
-}
-
-static void test_only_this_machine_is_answered(void)
-{
-    struct sockaddr_in other = {.sin_family = AF_INET,
-                                .sin_port = htons((uint16_t)http_port(http)),
-                                .sin_addr = {.s_addr = htonl(0x7f000002u)}}; /* 127.0.0.2 */
+    const struct sockaddr_in other = {.sin_family = AF_INET,
+                                      .sin_port = htons((uint16_t)http_port(http)),
+                                      .sin_addr = {.s_addr = htonl(0x7f000002u)}}; /* 127.0.0.2 */
     const int made = socket(AF_INET, SOCK_STREAM, 0);
     TEST_ASSERT_EQUAL(-1, connect(made, (const struct sockaddr *)&other, sizeof other));
     close(made);
@@ -247,49 +228,18 @@ static void test_requests_in_pieces_and_in_a_row(void)
     work();
     expect_status(browser, 200);
     TEST_ASSERT_EQUAL_STRING("enable quic", last_body);
-    send_text(
-        browser,
-        "GET /%s/a HTTP/1.1\r\nHost: localhost:%u\r\n\r\nGET /%s/b HTTP/1.1\r\nHost: localhost:%u\r\n\r\n",
-        http_token(http), port, http_token(http), port);
+    ask(browser, "GET /{T}/a HTTP/1.1\r\n" HERE "\r\nGET /{T}/b HTTP/1.1\r\n" HERE "\r\n");
     TEST_ASSERT_GREATER_THAN(0, receive(browser, answer, sizeof answer));
     TEST_ASSERT_EQUAL_UINT32(2u, gets);
     TEST_ASSERT_EQUAL_STRING("/b", last_path);
     close(browser);
 }
 
-static void test_what_is_too_long_or_no_request_is_refused(void)
-{
-    static char longer[HTTP_HEAD_MAX + 100u];
-    memset(longer, 'a', sizeof longer - 1u);
-    const unsigned port = (unsigned)http_port(http);
-    int browser = client();
-    send_text(browser, "GET /%s", longer);
-    expect_status(browser, 413);
-    close(browser);
-    browser = client();
-    send_text(browser,
-              "POST /set HTTP/1.1\r\nHost: localhost:%u\r\nX-Lagless: 1\r\nContent-Length: 99999\r\n\r\n",
-              port);
-    expect_status(browser, 413);
-    close(browser);
-    browser = client();
-    send_text(browser,
-              "POST /set HTTP/1.1\r\nHost: localhost:%u\r\nX-Lagless: 1\r\nContent-Length: -1\r\n\r\n", port);
-    expect_status(browser, 413);
-    close(browser);
-    browser = client();
-    send_text(browser, "\x01\x02 nonsense\r\n\r\n");
-    expect_status(browser, 400);
-    close(browser);
-    TEST_ASSERT_EQUAL_UINT32(0u, posts + gets);
-}
-
 static int stream(void)
 {
     char head[1024];
     const int made = client();
-    send_text(made, "GET /%s/events HTTP/1.1\r\nHost: localhost:%u\r\n\r\n", http_token(http),
-              (unsigned)http_port(http));
+    ask(made, PAGE "\r\n");
     http_event(http, HTTP_ALL, "first", "{}", 2u, false);
     work();
     TEST_ASSERT_GREATER_THAN(0, receive(made, head, sizeof head));
@@ -370,8 +320,7 @@ static void test_more_connections_than_places_end_the_idlest(void)
     }
     TEST_ASSERT_EQUAL_UINT32(1u, http_streams(http));
     TEST_ASSERT_EQUAL(0, recv(idle[0], &octet, 1, 0));
-    send_text(idle[HTTP_CLIENTS], "GET /%s/ HTTP/1.1\r\nHost: localhost:%u\r\n\r\n", http_token(http),
-              (unsigned)http_port(http));
+    ask(idle[HTTP_CLIENTS], "GET /{T}/ HTTP/1.1\r\n" HERE "\r\n");
     expect_status(idle[HTTP_CLIENTS], 200);
     for (uint32_t n = 0; n <= HTTP_CLIENTS; n++) {
         close(idle[n]);

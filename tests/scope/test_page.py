@@ -6,9 +6,7 @@ usage: test_page.py LAGLESS FOLDER    screenshots go to FOLDER
 
 Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: chromium, chromedriver or uPlot is missing. Python 3.9, standard
 library only."""
-import json
 import pathlib
-import shutil
 import signal
 import subprocess
 import sys
@@ -17,7 +15,7 @@ import time
 
 sys.path[:0] = [str(pathlib.Path(__file__).resolve().parent.parent / "report"), str(pathlib.Path(__file__).resolve().parent.parent)]
 import stuck  # noqa: E402
-from test_browser import SKIPPED, Browser, Fault, expect  # noqa: E402
+from test_browser import SKIPPED, Browser, Fault, browser_programs, console_is_clean, expect, only_asked_for, page_fits  # noqa: E402
 
 SCRIPTS_MAX = 0.5  # of a processor, with six signals: the other half is Chromium's, which lays out and paints
 RPM = 30 / 3.141592653589793
@@ -56,15 +54,6 @@ return scope.panels().map(({plot}) => {
         return found;
     });
 })"""
-
-# Distances of neighbouring stamps that are kept, and how many samples there are.
-STAMPS = """
-const {ring} = scope, mask = ring.stamps.length - 1, seen = {};
-for (let k = Math.max(1, ring.total - ring.stamps.length + 1); k < ring.total; k++) {
-    const step = ring.stamps[k & mask] - ring.stamps[(k - 1) & mask];
-    seen[step] = (seen[step] || 0) + 1;
-}
-return {seen, total: ring.total}"""
 
 # What is drawn of the drive's own buffer, as the page keeps it.
 KEPT = """
@@ -185,12 +174,6 @@ class Bench:
         return (self.run("return scope.state.frames"),
                 next(metric["value"] for metric in metrics if metric["name"] == "ScriptDuration"))
 
-    def keeps_every_sample(self):
-        stamps = self.run(STAMPS)
-        expect(list(stamps["seen"]), ["1"], "distances of stamps [periods]")
-        if stamps["total"] < 10000:
-            raise Fault(f"only {stamps['total']} samples")
-
     def changes_a_gain(self):
         self.write("#find_param", "current_bandwidth")
         field = "input[data-name=current_bandwidth]"
@@ -273,16 +256,6 @@ class Bench:
             if min(panel) < 50:
                 raise Fault(f"traces of the buffer with too few pixels: {panel}")
         self.shoot("buffer")
-        self.browser.size(390, 844)
-        for selector, name in (("#from_drive", "buffer_narrow"), ("#buffer", "buffer_card_narrow")):
-            self.run("const at = document.querySelector(arguments[0]).getBoundingClientRect().top + scrollY;"
-                     "scrollTo({top: at - 100, behavior: 'instant'}); return new Promise(d => setTimeout(d, 400))", selector)
-            page, window = self.run("const e = document.documentElement; return [e.scrollWidth, e.clientWidth]")
-            if page > window:
-                raise Fault(f"the page is {page} px wide in a window of {window} px")
-            self.shoot(name)
-        self.browser.size(1400, 1000)
-        self.run("scrollTo({top: 0, behavior: 'instant'})")
         self.click("#live")
         self.wait("!scope.state.kept && document.getElementById('from_drive').hidden", "back to live")
         self.click("#capture_release")
@@ -298,9 +271,7 @@ class Bench:
                                "return document.elementFromPoint(b.x + b.width / 2, b.y + b.height / 2)?.closest('#stop') !== null")
                 expect(hit, True, f"STOP in reach, {width} px wide, {top} px down")
                 self.shoot(f"width_{width}_{top}")
-            page, window = self.run("const e = document.documentElement; return [e.scrollWidth, e.clientWidth]")
-            if page > window:
-                raise Fault(f"the page is {page} px wide in a window of {window} px")
+            page_fits(self.browser)
         self.browser.size(1400, 1000)
         self.run("scrollTo({top: 0, behavior: 'instant'})")
 
@@ -327,30 +298,18 @@ class Bench:
         self.wait("scope.ring.total > 1000", "samples, again")
 
     def asked_nobody_else(self):
-        messages = [json.loads(record["message"])["message"] for record in self.browser.records("performance")]
-        urls = [each["params"]["request"]["url"] for each in messages if each["method"] == "Network.requestWillBeSent"]
-        expect([url for url in urls if not url.startswith((self.url, "data:"))], [], "what was asked of others")
-        if self.url not in urls:
-            raise Fault("the page itself was not asked for: nothing was watched")
+        only_asked_for(self.browser, self.url, below=True)
 
     def console_is_clean(self):
-        said = [record["message"] for record in self.browser.records("browser") if record["level"] in ("SEVERE", "WARNING")]
-        expect(said, [], "errors and warnings on the console")
+        console_is_clean(self.browser)
 
     def ends_by_a_signal(self):
         self.scope.send_signal(signal.SIGINT)
         expect(self.scope.wait(20), 0, "exit code of the scope")
 
-    CHECKS = (opens_and_is_linked, starts_the_motor_and_sees_it_turn, draws_within_its_share_of_a_processor, keeps_every_sample, changes_a_gain,
+    CHECKS = (opens_and_is_linked, starts_the_motor_and_sees_it_turn, draws_within_its_share_of_a_processor, changes_a_gain,
               chooses_signals, triggers_on_a_load_step, reads_cursors, zooms_and_comes_back, shows_what_the_drive_has_kept, stop_is_in_reach_and_nothing_overflows,
               stops_while_held, says_that_the_drive_is_gone_and_takes_it_up_again, console_is_clean, asked_nobody_else, ends_by_a_signal)
-
-
-def browser_programs():
-    """Paths of chromedriver and of a Chromium; None where one is missing."""
-    driver = shutil.which("chromedriver")
-    chromium = next((path for path in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if path), None)
-    return (driver, chromium) if driver and chromium else None
 
 
 def go_through(make_bench, checks, programs, rules):

@@ -8,16 +8,15 @@ import os
 import re
 import signal
 import struct
-import subprocess
 import sys
 import threading
 import time
 import unittest
 
-sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-import stuck  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "cli"))
+import command_line  # noqa: E402
+from command_line import lagless  # noqa: E402
 
-LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
 RPM = 30 / 3.141592653589793
 BENCH = """schema = 1
 title = "a motor with an encoder that waits for a master"
@@ -80,29 +79,20 @@ class Page:
         self.connection.close()
 
 
-class Scope(stuck.TestCase):
-    def setUp(self):
-        os.makedirs(FOLDER, exist_ok=True)
-        self.scenario = os.path.join(FOLDER, "bench.toml")
-        with open(self.scenario, "w") as file:
-            file.write(BENCH)
-        self.uplot = os.path.join(FOLDER, "uplot")  # a stand-in, so that no test needs the network
-        os.makedirs(self.uplot, exist_ok=True)
+class Scope(command_line.TestCase):
+    def setUp(self):  # with start() and wait() that of tests/cases/test_scope_state.py, too
+        command_line.TestCase.setUp(self)
+        self.scenario = command_line.TestCase.write(self, "bench.toml", BENCH)
         for name, text in (("uPlot.iife.min.js", "var uPlot = null;"), ("uPlot.min.css", ".uplot {}"), ("LICENSE", "of uPlot")):
-            with open(os.path.join(self.uplot, name), "w") as file:
-                file.write(text)
+            command_line.TestCase.write(self, name, text)  # a stand-in, so that no test needs the network
+        self.uplot = {**os.environ, "UPLOT_DIR": self.folder}
 
     def start(self, *arguments):
-        process = subprocess.Popen([LAGLESS, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                   env={**os.environ, "UPLOT_DIR": self.uplot})
-        self.addCleanup(lambda: (process.poll() is None and process.kill(), process.communicate()))
-        line = process.stdout.readline()
-        self.assertTrue(line, line or process.poll() is not None and process.stderr.read())
-        return process, line
+        process = command_line.TestCase.started(self, *arguments, env=self.uplot)
+        return process, process.stdout.readline()
 
     def serve(self, *arguments):
-        _, line = self.start("serve", self.scenario, "--quiet", *arguments)
-        place = line.split()[-1]
+        place = self.start("serve", self.scenario, "--quiet", *arguments)[1].split()[-1]
         return place if place.startswith("/") else "tcp://" + place
 
     def scope(self, target):
@@ -128,8 +118,7 @@ class Scope(stuck.TestCase):
         self.wait(lambda: abs(page.value("omega_m") * RPM - 300) < 5, "300 r/min")
 
     def refused(self, code, *arguments, **settings):
-        done = subprocess.run([LAGLESS, "scope", *arguments], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=30,
-                              env={**os.environ, "UPLOT_DIR": self.uplot, **settings})
+        done = lagless("scope", *arguments, timeout=30, env={**self.uplot, **settings})
         self.assertEqual(code, done.returncode, done.stderr)
         return done.stderr
 
@@ -184,9 +173,9 @@ class Scope(stuck.TestCase):
         self.assertTrue(page.ask("/order", "apply")["ok"])
         self.wait(lambda: not page.state["staged"] and page.value("current_bandwidth") == 750, "in force")
 
-    def brings_the_buffer(self, target):
+    def test_drives_own_buffer_comes_over_the_serial_line(self):
         """All that the drive has kept, by the numbers of the periods themselves; nothing of one that is not held."""
-        page = self.scope(target)
+        page = self.scope(self.serve("--serial"))
         self.assertIn("holds nothing yet", page.ask("/capture")["text"])
         for wish in ("capture_1 2000", "capture_2 2024", "capture_3 2044", "capture_signals 3", "capture_after 100", "capture_on command"):
             self.assertTrue(page.ask("/set", wish)["ok"], wish)
@@ -208,28 +197,16 @@ class Scope(stuck.TestCase):
         self.assertTrue(all(abs(each - 311) < 2 for each in volts), volts[:9])
         self.assertTrue(page.ask("/order", "capture_release")["ok"])
         self.assertIn("holds nothing yet", page.ask("/capture")["text"])
-        return took
+        self.assertLess(took, 0.5)
 
-    def test_drives_own_buffer_comes_to_the_page(self):
-        self.assertLess(self.brings_the_buffer(self.serve("--port", "0")), 0.5)
-
-    def test_drives_own_buffer_comes_over_the_serial_line(self):
-        self.assertLess(self.brings_the_buffer(self.serve("--serial")), 0.5)
-
-    def stops_soon(self, target):
-        page = self.scope(target)
+    def test_stop_is_answered_at_once_while_samples_stream_over_the_serial_line(self):
+        page = self.scope(self.serve("--serial"))
         self.run_motor(page)
         begun = time.monotonic()
         self.assertTrue(page.ask("/stop")["ok"])
         took = time.monotonic() - begun
         self.wait(lambda: page.value("enable") == 2 and page.value("state") == 1 and abs(page.value("omega_m")) < 0.5, "standstill")
-        return took
-
-    def test_stop_is_answered_at_once_while_samples_stream(self):
-        self.assertLess(self.stops_soon(self.serve("--port", "0")), 0.5)
-
-    def test_stop_works_the_same_over_the_serial_line(self):
-        self.assertLess(self.stops_soon(self.serve("--serial")), 0.5)
+        self.assertLess(took, 0.5)
 
     def test_motor_stops_when_all_pages_are_gone(self):
         page = self.scope(self.serve("--port", "0"))
@@ -265,11 +242,6 @@ class Scope(stuck.TestCase):
         count = len(page.samples)
         self.wait(lambda: len(page.samples) > count + 10, "samples")
 
-    def test_second_scope_is_told_why(self):
-        target = self.serve("--port", "0")
-        self.scope(target)
-        self.assertIn("one client at a time", self.refused(3, target, "--http", "0", "--no-browser"))
-
     def test_wrong_use_is_refused(self):
         target = self.serve("--port", "0")
         self.assertIn("which drive?", self.refused(2))
@@ -279,6 +251,7 @@ class Scope(stuck.TestCase):
         self.assertIn("no server listens", self.refused(3, "tcp://127.0.0.1:1", "--no-browser"))
         self.assertIn("get-uplot", self.refused(3, target, "--no-browser", UPLOT_DIR="", XDG_CACHE_HOME="/nowhere", HOME="/nowhere"))
         self.scope(target)
+        self.assertIn("one client at a time", self.refused(3, target, "--http", "0", "--no-browser"))
         other = self.serve("--port", "0")
         port = self.url.rsplit(":", 1)[1].split("/")[0]
         self.assertIn("port " + port, self.refused(3, other, "--http", port, "--no-browser"))

@@ -278,6 +278,13 @@ FAULTS = (
     (lambda image: image.load_ramfunc(RAM_CODE),  # where a reset loses it
      "memory: section .TI.ramfunc is loaded at 0x008000..0x00802f: FLASH_H_",
      "stored: .TI.ramfunc is loaded at 0x008000..0x00802f: flash, 0x300000..0x33ffff\n"),
+    (lambda image: image.change(".TI.ramfunc", run=0xD000, header_address=0xD000),
+     "memory: section .TI.ramfunc runs at 0x00d000..0x00d02f:", "code: code of .TI.ramfunc runs at 0x00d000..0x00d02f:",
+     "ramfunc: .TI.ramfunc runs at 0x00d000..0x00d02f: L0-L3, 0x008000..0x00bfff: no wait states\n",
+     "interrupt: app_interrupt at 0x008000: .TI.ramfunc, 0x00d000..0x00d02f\n", "calls: app_interrupt, which is at 0x008000:"),
+    (lambda image: image.move(".const", 0x330000), "memory: section .const runs at 0x330000..0x33000f:",
+     "reserved: .const, 0x330000..0x33000f, reaches into the sectors C and B, kept for stored parameters,",
+     "sectors: .const, 0x330000..0x33000f, reaches into flash sectors C and B, 0x328000..0x337fff: nothing: they are kept for parameters\n"),
     # the stack
     (lambda image: (image.change(".stack", contents=0x6FF), image.define("__TI_STACK_SIZE", 0x6FF, NOTYPE)),
      "stack: .stack has 0x6ff words: at least 0x700\n"),
@@ -349,20 +356,14 @@ class CheckImage(unittest.TestCase):
 
     # The file
 
-    def test_a_file_that_is_no_elf(self):
-        for contents in (b"", b"STAND-IN placeholder, holds no code", b"\x7fELF\x01\x01\x01"):
-            status, told = self.check(contents)
-            self.assertEqual(status, 1)
-            self.assertRegex(told, r"^lagless.out: file: ELF.*: a whole ELF file\nlagless.out: no image for this chip: none of "
-                                   r"the 17 checks was made\n$")
-
-    def test_a_file_that_breaks_off(self):
+    def test_a_file_that_is_no_whole_elf(self):
         self.image.write(self.folder / "whole")
         whole = (self.folder / "whole").read_bytes()
-        for length in (52, 300, len(whole) // 2, len(whole) - 1):
-            status, told = self.check(whole[:length])
-            self.assertEqual(status, 1, length)
+        for contents in (b"", b"STAND-IN placeholder, holds no code", b"\x7fELF\x01\x01\x01", whole[:300], whole[:len(whole) // 2], whole[:-1]):
+            status, told = self.check(contents)
+            self.assertEqual(status, 1)
             self.assertIn(": a whole ELF file\n", told)
+        self.assertIn("no image for this chip: none of the 17 checks was made\n", self.check(b"")[1])
 
     def test_a_file_of_something_else(self):
         header = struct.pack("<4s5B7x2HI3QI6H", b"\x7fELF", 2, 1, 1, 0, 0, 2, 141, 1, 0, 0, 0, 0, 64, 0, 0, 0, 0, 0)
@@ -391,17 +392,7 @@ class CheckImage(unittest.TestCase):
             self.image.move(name, run)
         self.image.section("codestart").contents = lb(0x9000)
         self.assert_breach(self.image, "entry: entry point 0x000000: code_start at 0x33fff6, where the boot ROM jumps to\n",
-                           "memory: section codestart runs at 0x000000..0x000001: ENTRY, 0x33fff6..0x33fff7\n",
-                           "stored: .text is loaded at 0x009000..0x00901f: flash, 0x300000..0x33ffff\n")
-
-    # What must stay free
-
-    def test_code_in_the_sector_of_the_parameters(self):
-        self.image.move(".const", 0x330000)
-        status, told = self.check(self.image)
-        self.assertEqual(status, 1)
-        self.assertIn("lagless.out: sectors: .const, 0x330000..0x33000f, reaches into flash sectors C and B, 0x328000..0x337fff: "
-                      "nothing: they are kept for parameters\n", told)
+                           "memory: section codestart runs at", "stored: .text is loaded at 0x009000..0x00901f: flash, 0x300000..0x33ffff\n")
 
     # What is copied to RAM
 
@@ -409,12 +400,6 @@ class CheckImage(unittest.TestCase):
         self.image.remove(".TI.ramfunc")
         self.assert_breach(self.image, "ramfunc: 0 sections .TI.ramfunc: one, with the code of the interrupt\n")
         self.assertIn("not made: interrupt (0 sections .TI.ramfunc), calls (0 sections .TI.ramfunc)", self.check(self.image)[1])
-
-    def test_the_interrupt_in_ram_with_wait_states(self):
-        self.image.section(".TI.ramfunc").run = self.image.section(".TI.ramfunc").header_address = 0xD000
-        status, told = self.check(self.image)
-        self.assertEqual(status, 1)
-        self.assertIn("ramfunc: .TI.ramfunc runs at 0x00d000..0x00d02f: L0-L3, 0x008000..0x00bfff: no wait states\n", told)
 
     def test_symbols_of_the_copy_that_are_wrong(self):
         for name, wrong, wanted in (
@@ -480,25 +465,14 @@ class CheckImage(unittest.TestCase):
         self.names.append("params_check flash")
         self.assertIn("4 of the interrupt's 4 functions have a symbol", self.assert_passes(self.image))
 
-    def test_an_interrupt_in_flash(self):
+    def test_calls_and_branches_into_flash(self):
+        for elf, at, words, told in ((good(), DRIVE_STEP + 4, lcr(0x300018), "app_interrupt -> drive_step -> params_check, which is at 0x300018: "
+                                      "calls of .TI.ramfunc, 0x008000..0x00802f\n"),
+                                     (good(), LOCAL_STEP + 6, lb(0x300018), "app_interrupt -> drive_step -> step -> params_check, which is at 0x300018:")):
+            elf.section(".TI.ramfunc").contents[at - RAM_CODE:at - RAM_CODE + 2] = words
+            self.assert_breach(elf, "calls: " + told, names=False)
         self.image.define("app_trip", 0x300008, place=1)
-        status, told = self.check(self.image, names=False)
-        self.assertEqual(status, 1)
-        self.assertIn("calls: app_trip, which is at 0x300008: .TI.ramfunc, 0x008000..0x00802f\n", told)
-
-    def test_a_call_into_flash(self):
-        code = self.image.section(".TI.ramfunc").contents
-        at = DRIVE_STEP - RAM_CODE
-        code[at + 4:at + 6] = lcr(0x300018)
-        self.assert_breach(self.image, "calls: app_interrupt -> drive_step -> params_check, which is at 0x300018: calls of "
-                           ".TI.ramfunc, 0x008000..0x00802f\n", names=False)
-
-    def test_a_branch_into_flash_at_the_end_of_a_function(self):
-        code = self.image.section(".TI.ramfunc").contents
-        at = LOCAL_STEP - RAM_CODE
-        code[at + 6:at + 8] = lb(0x300018)
-        self.assert_breach(self.image, "calls: app_interrupt -> drive_step -> step -> params_check, which is at 0x300018:",
-                           names=False)
+        self.assertIn("calls: app_trip, which is at 0x300008: .TI.ramfunc, 0x008000..0x00802f\n", self.check(self.image, names=False)[1])
 
     def test_a_call_into_flash_by_what_only_the_background_calls(self):
         self.image.section(".TI.ramfunc").contents += function(*lcr(0x300018))
@@ -559,32 +533,15 @@ class CallGraph(unittest.TestCase):
         self.assertIn("interrupt: unexpected of hal/f28335/interrupts.c at 0x300010: .TI.ramfunc, ", told)
         self.assertNotIn("0x300008", told)
 
-    def test_command_lines_of_something_else(self):
-        (self.folder / "other.json").write_text('[{"directory": "/"}]', encoding="utf-8")
-        status, told = self.check(good(), self.folder / "other.json")
-        self.assertEqual(status, 2)
-        self.assertIn("accepted is the compile_commands.json of a build for the chip", told)
-
-    def test_a_list_of_names_that_is_none(self):
-        for text, why in (("app_interrupt\nint main(void)\n", "names:2: 'int main(void)' is no name of a function"),
-                          ("# none\n", "names no function; accepted is one a line")):
-            (self.folder / "names").write_text(text, encoding="utf-8")
-            status, told = self.check(good(), self.folder / "names")
-            self.assertEqual(status, 2)
-            self.assertIn(why, told)
-
-    def test_files_that_are_not_there(self):
-        status, told = self.check(good(), self.folder / "nothing")
-        self.assertEqual((status, "nothing" in told), (3, True), told)
-        with contextlib.redirect_stderr(io.StringIO()) as stderr:
-            self.assertEqual(checker.main([str(self.folder / "no.out")]), 3)
-        self.assertIn("no.out", stderr.getvalue())
-
-    def test_wrong_use(self):
-        for words in ([], ["a.out", "--memory", "ram"], ["a.out", "b.out"]):
-            with contextlib.redirect_stderr(io.StringIO()), self.assertRaises(SystemExit) as left:
-                checker.main(words)
-            self.assertEqual(left.exception.code, 2)
+    def test_what_is_no_call_graph_is_refused(self):
+        for name, text, status, why in (
+                ("graph.json", '[{"directory": "/"}]', 2, "accepted is the compile_commands.json of a build for the chip"),
+                ("names", "app_interrupt\nint main(void)\n", 2, "names:2: 'int main(void)' is no name of a function"),
+                ("names", "# none\n", 2, "names no function; accepted is one a line"), ("nothing", None, 3, "nothing")):
+            if text:
+                (self.folder / name).write_text(text, encoding="utf-8")
+            told = self.check(good(), self.folder / name)
+            self.assertEqual((told[0], why in told[1]), (status, True), told)
 
 
 if __name__ == "__main__":

@@ -42,42 +42,23 @@ class Ensemble(unittest.TestCase):
         environment = {key: value for key, value in os.environ.items() if not key.startswith("LAGLESS_")}
         return subprocess.run([ENSEMBLE, "--build", self.folder, *arguments], env=environment, capture_output=True, text=True, check=False)
 
-    def test_green_runs_are_counted_by_function_and_member(self):
+    def test_runs_are_counted_by_function_and_member_and_a_red_one_is_told_with_seed_and_message(self):
         self.build(rig_a=("rig", PROGRAM.format(red=7)))
         done = self.run_tool("--seeds", "5", "--first", "1")
         self.assertEqual((0, "15 of 15 runs green, 100.00 %, of 2 test functions with 5 seeds\n"), (done.returncode, done.stdout))
-
-    def test_red_run_is_told_with_seed_and_message(self):
-        self.build(rig_a=("rig", PROGRAM.format(red=7)))
         done = self.run_tool("--seeds", "5", "--first", "5")
-        self.assertEqual(1, done.returncode)
-        self.assertEqual(["rig_a test_of_noise: 9 of 10 green",
-                          "    LAGLESS_SEED=7 LAGLESS_GRID_SEED=7: 3.10 mrad, limit 3.00",
-                          "14 of 15 runs green, 93.33 %, of 2 test functions with 5 seeds"], done.stdout.splitlines())
+        self.assertEqual((1, ["rig_a test_of_noise: 9 of 10 green", "    LAGLESS_SEED=7 LAGLESS_GRID_SEED=7: 3.10 mrad, limit 3.00",
+                              "14 of 15 runs green, 93.33 %, of 2 test functions with 5 seeds"]), (done.returncode, done.stdout.splitlines()))
 
-    def test_99_of_a_hundred_are_enough(self):
-        self.build(rig_a=("rig", PROGRAM.format(red=7)))
-        self.assertEqual(0, self.run_tool("--seeds", "34", "--first", "1").returncode)  # 101 of 102
-        self.assertEqual(1, self.run_tool("--seeds", "33", "--first", "1").returncode)  # 98 of 99
-
-    def test_program_that_dies_is_red(self):
-        self.build(rig_a=("rig", "#!/bin/sh\necho test.c:1:test_holds:PASS\nkill -9 $$\n"))
-        done = self.run_tool("--seeds", "1")
-        self.assertEqual(1, done.returncode)
-        self.assertIn("the program: 0 of 1 green", done.stdout)
-
-    def test_whole_grids_other_labels_and_names_are_left_out(self):
-        self.build(rig_a=("rig", PROGRAM.format(red=0)), rig_a_whole=("rig;long;grid", "#!/bin/sh\nexit 1\n"),
-                   rig_b=("unit", "#!/bin/sh\nexit 1\n"), board_gates=("board", "#!/bin/sh\nexit 1\n"))
-        self.assertEqual(0, self.run_tool("--seeds", "2").returncode)
-        self.assertEqual(1, self.run_tool("--seeds", "2", "board_gates").returncode)
-
-    def test_wrong_use_and_nothing_to_run(self):
+    def test_exit_codes(self):
+        """99 of a hundred runs are enough; whole grids and other labels are left out; wrong use, and nothing to run."""
         self.assertEqual(3, self.run_tool().returncode)
-        self.build(rig_a=("rig", PROGRAM.format(red=0)))
-        self.assertEqual(3, self.run_tool("rig_nothing").returncode)
-        for wrong in (("--seeds", "0"), ("--first", "x"), ("(",), ("--unknown",)):
-            self.assertEqual(2, self.run_tool(*wrong).returncode)
+        self.build(rig_a=("rig", PROGRAM.format(red=7)), rig_a_whole=("rig;long;grid", "#!/bin/sh\nexit 1\n"), rig_b=("unit", "#!/bin/sh\nexit 1\n"),
+                   board_gates=("board", "#!/bin/sh\nexit 1\n"))
+        for code, words in ((0, ("--seeds", "34", "--first", "1")), (1, ("--seeds", "33", "--first", "1")),  # 101 of 102, 98 of 99
+                            (1, ("--seeds", "2", "board_gates")), (3, ("rig_nothing",)),
+                            (2, ("--seeds", "0")), (2, ("--first", "x")), (2, ("(",)), (2, ("--unknown",))):
+            self.assertEqual(code, self.run_tool(*words).returncode, words)
 
 
 if __name__ == "__main__":

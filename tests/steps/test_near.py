@@ -70,9 +70,6 @@ class Near(unittest.TestCase):
     def test_a_source_reaches_the_programs_that_contain_its_functions(self):
         self.assertEqual({"a", "layers"}, self.chosen_after_change_of("a.c"))
 
-    def test_a_header_reaches_what_includes_it(self):
-        self.assertEqual({"a", "layers"}, self.chosen_after_change_of("a.h"))
-
     def test_the_source_of_a_test_reaches_that_test(self):
         self.assertEqual({"b", "layers"}, self.chosen_after_change_of("test_b.c"))
 

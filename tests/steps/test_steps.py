@@ -82,11 +82,6 @@ class Steps(unittest.TestCase):
         self.assertNotIn("after", done.stdout)
         self.assertNotIn("no further", done.stdout)
 
-    def test_a_failure_beside_that_comes_last_is_one_too(self):
-        done = self.run_script("lane() { sleep 0.3; step a bad false; }\nbeside lane lane\nbeside_end lane\necho after\n")
-        self.assertEqual(1, done.returncode)
-        self.assertNotIn("after", done.stdout)
-
     def test_a_failing_step_ends_what_runs_beside(self):
         begun = time.monotonic()
         done = self.run_script("""lane() { step a 'long' sh -c 'echo $$ >pid; exec sleep 60'; }
@@ -120,64 +115,38 @@ class Steps(unittest.TestCase):
 
     # ---- what was not checked ----
 
-    def test_a_missing_tool_is_told_and_passes_by_hand(self):
-        done = self.run_script("tools_here dialect sh no_such_tool && echo wrong\nsteps_unchecked\necho end\n")
-        self.assertEqual(0, done.returncode, done.stderr)
+    def test_what_could_not_be_checked_is_told_and_a_failure_under_ci(self):
         line = "dialect: not checked, this machine has no no_such_tool (tools/setup installs it)"
-        self.assertEqual([line, "", "not checked, 1:", "  " + line, "end"], done.stdout.splitlines())
+        done = self.run_script("tools_here dialect sh no_such_tool && echo wrong\nsteps_unchecked\necho end\n")
+        self.assertEqual((0, [line, "", "not checked, 1:", "  " + line, "end"]), (done.returncode, done.stdout.splitlines()), done.stderr)
+        for script, ci, code, told in (("tools_here dialect no_such_tool || true\nsteps_unchecked\necho end\n", "true", 1, "  dialect: not checked"),
+                                       ("tools_here dialect sh\nsteps_unchecked\necho end\n", "true", 0, "end"),
+                                       ("lane() { unchecked 'x: not checked'; }\nbeside lane lane\nbeside_end lane\nsteps_unchecked\n", "1", 1,
+                                        "  x: not checked")):
+            with self.subTest(script=script):
+                done = self.run_script(script, ci=ci)
+                self.assertEqual((code, code == 1), (done.returncode, "CI is set" in done.stderr))
+                self.assertIn(told, done.stdout.splitlines()[-1])
 
-    def test_a_missing_tool_is_a_failure_under_ci(self):
-        done = self.run_script("tools_here dialect no_such_tool || true\nsteps_unchecked\necho end\n", ci="true")
-        self.assertEqual(1, done.returncode)
-        self.assertIn("  dialect: not checked", done.stdout)
-        self.assertIn("CI is set", done.stderr)
-        self.assertNotIn("end", done.stdout)
-
-    def test_tools_that_are_there_are_no_failure_under_ci(self):
-        done = self.run_script("tools_here dialect sh\nsteps_unchecked\necho end\n", ci="true")
-        self.assertEqual((0, "end\n", ""), (done.returncode, done.stdout, done.stderr))
-
-    def test_what_could_not_be_checked_beside_counts(self):
-        done = self.run_script("lane() { unchecked 'x: not checked'; }\nbeside lane lane\nbeside_end lane\nsteps_unchecked\n",
-                               ci="1")
-        self.assertEqual(1, done.returncode)
-        self.assertEqual(2, done.stdout.count("x: not checked\n"))
-
-    def skipped(self, tests, ci=None):
+    def test_skipped_tests_are_told_and_a_failure_under_ci_and_skipped_parts_are_told(self):
         build = self.folder / "build/preset"
         build.mkdir(parents=True)
-        (build / "CTestTestfile.cmake").write_text(tests)
-        return self.run_script(f"""step preset ctest '{CTEST}' --test-dir build/preset --no-tests=error
-            steps_skipped preset preset
-            steps_skipped_inside build/preset preset
-            steps_unchecked\n""", ci)
-
-    def test_skipped_tests_and_skipped_parts_are_told(self):
-        done = self.skipped(TESTS)
-        self.assertEqual(0, done.returncode, done.stdout + done.stderr)
-        told = done.stdout[done.stdout.index("not checked, "):].splitlines()
-        self.assertEqual(["not checked, 1:", "  preset: test without_tool was skipped"], told)
-        for part in ("test partly skipped 2 of its parts", "test ignored skipped 3 of its parts"):
-            self.assertIn(f"preset: {part}", done.stdout)
-
-    def test_a_skipped_test_is_a_failure_under_ci(self):
-        done = self.skipped("\n".join(TESTS.splitlines()[:3]), ci="yes")
-        self.assertIn("100% tests passed", self.log("preset.log"))  # ctest's own view
-        self.assertEqual(1, done.returncode)
-
-    def test_a_skipped_part_is_told_and_no_failure_under_ci(self):
-        done = self.skipped(TESTS.splitlines()[3], ci="yes")
-        self.assertEqual(0, done.returncode)
-        self.assertIn("skipped", done.stdout)
-
-    def test_nothing_skipped_is_no_failure_under_ci(self):
-        done = self.skipped(TESTS.splitlines()[0], ci="yes")
-        self.assertEqual(0, done.returncode, done.stdout + done.stderr)
-
-    def test_no_tests_at_all_fail(self):
-        done = self.skipped("")
-        self.assertEqual(1, done.returncode)
-        self.assertIn("FAILED", done.stdout)
+        rows = TESTS.splitlines()
+        for tests, ci, code, told in ((TESTS, None, 0, ["preset: test without_tool was skipped", "preset: test partly skipped 2 of its parts",
+                                                        "preset: test ignored skipped 3 of its parts"]),
+                                      ("\n".join(rows[:3]), "yes", 1, ["preset: test without_tool was skipped"]),
+                                      (rows[3], "yes", 0, ["preset: test partly skipped 2 of its parts"]), (rows[0], "yes", 0, []),
+                                      ("", None, 1, ["FAILED"])):
+            with self.subTest(tests=tests, ci=ci):
+                (build / "CTestTestfile.cmake").write_text(tests)
+                done = self.run_script(f"""step preset ctest '{CTEST}' --test-dir build/preset --no-tests=error
+                    steps_skipped preset preset
+                    steps_skipped_inside build/preset preset
+                    steps_unchecked\n""", ci)
+                self.assertEqual(code, done.returncode, done.stdout + done.stderr)
+                for text in told:
+                    self.assertIn(text, done.stdout)
+                shutil.rmtree(self.folder / "build/log")
 
 
 def alive(process):

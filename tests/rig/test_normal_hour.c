@@ -17,7 +17,7 @@ static uint32_t drawn(uint32_t *state, uint32_t below)
     return *state % below;
 }
 
-/* What a light rotor is stopped by is no normal load (test_lock_loss.c): at speeds that are slow for it none
+/* What a light rotor is stopped by is no normal load (lock_loss.grid): at speeds that are slow for it none
  * comes. */
 static void segment(start_shaft_t shaft, uint32_t *state)
 {

@@ -3,8 +3,8 @@
 if(LAGLESS_ESTIMATOR STREQUAL "fixed")
     return()
 endif()
-scenario_cases(ipm_learns_itself_astray salient_pll salient_start salient_119_starts salient_119_full_load salient_with_encoder
-        salient_115_learns_no_inductance salient_105_learns_inductance)
+scenario_cases(ipm_learns_itself_astray salient_pll salient_start salient_with_encoder)
+grid_cases(salient_learning)
 # Family F of L_q/L_d 1 to 4: half and full load, driving and braking, put on after a catch; cold starts. A random share of
 # the grid in every check, all of it with --long.
 # A share of each grid, and all of it. field_weakening: up to three times the base speed and down, wrong data, a link that sinks or stores.

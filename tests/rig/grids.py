@@ -115,7 +115,7 @@ def written(title, place, names, scenario, dice):
         return "\n".join(["[[expect]]", f'signal = "{line["signal"]}"', f'statistic = "{line["statistic"]}"', *limits])
 
     body = SHORT.sub(whole, re.sub(r"\{([^}]*)\}", lambda found: str(eval(found[1], space)), scenario))
-    where = ", ".join(f"{name} {value}" for name, value in place.items()).replace('"', "")
+    where = re.sub(r'["\s]+', " ", ", ".join(f"{name} {value}" for name, value in place.items()))[:150]
     return f'schema = 1\ntitle = "{title}: {where}"\n{body}\n'
 
 

@@ -3,8 +3,8 @@
 if(LAGLESS_ESTIMATOR STREQUAL "fixed")
     return()
 endif()
-scenario_cases(ipm_learns_itself_astray salient_pll salient_start salient_with_encoder)
-grid_cases(salient_learning)
+scenario_cases(salient_with_encoder)
+grid_cases(salient_rotors)
 # A family of L_q/L_d 1 to 4, and its field weakening, up to three times the base speed and down: a random share of each grid in every check,
 # all of it with --long.
 set(salient_grid ${CMAKE_SOURCE_DIR}/tests/rig/grids.py $<TARGET_FILE:run_scenario>)

@@ -128,27 +128,6 @@ static void test_a_signal_that_passes_its_level_triggers_in_its_own_period(void)
     }
 }
 
-static void test_command_triggers_at_once_and_holds_until_released(void)
-{
-    arm("command", "omega_m", 0.0, 511u);
-    run_seconds(rig, 0.1);
-    TEST_ASSERT_TRUE(is("armed"));
-    const uint32_t at = now();
-    order("capture_trigger");
-    rig_run(rig, 510u); /* an order acts in this period or in the next, by where the background is */
-    TEST_ASSERT_FALSE(is("held"));
-    rig_run(rig, 6u);
-    expect_held(at, 511u); /* nothing from before it */
-    run_seconds(rig, 0.2); /* not overwritten; the tap keeps 4096 periods */
-    expect_held(at, 511u);
-    order("capture_release");
-    TEST_ASSERT_TRUE(is("idle"));
-    run_seconds(rig, 0.1);
-    TEST_ASSERT_TRUE(is("idle"));
-    TEST_ASSERT_EQUAL_DOUBLE(CAPTURE_COLUMNS, rig_history_columns(rig));
-    TEST_ASSERT_EQUAL_UINT32(CAPTURE_SLOTS / CAPTURE_COLUMNS, rig_history_count(rig));
-}
-
 /* A fault of the step, with the coasting after it; its reset leaves what was asked for. */
 static void test_fault_triggers_and_its_reset_leaves_the_capture(void)
 {

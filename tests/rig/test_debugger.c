@@ -213,24 +213,6 @@ static void test_after_a_halt_a_current_over_its_trip_opens_the_gates_with_the_f
     TEST_ASSERT_EQUAL_HEX32(0u, seen.gates);
 }
 
-static void test_after_a_halt_and_a_reset_the_drive_runs_again(void)
-{
-    run_held_at(60.0);
-    halt_at(0.3);
-    pass_seconds(0.2);
-    chip_debug_run(chip());
-    pass_periods(10);
-    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_LATE, rig_value(rig, "fault_reason"));
-    run_put(rig, "enable", 0.0);
-    run_seconds(rig, 0.03);
-    run_put(rig, "fault_reset", 1.0);
-    run_seconds(rig, 0.1);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
-    run_put(rig, "enable", 1.0);
-    run_seconds(rig, 0.2);
-    run_expect_no_fault(rig);
-}
-
 static void test_a_halt_with_gates_off_keeps_them_off(void)
 {
     run_to_ready(rig);

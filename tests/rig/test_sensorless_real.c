@@ -2,7 +2,6 @@
  * 10 mA of noise, 30 mA offset and 0.2 % gain error that calibration left. Speeds are no whole number of
  * samples per turn. */
 #include <math.h>
-#include <string.h>
 
 #include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
@@ -169,76 +168,5 @@ static void test_other_drives(void)
             const double fidelity = grid_axis(&point, drives[n].fidelities) != 0u ? SWITCHED : AVERAGED;
             expect_limits(&drives[n], &drives[n].points[point], fidelity, direction, loaded);
         }
-    }
-}
-
-typedef struct {
-    double alpha, beta;
-    uint32_t count;
-} offsets_t;
-
-static void sum_offsets(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
-{
-    offsets_t *sums = context;
-    float value[5];
-    (void)period;
-    memcpy(value, slots, count * sizeof value[0]);
-    sums->alpha += (double)value[0] - (double)value[2];
-    sums->beta += (double)value[1] - (double)(value[3] - value[4]) / sqrt(3.0);
-    sums->count++;
-}
-
-/* What the drive believes of the currents minus what flows, over whole turns at first approximation: the mean
- * of a gain error of 0.2 % over any 0.5 s is below 0.2 mA. */
-static offsets_t offset_left(rig_t *rig)
-{
-    static const char *const names[] = {"i_alpha", "i_beta", "true_i_a", "true_i_b", "true_i_c"};
-    offsets_t sums = {0};
-    run_tap(rig, names, 5u, sum_offsets, &sums);
-    run_seconds(rig, 0.5);
-    TEST_ASSERT_TRUE(rig_tap(rig, NULL, 0u, 1u, NULL, NULL));
-    sums.alpha /= sums.count;
-    sums.beta /= sums.count;
-    return sums;
-}
-
-/* With two sensors 30 mA on a are (30, 17.3) mA in the stationary frame, -40 mA on b (0, -46.2); with three
- * (20, 0) and (13.3, -23.1), and 35 mA on c (-11.7, -20.2). Three seconds after they came the currents that
- * the drive reckons with have less than 5 mA of them left, half a step of the ADC. */
-static void test_offsets_are_trimmed_while_turning(void)
-{
-    grid_t grid = grid_of("trimmed", 10u);
-    for (uint32_t point; grid_next(&grid, &point);) {
-        const double rpm = ((point & 1u) != 0u ? -1.0 : 1.0) * documented[0].points[point / 2u].rpm;
-        const uint32_t sensor = point / 2 % DRIVE_CURRENT_SENSORS;
-        const double offset_a = sensor == 0 ? 0.03 : 0.0;
-        const double offset_b = sensor == 1 ? -0.04 : 0.0;
-        const double offset_c = sensor == 2 ? 0.035 : 0.0;
-        /* of c as the drive reckons with it */
-        const double reckoned_c = DRIVE_CURRENT_SENSORS == 3 ? offset_c : -(offset_a + offset_b);
-        const double alpha = (2.0 * offset_a - offset_b - reckoned_c) / 3.0;
-        const double beta = (offset_b - reckoned_c) / sqrt(3.0);
-        rig_t *rig = run_rig(7);
-        run_put(rig, "fidelity", AVERAGED);
-        run_paper_drive(rig);
-        run_parameter(rig, "position_source", 1.0);
-        run_to_ready_at(rig, rpm);
-        run_real(rig);
-        run_put(rig, "current_offset_a", offset_a);
-        run_put(rig, "current_offset_b", offset_b);
-        run_put(rig, "current_offset_c", offset_c);
-        run_on(rig, rpm);
-        run_seconds(rig, 3.0);
-        const offsets_t left = offset_left(rig);
-        const char *const message =
-            run_say("%.0f r/min: trim (%.1f, %.1f) mA of (%.1f, %.1f), left (%.1f, %.1f)", rpm,
-                    1e3 * rig_value(rig, "trim_alpha"), 1e3 * rig_value(rig, "trim_beta"), 1e3 * alpha,
-                    1e3 * beta, 1e3 * left.alpha, 1e3 * left.beta);
-        run_expect_no_fault(rig);
-        TEST_ASSERT_TRUE_MESSAGE(fabs(rig_value(rig, "trim_alpha") - alpha) <= 5e-3, message);
-        TEST_ASSERT_TRUE_MESSAGE(fabs(rig_value(rig, "trim_beta") - beta) <= 5e-3, message);
-        TEST_ASSERT_TRUE_MESSAGE(fabs(left.alpha) <= 5e-3, message);
-        TEST_ASSERT_TRUE_MESSAGE(fabs(left.beta) <= 5e-3, message);
-        rig_free(rig);
     }
 }

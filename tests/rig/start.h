@@ -77,7 +77,6 @@ typedef struct {
     double peak;                        /* largest true phase current [A] */
     double bad, bad_most;               /* [s] angle in use wrong by 0.8 rad, now and at most */
     uint32_t warnings, period, noticed; /* [-]; [periods] now; at the first fault or warning */
-    int first_fault, start_try_most, losses_most;
 } start_seen_t;
 
 #define START_SEEN_FLOATS 9u
@@ -108,12 +107,9 @@ static inline void start_see(void *context, uint32_t period, const uint32_t *slo
     seen->losses = (int)slots[3];
     seen->warnings |= slots[4];
     seen->fault = (int)slots[5];
-    seen->start_try_most = seen->start_try > seen->start_try_most ? seen->start_try : seen->start_try_most;
-    seen->losses_most = seen->losses > seen->losses_most ? seen->losses : seen->losses_most;
     seen->period = period;
     if (seen->noticed == 0u && (seen->fault != 0 || seen->warnings != 0u)) {
         seen->noticed = period;
-        seen->first_fault = seen->fault;
     }
     const bool wrong = seen->fault == 0 && fabs(seen->err) > 0.8 && fabs(seen->speed) > 20.0;
     seen->bad = wrong ? seen->bad + RIG_PERIOD_SECONDS : 0.0;

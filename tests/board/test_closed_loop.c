@@ -1,13 +1,10 @@
-/* A motor that fits the board turns: by the encoder, and by the estimate, on ideal and on real inverter and
- * sensors. Speeds are shares of the rated one, currents of the board's limit; limits are those of tests/rig.
+/* A motor that fits the board turns: by the encoder, and by the estimate, on real inverter and sensors.
+ * Speeds are shares of the rated one, currents of the board's limit; limits are those of tests/rig.
  */
 #include <math.h>
 #include <stdio.h>
 
 #include "tests/board/motors.h"
-
-#define AVERAGED 1.0
-#define SWITCHED 0.0
 
 static void expect_at_most(double limit, double value, const char *what)
 {
@@ -129,7 +126,7 @@ static void make_real(rig_t *rig)
 #define WHOLE  4u /* the share of a whole number */
 
 /* Without the encoder: each speed without load and with the rated one, directions in turn. */
-static run_error_t measure(bool real, double fidelity, uint32_t point)
+static run_error_t measure(uint32_t point)
 {
     const double reached = fmin(shares[point / 2u], top_share());
     const double share = (point + point / 2u) % 2u != 0u ? -reached : reached;
@@ -137,15 +134,9 @@ static run_error_t measure(bool real, double fidelity, uint32_t point)
     /* A slow rotor is loaded where the speed control can hold it, and slowed down then. */
     const double loading = copysign(fmax(fabs(share), 0.2), share);
     rig_t *rig = run_rig(7);
-    run_put(rig, "fidelity", fidelity);
-    if (!real) {
-        run_ideal(rig);
-    }
     board_put_motor(rig);
     board_to_ready_at(rig, loading * board_motor.speed);
-    if (real) {
-        make_real(rig);
-    }
+    make_real(rig);
     run_on(rig, loading * BOARD_RATED_RPM);
     run_seconds(rig, 0.1); /* a catch at once would be a surge of e T_s/L a period */
     run_parameter(rig, "position_source", 1.0);
@@ -157,23 +148,12 @@ static run_error_t measure(bool real, double fidelity, uint32_t point)
     }
     run_seconds(rig, 1.2);
     const run_error_t err = run_error(rig, 1.2);
-    printf("%s, %s, %+.4f of rated speed, %.2f N m: mean %.3f, SD %.3f, peak %.3f mrad\n",
-           real ? "real" : "ideal", fidelity == SWITCHED ? "switched" : "averaged", share, load, err.mean,
+    printf("%+.4f of rated speed, %.2f N m: mean %.3f, SD %.3f, peak %.3f mrad\n", share, load, err.mean,
            err.sd, err.peak);
     run_expect_no_fault(rig);
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs(share) * BOARD_RATED_RPM, share * BOARD_RATED_RPM, err.speed_mean);
     rig_free(rig);
     return err;
-}
-
-static void test_ideal_inverter_and_sensors_leave_no_error(void)
-{
-    grid_t grid = grid_of("ideal", POINTS);
-    for (uint32_t point; grid_next(&grid, &point);) {
-        const run_error_t err = measure(false, AVERAGED, point);
-        expect_at_most(0.3, err.mean, "mean [mrad]");
-        expect_at_most(0.5, err.peak, "peak [mrad]");
-    }
 }
 
 /* Every gate edge, the board's own dead time, delays, drops, ADC. What a leg loses grows with the carrier,
@@ -191,7 +171,7 @@ static void test_real_inverter_and_sensors_keep_the_limits(void)
         const bool slow = point / 2u == 0u;
         const bool loaded = point % 2u != 0u;
         const double fast_mean = fmax(point / 2u == WHOLE ? 3.1 : 1.5, 1.5 * ripple);
-        const run_error_t err = measure(true, SWITCHED, point);
+        const run_error_t err = measure(point);
         expect_at_most(loaded ? (slow ? 3.0 * more : fast_mean) : (slow ? 5.0 * more : 4.0 * ripple),
                        err.mean, "mean [mrad]");
         expect_at_most(loaded ? (slow ? 8.0 * more : 1.5 * ripple) : (slow ? 10.0 * more : 4.0 * ripple),

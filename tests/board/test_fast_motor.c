@@ -1,5 +1,5 @@
 /* The fastest motor that a carrier allows: 0.3 rad of electrical angle a sample, 950 Hz at 20 kHz, without
- * the encoder, on ideal and on real inverter and sensors. */
+ * the encoder, on real inverter and sensors; ideal ones: tests/rig/test_sensorless_ideal.c. */
 #include <math.h>
 
 #include "tests/rig/run.h"
@@ -21,7 +21,7 @@ static run_motor_t fast_motor(void)
                          .bandwidth = 15.0};
 }
 
-static run_error_t error_at(double share, bool real, double amperes)
+static run_error_t error_at(double share, double amperes)
 {
     const run_motor_t motor = fast_motor();
     const double cutoff = fmax(50.0, 1.6 * sqrt(1.5 * motor.pole_pairs * motor.pole_pairs *
@@ -34,12 +34,7 @@ static run_error_t error_at(double share, bool real, double amperes)
     run_put(rig, "overspeed_trip", 1.2 * motor.speed);
     run_put(rig, "feedforward_cutoff", cutoff);
     run_parameter(rig, "pll_bandwidth", 4.0 * cutoff);
-    if (real) {
-        run_real(rig);
-    } else {
-        run_ideal(rig);
-        run_put(rig, "fidelity", 1.0);
-    }
+    run_real(rig);
     run_put(rig, "friction_coulomb", 0.0);
     rig_set_motion(rig, 0.0, share * motor.speed);
     rig_run(rig, 64u + 512u + 24u);
@@ -52,9 +47,8 @@ static run_error_t error_at(double share, bool real, double amperes)
     run_seconds(rig, 1.0);
     const run_error_t err = run_error(rig, 0.5);
     const char *const where =
-        run_say("%s, %+.2f of %.0f r/min, %.0f A: mean %.2f, SD %.2f, peak %.2f mrad, fault %d",
-                real ? "real" : "ideal", share, motor.speed / RPM, amperes, err.mean, err.sd, err.peak,
-                (int)rig_value(rig, "fault_reason"));
+        run_say("%+.2f of %.0f r/min, %.0f A: mean %.2f, SD %.2f, peak %.2f mrad, fault %d", share,
+                motor.speed / RPM, amperes, err.mean, err.sd, err.peak, (int)rig_value(rig, "fault_reason"));
     run_expect_no_fault(rig);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.01 * motor.speed / RPM, share * motor.speed / RPM, err.speed_mean,
                                       where);
@@ -73,16 +67,6 @@ static double share_of(uint32_t point)
     return (point % 2u != 0u ? -1.0 : 1.0) * shares[point / 4u];
 }
 
-static void test_ideal_inverter_and_sensors_leave_no_error(void)
-{
-    grid_t grid = grid_of("ideal, fast", POINTS);
-    for (uint32_t n; grid_next(&grid, &n);) {
-        const run_error_t err = error_at(share_of(n), false, n / 2u % 2u != 0u ? LOADED : 0.0);
-        TEST_ASSERT_DOUBLE_WITHIN(0.02, 0.0, err.mean);
-        TEST_ASSERT_TRUE(err.peak <= 0.3);
-    }
-}
-
 /* Without load the current is 1.6 A, not much more than its ripple, and what is left grows with the
  * speed: 1.4 us of angle at the top. Of seven seeds the largest mean is 8.4 mrad without load and 4.6 with
  * it, the largest SD 2.0 and the largest peak 13.1 mrad; the limits are a quarter above. */
@@ -91,7 +75,7 @@ static void test_real_inverter_and_sensors_leave_a_hundredth_of_a_radian(void)
     grid_t grid = grid_of("real, fast", POINTS);
     for (uint32_t n; grid_next(&grid, &n);) {
         const bool loaded = n / 2u % 2u != 0u;
-        const run_error_t err = error_at(share_of(n), true, loaded ? LOADED : 0.0);
+        const run_error_t err = error_at(share_of(n), loaded ? LOADED : 0.0);
         TEST_ASSERT_DOUBLE_WITHIN(loaded ? 5.8 : 10.6, 0.0, err.mean);
         TEST_ASSERT_TRUE(err.sd <= 2.6);
         TEST_ASSERT_TRUE(err.peak <= 16.5);

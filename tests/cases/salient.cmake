@@ -3,19 +3,21 @@
 if(LAGLESS_ESTIMATOR STREQUAL "fixed")
     return()
 endif()
-scenario_cases(ipm_learns_itself_astray salient_pll salient_start salient_119_starts salient_119_full_load salient_with_encoder
-        salient_115_learns_no_inductance salient_105_learns_inductance)
-# Family F of L_q/L_d 1 to 4: half and full load, driving and braking, put on after a catch; cold starts. A random share of
-# the grid in every check, all of it with --long.
-# A share of each grid, and all of it. field_weakening: up to three times the base speed and down, wrong data, a link that sinks or stores.
-foreach(name salient_grid field_weakening)
-    add_test(NAME ${name} COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/${name}.py $<TARGET_FILE:lagless>
-        ${CMAKE_CURRENT_BINARY_DIR}/${name})
-    set_tests_properties(${name} PROPERTIES LABELS scenario TIMEOUT 300)
-    add_test(NAME ${name}_long COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/${name}.py --long $<TARGET_FILE:lagless>
-        ${CMAKE_CURRENT_BINARY_DIR}/${name}_long)
-    set_tests_properties(${name}_long PROPERTIES LABELS grid TIMEOUT 1200)
+scenario_cases(salient_with_encoder)
+grid_cases(salient_rotors)
+# A family of L_q/L_d 1 to 4, and its field weakening, up to three times the base speed and down: a random share of each grid in every check,
+# all of it with --long.
+set(salient_grid ${CMAKE_SOURCE_DIR}/tests/rig/grids.py $<TARGET_FILE:run_scenario>)
+foreach(part "" _long)
+    add_test(NAME salient_grid${part} COMMAND ${Python3_EXECUTABLE} -B ${salient_grid} ${CMAKE_CURRENT_BINARY_DIR}/salient_grid${part}
+        ${CMAKE_CURRENT_SOURCE_DIR}/salient.grid)
+    string(REPLACE "_" "--" long "${part}")
+    add_test(NAME field_weakening${part} COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/field_weakening.py ${long}
+        $<TARGET_FILE:lagless> ${CMAKE_CURRENT_BINARY_DIR}/field_weakening${part})
 endforeach()
+set_tests_properties(salient_grid field_weakening PROPERTIES LABELS scenario TIMEOUT 300)
+set_tests_properties(salient_grid_long field_weakening_long PROPERTIES LABELS grid TIMEOUT 1200)
+set_tests_properties(salient_grid_long PROPERTIES ENVIRONMENT LAGLESS_GRID_SHARE=1)
 add_test(NAME cli_salient COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_salient.py $<TARGET_FILE:lagless>
     ${CMAKE_CURRENT_BINARY_DIR}/salient ${CMAKE_CURRENT_SOURCE_DIR})
 set_tests_properties(cli_salient PROPERTIES LABELS cli TIMEOUT 300)

@@ -120,32 +120,6 @@ class State(stuck.TestCase):
         self.wait(lambda: len(page.samples) > before + 20, "samples go on")
         self.assertEqual([1, 3], [page.value("enable"), page.value("state")])
 
-    def test_the_port_of_the_drive_hears_no_frames_behind_an_http_head(self):
-        """What a page could send by fetch() with a body of its own: frames that switch the motor on."""
-        self.scenario_of("")
-        _, line = self.start("serve", self.scenario, "--port", "0", "--quiet")
-        port = int(line.rsplit(":", 1)[1])
-        on = 0x11111111 ^ 1000 * 0x9E3779B1 & 0xFFFFFFFF
-        frames = b"".join(len(p).to_bytes(2, "little") + n.to_bytes(2, "little") + p for n, p in enumerate(
-            (b"\xff\0", b"\xf6\0\0\2" + (4000).to_bytes(4, "little"), b"\xf0\4" + on.to_bytes(4, "little"))))
-        with socket.create_connection(("127.0.0.1", port), timeout=5) as page:
-            page.sendall(b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100\r\n\r\n" + frames)
-            heard = b""
-            try:
-                while more := page.recv(100):
-                    heard += more
-            except ConnectionResetError:
-                pass
-        self.assertEqual(b"", heard)
-        time.sleep(0.2)
-        with socket.create_connection(("127.0.0.1", port), timeout=5) as client:
-            answers = []
-            for packet in (b"\xff\0", b"\xf4\4\0\2" + (4000).to_bytes(4, "little")):
-                client.sendall(len(packet).to_bytes(2, "little") + b"\0\0" + packet)
-                length = int.from_bytes(client.recv(4, socket.MSG_WAITALL)[:2], "little")
-                answers.append(client.recv(length, socket.MSG_WAITALL))
-        self.assertEqual(1000 * 0x9E3779B1 & 0xFFFFFFFF, int.from_bytes(answers[1][1:5], "little"))  # off
-
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])

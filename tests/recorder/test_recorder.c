@@ -319,18 +319,6 @@ static void test_going_back_in_time_takes_back_samples(void)
                  "0.0030,2,0,30\n0.0040,2,0,40\n0.0050,2,0,50\n0.0060,4,0,60\n");
 }
 
-static void test_going_back_to_the_start_keeps_only_what_follows(void)
-{
-    recorder_t *recorder = opened();
-    for (uint32_t k = 0; k < 70000; k++) {
-        sample(recorder, k, 1.0f, 0, k);
-    }
-    sample(recorder, 0, 2.0f, 0, 0);
-    TEST_ASSERT_EQUAL_UINT64(1, recorder_samples(recorder));
-    expect_closed(recorder);
-    expect_lines("0.0000,2,0,0\n");
-}
-
 static void test_the_rigs_tap_feeds_it(void)
 {
     rig_t *rig = rig_create(1);
@@ -571,25 +559,6 @@ static void test_settings_must_differ(void)
     expect_refused("two settings of the recording are called a");
 }
 
-static void test_sixty_four_rows_are_accepted(void)
-{
-    uint32_t ids[RIG_TAP_MAX];
-    uint32_t count = 0;
-    for (uint32_t t = 0; t < rig_table_count(); t++) {
-        for (uint32_t r = 0; r < rig_table(t)->count && count < RIG_TAP_MAX; r++) {
-            ids[count++] = rig_table(t)->rows[r].id;
-        }
-    }
-    TEST_ASSERT_EQUAL(RIG_TAP_MAX, count);
-    options.ids = ids;
-    options.count = count;
-    options.formats = RECORDER_CSV | RECORDER_MAT;
-    recorder_t *recorder = opened();
-    const uint32_t slots[RIG_TAP_MAX] = {0};
-    recorder_sink(recorder, 0, slots, count);
-    expect_closed(recorder);
-}
-
 static void test_missing_folder_is_named(void)
 {
     options.folder = "recorder_nowhere";
@@ -648,78 +617,40 @@ static void test_abandon_removes_everything(void)
     recorder_abandon(NULL);
 }
 
-static void test_abandon_leaves_the_recording_before(void)
+/* 262144 samples of 16 octets fit. So many, and then one more that goes back in time or not. */
+static void test_memory_that_is_used_up_is_told_unless_the_loss_is_taken_back(void)
 {
-    recorder_t *recorder = opened();
-    expect_closed(recorder);
-    recorder_abandon(opened());
-    TEST_ASSERT_EQUAL(1, files_left());
-    TEST_ASSERT_TRUE(exists("run.csv"));
-}
-
-static void test_used_up_memory_is_told_and_the_file_stays_partial(void)
-{
-    options.memory = RECORDER_MEMORY_MIN; /* 262144 samples of 16 octets */
-    recorder_t *recorder = opened();
-    for (uint32_t k = 0; k < 262144; k++) {
-        sample(recorder, k, 1.0f, 0, k);
-    }
-    sample(recorder, 262144, 2.0f, 0, 0);
-    sample(recorder, 262145, 2.0f, 0, 0);
-    TEST_ASSERT_FALSE(recorder_close(recorder, "complete", &error));
-    expect_part(error.text, "2 samples from 26.2144 s on are missing");
-    expect_part(error.text, "run.csv.partial");
-    TEST_ASSERT_FALSE(exists("run.csv"));
-    char *text = content("run.csv.partial");
-    expect_part(text, "\n26.2143,1,0,262143\n");
-    TEST_ASSERT_TRUE(strstr(text, "26.2144") == NULL);
-    free(text);
-}
-
-static void test_memory_used_to_the_last_octet_is_no_loss(void)
-{
-    options.memory = RECORDER_MEMORY_MIN;
-    recorder_t *recorder = opened();
-    for (uint32_t k = 0; k < 262144; k++) {
-        sample(recorder, k, 1.0f, 0, k);
-    }
-    expect_closed(recorder);
-}
-
-static void test_going_back_gives_memory_back(void)
-{
-    options.memory = RECORDER_MEMORY_MIN;
-    recorder_t *recorder = opened();
-    for (int n = 0; n < 3; n++) {
-        for (uint32_t k = 0; k < 262144; k++) {
-            sample(recorder, k, 1.0f, 0, k);
+    static const struct {
+        const char *name;
+        uint32_t count, rounds, back; /* back 0: nothing more */
+        const char *told;             /* NULL: nothing is lost */
+    } cases[] = {{"to the last octet", 262144u, 1u, 0u, NULL},
+                 {"going back gives memory back", 262144u, 3u, 0u, NULL},
+                 {"two are missing", 262146u, 1u, 0u, "2 samples from 26.2144 s on are missing"},
+                 {"back before the loss", 262150u, 1u, 5u, NULL},
+                 {"back after the loss", 262150u, 1u, 262147u, "from 26.2144 s on are missing"}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        options.memory = RECORDER_MEMORY_MIN;
+        recorder_t *recorder = opened();
+        for (uint32_t k = 0; k < cases[n].rounds * cases[n].count; k++) {
+            sample(recorder, k % cases[n].count, 1.0f, 0, k % cases[n].count);
         }
+        if (cases[n].back != 0u) {
+            sample(recorder, cases[n].back, 2.0f, 0, 5);
+        }
+        const bool good = recorder_close(recorder, "complete", &error);
+        TEST_ASSERT_EQUAL_MESSAGE(cases[n].told == NULL, good, cases[n].name);
+        TEST_ASSERT_EQUAL(good, exists("run.csv"));
+        if (!good) {
+            expect_part(error.text, cases[n].told);
+            expect_in("run.csv.partial", "\n26.2143,1,0,262143\n");
+        }
+        if (cases[n].back == 5u) {
+            expect_in("run.csv", "0.0004,1,0,4\n0.0005,2,0,5\n");
+        }
+        tearDown();
+        setUp();
     }
-    expect_closed(recorder);
-}
-
-static void test_going_back_before_a_loss_mends_it(void)
-{
-    options.memory = RECORDER_MEMORY_MIN;
-    recorder_t *recorder = opened();
-    for (uint32_t k = 0; k < 262150; k++) {
-        sample(recorder, k, 1.0f, 0, k);
-    }
-    sample(recorder, 5, 2.0f, 0, 5);
-    expect_closed(recorder);
-    expect_in("run.csv", "0.0004,1,0,4\n0.0005,2,0,5\n");
-}
-
-static void test_going_back_after_a_loss_does_not(void)
-{
-    options.memory = RECORDER_MEMORY_MIN;
-    recorder_t *recorder = opened();
-    for (uint32_t k = 0; k < 262150; k++) {
-        sample(recorder, k, 1.0f, 0, k);
-    }
-    sample(recorder, 262147, 2.0f, 0, 5);
-    TEST_ASSERT_FALSE(recorder_close(recorder, "complete", &error));
-    expect_part(error.text, "from 26.2144 s on are missing");
 }
 
 static void test_lost_edges_are_told_and_samples_kept(void)
@@ -738,65 +669,15 @@ static void test_lost_edges_are_told_and_samples_kept(void)
     TEST_ASSERT_FALSE(exists("run.vcd"));
 }
 
-/* A disk without a free octet, for the file of this ending. */
-static void put_full_disk(const char *ending)
-{
-    char path[256];
-    char name[64];
-    snprintf(name, sizeof name, "run.%s.partial", ending);
-    path_of(path, name);
-    TEST_ASSERT_EQUAL(0, symlink("/dev/full", path));
-}
-
-static void expect_full(uint32_t format, const char *ending, const char *why, bool many)
-{
-    if (access("/dev/full", W_OK) != 0) {
-        TEST_IGNORE_MESSAGE("no /dev/full on this machine");
-    }
-    options.formats = RECORDER_CSV | RECORDER_MAT | RECORDER_VCD;
-    put_full_disk(ending);
-    recorder_t *recorder = opened();
-    for (uint32_t k = 0; k < (many ? 100000u : 1u); k++) {
-        sample(recorder, k, 1.0f, 0, k);
-        recorder_edge(recorder, UINT64_C(15000) * k, RIG_EDGE_GATES, k % 2u);
-    }
-    TEST_ASSERT_FALSE(recorder_close(recorder, "complete", &error));
-    char expected[128];
-    snprintf(expected, sizeof expected, "run.%s.partial: %s", ending, why);
-    TEST_ASSERT_TRUE_MESSAGE(strstr(error.text, expected) != NULL, error.text);
-    TEST_ASSERT_TRUE(format == RECORDER_CSV || exists("run.csv"));
-    TEST_ASSERT_TRUE(format == RECORDER_MAT || exists("run.mat"));
-    TEST_ASSERT_TRUE(format == RECORDER_VCD || exists("run.vcd"));
-    TEST_ASSERT_EQUAL(3, files_left());
-}
-
-/* Also where the file is smaller than any buffer. */
-static void test_full_disk_is_told_for_each_file(void)
-{
-    for (int many = 0; many <= 1; many++) {
-        static const struct {
-            uint32_t format;
-            const char *ending, *why;
-        } files[] = {{RECORDER_CSV, "csv", "No space left on device"},
-                     {RECORDER_MAT, "mat", "the file could not be written completely"},
-                     {RECORDER_VCD, "vcd", "No space left on device"}};
-        for (int n = 0; n < 3; n++) {
-            expect_full(files[n].format, files[n].ending, files[n].why, many != 0);
-            tearDown();
-            setUp();
-        }
-    }
-}
-
 /* The disk takes the first `octets` of each file only. */
-static void expect_cut(uint32_t format, rlim_t octets)
+static void expect_cut(uint32_t format, rlim_t octets, uint32_t samples)
 {
     struct rlimit before;
     getrlimit(RLIMIT_FSIZE, &before);
     void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
     options.formats = format;
     recorder_t *recorder = opened();
-    for (uint32_t k = 0; k < 20000; k++) {
+    for (uint32_t k = 0; k < samples; k++) {
         sample(recorder, k, 0.1f * (float)k, 0, k);
         recorder_edge(recorder, UINT64_C(15000) * k, RIG_EDGE_GATES, k % 2u);
     }
@@ -811,14 +692,15 @@ static void expect_cut(uint32_t format, rlim_t octets)
     TEST_ASSERT_TRUE(!exists("run.csv") && !exists("run.mat") && !exists("run.vcd"));
 }
 
-static void test_a_disk_that_fills_up_halfway_is_told(void)
+static void test_a_disk_that_is_full_or_fills_up_is_told(void)
 {
     static const uint32_t formats[] = {RECORDER_CSV, RECORDER_MAT, RECORDER_VCD};
-    static const rlim_t octets[] = {1000, 100000,
-                                    250000}; /* in the header, in the middle, in the last column of MAT */
+    /* none at all, of a file smaller than any buffer; in the header, in the middle, in the last column of MAT
+     */
+    static const rlim_t octets[] = {0, 1000, 100000, 250000};
     for (int n = 0; n < 3; n++) {
-        for (int m = 0; m < 3; m++) {
-            expect_cut(formats[n], octets[m]);
+        for (int m = 0; m < 4; m++) {
+            expect_cut(formats[n], octets[m], m == 0 ? 1u : 20000u);
             tearDown();
             setUp();
         }

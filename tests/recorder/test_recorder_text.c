@@ -135,14 +135,6 @@ static void test_powers_of_two_and_their_neighbours_read_back(void)
     TEST_ASSERT_EQUAL_STRING("9.8607613e-32", float_text(UINT32_C(0x0C000000))); /* 2^-103 */
 }
 
-static void test_small_multiples_of_powers_of_ten_are_short(void)
-{
-    static const float values[] = {1e-10f, 1e-5f, 0.001f, 0.01f, 1e5f, 1e10f, 1e20f, 1e-20f, 7e-30f, 2e30f};
-    for (size_t n = 0; n < sizeof values / sizeof values[0]; n++) {
-        expect_shortest(bits_of(values[n]));
-    }
-}
-
 static void test_integers_to_their_ends(void)
 {
     char text[RECORDER_NUMBER_SIZE + 1u];

@@ -18,11 +18,9 @@
 
 /* ---- the board ---- */
 
-/* Shafts, loads and times of these tests were chosen for the paper's motor and a current limit of 10 A; a
- * trip is half as much again. What a test needs on a board of other currents, follows from these two [-];
- * both are 1 where the board has that. */
+/* Shafts, loads and times of these tests were chosen for the paper's motor and a current limit of 10 A. What
+ * a test needs on a board of another one, follows from this [-]; it is 1 where the board has that. */
 #define RUN_LIMIT_SHARE (BOARD_CURRENT_LIMIT_MA / 10000.0)
-#define RUN_TRIP_SHARE  (BOARD_OVERCURRENT_TRIP_MA / 15000.0)
 
 /* Torque of the paper's motor [N m] at so many amperes. */
 #define RUN_TORQUE(current) (1.5 * 4.0 * 0.183 * (current))
@@ -110,25 +108,6 @@ static inline void run_shaft_of_board(rig_t *rig)
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         run_times(rig, rows[n], RUN_LIMIT_SHARE);
     }
-}
-
-/* Motor and shaft in proportion to what the board's trip allows: every current of the paper's motor times
- * RUN_TRIP_SHARE, by impedances that are larger by as much; voltages, speeds, times and angles stay, also in
- * what no control holds. Loads are the caller's. Staged; the gains of the
- * speed control are those that are in force. */
-static inline void run_motor_of_board(rig_t *rig)
-{
-    static const char *const smaller[] = {"inertia", "friction_coulomb", "motor_inertia", "speed_kp",
-                                          "speed_ki"};
-    static const char *const larger[] = {"plant.resistance", "plant.inductance_d", "plant.inductance_q",
-                                         "motor_resistance", "motor_inductance_d", "motor_inductance_q"};
-    for (size_t n = 0; n < sizeof smaller / sizeof smaller[0]; n++) {
-        run_times(rig, smaller[n], RUN_TRIP_SHARE);
-    }
-    for (size_t n = 0; n < sizeof larger / sizeof larger[0]; n++) {
-        run_times(rig, larger[n], 1.0 / RUN_TRIP_SHARE);
-    }
-    run_put(rig, "current_limit", 10.0 * RUN_TRIP_SHARE);
 }
 
 /* From power-on to ready; offsets are measured with whatever the plant does. */

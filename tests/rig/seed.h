@@ -1,8 +1,7 @@
 /* Which noise a closed-loop test runs with, and which points of a grid run at all.
  *
  * LAGLESS_SEED (0) moves every seed of noise, and the period at which a drive is switched on, of 0 to 7: what
- * is learnt is summed over eight. A claim holds for every one of them. Test functions that cost little run
- * with 8 seeds (SEED_RUN_EIGHT), the others with one.
+ * is learnt is summed over eight. A claim holds for every one of them.
  *
  * A grid is a product of parameters. Of its points one in LAGLESS_GRID_SHARE (10; 1: all) runs, by a draw
  * from LAGLESS_GRID_SEED (the date, UTC, as YYYYMMDD), at least one of each grid. The draw also makes the
@@ -91,7 +90,6 @@ static inline void seed_run(void (*test)(void), const char *name, int line, uint
     }
     seed_member = 0u;
 }
-#define SEED_RUN_EIGHT(test) seed_run(test, #test, __LINE__, SEED_PHASES)
 #undef RUN_TEST /* a grid that failed leaves its last point's noise */
 #define RUN_TEST(test) seed_run(test, #test, __LINE__, 1u)
 

@@ -10,9 +10,8 @@
 
 #define PI 3.14159265358979323846
 
-#define POLE_PAIRS        4.0
-#define TORQUE_PER_AMPERE 1.098 /* 1.5 p psi_f [N m/A] */
-#define RATED_TORQUE      5.0   /* [N m] */
+#define POLE_PAIRS   4.0
+#define RATED_TORQUE 5.0 /* [N m] */
 
 /* manoeuvre */
 enum { OFF, CATCHES, ALIGNS, RAMPS, HANDS_OVER, RUNS, FORCES, REVERSES, RELOCKS };
@@ -65,24 +64,6 @@ static inline void start_ready(rig_t *rig, double theta_e)
     run_real(rig);
 }
 
-/* Ready, and running at this speed [r/min]: the rotor turns already and is caught, without a load, for in the
- * 20 ms of a catch the bare motor loses 320 r/min to the rated one. Then the load [N m], so gently that its
- * speed control, k_i 0.74 A/rad, holds it within (2 N m/s)/(K_t k_i) = 23 r/min, and so many seconds. */
-static inline void start_running(rig_t *rig, double rpm, double load, double seconds)
-{
-    start_ready(rig, 0.3);
-    rig_set_motion(rig, 0.3 / POLE_PAIRS, rpm * RPM);
-    run_on(rig, rpm);
-    run_seconds(rig, 0.5);
-    if (load > 0.0) {
-        run_load(rig, load, 0.5 * load);
-    }
-    run_seconds(rig, seconds);
-    run_expect_no_fault(rig);
-    TEST_ASSERT_EQUAL_DOUBLE(RUNS, rig_value(rig, "manoeuvre"));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "lock_losses"));
-}
-
 /* ---- every period ---- */
 
 typedef struct {
@@ -90,22 +71,19 @@ typedef struct {
     double current;    /* length of its vector [A] */
     double error, err; /* theta_hat - true theta_e; of the angle in use [rad] */
     double speed;      /* true [r/min] */
-    double reference;  /* in force [r/min] */
     double torque;     /* true [N m] */
-    double theta_e;    /* true [rad], wrapped */
     int manoeuvre, start_try, losses, fault, state;
     /* since the watch began */
     double peak;                        /* largest true phase current [A] */
     double bad, bad_most;               /* [s] angle in use wrong by 0.8 rad, now and at most */
     uint32_t warnings, period, noticed; /* [-]; [periods] now; at the first fault or warning */
-    int first_fault, start_try_most, losses_most;
 } start_seen_t;
 
-#define START_SEEN_FLOATS 11u
-static const char *const start_seen_rows[] = {
-    "i_alpha",      "i_beta",    "theta_hat_err", "true_omega_m", "omega_m_ref", "true_torque",
-    "true_theta_e", "theta_err", "true_i_a",      "true_i_b",     "true_i_c",    "manoeuvre",
-    "start_try",    "state",     "lock_losses",   "warnings",     "fault_reason"};
+#define START_SEEN_FLOATS 9u
+static const char *const start_seen_rows[] = {"i_alpha",     "i_beta",    "theta_hat_err", "true_omega_m",
+                                              "true_torque", "theta_err", "true_i_a",      "true_i_b",
+                                              "true_i_c",    "manoeuvre", "start_try",     "state",
+                                              "lock_losses", "warnings",  "fault_reason"};
 #define START_SEEN_ROWS (sizeof start_seen_rows / sizeof start_seen_rows[0])
 
 static inline void start_see(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
@@ -117,11 +95,9 @@ static inline void start_see(void *context, uint32_t period, const uint32_t *slo
     seen->current = hypot((double)value[0], (double)value[1]);
     seen->error = (double)value[2];
     seen->speed = (double)value[3] / RPM;
-    seen->reference = (double)value[4] / RPM;
-    seen->torque = (double)value[5];
-    seen->theta_e = (double)value[6];
-    seen->err = (double)value[7];
-    for (uint32_t n = 8u; n < START_SEEN_FLOATS; n++) {
+    seen->torque = (double)value[4];
+    seen->err = (double)value[5];
+    for (uint32_t n = 6u; n < START_SEEN_FLOATS; n++) {
         seen->peak = fmax(seen->peak, fabs((double)value[n]));
     }
     slots += START_SEEN_FLOATS;
@@ -131,12 +107,9 @@ static inline void start_see(void *context, uint32_t period, const uint32_t *slo
     seen->losses = (int)slots[3];
     seen->warnings |= slots[4];
     seen->fault = (int)slots[5];
-    seen->start_try_most = seen->start_try > seen->start_try_most ? seen->start_try : seen->start_try_most;
-    seen->losses_most = seen->losses > seen->losses_most ? seen->losses : seen->losses_most;
     seen->period = period;
     if (seen->noticed == 0u && (seen->fault != 0 || seen->warnings != 0u)) {
         seen->noticed = period;
-        seen->first_fault = seen->fault;
     }
     const bool wrong = seen->fault == 0 && fabs(seen->err) > 0.8 && fabs(seen->speed) > 20.0;
     seen->bad = wrong ? seen->bad + RIG_PERIOD_SECONDS : 0.0;

@@ -1,8 +1,8 @@
 /* Inductance and dead time learnt together, as the drive does by default, without encoder on the real
  * inverter: what it costs where all was known, what it is worth on other motors where all is wrong, and what
  * it must not learn from. */
+#include "tests/rig/motors.h"
 #include "tests/rig/no_rig.h"
-#include "tests/rig/run.h"
 
 static void speed(rig_t *rig, double from, double to, double seconds)
 {
@@ -66,13 +66,10 @@ static void test_nothing_is_lost_where_all_was_known(void)
 /* ---- other motors, all wrong ---- */
 
 typedef struct {
-    const char *name;
-    run_motor_t motor;
-    double load;                /* [N m] */
-    double current, dc_voltage; /* [A], [V] limit and link */
-    double slowest;             /* [-] of its largest speed */
-    double inductance;          /* [-] of L, by which what is learnt may be off */
-    double mean;                /* [mrad] */
+    const rated_motor_t *of;
+    double slowest;    /* [-] of its largest speed */
+    double inductance; /* [-] of L, by which what is learnt may be off */
+    double mean;       /* [mrad] */
 } other_t;
 
 /* L_d, L_q, R, psi_f, the delays and the drop are believed so much too small or too large, little by little.
@@ -99,21 +96,14 @@ static void believe(rig_t *rig, double share)
 }
 
 /* With the gains of the rules in docs/scenarios.md. */
-static rig_t *other(const other_t *o, uint32_t seed)
+static rig_t *other(const rated_motor_t *m, uint32_t seed)
 {
-    const run_motor_t *m = &o->motor;
-    const double cutoff = fmax(50.0, 1.6 * sqrt(m->pole_pairs * o->load / m->inertia));
+    const double cutoff = fmax(50.0, 1.6 * sqrt(m->motor.pole_pairs * m->load / m->motor.inertia));
     rig_t *rig = run_rig(seed);
-    run_put_motor(rig, m);
-    run_put(rig, "dc_voltage", o->dc_voltage);
-    run_put(rig, "current_limit", o->current);
-    run_put(rig, "overcurrent_trip", 1.5 * o->current);
-    run_put(rig, "dc_overvoltage", 1.1 * o->dc_voltage);
-    run_put(rig, "dc_undervoltage", 0.6 * o->dc_voltage);
-    run_put(rig, "overspeed_trip", 1.15 * m->speed);
-    run_put(rig, "low_speed_current", 0.2 * o->current);
-    run_put(rig, "handover_speed", 0.15 * m->speed);
-    run_put(rig, "fallback_speed", 0.04 * m->speed);
+    rated_put(rig, m);
+    run_put(rig, "low_speed_current", 0.2 * m->current);
+    run_put(rig, "handover_speed", 0.15 * m->motor.speed);
+    run_put(rig, "fallback_speed", 0.04 * m->motor.speed);
     run_put(rig, "pll_bandwidth", 4.0 * cutoff);
     run_put(rig, "feedforward_cutoff", cutoff);
     run_parameter(rig, "position_source", 0.0);
@@ -124,15 +114,15 @@ static rig_t *other(const other_t *o, uint32_t seed)
  */
 static void expect_learnt(const other_t *o, double share, double direction)
 {
-    const double full = direction * o->motor.speed;
-    rig_t *rig = other(o, 3u);
+    const double full = direction * o->of->motor.speed;
+    rig_t *rig = other(o->of, 3u);
     run_to_ready_at(rig, 0.3 * full / RPM);
     run_on(rig, 0.3 * full / RPM);
     run_seconds(rig, 0.1);
     run_parameter(rig, "position_source", 1.0);
     run_seconds(rig, 0.3);
     run_real(rig);
-    run_load(rig, o->load, 1.5);
+    run_load(rig, o->of->load, 1.5);
     believe(rig, share);
     speed(rig, 0.3 * full, o->slowest * full, 1.0);
     run_seconds(rig, 2.0);
@@ -142,7 +132,7 @@ static void expect_learnt(const other_t *o, double share, double direction)
     run_seconds(rig, 2.0);
     const run_error_t err = run_error(rig, 1.0);
     const char *const message =
-        run_say("%s, %.1f of all, %.0f r/min: mean %.2f, SD %.2f mrad; dead time %.3f, L %.3f", o->name,
+        run_say("%s, %.1f of all, %.0f r/min: mean %.2f, SD %.2f mrad; dead time %.3f, L %.3f", o->of->name,
                 share, 0.8 * full / RPM, err.mean, err.sd, learnt_dead_time(rig), learnt_inductance(rig));
     run_expect_no_fault(rig);
     TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= o->mean, message);
@@ -153,26 +143,19 @@ static void expect_learnt(const other_t *o, double share, double direction)
 /* Down to where the loop, with all this wrong and nothing learnt, is not lost. Of two of them L is seen 2 %
  * too large, whatever it is believed to be at first. Limits: of 22 runs each the mean and four standard
  * deviations. Asked was a mean of 8 mrad, which the miniature keeps in 999 of a thousand. */
-static const other_t spindle = {
-    "spindle", {1.0, 0.4, 0.6e-3, 0.03, 5e-5, 0.03, 3000.0, 40.0}, 0.3, 10.0, 200.0, 0.1, 0.036, 5.2};
-static const other_t hub = {
-    "hub", {15.0, 0.12, 0.35e-3, 0.015, 0.02, 0.3, 200.0, 20.0}, 2.5, 12.0, 100.0, 0.1, 0.03, 5.2};
-static const other_t direct = {
-    "direct", {20.0, 12.0, 60e-3, 0.55, 0.5, 3.0, 13.0, 20.0}, 30.0, 3.0, 400.0, 0.2, 0.0125, 5.2};
-
-/* R T_s/L = 0.4, and 0.08 A of dither beside 10 mA of noise. */
-static const other_t miniature = {
-    "miniature", {2.0, 8.0, 2e-3, 0.02, 2e-5, 0.01, 1000.0, 40.0}, 0.06, 1.5, 100.0, 0.3, 0.04, 8.2};
+static const other_t others[] = {{&spindle, 0.1, 0.036, 5.2},
+                                 {&direct, 0.2, 0.0125, 5.2},
+                                 {&hub, 0.1, 0.03, 5.2},
+                                 {&miniature, 0.3, 0.04, 8.2}}; /* 0.08 A of dither beside 10 mA of noise */
 
 static void test_other_motors_with_everything_a_fifth_wrong(void)
 {
     if (BOARD_CURRENT_LIMIT_MA < 10000) {
         TEST_IGNORE_MESSAGE("they need 10 A");
     }
-    static const other_t *const motors[] = {&spindle, &direct, &hub, &miniature};
     grid_t grid = grid_of("other motors", 16u);
     for (uint32_t n; grid_next(&grid, &n);) {
-        const other_t *const motor = motors[grid_axis(&n, 4u)];
+        const other_t *const motor = &others[grid_axis(&n, 4u)];
         expect_learnt(motor, n / 2u != 0u ? 1.2 : 0.8, n % 2u != 0u ? -1.0 : 1.0);
     }
 }

@@ -197,31 +197,6 @@ static void start(rig_t *rig, double theta, double rpm, double load)
     run_on(rig, rpm);
 }
 
-/* From standstill without an encoder: it learns in the ramp, where the frame is forced. */
-static void test_start_with_a_wrong_dead_time(void)
-{
-    static const double shares[] = {0.6, 1.4, 0.0};
-    grid_t grid = grid_of("start", 12u);
-    for (uint32_t n; grid_next(&grid, &n);) {
-        const double share = shares[n % 3u];
-        const bool is_light = n / 3u % 2u != 0u;
-        rig_t *rig = standing(is_light);
-        believe(rig, share);
-        start(rig, 0.4 * n, 200.0, n / 6u != 0u ? RATED : 0.0);
-        run_seconds(rig, 4.0);
-        const run_error_t err = run_error(rig, 0.5);
-        const char *const message =
-            run_say("%s rotor, %g N m, from %.1f: %.0f r/min, V %.3f, try %.0f, mean %.1f",
-                    is_light ? "light" : "rig's", n / 6u != 0u ? RATED : 0.0, share, err.speed_mean,
-                    learnt_share(rig), rig_value(rig, "start_try"), err.mean);
-        run_expect_no_fault(rig);
-        TEST_ASSERT_TRUE_MESSAGE(fabs(err.speed_mean - 200.0) <= 5.0, message);
-        TEST_ASSERT_TRUE_MESSAGE(fabs(learnt_share(rig) - 1.0) <= 0.0113, message);
-        TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= 4.8, message);
-        rig_free(rig);
-    }
-}
-
 /* From standstill to 100 r/min, where by the rule a forced frame turns and the estimate beside it: it learns
  * on the way, and there. Asked: within 5 % after 1.5 s, 1.1 being the worst of 58; a mean of 2, which is the
  * light rotor's rms without load; and an SD of 6 mrad.
@@ -297,19 +272,4 @@ static void test_a_light_rotor_in_a_slow_forced_frame_teaches_nothing_wrong(void
         TEST_ASSERT_TRUE_MESSAGE(fabs(learnt_share(rig) - 1.0) <= 0.015, message);
         rig_free(rig);
     }
-}
-
-/* Off, it is the delays and drops that are set; on again after that, it starts from them. */
-static void test_off_is_what_is_set(void)
-{
-    rig_t *rig = running(150.0, RATED, SENSORLESS);
-    (void)learn(rig, 0.6, 2.0);
-    TEST_ASSERT_DOUBLE_WITHIN(0.03, 1.0, learnt_share(rig));
-    run_parameter(rig, "current_bandwidth", 900.0);
-    run_seconds(rig, 0.01);
-    TEST_ASSERT_DOUBLE_WITHIN(0.03, 1.0, learnt_share(rig));
-    run_parameter(rig, "dead_time_adaptation", 0.0);
-    run_seconds(rig, 0.01);
-    TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.6, learnt_share(rig));
-    rig_free(rig);
 }

@@ -117,14 +117,6 @@ static double speed(void)
     return plant()->omega_m / RPM;
 }
 
-/* Steady current of a motor whose terminals are shorted [A]. */
-static double short_circuit_current(double rpm)
-{
-    const double omega_e = rpm * RPM * rig_value(rig, "motor_pole_pairs");
-    return omega_e * rig_value(rig, "plant.flux_linkage") /
-           hypot(rig_value(rig, "plant.resistance"), omega_e * rig_value(rig, "plant.inductance_d"));
-}
-
 /* Running at a speed that a dynamometer keeps. */
 static void run_held_at(double rpm)
 {
@@ -134,17 +126,6 @@ static void run_held_at(double rpm)
     run_on(rig, rpm);
     run_seconds(rig, 0.1);
     run_expect_no_fault(rig);
-}
-
-/* Power-on once more, of chip and plant. */
-static void power_on(void (*how)(chip_t *, uint32_t))
-{
-    rig_state_t *state = rig_state(rig);
-    const plant_params_t params = rig_plant_params(&state->plant_values);
-    plant_init(&state->plant, &params, 1u);
-    state->encoder_moved = 0;
-    how(&state->chip, (uint32_t)BOARD_CRYSTAL_HZ);
-    rig_bind(rig);
 }
 
 void setUp(void)
@@ -186,25 +167,6 @@ static void test_a_halt_ends_in_one_zero_vector_at_the_next_counter_zero(void)
         setUp();
         run_held_at(600.0);
     }
-}
-
-/* All terminals at one rail: omega_e psi_f over the impedance at omega_e, 14.0 A at 600 r/min. */
-static void test_a_halted_bridge_shorts_the_motor(void)
-{
-    const double rpm[] = {60.0, 300.0, 600.0, 1500.0};
-    for (size_t n = 0; n < sizeof rpm / sizeof rpm[0]; n++) {
-        if (n > 0) {
-            tearDown();
-            setUp();
-        }
-        run_ideal(rig);
-        run_held_at(rpm[n]);
-        halt_at(0.4);
-        pass_seconds(0.3); /* 20 time constants L/R */
-        const double expected = short_circuit_current(rpm[n]);
-        TEST_ASSERT_DOUBLE_WITHIN(5e-3 * expected, expected, current());
-    }
-    TEST_ASSERT_DOUBLE_WITHIN(0.01, 14.01, short_circuit_current(600.0));
 }
 
 /* Slow enough that the short-circuit current, 4.5 A, trips nothing else. */
@@ -249,24 +211,6 @@ static void test_after_a_halt_a_current_over_its_trip_opens_the_gates_with_the_f
     TEST_ASSERT_EQUAL_DOUBLE((double)REASON_OVERCURRENT, rig_value(rig, "fault_reason"));
     TEST_ASSERT_DOUBLE_WITHIN(0.5, before + 2.0, rig_value(rig, "fault_period"));
     TEST_ASSERT_EQUAL_HEX32(0u, seen.gates);
-}
-
-static void test_after_a_halt_and_a_reset_the_drive_runs_again(void)
-{
-    run_held_at(60.0);
-    halt_at(0.3);
-    pass_seconds(0.2);
-    chip_debug_run(chip());
-    pass_periods(10);
-    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_LATE, rig_value(rig, "fault_reason"));
-    run_put(rig, "enable", 0.0);
-    run_seconds(rig, 0.03);
-    run_put(rig, "fault_reset", 1.0);
-    run_seconds(rig, 0.1);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
-    run_put(rig, "enable", 1.0);
-    run_seconds(rig, 0.2);
-    run_expect_no_fault(rig);
 }
 
 static void test_a_halt_with_gates_off_keeps_them_off(void)
@@ -397,99 +341,4 @@ static void test_a_restart_with_the_bridge_on_opens_the_gates_and_comes_up_anew(
     run_held_at(60.0);
     restart();
     expect_a_new_start();
-}
-
-/* The sample's request that came during the halt is in PIEIFR1 and, or else, in IFR. */
-static void test_a_restart_takes_no_interrupt_that_the_old_program_requested(void)
-{
-    for (uint32_t acknowledged = 0u; acknowledged < 2u; acknowledged++) {
-        if (acknowledged > 0u) {
-            tearDown();
-            setUp();
-        }
-        run_held_at(60.0);
-        halt_at(0.4);
-        pass_periods(2);
-        if (acknowledged == 0u) {
-            TEST_ASSERT_EQUAL_HEX16(1u, PIE->PIEACK & 1u);
-            TEST_ASSERT_NOT_EQUAL(0u, chip()->cpu.ifr & 1u);
-        } else { /* the CPU's flag is gone, that of the PIE stands behind its acknowledge */
-            bus_clear_pending();
-        }
-        bus_write16(&PIE->group[0].IFR, 1u);
-        rig_bind(rig);
-        chip_restart(chip());
-        chip_debug_run(chip());
-        watch();
-        rig_start(rig);
-        expect_a_new_start();
-    }
-}
-
-/* Another program ran before: its timer interrupts on INT14, which is the medium task's, once in a window. */
-static void test_a_restart_serves_no_interrupt_that_an_earlier_program_enabled(void)
-{
-    run_held_at(60.0);
-    halt_at(0.4);
-    pass_periods(2);
-    bus_enable_group(14u);
-    bus_write32(&CPU_TIMER(2u)->PRD, 10000u);
-    bus_write16(&CPU_TIMER(2u)->TCR, TCR_TRB | TCR_TIE);
-    bus_write16(&PIE->group[2].IER, 0x00FFu);
-    bus_enable_group(3u);
-    chip_restart(chip());
-    chip_debug_run(chip());
-    watch();
-    const uint32_t before = chip_interrupt_count(chip(), 14u);
-    rig_start(rig);
-    expect_a_new_start();
-    TEST_ASSERT_EQUAL_UINT32(rig_state(rig)->app.drive.handed, chip_interrupt_count(chip(), 14u) - before);
-}
-
-/* ---- A start past the boot ROM ---- */
-
-static void read_codes(uint16_t codes[2])
-{
-    hal_samples_t now;
-    run_seconds(rig, 0.01);
-    rig_bind(rig);
-    hal_read(&now);
-    codes[0] = now.current_a;
-    codes[1] = now.dc_link;
-}
-
-static void test_a_start_past_the_boot_ROM_measures_as_one_through_it(void)
-{
-    uint16_t through[2];
-    uint16_t past[2];
-    uint16_t bare[2];
-    run_put(rig, "current_noise", 0.0);
-    power_on(chip_power_on);
-    rig_start(rig);
-    read_codes(through);
-    /* 3 V are 4096 codes */
-    TEST_ASSERT_EQUAL_UINT16(4096u * BOARD_CURRENT_ZERO_MV / 3000u, through[0]);
-    TEST_ASSERT_EQUAL_UINT16((uint16_t)(4096.0 * rig_value(rig, "dc_voltage") / (double)BOARD_DC_AT_3V),
-                             through[1]);
-
-    power_on(chip_power_on_by_debugger);
-    rig_start(rig);
-    TEST_ASSERT_EQUAL_INT32((int32_t)HAL_OK, rig_state(rig)->app.board_status);
-    read_codes(past);
-    TEST_ASSERT_EQUAL_UINT16(through[0], past[0]);
-    TEST_ASSERT_EQUAL_UINT16(through[1], past[1]);
-
-    /* Without the two words it is off, by an offset and by a gain, no more than the data manual's 15 and 30
-     * codes: the test can see it. */
-    bus_allow();
-    bus_write16(&ADC->ADCREFSEL, 0u);
-    bus_write16(&ADC->ADCOFFTRIM, 0u);
-    bus_protect();
-    read_codes(bare);
-    const int32_t off[2] = {bare[0] - past[0], bare[1] - past[1]};
-    TEST_ASSERT_NOT_EQUAL(0, off[0]);
-    TEST_ASSERT_NOT_EQUAL(0, off[1]);
-    TEST_ASSERT_NOT_EQUAL(off[0], off[1]);
-    TEST_ASSERT_INT32_WITHIN(45, 0, off[0]);
-    TEST_ASSERT_INT32_WITHIN(45, 0, off[1]);
 }

@@ -87,5 +87,3 @@ static void test_without_the_encoder_no_signal_hangs_on_what_it_shows(void)
     TEST_ASSERT_TRUE(seen > 0u);
     rig_free(broken);
 }
-
-/* ---- as a state ---- */

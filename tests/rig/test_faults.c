@@ -1,9 +1,7 @@
-/* Faults injected below the seam run the real code: the drive stops with the right reason and the motor gets
- * no voltage. What the fault matrix asks of every manoeuvre (host_sim/lab/matrix_table.h) is not asked here.
- */
+/* Encoder tracks that jump, a quick stop without the encoder, and a bridge that comes on at speed. What the
+ * fault matrix asks of every fault and manoeuvre (host_sim/lab/matrix_table.h) is not asked here. */
 #include <math.h>
 
-#include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 
@@ -24,48 +22,6 @@ void tearDown(void)
 {
     rig_free(rig);
 }
-
-static void expect_stopped(int32_t reason)
-{
-    TEST_ASSERT_EQUAL_DOUBLE((double)reason, rig_value(rig, "fault_reason"));
-    TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
-    run_seconds(rig, 0.02);
-    /* gates open, EMF of 46 V far below the DC link: no current */
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_a"));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_b"));
-    TEST_ASSERT_EQUAL_DOUBLE((double)reason, rig_value(rig, "fault_reason"));
-}
-
-/* The cause is gone and `enable` off: a reset, and the drive runs again. */
-static void expect_reset_and_running_again(void)
-{
-    run_put(rig, "fault_reset", 1.0);
-    run_seconds(rig, 0.1);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
-    run_put(rig, "enable", 1.0);
-    run_seconds(rig, 0.5);
-    run_expect_no_fault(rig);
-}
-
-static void test_module_fault_stops_in_the_same_period_and_can_be_reset(void)
-{
-    const double period = rig_value(rig, "period");
-    run_put(rig, "force_fault", 1.0);
-    rig_step(rig);
-    TEST_ASSERT_DOUBLE_WITHIN(1.0, period, rig_value(rig, "fault_period"));
-    expect_stopped(REASON_MODULE_FAULT);
-
-    run_put(rig, "enable", 0.0);
-    run_put(rig, "fault_reset", 1.0); /* the line is still low */
-    run_seconds(rig, 0.05);
-    TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
-    run_put(rig, "fault_reset", 0.0);
-    run_put(rig, "force_fault", 0.0);
-    run_seconds(rig, 0.03);
-    expect_reset_and_running_again();
-}
-
-/* ---- encoder and position ---- */
 
 /* Four whole turns between two looks of the eQEP: more counts than its clock has cycles since then, so that
  * both tracks changed within one. The angle is where it was, and the counter follows the tracks modulo 4: it
@@ -100,12 +56,21 @@ static void test_encoder_tracks_that_change_both_at_once_stop_the_drive(void)
     run_put(rig, "plant.encoder_offset", JUMP);
     expect_phase_error_seen_once();
     TEST_ASSERT_DOUBLE_WITHIN(1.0, period + 1.0, rig_value(rig, "fault_period"));
-    expect_stopped(REASON_ENCODER_PHASE);
+    TEST_ASSERT_EQUAL_DOUBLE((double)REASON_ENCODER_PHASE, rig_value(rig, "fault_reason"));
+    TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_FAULT, rig_value(rig, "state"));
+    run_seconds(rig, 0.02);
+    /* gates open, EMF of 46 V far below the DC link: no current */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_a"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_b"));
     TEST_ASSERT_DOUBLE_WITHIN(0.5 * lost + 0.004, -0.5 * lost, encoder_error()); /* a count is 2.5 mrad */
 
     /* Nothing of it is left: a reset, and the drive runs again. */
     run_put(rig, "enable", 0.0);
-    expect_reset_and_running_again();
+    run_put(rig, "fault_reset", 1.0);
+    run_seconds(rig, 0.1);
+    run_put(rig, "enable", 1.0);
+    run_seconds(rig, 0.5);
+    run_expect_no_fault(rig);
 }
 
 /* Somebody plugs the encoder in: told, and no fault while the bridge is off. */
@@ -121,39 +86,6 @@ static void test_encoder_tracks_may_jump_while_the_bridge_is_off(void)
     run_put(rig, "enable", 1.0);
     run_seconds(rig, 0.1);
     run_expect_no_fault(rig);
-}
-
-/* The interrupt ends a twentieth of a period before the next sample. */
-static void test_interrupt_that_is_delayed_but_in_time_does_no_harm(void)
-{
-    run_put(rig, "interrupt_delay", 0.95 * RIG_PERIOD_SECONDS - RIG_INTERRUPT_CYCLES / 150e6);
-    run_seconds(rig, 0.3);
-    run_expect_no_fault(rig);
-    TEST_ASSERT_DOUBLE_WITHIN(1.0, 600.0, rig_value(rig, "true_omega_m") / RPM);
-}
-
-static void test_offsets_of_the_sensors_are_measured_at_the_start(void)
-{
-    rig_free(rig);
-    rig = run_rig(32);
-    run_put(rig, "current_offset_a", 0.2);
-    run_put(rig, "current_offset_b", -0.15);
-    run_put(rig, "current_offset_c", 0.1);
-    run_to_ready(rig);
-    /* 10 mA noise on codes of 9.8 mA at most over 512 samples: 0.6 mA rms; a code stands for its middle */
-    TEST_ASSERT_DOUBLE_WITHIN(3e-3, 0.2, rig_value(rig, "offset_a"));
-    TEST_ASSERT_DOUBLE_WITHIN(3e-3, -0.15, rig_value(rig, "offset_b"));
-    /* without a sensor c is minus the sum of the others, and so is its offset */
-    TEST_ASSERT_DOUBLE_WITHIN(5e-3, DRIVE_CURRENT_SENSORS == 3 ? 0.1 : -0.05,
-                              (double)rig_state(rig)->app.drive.fast.measure.offset.c);
-}
-
-static void test_quick_stop_brings_the_motor_to_standstill(void)
-{
-    run_put(rig, "enable", 2.0);
-    run_seconds(rig, 0.5);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
-    TEST_ASSERT_DOUBLE_WITHIN(2.1, 0.0, rig_value(rig, "true_omega_m"));
 }
 
 /* The last rad/s pass in 5 ms; the estimate is not blind for long enough to count as lost. */

@@ -172,45 +172,6 @@ static void test_what_else_is_wrong_has_no_part_in_it(void)
     }
 }
 
-static void test_errors_of_the_current_sensors_have_no_part_in_it(void)
-{
-    grid_t grid = grid_of("errors of the sensors", 8u);
-    for (uint32_t n; grid_next(&grid, &n);) {
-        const double believed = n / 4u ? 1.2 : 0.8;
-        to_speed(n % 2u, n / 2u % 2u ? 1000.0 : 300.0, believed, NULL);
-        run_put(rig, "current_offset_a", 0.05);
-        run_put(rig, "current_offset_c", -0.05);
-        run_put(rig, "current_gain_error_b", 0.01);
-        learn();
-        run_seconds(rig, 3.0);
-        const run_error_t err = run_error(rig, 0.5);
-        TEST_ASSERT_DOUBLE_WITHIN(6.0, 0.0, err.mean);
-        TEST_ASSERT_DOUBLE_WITHIN(0.015, 1.0, ratio());
-    }
-}
-
-/* The load goes to and fro as fast as it takes the dither half a cycle more than a whole number of them.
- * Asked for: 3 %; at 6.5 A instead of 10 the dither is smaller against the sensors' noise, and 3.2 % were
- * seen. */
-static void test_a_load_that_toggles_does_not_move_it(void)
-{
-    static const double speeds[] = {300.0, 600.0, 1000.0, 1500.0};
-    grid_t grid = grid_of("a load that toggles", 8u);
-    for (uint32_t n; grid_next(&grid, &n);) {
-        to_speed(n % 2u, speeds[n / 2u], 1.0, NULL);
-        run_real(rig);
-        learn();
-        run_seconds(rig, 2.0);
-        for (int toggle = 0; toggle < 12; toggle++) {
-            run_put(rig, "load_torque", (toggle % 2 ? 1.0 : 0.6) * LOAD);
-            for (int part = 0; part < 5; part++) {
-                run_seconds(rig, 0.1);
-                TEST_ASSERT_DOUBLE_WITHIN(BOARD_CURRENT_LIMIT_MA < 10000 ? 0.04 : 0.03, 1.0, ratio());
-            }
-        }
-    }
-}
-
 /* ---- what it costs ---- */
 
 /* The speed's swing at the dither's frequency, from peak to peak [r/min]. */
@@ -240,45 +201,5 @@ static void test_the_speed_s_ripple_is_small(void)
         printf("%s, %4.0f r/min: the speed swings by %.4f r/min with the dither\n",
                n % 2u ? "light" : "heavy", speeds[n / 2u], ripple);
         TEST_ASSERT_TRUE(ripple < (n % 2u ? 0.19 : 0.012)); /* asked: 0.4, 0.1 */
-    }
-}
-
-/* ---- what it must not learn from ---- */
-
-/* Of L, for a second of this: at most so much. The magnets are gone; the current sensors stick, both or one;
- * all load goes at once, and with it what is in step with the dither by chance in the cycles before it rests.
- */
-static const struct {
-    wrong_t rows[2];
-    double share; /* [-] */
-} nothing_to_learn[] = {
-    {{{"plant.flux_linkage", 0.0}, {"plant.flux_linkage", 0.0}}, 0.0},
-    {{{"stuck_current_a", 2300.0}, {"stuck_current_b", 2000.0}}, 0.0},
-    {{{"stuck_current_a", 2048.0}, {"stuck_current_a", 2048.0}}, 0.0},
-    {{{"load_torque", 0.0}, {"friction_coulomb", 0.0}}, 0.03},
-};
-#define NOTHING_TO_LEARN (sizeof nothing_to_learn / sizeof nothing_to_learn[0])
-
-static void test_what_says_nothing_of_l_leaves_it_where_it_was(void)
-{
-    grid_t grid = grid_of("nothing to learn", SEED_PHASES);
-    for (uint32_t n; grid_next(&grid, &n);) {
-        to_speed(false, 1000.0, 0.8, NULL);
-        run_real(rig);
-        learn();
-        run_seconds(rig, 3.0);
-        const double before = rig_value(rig, "inductance_hat");
-        void *const learnt = run_kept(rig);
-        for (size_t c = 0; c < NOTHING_TO_LEARN; c++) {
-            run_back_to(rig, learnt);
-            run_put(rig, nothing_to_learn[c].rows[0].row, nothing_to_learn[c].rows[0].factor);
-            run_put(rig, nothing_to_learn[c].rows[1].row, nothing_to_learn[c].rows[1].factor);
-            for (int k = 0; k < 10; k++) {
-                run_seconds(rig, 0.1);
-                TEST_ASSERT_DOUBLE_WITHIN(nothing_to_learn[c].share * before, before,
-                                          rig_value(rig, "inductance_hat"));
-            }
-        }
-        free(learnt);
     }
 }

@@ -112,36 +112,6 @@ static void test_octets_go_out_at_the_line_s_rate(void)
     TEST_ASSERT_EQUAL_UINT32(0u, reports());
 }
 
-static void test_a_break_is_counted_and_the_line_goes_on(void)
-{
-    uint16_t got[16];
-    const uint8_t octet = 0x5Au;
-    TEST_ASSERT_TRUE(chip_serial_levels(chip(), 0u, 30u));
-    rig_run(rig, 2u);
-    TEST_ASSERT_EQUAL_UINT32(0u, heard(got));
-    TEST_ASSERT_TRUE(hal_serial_errors() >= 1u);
-    TEST_ASSERT_EQUAL_UINT32(1u, rig_serial_put(rig, &octet, 1u));
-    rig_run(rig, 2u);
-    TEST_ASSERT_EQUAL_UINT32(1u, heard(got));
-    TEST_ASSERT_EQUAL_HEX16(0x5Au, got[0]);
-}
-
-/* Nobody reads for two periods: 16 of the octets are left. */
-static void test_an_overrun_leaves_the_newest_sixteen(void)
-{
-    uint8_t octets[40];
-    uint16_t got[16];
-    for (uint32_t n = 0; n < 40u; n++) {
-        octets[n] = (uint8_t)n;
-    }
-    TEST_ASSERT_EQUAL_UINT32(40u, rig_serial_put(rig, octets, 40u));
-    rig_run(rig, 2u + (uint32_t)(40.0 * LINE_SECONDS / RIG_PERIOD_SECONDS));
-    TEST_ASSERT_EQUAL_UINT32(16u, heard(got));
-    TEST_ASSERT_EQUAL_HEX16(24u, got[0]);
-    TEST_ASSERT_EQUAL_HEX16(39u, got[15]);
-    TEST_ASSERT_EQUAL_UINT32(1u, hal_serial_errors());
-}
-
 /* ---- What stays ---- */
 
 static void program(uint32_t page, uint32_t at, uint16_t word)
@@ -181,53 +151,6 @@ static void test_the_pages_outlive_the_supply_and_the_drive_begins_anew(void)
     rig_run(rig, 2000u);
     TEST_ASSERT_EQUAL_DOUBLE(1.0, value("state")); /* ready */
     TEST_ASSERT_EQUAL_UINT32(0u, reports());
-}
-
-static void test_a_power_cycle_with_the_bridge_on_opens_the_gates(void)
-{
-    put("enable", 1.0);
-    put("speed_request", 30.0);
-    rig_run(rig, 12000u);
-    TEST_ASSERT_FALSE(chip_tripped(chip(), BOARD_LEG_A));
-    rig_power_cycle(rig);
-    TEST_ASSERT_TRUE(chip_tripped(chip(), BOARD_LEG_A));
-    rig_run(rig, 2000u);
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, value("enable"));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, value("true_i_a"));
-}
-
-static void test_the_pages_are_refused_while_the_bridge_is_on(void)
-{
-    const uint16_t word = 0u;
-    put("enable", 1.0);
-    rig_run(rig, 3000u);
-    rig_bind(rig);
-    TEST_ASSERT_FALSE(chip_tripped(chip(), BOARD_LEG_A));
-    TEST_ASSERT_FALSE(hal_store_erase(0u));
-    TEST_ASSERT_FALSE(hal_store_program(0u, 0u, &word, 1u));
-    TEST_ASSERT_EQUAL_HEX16(0xFFFFu, stored(0u, 0u));
-    TEST_ASSERT_EQUAL_UINT32(0u, reports());
-}
-
-/* Two seconds without an interrupt and without a background; the watchdog lets it pass, and the drive goes on
- * without a fault. */
-static void test_an_erase_takes_its_time_and_the_drive_stands_it(void)
-{
-    rig_run(rig, 2000u);
-    rig_bind(rig);
-    program(1u, 0u, 0u);
-    rig_run(rig, 100u);
-    rig_bind(rig);
-    const uint32_t before = chip_interrupt_count(chip(), PIE_SEQ1INT);
-    TEST_ASSERT_TRUE(hal_store_erase(1u));
-    rig_run(rig, rig_periods(2.0) - 2u);
-    TEST_ASSERT_TRUE(chip_interrupt_count(chip(), PIE_SEQ1INT) <= before + 1u);
-    rig_run(rig, 3000u);
-    TEST_ASSERT_TRUE(chip_interrupt_count(chip(), PIE_SEQ1INT) > before + 2900u);
-    TEST_ASSERT_EQUAL_HEX16(0xFFFFu, stored(1u, 0u));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, value("fault_reason"));
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, value("state"));
-    TEST_ASSERT_FALSE(chip_halted(chip()));
 }
 
 static void test_the_flash_goes_through_a_file_of_octets(void)

@@ -148,12 +148,6 @@ static uint32_t cut_everywhere(const params_t *before, const char *state_before)
     return cut - 2u;
 }
 
-static void test_cut_in_the_first_save_leaves_the_defaults_or_the_set(void)
-{
-    const params_t usual = rig_state(rig)->app.active;
-    TEST_ASSERT_EQUAL_UINT32(store_record_words(params_table.count), cut_everywhere(&usual, "empty"));
-}
-
 /* Into the page of older sets, which is erased before. */
 static void test_cut_in_a_save_that_erases_leaves_old_or_new(void)
 {

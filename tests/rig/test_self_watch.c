@@ -1,12 +1,8 @@
-/* Errors of memory and of the background under a running drive: what is noticed, how soon, and what follows.
- */
+/* Errors of the parameters' memory and of the background under a running drive: what is noticed, how soon,
+ * and what follows. Those of program and stack are in the fault matrix. */
 #include "app/app.h"
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
-
-#define FLASH       1.0
-#define CODE_IN_RAM 2.0
-#define STACK_END   3.0
 
 /* [s] A slice of 16 words of one of four memories each 0.4 ms: two rounds of the desk's 128 words, and of the
  * active parameters. */
@@ -61,23 +57,6 @@ static void test_a_healthy_drive_finds_nothing_in_ten_seconds_and_a_thousand_cha
         run_expect_no_fault(rig);
     }
     TEST_ASSERT_DOUBLE_WITHIN(6.0, 600.0, rig_value(rig, "true_omega_m") / RPM);
-}
-
-static void test_changed_memory_opens_the_bridge_and_no_reset_helps(void)
-{
-    static const struct {
-        double memory;
-        int32_t reason;
-    } cases[] = {{FLASH, REASON_PROGRAM_CORRUPT},
-                 {CODE_IN_RAM, REASON_PROGRAM_CORRUPT},
-                 {STACK_END, REASON_STACK_LOW}};
-    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        tearDown();
-        setUp();
-        run_put(rig, "flip_memory", cases[n].memory);
-        TEST_ASSERT_TRUE(seconds_to_fault(cases[n].reason, 1.0) <= NOTICED);
-        expect_lasting(cases[n].reason);
-    }
 }
 
 /* The active set, by the place that it has among the application's variables. */

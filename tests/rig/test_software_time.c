@@ -1,5 +1,5 @@
-/* The software takes the time of its rows: the interrupt's writes come when its time is over, a section with
- * interrupts off holds them up, the background has its turns in what is left. */
+/* The software takes the time of its rows: the interrupt's writes come when its time is over, and a section
+ * with interrupts off holds them up. What the chip does meanwhile, tick by tick: tests/chip/test_busy.c. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -226,29 +226,6 @@ static void test_truth_is_of_t_k_while_an_interrupt_runs_over_it(void)
 
 /* ---- sections with interrupts off ---- */
 
-static uint64_t begin_of_next(void)
-{
-    return RIG_PERIOD_TICKS * rig_period(rig);
-}
-
-/* A request takes a section at the end of a period: with one that is longer than the conversions, the next
- * interrupt waits for its end. */
-static void test_an_interrupt_waits_for_the_end_of_a_section(void)
-{
-    rig_step(rig);
-    const uint64_t alone = seen.enter % RIG_PERIOD_TICKS;
-    const double ticks = RIG_SECTION_CYCLES * (150e6 / (double)BOARD_SYSCLK_HZ);
-    const double factor = 2.0 * (double)alone / ticks;
-    run_put(rig, "section_time", factor);
-    const uint64_t begin = begin_of_next();
-    run_put(rig, "speed_request", 1.0);
-    rig_step(rig);
-    TEST_ASSERT_DOUBLE_WITHIN(1.0, factor * ticks, (double)(seen.enter - begin));
-    run_put(rig, "section_time", 0.0); /* the background looks at the drive as well */
-    rig_step(rig);
-    TEST_ASSERT_EQUAL_UINT64(alone, seen.enter % RIG_PERIOD_TICKS);
-}
-
 /* All rows that may change while the bridge is on, a little this way and back. */
 static void change_live_parameters(double factor)
 {
@@ -295,19 +272,4 @@ static void test_a_change_with_interrupts_off_for_periods_is_late(void)
     const double ticks = RIG_SECTION_CYCLES * (150e6 / (double)BOARD_SYSCLK_HZ);
     run_put(rig, "section_time", 4.0 * (double)RIG_PERIOD_TICKS / ticks);
     TEST_ASSERT_EQUAL_DOUBLE((double)REASON_LATE, reason_after_changes_at_all_phases());
-}
-
-/* ---- the background ---- */
-
-/* The watchdog counts the 512 x 256 cycles of its clock, crystal/512/64: 239 to 420 ms by crystal. It is fed
- * once in the three tasks of the list. */
-static void test_a_background_slower_than_the_watchdog_is_reset(void)
-{
-    run_put(rig, "background_time", 0.03);
-    run_seconds(rig, 1.0);
-    TEST_ASSERT_FALSE(chip_halted(&rig_state(rig)->chip));
-    run_put(rig, "background_time", 0.2);
-    run_seconds(rig, 1.2);
-    TEST_ASSERT_TRUE(chip_halted(&rig_state(rig)->chip));
-    TEST_ASSERT_TRUE(chip_report_count(&rig_state(rig)->chip, CHIP_WATCHDOG_RESET) > 0u);
 }

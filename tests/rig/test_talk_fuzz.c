@@ -9,7 +9,7 @@
 #include "app/talk.h"
 #include "host_sim/rig/rig_state.h"
 #include "settings/signals.h"
-#include "tests/rig/frame_tail.h"
+#include "tests/rig/frames.h"
 #include "tests/rig/run.h"
 
 #define RECENT 1024u /* octets that are remembered: more than a command and what waits before it */
@@ -95,12 +95,9 @@ static void move_to_chip(void)
 
 /* ---- what must hold ---- */
 
-/* A named value that acts at once has a code on the line, by docs/serial.md. */
 static uint32_t on_line(const table_row_t *row, uint32_t bits)
 {
-    return row->id >= 1000u && row->kind == SLOT_ENUM
-               ? bits * UINT32_C(0x11111111) ^ row->id * UINT32_C(0x9E3779B1)
-               : bits;
+    return row->id >= 1000u && row->kind == SLOT_ENUM ? frames_code(row->id, bits) : bits;
 }
 
 static bool was_sent(uint32_t bits)
@@ -110,11 +107,11 @@ static bool was_sent(uint32_t bits)
     for (uint32_t n = sent - count; n != sent; n++) {
         download = download || recent[n % RECENT] == 0xF0u;
         if (download && sent - n >= 4u) {
-            uint32_t found = 0u;
+            uint8_t octets[4];
             for (uint32_t m = 0; m < 4u; m++) {
-                found |= (uint32_t)recent[(n + m) % RECENT] << 8u * m;
+                octets[m] = recent[(n + m) % RECENT];
             }
-            if (found == bits) {
+            if (frames_long_at(octets) == bits) {
                 return true;
             }
         }
@@ -238,21 +235,13 @@ static uint32_t some_value(uint32_t id)
     case 0:
         return dice(4u);
     case 4:
-        return dice(4u) * UINT32_C(0x11111111) ^ id * UINT32_C(0x9E3779B1);
+        return frames_code(id, dice(4u));
     case 1:
         return dice(UINT32_MAX);
     default:
         memcpy(&bits, &small, sizeof bits);
         return bits;
     }
-}
-
-static uint32_t put_long(uint8_t *octets, uint32_t value)
-{
-    for (uint32_t n = 0; n < 4u; n++) {
-        octets[n] = (uint8_t)(value >> 8u * n);
-    }
-    return 4u;
 }
 
 /* A command that means something, more often than not. */
@@ -275,13 +264,13 @@ static uint32_t command(uint8_t packet[64])
         packet[1] = (uint8_t)(packet[0] == 0xE1u ? 0xFFu : 4u * (1u + dice(4u)));
         packet[2] = 4u;
         packet[3] = (uint8_t)table;
-        (void)put_long(packet + 4, 4u * some_id(table));
+        frames_put_long(packet + 4, 4u * some_id(table));
         break;
     case 0xF0:
         packet[1] = (uint8_t)(4u * (1u + dice(3u)));
         count = 2u + packet[1];
         for (uint32_t n = 2u; n < count; n += 4u) {
-            (void)put_long(packet + n, some_value(some_id(2u)));
+            frames_put_long(packet + n, some_value(some_id(2u)));
         }
         break;
     default:
@@ -295,14 +284,10 @@ static uint32_t command(uint8_t packet[64])
 static void send_frame(const uint8_t *packet, uint32_t length, bool mutated)
 {
     const uint32_t number = by_chip && dice(32u) != 0u ? count_sent : dice(65536u);
-    uint8_t frame[4u + 64u + 3u] = {(uint8_t)length, 0u, (uint8_t)number, (uint8_t)(number >> 8)};
-    uint32_t count = 4u + length;
+    uint8_t frame[FRAMES_MOST];
     const bool sum_agrees = mutated && dice(2u) == 0u;
+    uint32_t count = frames_make(frame, packet, length, number, by_chip && !sum_agrees);
     count_sent = (number + 1u) & 0xFFFFu;
-    memcpy(frame + 4, packet, length);
-    if (by_chip && !sum_agrees) {
-        count = frame_add_tail(frame, count);
-    }
     if (mutated) {
         switch (dice(4u)) {
         case 0:
@@ -320,7 +305,7 @@ static void send_frame(const uint8_t *packet, uint32_t length, bool mutated)
         }
     }
     if (by_chip && sum_agrees) {
-        count = frame_add_tail(frame, count);
+        count = frames_tail(frame, count);
     }
     for (uint32_t n = 0; n < count; n++) {
         send_octet(frame[n]);
@@ -335,8 +320,8 @@ static void send_write(void)
     uint8_t choose[8] = {0xF6, 0u, 0u, (uint8_t)table};
     uint8_t download[6] = {0xF0, 4u};
     const uint32_t id = some_id(table);
-    (void)put_long(choose + 4, 4u * id);
-    (void)put_long(download + 2, some_value(id));
+    frames_put_long(choose + 4, 4u * id);
+    frames_put_long(download + 2, some_value(id));
     send_frame(connect, 2u, false);
     for (uint32_t n = by_chip ? 2u : 1u; n > 0u; n--) {
         send_frame(choose, 8u, dice(16u) == 0u);
@@ -405,13 +390,6 @@ static void expect_sane(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "chip_reports"));
 }
 
-static void turn_on(void)
-{
-    run_put(rig, "speed_request", 50.0);
-    run_put(rig, "enable", 1.0);
-    rig_run(rig, 2000u);
-}
-
 void setUp(void)
 {
     seed = 20260101u;
@@ -429,45 +407,48 @@ void tearDown(void)
     rig_free(rig);
 }
 
-static void test_octets_that_write_nothing_change_nothing_over_the_wire(void)
+/* The drive runs on as if nobody was there. */
+static void expect_nothing_changed(bool over_the_chip)
 {
-    by_chip = false;
+    by_chip = over_the_chip;
     writes_nothing = true;
-    turn_on();
-    run();
-    TEST_ASSERT_EQUAL_UINT32(0u, changes);
-    TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED,
-                             rig_value(rig, "state")); /* it runs on as if nobody was there */
-    expect_sane();
-}
-
-static void test_octets_that_write_nothing_change_nothing_over_the_serial_line(void)
-{
-    by_chip = true;
-    writes_nothing = true;
-    turn_on();
+    run_put(rig, "speed_request", 50.0);
+    run_put(rig, "enable", 1.0);
+    rig_run(rig, 2000u);
     run();
     TEST_ASSERT_EQUAL_UINT32(0u, changes);
     TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
     expect_sane();
 }
 
-static void test_what_changes_was_sent_over_the_wire(void)
+static void test_octets_that_write_nothing_change_nothing_over_the_wire(void)
 {
-    by_chip = false;
+    expect_nothing_changed(false);
+}
+
+static void test_octets_that_write_nothing_change_nothing_over_the_serial_line(void)
+{
+    expect_nothing_changed(true);
+}
+
+static void expect_sent_changes(bool over_the_chip)
+{
+    by_chip = over_the_chip;
     writes_nothing = false;
     run();
-    TEST_ASSERT_TRUE(changes > octets_each / 1000u);
+    /* a write is 66 octets over the serial line, not 22 */
+    TEST_ASSERT_TRUE(changes > octets_each / (over_the_chip ? 2000u : 1000u));
     expect_sane();
+}
+
+static void test_what_changes_was_sent_over_the_wire(void)
+{
+    expect_sent_changes(false);
 }
 
 static void test_what_changes_was_sent_over_the_serial_line(void)
 {
-    by_chip = true;
-    writes_nothing = false;
-    run();
-    TEST_ASSERT_TRUE(changes > octets_each / 2000u); /* a write is 66 octets there, not 22 */
-    expect_sane();
+    expect_sent_changes(true);
 }
 
 int main(int count, char **arguments)

@@ -7,6 +7,9 @@
 #include "drive/drive.h"
 #include "fast/measure.h"
 #include "host_sim/lab/campaign_parts.h"
+#include "medium/manoeuvre/manoeuvres.h"
+#include "medium/sequence.h"
+#include "settings/signals.h"
 #include "tests/lab/courses.h"
 #include "unity.h"
 

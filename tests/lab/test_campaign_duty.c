@@ -3,6 +3,9 @@
 
 #include "drive/drive.h"
 #include "host_sim/lab/campaign_parts.h"
+#include "medium/manoeuvre/manoeuvres.h"
+#include "medium/sequence.h"
+#include "settings/reasons.h"
 #include "tests/lab/courses.h"
 #include "unity.h"
 

@@ -7,6 +7,7 @@
 
 #include "host_sim/lab/matrix.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 #include "unity.h"
 
 #define CELLS_MAX 4096u

@@ -232,6 +232,28 @@ static void test_only_what_is_more_than_chance_is_used(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, off());
 }
 
+/* At 600 rad/s the twelfth harmonic turns by 2.9 rad from step to step, which is nearly half a turn; at
+ * 380 rad/s by 1.8. The small psi_f makes both EMFs such that they are looked at. */
+static void test_a_speed_too_high_for_the_steps_teaches_nothing(void)
+{
+    dead_time_learn_params_t params = PARAMS;
+    params.flux_linkage = 0.03f;
+    const dead_time_learn_tuning_t tuning = dead_time_learn_prepare(&params);
+    for (int32_t n = 0; n < 4; n++) {
+        setUp();
+        dead_time_learn_take(&world.learn, &tuning);
+        const bool quick = n < 2;
+        world.omega = (n % 2 != 0 ? -1.0 : 1.0) * (quick ? 600.0 : 380.0);
+        const double before = unlearnt();
+        turn(3.0);
+        if (quick) {
+            TEST_ASSERT_EQUAL_DOUBLE(before, unlearnt());
+        } else {
+            TEST_ASSERT_TRUE(fabs(unlearnt()) < 0.1 * fabs(before));
+        }
+    }
+}
+
 /* Below 0.85 of the dead band's voltage by the square of the EMF. */
 static void test_slower_where_the_emf_is_small(void)
 {

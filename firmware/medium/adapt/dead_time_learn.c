@@ -66,17 +66,19 @@ static inline bool same(ab_t a, ab_t b)
     return a.alpha == b.alpha && a.beta == b.beta;
 }
 
-/* Is there something to be seen, with a current of this square [A^2], beside the dead band's voltage [V]? Not
- * of what is no number. */
+/* Is there something to be seen, with a current of this square [A^2], beside the dead band's voltage [V], and
+ * slowly enough for the steps? Not of what is no number. */
 static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_learn_input_t *input,
                     float square, float band)
 {
     const float due = tuning->flux_linkage * bounds_magnitude(input->omega_e_ref);
+    const float turn = 12.0f * tuning->period * input->omega_e_ref;
     const float least = DEAD_TIME_LEARN_EMF_LEAST * due;
     const float seen = square_of(input->emf);
     return due > DEAD_TIME_LEARN_EMF_MIN * band && due < DEAD_TIME_LEARN_EMF_MAX * band &&
-           seen > least * least && seen < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT &&
-           square > tuning->current_square && square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
+           bounds_within(turn, DEAD_TIME_LEARN_TURN) && seen > least * least &&
+           seen < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT && square > tuning->current_square &&
+           square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
 }
 
 /* What the EMF across the current is correlated with, by the current's direction: s [-]. */

@@ -27,8 +27,9 @@
  * What is more across the current than the whole dead band's voltage is not it, and while there is more
  * against the current than legs that differ make, the currents are not what the sensors say. It learns while
  * the EMF of the speed is neither small beside the dead band's voltage, nor large, where noise is all that is
- * left of a sample, while the current is well outside of the zone and turns with the reference, and while
- * speed and reference are together; else the value stays.
+ * left of a sample, while a step is short enough to follow the twelfth harmonic, while the current is well
+ * outside of the zone and turns with the reference, and while speed and reference are together; else the
+ * value stays.
  *
  * One step in every so-manieth T, from the means of these. What each has seen beside the mean is there for
  * emf_shape.h and unequal_legs.h. Does not handle: eleventh and thirteenth harmonics of the EMF. */
@@ -43,6 +44,7 @@
 #define DEAD_TIME_LEARN_EMF_MIN   0.45f /* [-] EMF of the speed over the dead band's voltage, at least ... */
 #define DEAD_TIME_LEARN_EMF_FULL  0.85f /* [-] below this EMF it is slower, by the square */
 #define DEAD_TIME_LEARN_EMF_MAX   3.3f  /* [-] ... and at most */
+#define DEAD_TIME_LEARN_TURN      2.0f /* [rad] of twelve times the angle, from one step to the next, at most */
 #define DEAD_TIME_LEARN_MISS      0.35f /* [-] EMF of the speed that is missing over the same, at most */
 #define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] EMF of a period over that of the speed, at least */
 #define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] current over the zone, at least */

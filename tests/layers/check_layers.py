@@ -158,7 +158,7 @@ MACHINE_PATH = re.compile(r"(?<![A-Za-z0-9_.$}/-])/(?:root|home|work|farm|Users)
 
 # Documents: a comment cites nothing that a reader of the project has not before him. A word that ends like a document must
 # be a file of the project; these phrases have stood for papers of our own outside it. Manuals by number are real documents.
-DOCUMENT = re.compile(r"[A-Za-z0-9_./-]*[A-Za-z0-9_]\.md\b")
+DOCUMENT = re.compile(r"(?<![A-Za-z0-9_./-])[A-Za-z0-9_./-]*[A-Za-z0-9_]\.md\b")
 OUTSIDE = re.compile(
     r"\b[Ff]acts (?:on|sheet|section|table)\b|\bfacts: (?=[a-z])|\bF28335 facts\b|\(design\)|\bdesign: (?=[a-z])"
     r"|\breference study\b|\b[Ii]ssue #?\d"
@@ -434,9 +434,9 @@ class Checker:
 
     # ---- Documents --------------------------------------------------------------------------------------------------
 
-    def check_documents(self, path, text, files):
-        names = {name.rpartition("/")[2] for name in files}
-        for match in DOCUMENT.finditer(text):
+    def check_documents(self, path, text, files, names, sections):
+        """files: of the project; names: without their folders; sections: of docs/theory.md."""
+        for match in DOCUMENT.finditer(text) if ".md" in text else ():
             word = re.sub(r"^(?:\.{0,2}/)+", "", match.group())
             if word not in (files if "/" in word else names):
                 self.breach(path, line_of(text, match.start()), "document", f"{word} is no file of the project")
@@ -445,8 +445,6 @@ class Checker:
         for match in OUTSIDE.finditer(text):
             self.breach(path, line_of(text, match.start()), "document",
                         f"`{match.group()}`: cites what is not in the project; docs/theory.md, a manual's number, or the reason")
-        theory = self.root / "docs/theory.md"
-        sections = set(re.findall(r"^## (\d+)\.", theory.read_text(), re.MULTILINE)) if theory.is_file() else set()
         for match in CITED_SECTION.finditer(text):
             if match.group(1) not in sections:
                 self.breach(path, line_of(text, match.start()), "document", f"docs/theory.md has no section {match.group(1)}")
@@ -454,13 +452,16 @@ class Checker:
     def check_sources(self):
         target_sources = {}
         files = project_files(self.root)
+        names = {name.rpartition("/")[2] for name in files}
+        theory = self.root / "docs/theory.md"
+        sections = set(re.findall(r"^## (\d+)\.", theory.read_text(), re.MULTILINE)) if theory.is_file() else set()
         for path in files:
             data = (self.root / path).read_bytes()
             if b"\0" in data:
                 continue
             text = data.decode("utf-8", errors="replace")
             self.check_machine_paths(path, text)
-            self.check_documents(path, text, files)
+            self.check_documents(path, text, files, names, sections)
             if pathlib.PurePosixPath(path).suffix not in C_ENDINGS:
                 continue
             self.check_includes(path, text)

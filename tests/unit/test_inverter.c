@@ -198,6 +198,13 @@ static void test_what_the_link_has_too_little_for_is_missing(void)
 
 /* ---- back: the voltage that acted ---- */
 
+static void test_nothing_has_acted_at_first(void)
+{
+    const inverter_acted_t acted = inverter_acted(&inverter, &tuning, NONE, 311.0f);
+    TEST_ASSERT_TRUE(acted.voltage.alpha == 0.0f && acted.voltage.beta == 0.0f);
+    TEST_ASSERT_TRUE(acted.current.alpha == 0.0f && acted.current.beta == 0.0f);
+}
+
 typedef struct {
     abc_t duty;             /* that the step gave out */
     double complex current; /* [A] at its sample */

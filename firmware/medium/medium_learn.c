@@ -105,9 +105,9 @@ static void learn_dead_time(medium_t *medium, const window_t *window)
     dead_time_learn_step(&medium->dead_time_learn, &input);
 }
 
-/* What the same says of the shape of the EMF and of how the legs differ, once the dead time is known; and
- * what the estimator is spared of both. They turn little in the time of a window: so a mean of each window
- * does. */
+/* What the same says of the shape of the EMF, once the dead time is near, and of how the legs differ, once it
+ * is known; and what the estimator is spared of both. They turn little in the time of a window: so a mean of
+ * each window does. */
 static void learn_ripple(medium_t *medium, const window_t *window)
 {
     const dead_time_learn_t *learn = &medium->dead_time_learn;
@@ -130,7 +130,9 @@ static void learn_ripple(medium_t *medium, const window_t *window)
             .taken = legs_share,
         };
         emf_shape_step(&medium->ripple.emf_shape, &shape);
-        unequal_legs_step(&medium->ripple.unequal_legs, &legs);
+        if (dead_time_learn_is_settled(learn)) {
+            unequal_legs_step(&medium->ripple.unequal_legs, &legs);
+        }
     }
     const float period = DRIVE_WINDOW_PERIOD;
     const float ahead = TO_ACTING * period;

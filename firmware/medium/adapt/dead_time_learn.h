@@ -131,7 +131,7 @@ static inline bool dead_time_learn_is_settled(const dead_time_learn_t *learn)
     return learn->rate <= DEAD_TIME_LEARN_SETTLED * learn->tuning.rate;
 }
 
-/* Is it near enough that the rest of the EMF is not taken for a shape, nor for legs that differ? */
+/* Is it near enough that what it leaves in the EMF is not taken for a shape? */
 static inline bool dead_time_learn_is_near(const dead_time_learn_t *learn)
 {
     return learn->rate <= DEAD_TIME_LEARN_NEAR * learn->tuning.rate;

@@ -49,7 +49,7 @@
 #define SAMPLE_BITS    29
 #define SAMPLE_LARGEST (INT32_C(1) << SAMPLE_BITS)
 
-/* Switching voltage and e_hat, which are not above k_s: +-2 U. */
+/* Switching voltage and e_hat, which are at most k_s: +-2 U. */
 #define SWITCHED_BITS    28
 #define SWITCHED_LARGEST (INT32_C(1) << SWITCHED_BITS)
 

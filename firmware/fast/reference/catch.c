@@ -9,23 +9,21 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-#define TRAIL_CUTOFF  200.0f /* [rad/s] of <e>: the slowest rotor rotates by some degrees in 1/200 s */
-#define TRAIL_MOST    0.08f  /* [-] largest expected e x <e>/e^2: omega/200 of a slow rotor */
-#define TRAIL_PART    0.4f   /* [-] required part: a fast rotor makes 200/omega, enough up to 5000 rad/s */
-#define STEADY_PART   0.7f   /* [-] of the EMF of the slowest rotor: least mean in its frame */
-#define CLEAR_OF_ZONE 3.0f   /* [-] of the doubtful current: b and c carry half of the current of a */
-#define LENGTH_CUTOFF 330.0f /* [rad/s] of <|e|> */
-#define EMF_CUTOFF                                                                                           \
-    600.0f                  /* [rad/s] a fifth of the noise remains, and 3 % of the initial value after 6 ms \
-                             */
-#define SLIP_NATURAL 430.0f /* [rad/s] of the loop of the slip: damping 0.7 with EMF_CUTOFF */
-#define SLIP_SPEED   80.0f  /* [rad/s] below it the EMF is too noisy, and the error is within reach */
-#define SLIP_MOST    0.5f   /* [-] of <|e|>/psi_f: an error of psi_f by a third */
-#define SEEN_TIME    2.0e-3f  /* [s] the observer has converged by then: the mean begins there */
-#define SETTLED_TIME 4.0e-3f  /* [s] the sum of the direction has a sign by then */
-#define SURE_TIME    10.0e-3f /* [s] the lengths have settled by then */
-#define SURE_TURN    1.0f     /* [rad] since the direction is known */
-#define BEYOND_TIME  1.0e-3f  /* [s] */
+#define TRAIL_CUTOFF  200.0f   /* [rad/s] of <e>: the slowest rotor rotates by some degrees in 1/200 s */
+#define TRAIL_MOST    0.08f    /* [-] largest expected e x <e>/e^2: omega/200 of a slow rotor */
+#define TRAIL_PART    0.4f     /* [-] required part: a fast rotor makes 200/omega, enough up to 5000 rad/s */
+#define STEADY_PART   0.7f     /* [-] of the EMF of the slowest rotor: least mean in its frame */
+#define CLEAR_OF_ZONE 3.0f     /* [-] of the doubtful current: b and c carry half of the current of a */
+#define LENGTH_CUTOFF 330.0f   /* [rad/s] of <|e|> */
+#define EMF_CUTOFF    600.0f   /* [rad/s] a fifth of the noise remains, 3 % of the start after 6 ms */
+#define SLIP_NATURAL  430.0f   /* [rad/s] of the loop of the slip: damping 0.7 with EMF_CUTOFF */
+#define SLIP_SPEED    80.0f    /* [rad/s] below it the EMF is too noisy, and the error is within reach */
+#define SLIP_MOST     0.5f     /* [-] of <|e|>/psi_f: an error of psi_f by a third */
+#define SEEN_TIME     2.0e-3f  /* [s] the observer has converged by then: the mean begins there */
+#define SETTLED_TIME  4.0e-3f  /* [s] the sum of the direction has a sign by then */
+#define SURE_TIME     10.0e-3f /* [s] the lengths have settled by then */
+#define SURE_TURN     1.0f     /* [rad] since the direction is known */
+#define BEYOND_TIME   1.0e-3f  /* [s] */
 
 float catch_current_along(float doubtful, float current_d, bool salient)
 {

@@ -8,8 +8,8 @@
  * e_q is omega psi_f cos(gamma) with gamma the load angle, and the torque of i_q is K_t i_q cos(gamma). Their
  * product is never positive, so that it takes energy out of every swing, also at standstill, where a
  * correction of the frequency has no effect. A constant e_q belongs to the steady rotation, and the high-pass
- * removes it. The back-EMF needs only the observer, no tracking. Derivation and limits of k: docs/theory.md,
- * 23.
+ * removes it. The back-EMF needs only the observer, without tracking. The derivation and the limits of k are
+ * in docs/theory.md, 23.
  *
  * One step per T. Does not handle: whether the rotor follows (medium/manoeuvre/manoeuvres.h judges that by
  * the length of the EMF); a load that needs more torque than the current makes. */

@@ -121,8 +121,8 @@ static inline float smo_vector_gain(const smo_tuning_t *tuning, float square)
     return h * tanh_ratio(h * h * square);
 }
 
-/* v [V], returned, and k_f [1/A] of the vector form for the error in the state, whose square [A^2] this is.
- */
+/* Returns v [V] of the vector form and sets its k_f [1/A], for the error in the state; `square` [A^2] is that
+ * of the error. */
 static inline ab_t smo_switch_vector(smo_t *smo, float square)
 {
     smo->gain_mean = smo_vector_gain(&smo->tuning, square);

@@ -23,7 +23,7 @@
 #include "math/frames.h"
 
 #define DOUBT_EMF   4.0f /* [-] of the loss of a leg: a longer EMF is tracked even with a wrong sign */
-#define DOUBT_SHARE 0.2f /* [-] limit of the doubtful current by the largest phase current */
+#define DOUBT_SHARE 0.2f /* [-] of the largest phase current: limit of the doubtful current */
 #define DOUBT_REMEMBERED                                                                                     \
     0.577f /* [-] of this share: a turn by one radian while it is remembered takes as long */
 #define DOUBT_ANGLE          0.005f /* [rad] least error of the angle that matters */

@@ -44,7 +44,7 @@ typedef struct {
 typedef enum {
     CAPTURE_GOOD,
     CAPTURE_BAD_ON,      /* no such trigger */
-    CAPTURE_BAD_SOURCE,  /* no row has this id, and the trigger is an edge of it */
+    CAPTURE_BAD_SOURCE,  /* no row has this id, and the trigger is an edge of that row */
     CAPTURE_BAD_LEVEL,   /* the level is not a number, and the trigger is an edge of a row */
     CAPTURE_BAD_AFTER,   /* the period of the trigger would have left the ring */
     CAPTURE_BAD_COLUMNS, /* zero, or too many */

@@ -1,5 +1,4 @@
-/* Arithmetic of the fixed-point modules: numbers in Q formats, products of 64 bits, saturation and binary
- * angles.
+/* Arithmetic of the fixed-point modules: numbers in Q formats, 64-bit products, saturation and binary angles.
  *
  * A number in Qn is an int32_t that counts in units of 2^-n of its base (estimator/fixed/formats.h). A
  * product of Qm and Qn is Qm+n in 64 bits; q_round() converts it back, to the nearest, halves upward. An

@@ -22,10 +22,9 @@
 #include "math/bounds.h"
 #include "math/frames.h"
 
-#define DOUBT_EMF   4.0f /* [-] of the loss of a leg: a longer EMF is tracked even with a wrong sign */
-#define DOUBT_SHARE 0.2f /* [-] of the largest phase current: limit of the doubtful current */
-#define DOUBT_REMEMBERED                                                                                     \
-    0.577f /* [-] of this share: a turn by one radian while it is remembered takes as long */
+#define DOUBT_EMF            4.0f /* [-] of the loss of a leg: a longer EMF is tracked even with a wrong sign */
+#define DOUBT_SHARE          0.2f   /* [-] of the largest phase current: limit of the doubtful current */
+#define DOUBT_REMEMBERED     0.577f /* [-] of this share: a turn by 1 rad in the memory takes as long */
 #define DOUBT_ANGLE          0.005f /* [rad] least error of the angle that matters */
 #define DOUBT_SPEED_STEADY   8.0f  /* [rad/s] at a lower speed a current is near zero for too long to coast */
 #define DOUBT_DETECTOR       0.1f  /* [-] least error of the loop at which it must track; noise is smaller */
@@ -67,7 +66,7 @@ typedef struct {
     float omega_e;      /* estimated [rad/s], electrical */
     float omega_m;      /* [rad/s], mechanical */
     float omega_m_miss; /* reference - omega_m [rad/s] */
-    float load;         /* part of i_q that carries the load, as far as it is known [A] */
+    float load;         /* known part of i_q that carries the load [A] */
     float gained;       /* speed since its reference moved [rad/s], electrical; 0: constant reference */
     float foreseen;     /* the same, from the current [rad/s]; 0: constant reference */
 } doubt_input_t;

@@ -37,7 +37,7 @@ typedef struct {
 typedef struct {
     int32_t source;     /* [-] frame_source_t: the present one */
     int32_t named;      /* [-] that of the last setpoint */
-    uint32_t tracking;  /* [-] 1: the loop tracks; 0: the observer alone is stepped */
+    uint32_t tracking;  /* [-] 1: the loop tracks; 0: only the observer is stepped */
     uint32_t fresh;     /* [-] 1: this is the first period of a setpoint */
     dq_t current;       /* reference before limits and dither [A]; its q axis for speed zero */
     float stiffness;    /* decrease of i_q with the speed [A s/rad] */

@@ -61,7 +61,7 @@ typedef struct {
 typedef struct {
     float load_share;   /* low-pass share per period of the part of i_q that carries the load [-]; 0: the load
                            is held; 1: no low-pass */
-    float load_seen;    /* the load as far as it is known, for the doubt [A] */
+    float load_seen;    /* the known load, for the doubt [A] */
     float gained;       /* speed since its reference moved [rad/s], electrical */
     float foreseen;     /* the same, computed from the current [rad/s] */
     float flux_linkage; /* psi_f [Wb] */

@@ -54,7 +54,7 @@ static void begin(capture_t *capture, capture_state_t state)
     capture->next = 0u;
     capture->full = 0u;
     capture->at = 0u;
-    capture->beyond = 1u; /* what is beyond from the start has no edge */
+    capture->beyond = 1u; /* a value beyond the level from the start has no edge */
 }
 
 void capture_init(capture_t *capture, const capture_tuning_t *tuning)
@@ -120,7 +120,7 @@ static void watch(capture_t *capture, const void *base, uint32_t period)
     capture->beyond = is_beyond ? UINT32_C(1) : UINT32_C(0);
 }
 
-/* What was armed or has been triggered. */
+/* Continues with the armed tuning, or after the trigger. */
 static void follow(capture_t *capture, const void *base, uint32_t period)
 {
     if (capture->state == (uint32_t)CAPTURE_ARMED && is_edge((int32_t)capture->tuning.on)) {

@@ -1,4 +1,4 @@
-/* What the master of a line reckons with, and the description that the drive gives of itself. */
+/* Constants for the master of a serial link, and the description that the drive gives of itself. */
 #ifndef CONTRACT_LINE_H
 #define CONTRACT_LINE_H
 
@@ -7,15 +7,15 @@
 
 #include "contract/table.h"
 
-#define LINE_PORT   5555 /* of TCP, on which the simulated drive listens without another setting */
-#define LINE_ANSWER 1000 /* [ms] that a master waits for an answer; where flash is erased it takes longer */
+#define LINE_PORT   5555 /* of TCP, default of the simulated drive */
+#define LINE_ANSWER 1000 /* [ms] for which a master waits for an answer; erasing flash takes longer */
 #define LINE_RETRY  1    /* [ms] from the answer "busy" to the next try */
 
-/* Named values that act at once, of requests and services, have codes on the line: any two of them, of one
- * row or of two, differ in eight bits at least, so that no disturbance of a few bits makes one into another.
- * Everywhere else a named value is its number. */
-#define LINE_CODES_FROM UINT32_C(1000) /* first id of such a row; those below are staged and judged */
-#define LINE_CHOICES    UINT32_C(15)   /* so many choices have a code */
+/* Named values of requests and services, which act at once, have codes on the link: any two of them, of one
+ * row or of two, differ in at least eight bits, so that a disturbance of a few bits cannot change one into
+ * another. Everywhere else a named value is its number. */
+#define LINE_CODES_FROM UINT32_C(1000) /* first id of such a row; those below are staged */
+#define LINE_CHOICES    UINT32_C(15)   /* number of choices that have a code */
 #define LINE_STEP       UINT32_C(0x11111111)
 #define LINE_ROW        UINT32_C(0x9E3779B1)
 
@@ -24,7 +24,7 @@ static inline bool line_has_codes(const table_row_t *row)
     return row->kind == SLOT_ENUM && row->access != TABLE_READ && row->id >= LINE_CODES_FROM;
 }
 
-/* The bits of a slot as they are on the line. */
+/* The bits of a slot in the form of the link. */
 static inline uint32_t line_bits(const table_row_t *row, uint32_t bits)
 {
     if (!line_has_codes(row)) {
@@ -33,7 +33,7 @@ static inline uint32_t line_bits(const table_row_t *row, uint32_t bits)
     return ((bits & UINT32_C(0xF)) * LINE_STEP ^ row->id * LINE_ROW) & UINT32_C(0xFFFFFFFF);
 }
 
-/* The bits of a slot from those on the line. false: they are no code. */
+/* The bits of a slot from those of the link. false: they are no code. */
 static inline bool line_bits_back(const table_row_t *row, uint32_t on_line, uint32_t *bits)
 {
     *bits = on_line;

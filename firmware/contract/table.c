@@ -112,7 +112,7 @@ bool table_accepts_whole(const table_row_t *row, int64_t value)
 
 bool table_accepts(const table_row_t *row, float value)
 {
-    if (!(value >= table_min(row) && value <= table_max(row))) { /* also refuses NaN */
+    if (!(value >= table_min(row) && value <= table_max(row))) { /* also rejects NaN */
         return false;
     }
     return row->kind == SLOT_FLOAT || value == (float)(int32_t)value;

@@ -1,10 +1,9 @@
-/* Tables: the one contract for everything that looks in from outside (CLI, recorder, scenarios, debugger,
- * docs).
+/* Tables: the one interface for all external access (CLI, recorder, scenarios, debugger, docs).
  *
- * A row describes one 32-bit slot of a struct: permanent id (append only, never used again), name, SI unit,
- * kind, default, range, text. Ids are unique over all tables: parameters 1..999, requests 1000..1999, signals
- * 2000..2999; the desk uses 3000 and up. Look-ups are linear and for the background, not for the interrupt.
- */
+ * A row describes one 32-bit slot of a struct: permanent id (ids are appended and never used again), name, SI
+ * unit, kind, default, range, text. Ids are unique over all tables: parameters 1..999, requests 1000..1999,
+ * signals 2000..2999; the host simulation uses 3000 and up. Look-ups are linear and for the background, not
+ * for the interrupt. */
 #ifndef CONTRACT_TABLE_H
 #define CONTRACT_TABLE_H
 
@@ -21,7 +20,7 @@ typedef enum {
 } slot_kind_t;
 
 typedef enum {
-    TABLE_READ, /* shown, never written from outside */
+    TABLE_READ, /* displayed, never written by a client */
     TABLE_LIVE, /* may change while the bridge is on */
     TABLE_OFF   /* may change only while the bridge is off */
 } table_access_t;
@@ -39,8 +38,8 @@ typedef struct {
     const char *unit;    /* SI; "-" for pure numbers */
     const char *text;    /* one line */
     const char *choices; /* SLOT_ENUM: names of the values from 0 up, "off|on"; else "" */
-    /* Default and accepted range, both ends included; TABLE_READ: all 0. A SLOT_ENUM's range is its choices.
-     */
+    /* Default and accepted range, both ends included; TABLE_READ: all 0. The range of a SLOT_ENUM is its
+     * choices. */
     float initial, min, max; /* [unit] of a SLOT_FLOAT */
     table_whole_t whole;     /* [unit] of every other kind */
 } table_row_t;
@@ -54,9 +53,9 @@ typedef struct {
 const table_row_t *table_by_id(const table_t *table, uint32_t id);        /* NULL if there is none */
 const table_row_t *table_by_name(const table_t *table, const char *name); /* NULL if there is none */
 
-/* The slot's value as a number, and back; writing stores without judging. As a float, of any kind: integers
- * are rounded to nearest, and those beyond +-2^24 lose their last bits. Whole, of any kind but SLOT_FLOAT:
- * exact. Bits: as they stand. */
+/* The value of the slot as a number, and the inverse; writing stores without a check. As a float, of any
+ * kind: integers are rounded to nearest, and those beyond +-2^24 lose their last bits. Whole, of any kind but
+ * SLOT_FLOAT: exact. Bits: unchanged. */
 float table_get(const table_row_t *row, const void *base);
 void table_set(const table_row_t *row, void *base, float value);
 int64_t table_whole(const table_row_t *row, const void *base);
@@ -64,33 +63,33 @@ void table_set_whole(const table_row_t *row, void *base, int64_t value);
 uint32_t table_bits(const table_row_t *row, const void *base);
 void table_set_bits(const table_row_t *row, void *base, uint32_t bits);
 
-/* The number that these bits are in the row's kind, as a float like that of table_get(). */
+/* The number that these bits represent in the row's kind, as a float like that of table_get(). */
 float table_value_of_bits(const table_row_t *row, uint32_t bits);
 
-/* Ends of the accepted range, of any kind. As a float that of a whole row is exact up to +-2^24. */
+/* Ends of the accepted range, of any kind. As a float the end of a whole row is exact up to +-2^24. */
 float table_min(const table_row_t *row);
 float table_max(const table_row_t *row);
 int32_t table_whole_max(const table_row_t *row); /* of a SLOT_ENUM row the number of its last choice */
 
-/* Is the value finite, whole where the kind demands it, and in the row's range? The second is for every kind
- * but SLOT_FLOAT, and exact. */
+/* true: the value is finite, whole if the kind requires it, and in the row's range. The second function is
+ * for every kind but SLOT_FLOAT, and exact. */
 bool table_accepts(const table_row_t *row, float value);
 bool table_accepts_whole(const table_row_t *row, int64_t value);
 bool table_accepts_bits(const table_row_t *row,
-                        uint32_t bits); /* the same of a value as it stands in a slot */
+                        uint32_t bits); /* the same for a value in the form of a slot */
 
-/* Does the slot hold a value that its row accepts? */
+/* true: the slot holds a value that its row accepts. */
 bool table_holds(const table_row_t *row, const void *base);
 
-/* The slot gets its default; every slot of the struct. */
+/* Sets the slot to its default; the second function does this for every slot of the struct. */
 void table_default(const table_row_t *row, void *base);
 void table_defaults(const table_t *table, void *base);
 
 /* Number of a named value of a SLOT_ENUM row; -1 if the name is none of its choices. */
 int32_t table_choice(const table_row_t *row, const char *name);
 
-/* FNV-1a over ids, names, units, kinds and choices of all rows: two programs with the same hash mean the same
- * by an id. */
+/* FNV-1a over ids, names, units, kinds and choices of all rows: for two programs with the same hash an id has
+ * the same meaning. */
 uint32_t table_hash(const table_t *table, uint32_t seed);
 
 #endif

@@ -1,7 +1,7 @@
-/* The tap: chosen slots of a struct, copied once per period as they stand.
+/* The tap: selected slots of a struct, copied unchanged once per period.
  *
- * Recorder, capture and every other reader outside the drive read only what was copied: all values of one row
- * belong to the same period. */
+ * Recorder, capture and every other reader outside the drive read only the copy: all values of one row belong
+ * to the same period. */
 #ifndef CONTRACT_TAP_H
 #define CONTRACT_TAP_H
 
@@ -9,7 +9,7 @@
 #include <stdint.h>
 #include <string.h>
 
-/* The slot's 32 bits, whatever it holds: as float_bits() does it. */
+/* The 32 bits of the slot, for any content; see float_bits(). */
 static inline uint32_t tap_slot_at(const void *base, size_t offset)
 {
     const void *slot = (const char *)base + offset;

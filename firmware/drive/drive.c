@@ -6,7 +6,7 @@
 #include "settings/reasons.h"
 #include "settings/signals.h"
 
-/* ---- what is shown ---- */
+/* ---- display of the state ---- */
 
 static void show_fault(drive_t *drive, const drive_fault_t *fault)
 {
@@ -18,14 +18,13 @@ static void show_fault(drive_t *drive, const drive_fault_t *fault)
     drive->fault = *fault;
 }
 
-/* Is there a fault already? What the fast task finds later does not take its place. */
+/* true: there is already a fault; a later one of the fast task does not replace it. */
 static inline bool is_shown(const drive_t *drive)
 {
     return drive->state == (int32_t)DRIVE_FAULT;
 }
 
-/* The bridge has been opened by the fast task: that is a fault, which the medium task latches with the
- * window. */
+/* The fast task has opened the bridge. That is a fault, which the medium task latches with the window. */
 static void show_stop(drive_t *drive)
 {
     drive_fault_t fault = drive->fast.report.stop;
@@ -33,7 +32,7 @@ static void show_stop(drive_t *drive)
     show_fault(drive, &fault);
 }
 
-/* The state machine as the medium task has left it; a fault that it has latched goes into the log. */
+/* Displays the state machine of the medium task, and logs a fault that it has latched. */
 static void show(drive_t *drive)
 {
     const medium_t *medium = &drive->medium;
@@ -44,7 +43,7 @@ static void show(drive_t *drive)
         show_fault(drive, &medium->fault);
     }
     if (drive->fast.bridge.open != 0u && medium->sequence.state != (int32_t)DRIVE_FAULT) {
-        return; /* the fault is in the window that is closed now */
+        return; /* the fault is in the window that has just been closed */
     }
     if (drive->state == (int32_t)DRIVE_FAULT && medium->sequence.state != (int32_t)DRIVE_FAULT) {
         capture_reset(&drive->capture);
@@ -60,11 +59,11 @@ static fast_orders_t orders_of(const drive_t *drive)
     return (fast_orders_t){&drive->tunings[drive->in_force].fast, &drive->setpoints[drive->acting]};
 }
 
-/* The end of a window, at which the medium task does not run if it is in time: a tuning that is offered is
- * taken, and the setpoint of the window before acts from the next period on. The tuning that was in force
- * stays as it is until the medium task has begun, which is before the background goes on. Where the setpoint
- * is not there yet, the last one goes on acting, and the medium task keeps the window that it reads. true: it
- * has another one to work on. */
+/* The end of a window, at which the medium task does not run if it is in time. The fast task takes over an
+ * offered tuning, and the setpoint of the previous window acts from the next period on. The previous tuning
+ * stays unchanged until the medium task has begun, which is before the background continues. If the setpoint
+ * is not ready, the last one continues to act, and the medium task keeps the window that it reads. true: the
+ * medium task has a new window. */
 static bool turn_window(drive_t *drive, fast_orders_t before, uint32_t encoder_count)
 {
     if (drive->done != drive->handed) {
@@ -116,7 +115,7 @@ void drive_medium_step(drive_t *drive)
     drive->done = drive->handed;
 }
 
-/* ---- from outside ---- */
+/* ---- interface ---- */
 
 void drive_init(drive_t *drive, const params_t *params)
 {

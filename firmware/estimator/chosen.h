@@ -1,6 +1,6 @@
-/* The estimator that the drive runs on: that in float (estimator.h) or its fixed-point twin (fixed/fixed.h),
- * as the build says (LAGLESS_ESTIMATOR). The one place that knows; both take the same parameters and fill the
- * same structs of estimate.h, their members `estimate` and `observed`. */
+/* The estimator of the drive: the one in float (estimator.h) or its fixed-point version (fixed/fixed.h),
+ * selected by the build (LAGLESS_ESTIMATOR). Only this file depends on the selection. Both versions take the
+ * same parameters and fill the same structs of estimate.h, their members `estimate` and `observed`. */
 #ifndef ESTIMATOR_CHOSEN_H
 #define ESTIMATOR_CHOSEN_H
 
@@ -8,8 +8,9 @@
 
 #include "estimator/fixed/fixed.h"
 
-/* L_q/L_d of a motor that it runs on, at most [-]: it takes the flux for psi_f, and with a larger ratio the
- * EMF that is fed forward makes the tracking loop unstable under load (docs/theory.md, 6). */
+/* Largest L_q/L_d of a supported motor [-]: this version assumes the active flux to be psi_f, and with a
+ * larger ratio the EMF of the feed-forward makes the tracking loop unstable under load (docs/theory.md,
+ * 6). */
 #define CHOSEN_SALIENT_MAX 1.2f
 #define CHOSEN_SALIENT     "1.2"
 
@@ -23,7 +24,7 @@ typedef fixed_tuning_t chosen_tuning_t;
 #define chosen_set_load     fixed_set_load
 #define chosen_reset        fixed_reset
 #define chosen_step         fixed_step
-#define chosen_track        fixed_step /* judges too */
+#define chosen_track        fixed_step /* includes the judgement */
 #define chosen_coast        fixed_coast
 #define chosen_observe      fixed_observe
 #define chosen_lock         fixed_lock
@@ -32,7 +33,7 @@ typedef fixed_tuning_t chosen_tuning_t;
 
 #include "estimator/estimator.h"
 
-/* L_q/L_d of a motor that it runs on, at most [-]: as far as it has been tried (docs/theory.md, 30). */
+/* Largest L_q/L_d of a supported motor [-], the limit of the tests (docs/theory.md, 30). */
 #define CHOSEN_SALIENT_MAX  4.0f
 #define CHOSEN_SALIENT      "4"
 

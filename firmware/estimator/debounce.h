@@ -1,6 +1,6 @@
-/* Debounce of criteria that do not depend on each other: one that fails counts the periods up, else down; it
- * is raised when the count reaches its limit and falls when it is back at zero. Integers only, for both
- * arithmetics. */
+/* Debounce of independent criteria: a criterion that fails increments its count of periods, else decrements
+ * it. The criterion is raised when the count reaches its limit, and cleared when the count is zero again.
+ * Integers only, for both arithmetics. */
 #ifndef ESTIMATOR_DEBOUNCE_H
 #define ESTIMATOR_DEBOUNCE_H
 
@@ -14,11 +14,11 @@ typedef struct {
 
 typedef struct {
     uint32_t count[ESTIMATOR_CRITERIA]; /* [periods] */
-    uint32_t counting;                  /* [-] not 0: a count is not 0 */
-    uint32_t invalid;                   /* [-] bits of those that are raised; bit n: criterion n */
+    uint32_t counting;                  /* [-] not 0: at least one count is not 0 */
+    uint32_t invalid;                   /* [-] bits of the raised criteria; bit n: criterion n */
 } debounce_t;
 
-/* Nothing failed yet. */
+/* Clears all counts. */
 static inline void debounce_reset(debounce_t *debounce)
 {
     for (int32_t n = 0; n < ESTIMATOR_CRITERIA; n++) {
@@ -28,7 +28,7 @@ static inline void debounce_reset(debounce_t *debounce)
     debounce->invalid = 0u;
 }
 
-/* A period of criterion `n`: its bit of what is raised now. */
+/* One period of criterion `n`: returns its bit if it is raised. */
 static inline uint32_t debounce_one(debounce_t *debounce, const debounce_tuning_t *tuning, uint32_t failing,
                                     uint32_t n)
 {
@@ -52,7 +52,7 @@ static inline uint32_t debounce_one(debounce_t *debounce, const debounce_tuning_
     return raised;
 }
 
-/* One period, in which the criteria of the bits `failing` do not hold. */
+/* One period, in which the criteria of the bits `failing` fail. */
 static inline void debounce_step(debounce_t *debounce, const debounce_tuning_t *tuning, uint32_t failing)
 {
     if ((failing | debounce->counting) == 0u) {

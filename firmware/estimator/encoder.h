@@ -1,25 +1,25 @@
-/* Rotor position and speed from an incremental encoder, the commissioning source. One step per `period`;
- * `count` is the position latched at t_k and the result belongs to t_k.
+/* Rotor position and speed from an incremental encoder, the source for commissioning. One step per `period`;
+ * `count` is the position latched at t_k, and the result belongs to t_k.
  *
- * Angle: the counter at c says that the shaft is somewhere in [c, c + 1) steps; the middle is returned,
+ * Angle: the counter value c means that the shaft is in [c, c + 1) steps; the middle is returned,
  *
  *     theta_e = offset + 2 pi ((c + 1/2) p/N mod 1)      N counts per turn, p pole pairs
  *
- * in turns of 2^32 steps that wrap by themselves; p/N has 48 bits behind the point, so neither a turn nor a
- * pole nor a count adds a rounding error. What is left is the half step pi p/N of the quantisation (1.3 mrad
+ * in turns of 2^32 steps with an automatic overflow; p/N has 48 bits after the point, so neither a turn nor a
+ * pole nor a count adds a rounding error. What remains is the half step pi p/N of the quantisation (1.3 mrad
  * for 10000 counts and 4 pole pairs).
  *
  * Speed: a type-II tracking loop on the wrapped difference e between that angle and its own prediction,
  *
  *     omega += r^2/T e,   prediction += T omega + r (2 - r) e,   r = 1 - exp(-bandwidth T)
  *
- * Both poles lie at exp(-bandwidth T): critically damped with the natural frequency `bandwidth`, stable for
- * any of them. In a steady acceleration a [rad/s^2] omega_e is late by
+ * Both poles are at exp(-bandwidth T): critically damped with the natural frequency `bandwidth`, stable for
+ * any value. In a steady acceleration a [rad/s^2] omega_e lags by
  *
  *     omega_hat - omega = -a T (2/r - 3/2),   about -2 a/bandwidth,
  *
- * and exact at constant speed. The quantisation moves omega_e by at most 0.75 bandwidth times the half step
- * (2/e, the 1-norm of the loop from angle to speed; up to bandwidth T = 0.3).
+ * and is exact at constant speed. The quantisation changes omega_e by at most 0.75 bandwidth times the half
+ * step (2/e, the 1-norm of the loop from angle to speed; up to bandwidth T = 0.3).
  *
  * Does not handle: lost counts, the search for the index, more than half an electrical turn between two
  * samples. */
@@ -32,7 +32,7 @@
 #include "math/angle.h"
 #include "math/bounds.h"
 
-/* Not checked here; the drive validates its whole set of parameters. */
+/* Not checked here; the drive validates the whole set of its parameters. */
 typedef struct {
     float count_per_turn; /* N, counts of one mechanical turn [-]: a whole number, 2..65536 */
     float pole_pairs;     /* p [-]: a whole number, 1..32767 */
@@ -43,8 +43,8 @@ typedef struct {
 
 typedef struct {
     uint32_t last_count;      /* N - 1 [-] */
-    uint32_t steps_per_count; /* p/N of a turn [2^-32 turns] */
-    uint32_t rest_per_count;  /* what that leaves [2^-48 turns] */
+    uint32_t steps_per_count; /* p/N of a turn, rounded down [2^-32 turns] */
+    uint32_t rest_per_count;  /* remainder of p/N [2^-48 turns] */
     uint32_t first;           /* angle of count 0 [2^-32 turns] */
     float angle_gain;         /* r (2 - r) [-] */
     float speed_gain;         /* r^2/T, of an error in steps [rad/s] */
@@ -52,19 +52,22 @@ typedef struct {
 } encoder_tuning_t;
 
 typedef struct {
-    uint32_t next; /* the angle expected at the next sample [2^-32 turns], electrical */
+    uint32_t next; /* the predicted angle of the next sample [2^-32 turns], electrical */
     float omega_e; /* [rad/s], electrical */
-    float missed;  /* what the angle of the last sample was off the one expected [rad], electrical */
+    float missed;  /* difference of the last sample from the prediction [rad], electrical */
 } encoder_t;
 
-/* Coefficients. Divisions, one of 64 bits, and an exponential: for the background. */
+/* Computes the coefficients. It has divisions, one of 64 bits, and an exponential, and runs in the
+ * background. */
 void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params);
 
-/* As if the shaft had stood at `count` for ever: a step with the same count returns its angle and speed 0. */
+/* Sets the state of a shaft that has rested at `count`: a step with the same count returns its angle and
+ * speed 0. */
 void encoder_reset(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count);
 
-/* Other coefficients than `before`. The speed loop goes on, unless a new offset, pole or count number gives
- * the counts other angles: it would take that for a motion, and starts again from the last `count`. */
+/* Continues with coefficients that differ from `before`. The speed loop keeps its state, unless a new offset,
+ * number of poles or number of counts changes the angle of the counts: the loop would take that for a motion,
+ * and starts again from the last `count`. */
 void encoder_take(encoder_t *encoder, const encoder_tuning_t *before, const encoder_tuning_t *tuning,
                   uint32_t count);
 
@@ -78,11 +81,10 @@ static inline uint32_t encoder_phase(const encoder_tuning_t *tuning, uint32_t co
 /* [rad per 2^-32 turns]; half a turn becomes ANGLE_LARGEST. */
 #define ENCODER_ANGLE_PER_STEP (ANGLE_LARGEST / 2147483648.0f)
 
-/* Almost half a turn [2^-32 turns], as much as an int32_t holds: who moves further has lost the angle. */
+/* Almost half a turn, the range of an int32_t [2^-32 turns]. The loop cannot follow a larger movement. */
 #define ENCODER_MOVE_LIMIT 2.1e9f
 
-/* Position at t_k from the count latched there, 0..N-1 (N and above count as N-1). Straight line, no
- * division. */
+/* Position at t_k from the count latched then, 0..N-1 (N and above count as N-1). No loop, no division. */
 static inline position_t encoder_step(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count)
 {
     uint32_t phase = encoder_phase(tuning, count);
@@ -94,8 +96,8 @@ static inline position_t encoder_step(encoder_t *encoder, const encoder_tuning_t
     return (position_t){(float)(int32_t)phase * ENCODER_ANGLE_PER_STEP, encoder->omega_e};
 }
 
-/* Has the angle of the last sample moved by more than a rotor can? `leap` [rad]: electrical, the most that it
- * may be off the one expected. */
+/* true: the angle of the last sample has moved by more than a rotor can. `leap` [rad]: largest difference
+ * from the prediction, electrical. */
 static inline bool encoder_jumped(const encoder_t *encoder, float leap)
 {
     return bounds_magnitude(encoder->missed) > leap;

@@ -5,7 +5,8 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-/* What the observer holds after a step, for outside. The forms per axis come with the paper's. */
+/* Copies the state of the observer after a step to the output. The forms per axis belong to the paper's
+ * modes. */
 static inline void show_observer(estimator_t *est)
 {
     const smo_t *smo = &est->observer.smo;
@@ -18,7 +19,7 @@ static inline void show_observer(estimator_t *est)
     }
 }
 
-/* Likewise the tracker; its rotation is that of the next step already. */
+/* Copies the state of the tracker; its rotation is already that of the next step. */
 static inline void show_tracker(estimator_t *est, position_t position)
 {
     const pll_t *pll = &est->tracker.pll;
@@ -52,14 +53,14 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     est->estimate.coasted = 0u;
 }
 
-/* What the tracker does with a period. */
+/* Action of the tracker in a period. */
 typedef enum {
     TRACK,
-    COAST, /* its voltage is not to be tracked by */
-    REST   /* nothing: the observer runs alone */
+    COAST, /* the voltage is not suitable for tracking */
+    REST   /* no action: only the observer runs */
 } tracking_t;
 
-/* The end of a period in which the loop rests: length of the EMF that is observed, if there is one. */
+/* The end of a period in which the loop rests: length of the observed EMF, if there is one. */
 static inline void rested(estimator_t *est, bool good, ab_t emf)
 {
     estimate_t *estimate = &est->estimate;
@@ -72,7 +73,7 @@ static inline void rested(estimator_t *est, bool good, ab_t emf)
     estimate->coasted = 1u;
 }
 
-/* Makes of the voltage [V] that of a winding with L_q in the direction of its L_d, whatever that is. */
+/* Changes the voltage [V] so that the winding with L_q acts like one with L_d in every direction. */
 static inline void at_rest(const estimator_t *est, ab_t current, ab_t *voltage)
 {
     const float rate = est->tracker.saliency_rate;

@@ -1,4 +1,4 @@
-/* The estimator's coefficients and their judgement: for the background. */
+/* The coefficients of the estimator and their checks, for the background. */
 #include "estimator/estimator.h"
 
 #include "math/check.h"

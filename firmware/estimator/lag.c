@@ -5,7 +5,7 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-/* For lag_error(). */
+/* Largest share of k_s and number of steps in lag_error(). */
 #define EMF_SHARE_MAX 0.99f
 
 static inline ab_t times(lag_impedance_t a, ab_t b)
@@ -29,7 +29,7 @@ static float speed_within(const smo_t *smo, float omega_e)
     return bounds_clamp(omega_e, LAG_TURN_LIMIT / smo->tuning.period);
 }
 
-/* g [ohm] of the moment. */
+/* Present g [ohm]. */
 static inline float conductance_of(const smo_t *smo)
 {
     return smo->tuning.gain * smo->gain_mean;
@@ -81,8 +81,8 @@ ab_t lag_emf(const smo_t *smo, lag_mode_t mode, float omega_e)
 }
 
 /* |e| = |Z(k_s k_f(y))| y in the length y of the error: one step of Newton's method, from the y of the small
- * signal times what tanh bends it by, atanh(s)/s with s = |e|/k_s, as a series. Its slope is (R + k_s a_f/2
- * (1 - tanh^2)) |Z|/(g + R), but for what the speed changes in it. */
+ * signal times the correction for tanh, atanh(s)/s with s = |e|/k_s, as a series. The slope is (R + k_s a_f/2
+ * (1 - tanh^2)) |Z|/(g + R), if the effect of the speed is neglected. */
 ab_t lag_error(const smo_t *smo, float omega_e, ab_t emf)
 {
     const smo_tuning_t *tuning = &smo->tuning;

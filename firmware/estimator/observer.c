@@ -1,6 +1,6 @@
 #include "estimator/observer.h"
 
-/* Per axis k_f depends on the v that the observer has to make, and that on k_f: a few rounds settle both. */
+/* Per axis, k_f depends on the required v, and v on k_f: a few iterations converge. */
 #define RESET_ROUNDS 8
 
 void observer_prepare(observer_tuning_t *tuning, const observer_params_t *params)

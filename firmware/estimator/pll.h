@@ -4,35 +4,33 @@
  * In the frame of the loop's own angle, e = (e_d, e_q), locked when e_d = 0 (then e_q = psi_f omega_e):
  *
  *     w_s   = I + F                                       smooth speed: integrator + feed-forward
- *     s     = clamp(w_s / 20 rad/s, -1, 1)                soft sign: nothing jumps at zero speed
+ *     s     = clamp(w_s / 20 rad/s, -1, 1)                soft sign: no step at zero speed
  *     eps   = -e_d s / max(|e|, floor)                    detector (15), normalised (17), signed (erratum 6)
  *     w_emf = (e_q or sign(w_s) |e|) speed_per_volt       speed from the EMF (3): e_q below 80 rad/s
  *     F    += (1 - exp(-omega_c T)) (w_emf - F)           feed-forward, Fig. 7,
- *             + T acceleration                            and the torque's share
+ *             + T acceleration                            and the acceleration by the torque
  *     omega = I + kp eps + F
  *     theta(k+1) = theta(k) + T omega,   I(k+1) = I(k) + ki T eps
  *
- * With emf_cutoff the EMF is low-passed in this frame first, where it stands still at constant speed and the
- * filter has no lag, unlike that of eq. (11); it is one more pole of the loop.
+ * With emf_cutoff the EMF is first low-passed in this frame, where it is constant at constant speed and the
+ * filter has no lag, unlike that of eq. (11); the filter is one more pole of the loop.
  *
  * For small errors the loop is type III with Phi_1 = (22), error function (23) (erratum 7: the denominator of
- * (21) is s^3); without feed-forward it is the type-II loop (19). While the electrical acceleration is a
- * [rad/s^2] the angle is late by asin(a/ki) without and by (1 - gamma) a/ki with feed-forward, gamma being
- * the incremental gain from speed to w_emf (erratum 10); F and I sort any constant error of w_emf out between
- * them.
+ * (21) is s^3); without feed-forward it is the type-II loop (19). With a constant electrical acceleration a
+ * [rad/s^2] the angle lags by asin(a/ki) without and by (1 - gamma) a/ki with feed-forward, gamma being the
+ * incremental gain from speed to w_emf (erratum 10); I compensates any constant error of w_emf in F.
  *
- * |e| is the amplitude of this sample, not filtered again: a filter of its own would lag the speed.
+ * |e| is the amplitude of this sample without another filter, because a filter would make the speed lag.
  *
- * Resolution: where the integrator carries the whole speed (conventional), it stops when ki T eps is below
- * half of the speed's last digit and eps may rest there: 0.1 mrad for ki 1624 at 335 rad/s, in proportion to
- * speed/(ki T). F stops in the same way short of w_emf, which the integrator then makes up without an angle
- * error.
+ * Resolution: where the integrator contains the whole speed (conventional), it stops when ki T eps is below
+ * half of the last digit of the speed, and eps may stay at this value: 0.1 mrad for ki 1624 at 335 rad/s, in
+ * proportion to speed/(ki T). F stops in the same way before it reaches w_emf, and the integrator then
+ * compensates the difference without an angle error.
  *
  * Does not handle: a lag or an attenuation of the EMF (estimator/lag.h, speed_per_volt); the search for the
- * rotor at standstill; passing zero speed slowly, where the EMF and with it the detector fade. In particular
- * a conventional loop whose w_s has come to rest at zero has no detector any more and stays there until it is
- * reset; started below 20 rad/s it needs the right direction and about the right angle. With a feed-forward,
- * e_q gets it away. */
+ * rotor at standstill; a slow passage through zero speed, where the EMF and with it the detector vanish. A
+ * conventional loop whose w_s is zero has a detector of zero and stays there until it is reset; started below
+ * 20 rad/s it needs the correct direction and about the correct angle. With a feed-forward, e_q starts it. */
 #ifndef ESTIMATOR_PLL_H
 #define ESTIMATOR_PLL_H
 
@@ -48,17 +46,17 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-/* The soft sign is whole from here on [rad/s]. */
+/* At this speed and above the soft sign is +-1 [rad/s]. */
 #define PLL_SIGN_SPEED 20.0f
 
-/* Below this smooth speed [rad/s] e_q, which has a sign of its own, stands for the amplitude. */
+/* Below this smooth speed [rad/s] e_q, which has a sign, replaces the amplitude. */
 #define PLL_SIGNED_SPEED 80.0f
 
-/* Largest angle that the feed-forward may turn in one period [rad]; the integrator may turn twice this, so
- * that it can still oppose a feed-forward that is at its limit. */
+/* Largest angle by which the feed-forward may rotate in one period [rad]; the integrator may rotate by twice
+ * this, so that it can still compensate a feed-forward at its limit. */
 #define PLL_TURN_LIMIT 1.0f
 
-/* What has a square that stays in range [V]. */
+/* Largest value whose square stays in range [V]. */
 #define PLL_EMF_LIMIT 1.0e15f
 
 typedef struct {
@@ -91,64 +89,66 @@ typedef struct {
     dq_t emf;            /* in the frame of the loop, filtered [V] */
     float omega_e;       /* whole frequency of the last step [rad/s]: the speed for the lag */
     float omega_smooth;  /* w_s = I + F after the last step [rad/s] */
-    float direction; /* +-1 from a reset below 20 rad/s until |w_s| gets there, stands for s; then 0 [-] */
-    float detector;  /* eps of the last step [-], -1..1 */
-    float amplitude; /* |e| of the last step [V] */
+    float direction;     /* +-1 from a reset below 20 rad/s until |w_s| reaches it, replaces s; then 0 [-] */
+    float detector;      /* eps of the last step [-], -1..1 */
+    float amplitude;     /* |e| of the last step [V] */
 } pll_t;
 
-/* Good, or the first violated rule in `why` (untouched if good): the ranges above and, for kp and ki, the
- * stability of the sampled loop z^2 + (kp T - 2) z + 1 - kp T + ki T^2 (Jury). A loop that is stable with s =
- * 1 is so with every smaller s; the feed-forward is outside the loop and always stable. */
+/* true: the set is valid; `why` is then unchanged. false: `why` has the first violated rule: the ranges above
+ * and, for kp and ki, the stability of the sampled loop z^2 + (kp T - 2) z + 1 - kp T + ki T^2 (Jury). A loop
+ * that is stable with s = 1 is stable with every smaller s; the feed-forward is outside the loop and always
+ * stable. */
 bool pll_params_check(const pll_params_t *params, params_error_t *why);
 
-/* Coefficients of a good (checked) set. Divisions and exponentials: for the background. */
+/* Computes the coefficients of a valid (checked) set. It has divisions and exponentials and runs in the
+ * background. */
 void pll_prepare(pll_tuning_t *tuning, const pll_params_t *params);
 
-/* The coefficients alone; the state goes on. Bumpless when the detector is 0, else the speed jumps by its
- * share of kp. If the feed-forward is switched off its last value stays, and the integrator works against it:
- * reset then. */
+/* Sets the coefficients; the state is kept. The speed has no step if the detector is 0, else one in
+ * proportion to the change of kp. If the feed-forward is switched off, its last value stays and the
+ * integrator works against it; the caller then has to reset the loop. */
 static inline void pll_take(pll_t *pll, const pll_tuning_t *tuning)
 {
     pll->tuning = *tuning;
 }
 
-/* Coefficients; angle 0, speed 0. The set must be good (checked). */
+/* Sets the coefficients; angle 0, speed 0. The set must be valid (checked). */
 void pll_init(pll_t *pll, const pll_params_t *params);
 
-/* As if the loop had been locked at `start`, the angle [rad] and speed [rad/s] of the EMF: with that EMF the
- * next step returns just these. The speed, cut to +-PLL_TURN_LIMIT/T, goes to the feed-forward if there is
- * one (integrator 0), else to the integrator. Its sign is the direction, zero counts as positive; below 20
- * rad/s the detector keeps that direction, at full gain, until the loop has once been faster. `start` must be
- * finite. */
+/* Sets the state of a loop locked at `start`, the angle [rad] and speed [rad/s] of the EMF: with that EMF the
+ * next step returns exactly these. The speed, limited to +-PLL_TURN_LIMIT/T, goes to the feed-forward if
+ * there is one (integrator 0), else to the integrator. Its sign is the direction, zero counts as positive;
+ * below 20 rad/s the detector keeps that direction, at full gain, until the loop has once been faster.
+ * `start` must be finite. */
 void pll_reset(pll_t *pll, position_t start);
 
-/* Angle and speed of the EMF [V] at t_k: theta_e where e_d was zero, in [-pi, pi), and omega_e the loop's
- * whole frequency, k_p term included. The rotor's angle, if the EMF has no lag (lag_emf); else add
- * lag_angle(). `speed_per_volt` = 1/psi_f [rad/(s V)], over the EMF's attenuation if it has one; without
- * effect on a conventional loop.
- * `acceleration` [rad/s^2]: the torque's share K i_q, 0 = the paper. On a conventional loop nothing ever
- * forgets its integral, which then ends at the limit while the integrator opposes it: use it with a
- * feed-forward.
+/* Angle and speed of the EMF [V] at t_k: theta_e, where e_d was zero, in [-pi, pi), and omega_e, the whole
+ * frequency of the loop, k_p term included. It is the angle of the rotor if the EMF has no lag (lag_emf);
+ * else the caller adds lag_angle(). `speed_per_volt` = 1/psi_f [rad/(s V)], divided by the attenuation of the
+ * EMF if it has one; it has no effect on a conventional loop. `acceleration` [rad/s^2] by the torque is K
+ * i_q; 0 = the paper. In a conventional loop its integral never decays and ends at the limit, while the
+ * integrator opposes it: it requires a feed-forward.
  *
- * feedforward_cutoff = 0 with acceleration = 0 is the conventional PLL bit for bit. For any input, non-finite
- * ones too, result and state stay finite: with an EMF that is not finite or, filtered, beyond 1e15 V the loop
- * coasts; an F that would leave +-PLL_TURN_LIMIT/T, or would be no number, stays as it was, and so does an I
- * that would leave twice that limit. Zero EMF: detector 0, F decays.
+ * feedforward_cutoff = 0 with acceleration = 0 is exactly the conventional PLL. For any input, also
+ * non-finite ones, result and state stay finite: with an EMF that is not finite or, filtered, above 1e15 V
+ * the loop coasts; an F that would exceed +-PLL_TURN_LIMIT/T, or would not be finite, keeps its value, and so
+ * does an I that would exceed twice that limit. Zero EMF: detector 0, F decays.
  *
  * No division. */
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration);
 
-/* After a reset: as if the filter had settled on an EMF of this amplitude [V] too. Without it the filter
- * starts from zero and the feed-forward dips for some of its time constants. */
+/* After a reset: sets the state of a filter that has settled on an EMF of this amplitude [V]. Without this
+ * call the filter starts from zero, and the feed-forward drops for some of its time constants. */
 void pll_reset_emf(pll_t *pll, float amplitude);
 
-/* After that: as if F too had settled, on what this EMF tells of the speed with psi_f as it is believed
- * (`speed_per_volt` as in pll_step()), and I on what it lacks. Without it F, which starts at the whole speed,
- * pulls the loop away until I has made up for psi_f: wrong by a quarter, further than the loop reaches. No
- * effect on a conventional loop, nor below PLL_SIGNED_SPEED, where one sample of |e| says too little. */
+/* After pll_reset_emf(): sets F to the speed from this EMF with the assumed psi_f (`speed_per_volt` as in
+ * pll_step()), and I to the difference. Without this call F, which starts at the whole speed, moves the loop
+ * away until I has compensated the error of psi_f: with an error of a quarter, further than the range of the
+ * loop. No effect on a conventional loop, nor below PLL_SIGNED_SPEED, where one sample of |e| is too
+ * inaccurate. */
 void pll_reset_feedforward(pll_t *pll, float speed_per_volt);
 
-/* A period without an EMF: position at t_k from the smooth speed alone, which goes on with `acceleration`
+/* A period without an EMF: position at t_k from the smooth speed only, which changes by `acceleration`
  * [rad/s^2]. */
 position_t pll_coast(pll_t *pll, float acceleration);
 
@@ -161,14 +161,14 @@ static inline dq_t pll_filtered(const pll_t *pll, ab_t emf)
     return e;
 }
 
-/* Is this |e|^2 [V^2] that of an EMF? Not of one beyond PLL_EMF_LIMIT or no number. */
+/* true: this |e|^2 [V^2] is that of a valid EMF, finite and not above PLL_EMF_LIMIT. */
 static inline bool pll_is_emf(float square)
 {
     return square <= PLL_EMF_LIMIT * PLL_EMF_LIMIT;
 }
 
-/* s: the detector's sign, soft around zero speed; once the loop is faster, a start's direction is no longer
- * needed. */
+/* s: the sign of the detector, soft around zero speed; once the loop is faster, the direction of the start is
+ * no longer needed. */
 static inline float pll_soft_sign(pll_t *pll)
 {
     float sign = bounds_clamp(pll->omega_smooth * (1.0f / PLL_SIGN_SPEED), 1.0f);
@@ -178,7 +178,8 @@ static inline float pll_soft_sign(pll_t *pll)
     return pll->direction != 0.0f ? pll->direction : sign;
 }
 
-/* To the angle of the next result, at this speed. I + F + kp eps turn by less than a turn in a period. */
+/* Advances to the angle of the next result, at this speed. I + F + kp eps rotate by less than a turn in a
+ * period. */
 static inline void pll_turn(pll_t *pll, float omega_e)
 {
     pll->omega_e = omega_e;
@@ -186,17 +187,18 @@ static inline void pll_turn(pll_t *pll, float omega_e)
     pll->rotation = trig_turn(pll->theta_e);
 }
 
-/* What the loop knows of the motor in a step. A round rotor: 1/psi_f, 0, 1 and the torque's share. */
+/* Values of the motor for a step of the loop. A round rotor: 1/psi_f, 0, 1 and the acceleration by the
+ * torque. */
 typedef struct {
     float speed_per_volt; /* 1/psi_a [rad/s/V] */
-    float lean;           /* t: by which the flux grows with the loop's error, d psi_a/(psi_a d err) [-] */
-    float share;          /* of kp and ki [-], above 0, at most 1 */
-    float acceleration;   /* the torque's share [rad/s^2] */
+    float lean;  /* t: relative increase of the flux with the error of the loop, d psi_a/(psi_a d err) [-] */
+    float share; /* factor of kp and ki [-], above 0, at most 1 */
+    float acceleration; /* by the torque [rad/s^2] */
 } pll_motor_t;
 
-/* pll_step() itself for any rotor, inline for the interrupt. The EMF's length over psi_a is the speed times 1
- * + t err, for the error turns the true current; t e_d takes that out of the feed-forward, which would feed
- * the error back with w t. */
+/* pll_step() for any rotor, inline for the interrupt. The length of the EMF over psi_a is the speed times 1 +
+ * t err, because the error rotates the true current; t e_d removes this from the feed-forward, which would
+ * otherwise feed the error back with w t. */
 static inline position_t pll_step_inline(pll_t *pll, ab_t emf, pll_motor_t motor)
 {
     const float acceleration = motor.acceleration;
@@ -214,8 +216,8 @@ static inline position_t pll_step_inline(pll_t *pll, ab_t emf, pll_motor_t motor
     float sign = pll_soft_sign(pll);
     float detector = -(sign * e.d) * (inverse < tuning->inverse_floor ? inverse : tuning->inverse_floor);
 
-    /* Speed from the EMF (3), feed-forward of Fig. 7; an F that would leave its limit, or is no number,
-     * stays as it was; so does I. */
+    /* Speed from the EMF (3), feed-forward of Fig. 7; an F that would exceed its limit, or is not finite,
+     * keeps its value; so does I. */
     float signed_emf = bounds_magnitude(pll->omega_smooth) < PLL_SIGNED_SPEED ? e.q : sign * amplitude;
     const float omega_emf = (signed_emf - motor.lean * e.d) * motor.speed_per_volt;
     float feedforward =
@@ -240,19 +242,20 @@ static inline position_t pll_step_inline(pll_t *pll, ab_t emf, pll_motor_t motor
     return position;
 }
 
-/* A period whose EMF is in doubt: it goes into the filter, and the loop coasts. */
+/* A period with a doubtful EMF: the filter takes it, and the loop coasts. */
 position_t pll_watch(pll_t *pll, ab_t emf, float acceleration);
 
-/* kp, ki, feedforward_cutoff and period for a -3 dB `bandwidth` [rad/s] of the closed loop, eq. (22):
- * kp = 2 damping wn, ki = wn^2, where with u = wn/bandwidth, c = feedforward_cutoff/bandwidth, z = damping
+/* kp, ki, feedforward_cutoff and period for a -3 dB `bandwidth` [rad/s] of the closed loop, eq. (22): kp = 2
+ * damping wn, ki = wn^2, where with u = wn/bandwidth, c = feedforward_cutoff/bandwidth, z = damping
  *
  *     (1 + c^2) u^4 + [4 z^2 + 2 + c^2 (4 z^2 - 2)] u^2 + 8 z c u = 1 - c^2           (|Phi_1|^2 = 1/2)
  *
- * so gains fall as the cutoff rises (erratum 11; the paper's comparison has damping 1). For c < 1 and damping
- * >= 0.5 there is exactly one such u, and |Phi_1| crosses -3 dB only there. As built, with sample and hold,
- * the bandwidth is off by a share of at most about bandwidth T/2. amplitude_floor is left as it is. False,
- * and `params` untouched, if damping is not within 0.5..5, the cutoff not below the bandwidth, or the result
- * breaks a rule of pll_params_check() (amplitude_floor apart). A Newton iteration of 24 steps: for init. */
+ * so the gains fall as the cutoff rises (erratum 11; the paper's comparison has damping 1). For c < 1 and
+ * damping >= 0.5 there is exactly one such u, and |Phi_1| crosses -3 dB only there. With sample and hold, the
+ * bandwidth deviates by a share of at most about bandwidth T/2. amplitude_floor is not changed. The result is
+ * false, and `params` is unchanged, if damping is not within 0.5..5, the cutoff is not below the bandwidth,
+ * or the result violates a rule of pll_params_check() (except for amplitude_floor). A Newton iteration of 24
+ * steps: for init. */
 bool pll_design(pll_params_t *params, float bandwidth, float damping, float feedforward_cutoff, float period);
 
 #endif

@@ -1,4 +1,4 @@
-/* The loop's coefficients, how they are judged and made: for the background. */
+/* The coefficients of the loop, their checks and their design, for the background. */
 #include "estimator/pll.h"
 
 #include "math/check.h"
@@ -67,7 +67,8 @@ bool pll_design(pll_params_t *params, float bandwidth, float damping, float feed
     float u1 = 8.0f * damping * c;
     float rest = (1.0f - c) * (1.0f + c);
 
-    /* Rising and convex for u > 0 and positive at 1: Newton's iteration falls monotonically to the root. */
+    /* The function rises and is convex for u > 0 and positive at 1, so that Newton's iteration falls
+     * monotonically to the root. */
     float u = 1.0f;
     for (int n = 0; n < DESIGN_ITERATIONS; n++) {
         float square = u * u;

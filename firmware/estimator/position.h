@@ -1,9 +1,8 @@
-/* Where the rotor is and how fast it turns, electrical: what every source of position gives and every user
- * takes.
+/* Position and speed of the rotor, electrical: the result of every source of position.
  *
- * Both belong to the same instant, t_k of the period in which they were made. theta_e is the angle of the d
- * axis (the magnet's flux) seen from phase a, in [-pi, pi); mechanical values are these divided by the pole
- * pairs. */
+ * Both belong to the same time, t_k of the period in which they were computed. theta_e is the angle of the d
+ * axis (the flux of the magnet) relative to phase a, in [-pi, pi); mechanical values are these divided by the
+ * pole pairs. */
 #ifndef ESTIMATOR_POSITION_H
 #define ESTIMATOR_POSITION_H
 

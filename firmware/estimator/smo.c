@@ -10,7 +10,7 @@ static void switch_axes(smo_t *smo)
     smo->switched = (ab_t){smo->tuning.gain * f.alpha, smo->tuning.gain * f.beta};
 }
 
-/* Likewise, for any of them. */
+/* v and k_f of the error in the state, for every switching function. */
 static void switch_any(smo_t *smo, float square)
 {
     if (smo->tuning.switching == (int32_t)SMO_SIGMOID_VECTOR) {
@@ -39,7 +39,7 @@ void smo_reset(smo_t *smo, ab_t current, ab_t emf)
         return;
     }
     smo_reset_error(smo, current, switching_error(&smo->tuning.axes, f));
-    if (smo->tuning.switching == (int32_t)SMO_SIGN) { /* its v is that of the next chatter */
+    if (smo->tuning.switching == (int32_t)SMO_SIGN) { /* its v is that of the next switching */
         smo->switched = emf;
         smo->emf_hat = emf;
     }

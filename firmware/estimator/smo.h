@@ -1,8 +1,8 @@
 /* Sliding-mode observer of the back-EMF: paper eqs. (5), (11), (12).
  *
- * The winding's current is predicted from the applied voltage and a switching voltage v that drives the
- * current error x to zero; v then is the EMF, seen through a first-order lag (lag.h). Exact for voltage and v
- * held over the period T:
+ * The current of the winding is predicted from the applied voltage and a switching voltage v that drives the
+ * current error x to zero; v then is the EMF with a first-order lag (lag.h). Exact for voltage and v held
+ * over the period T:
  *
  *     i_hat(k) = a i_hat(k-1) + b (u(k-1) - v(k-1))         a = exp(-R T/L),  b = (1 - a)/R      (5)
  *     x(k)     = i_hat(k) - i(k)
@@ -13,11 +13,11 @@
  *     SMO_SIGMOID         f = tanh(a_f x/2)       per axis    the paper's, with their k_f (12):
  *     SMO_SIGN            f = sign(x)             per axis    paper/switching.h
  *
- * Around a given k_f the error obeys x(k+1) = p x(k) + b e with p = a - b k_s k_f: stable for |p| < 1.
+ * With a given k_f the error follows x(k+1) = p x(k) + b e with p = a - b k_s k_f: stable for |p| < 1.
  *
  * Sample time: one step per T. The step of period k takes the current sampled at t_k and the voltage that
- * acted on [t_k-1, t_k); one period off is an angle error of omega T. The result belongs to t_k and still has
- * the lag.
+ * acted on [t_k-1, t_k); a shift by one period is an angle error of omega T. The result belongs to t_k and
+ * still has the lag.
  *
  * A sample that makes the error longer than SMO_ERROR_LIMIT, or a non-finite one, is rejected: state and
  * result stay. Does not handle: salient rotors (L_d != L_q), changes of R and L while running. */
@@ -32,11 +32,11 @@
 #include "math/frames.h"
 #include "math/tanh.h"
 
-/* A current error as long as this is no measurement [A]. */
+/* A sample with a current error of this length is invalid [A]. */
 #define SMO_ERROR_LIMIT 1e6f
 
 /* Largest small-signal loop gain b k_s a_f/2 [-] that smo_params_check accepts. The loop is stable up to 1 +
- * a, about 2; from 1.2 on it rings so much that the noise of the angle grows (k_s = 300 V for the paper's
+ * a, about 2; above 1.2 it rings so much that the noise of the angle grows (k_s = 300 V for the paper's
  * motor). */
 #define SMO_LOOP_GAIN_MAX 1.2f
 
@@ -73,37 +73,40 @@ typedef struct {
     ab_t switched;    /* v [V], acts from t_k on */
     ab_t emf_hat;     /* e_hat at t_k [V] */
     float gain_mean;  /* k_f [1/A]: vector form: of the sample; per axis: power-weighted */
-    switching_t axes; /* of the forms per axis; the vector form leaves it alone */
+    switching_t axes; /* of the forms per axis; not used by the vector form */
 } smo_t;
 
-/* Whether the set can run: ranges, T <= L/(2 R), and for the sigmoids the loop gain b k_s a_f/2 <=
- * SMO_LOOP_GAIN_MAX (field "gain", with the largest k_s for this slope as limit). That k_s is larger than the
- * largest EMF is a rule of the estimator, which knows it. false: the first violated rule in `why`. */
+/* true: the set is valid: ranges, T <= L/(2 R), and for the sigmoids the loop gain b k_s a_f/2 <=
+ * SMO_LOOP_GAIN_MAX (field "gain", with the largest k_s for this slope as limit). The rule that k_s is larger
+ * than the largest EMF belongs to the estimator, which knows that EMF. false: `why` has the first violated
+ * rule. */
 bool smo_params_check(const smo_params_t *params, params_error_t *why);
 
-/* Coefficients of a set that has passed smo_params_check. Divisions and exponentials: for the background. */
+/* Computes the coefficients of a set that has passed smo_params_check. It has divisions and exponentials and
+ * runs in the background. */
 void smo_prepare(smo_tuning_t *tuning, const smo_params_t *params);
 
-/* The coefficients alone; the state goes on. A new switching function shows in the gains from the next step
+/* Sets the coefficients; the state is kept. A new switching function changes the gains from the next step
  * on. */
 static inline void smo_take(smo_t *smo, const smo_tuning_t *tuning)
 {
     smo->tuning = *tuning;
 }
 
-/* Coefficients, and a start on zero current and zero EMF. The set must have passed smo_params_check. */
+/* Sets the coefficients and starts with zero current and zero EMF. The set must have passed
+ * smo_params_check. */
 void smo_init(smo_t *smo, const smo_params_t *params);
 
-/* As if settled on this `current` [A] at t_k and this `emf` [V], which is the estimate to continue
- * (attenuated and late, as smo_step gives it; multiply a true EMF by lag_attenuation and turn it back by
- * lag_angle). With the voltage that holds both, u = R i_hat + emf, the next steps return `emf` again. An emf
- * of 99 % of k_s and more (a length in the vector form, a component else) gives the switching voltage that
- * the error of 99 %, stretched likewise, makes. Both must be finite. 22 divisions per axis or vector; not for
- * every period. */
+/* Sets the state of an observer settled on this `current` [A] at t_k and this `emf` [V], which is the
+ * estimate to be continued (attenuated and with lag, as the result of smo_step; a true EMF has to be
+ * multiplied by lag_attenuation and rotated back by lag_angle). With the voltage that holds both, u = R i_hat
+ * + emf, the next steps return `emf` again. For an emf of 99 % of k_s and more (a length in the vector form,
+ * else a component), the switching voltage is that of the error at 99 %, extended by the same ratio. Both
+ * arguments must be finite. 22 divisions per axis or vector; not for every period. */
 void smo_reset(smo_t *smo, ab_t current, ab_t emf);
 
-/* As if settled on this current [A] and this current error x [A]; what a filter makes of v, `emf_hat` [V], is
- * up to the caller. */
+/* Sets the state of an observer settled on this current [A] and this current error x [A]; the caller supplies
+ * the output of the filter for v, `emf_hat` [V]. */
 void smo_reset_error(smo_t *smo, ab_t current, ab_t error);
 
 /* e_hat [V] at t_k from the voltage [V] that acted on [t_k-1, t_k) and the current [A] at t_k. Finite for
@@ -118,8 +121,8 @@ static inline float smo_vector_gain(const smo_tuning_t *tuning, float square)
     return h * tanh_ratio(h * h * square);
 }
 
-/* v [V], returned, and k_f [1/A] of the vector form for the error in the state, whose square [A^2] this is.
- */
+/* Returns v [V] of the vector form and sets its k_f [1/A], for the error in the state; `square` [A^2] is that
+ * of the error. */
 static inline ab_t smo_switch_vector(smo_t *smo, float square)
 {
     smo->gain_mean = smo_vector_gain(&smo->tuning, square);
@@ -137,7 +140,7 @@ static inline bool smo_predict(smo_t *smo, ab_t voltage, ab_t current, float *er
     ab_t hat = smo->current_hat;
     ab_t v = smo->switched;
 
-    /* eq. (5): a i + b (u - v), written so that u = R i + v leaves i as it is whatever b was rounded to. */
+    /* eq. (5): a i + b (u - v), in a form in which u = R i + v leaves i unchanged for any rounding of b. */
     hat.alpha += tuning->voltage_gain * (voltage.alpha - v.alpha - tuning->resistance * hat.alpha);
     hat.beta += tuning->voltage_gain * (voltage.beta - v.beta - tuning->resistance * hat.beta);
     ab_t x = {hat.alpha - current.alpha, hat.beta - current.beta};
@@ -161,7 +164,8 @@ static inline float smo_error_square(const smo_t *smo)
     return x.alpha * x.alpha + x.beta * x.beta;
 }
 
-/* k_f [1/A]: power-weighted, vector form of the sample; a_f/2 (sign: the cap) while there was no error. */
+/* k_f [1/A]: power-weighted; for the vector form that of the sample; a_f/2 (sign: the limit) without an error
+ * so far. */
 float smo_equivalent_gain(const smo_t *smo);
 
 #endif

@@ -1,4 +1,4 @@
-/* The observer's coefficients and their judgement: for the background. */
+/* The coefficients of the observer and their checks, for the background. */
 #include "estimator/smo.h"
 
 #include "math/check.h"
@@ -35,8 +35,8 @@ bool smo_params_check(const smo_params_t *params, params_error_t *why)
     return true;
 }
 
-/* F(y) = y/(e^y - 1) = 1 - y/2 + y^2/12 - y^4/720 + y^6/30240 at d + s, as a series in s, over F(d): what is
- * left out is below 1e-6 for d <= 1/2. */
+/* F(y) = y/(e^y - 1) = 1 - y/2 + y^2/12 - y^4/720 + y^6/30240 at d + s, as a series in s, over F(d): the
+ * omitted terms are below 1e-6 for d <= 1/2. */
 static void prepare_hold(float hold[4], float d)
 {
     float d2 = d * d;

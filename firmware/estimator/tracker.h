@@ -1,21 +1,22 @@
-/* Position and speed from the back-EMF: tracking loop (pll.h), speed of its feed-forward from the EMF's
- * length (3), and whether the result can be believed (validity.h).
+/* Position and speed from the back-EMF: tracking loop (pll.h), speed of its feed-forward from the length of
+ * the EMF (3), and validity of the result (validity.h).
  *
- * The EMF is that of the active flux psi_a = psi_f - D i_d, D = L_q - L_d, along the magnet: all of the flux
- * that L_q i leaves (docs/theory.md, 30). A round rotor has D = 0, and psi_a is its psi_f. With i_d, i_q in
- * the frame of the loop
+ * The EMF is that of the active flux psi_a = psi_f - D i_d, D = L_q - L_d, along the magnet: the flux that
+ * remains after L_q i is subtracted (docs/theory.md, 30). A round rotor has D = 0, and psi_a is its psi_f.
+ * With i_d, i_q in the frame of the loop
  *
- *     t = D i_q/psi_a              by which an error of the angle changes psi_a: the current that the loop
- * holds turns with it f = 1/(1 + kp |t/omega|)     on kp and ki where t omega < 0, braking: there the loop's
- * own motion moves psi_a against it
+ *     t = D i_q/psi_a              relative change of psi_a by an error of the angle, because the current
+ *                                  that the loop holds rotates with the error
+ *     f = 1/(1 + kp |t/omega|)     factor of kp and ki where t omega < 0, braking: there the motion of the
+ *                                  loop itself changes psi_a in the opposite direction
  *
- * The speed from the EMF's length is that over a psi_a which is low-passed like the EMF. The torque's share
- * of the acceleration, K (psi_a i_q - psi_f i_L) with the load as a current of psi_f, may help the loop along
- * (K = 0: off, as in the paper).
+ * The speed from the length of the EMF is this length over a psi_a that is low-passed like the EMF. The
+ * acceleration by the torque, K (psi_a i_q - psi_f i_L) with the load as a current of psi_f, can support the
+ * loop (K = 0: off, as in the paper).
  *
- * Sample time: one step per T; the EMF is that of t_k and so is the result. No division: reciprocals follow
- * by a step of Newton's method in each period. Does not handle: a flux below a tenth of psi_f, taken as that.
- */
+ * Sample time: one step per T; the EMF is that of t_k and so is the result. No division: reciprocals are
+ * updated by a step of Newton's method in each period. Does not handle: a flux below a tenth of psi_f, which
+ * is limited to this value. */
 #ifndef ESTIMATOR_TRACKER_H
 #define ESTIMATOR_TRACKER_H
 
@@ -26,7 +27,7 @@
 #include "estimator/validity.h"
 #include "math/frames.h"
 
-/* Least psi_a [-] of psi_f, and largest |t| [-], that the loop goes by. */
+/* Limits in the loop: least psi_a as a share of psi_f [-], and largest |t| [-]. */
 #define TRACKER_FLUX_LEAST 0.1f
 #define TRACKER_LEAN_MOST  3.0f
 
@@ -48,7 +49,7 @@ typedef struct {
     float torque_feedforward; /* K = 1.5 p^2/J [rad/s^2 per Wb and A] */
 } tracker_tuning_t;
 
-/* The motor as the loop sees it. A round one: psi_f all the time. */
+/* The model of the motor in the loop. For a round rotor it is constant with psi_f. */
 typedef struct {
     float i_d;            /* of the last step, in the loop's frame [A] */
     float flux;           /* psi_a [Wb] */
@@ -60,20 +61,21 @@ typedef struct {
 } tracker_motor_t;
 
 typedef struct {
-    float flux_linkage;       /* psi_f, of the tuning or as adapted [Wb] */
+    float flux_linkage;       /* psi_f, of the tuning or adapted [Wb] */
     float saliency;           /* D, of the tuning [H] */
-    float saliency_rate;      /* D/T, likewise [V/A] */
-    float torque_feedforward; /* K, likewise [rad/s^2 per Wb and A] */
-    float load;               /* i_L [A], as set from outside; 0: nothing is known of a load */
+    float saliency_rate;      /* D/T, of the tuning [V/A] */
+    float torque_feedforward; /* K, of the tuning [rad/s^2 per Wb and A] */
+    float load;               /* i_L [A], set by the caller; 0: the load is unknown */
     tracker_motor_t motor;
     pll_t pll;
     validity_t validity;
 } tracker_t;
 
-/* Coefficients of a set whose parts have passed their checks. Divisions: for the background. */
+/* Computes the coefficients of a set whose parts have passed their checks. It has divisions and runs in the
+ * background. */
 void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params);
 
-/* Another psi_f [Wb] and its reciprocal [rad/s/V]. */
+/* Sets another psi_f [Wb] and its reciprocal [rad/s/V]. */
 static inline void tracker_set_flux(tracker_t *tracker, float flux_linkage, float speed_per_volt)
 {
     tracker->flux_linkage = flux_linkage;
@@ -84,7 +86,7 @@ static inline void tracker_set_flux(tracker_t *tracker, float flux_linkage, floa
     }
 }
 
-/* The coefficients alone, psi_f among them; the state goes on. */
+/* Sets the coefficients, psi_f among them; the state is kept. */
 static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuning)
 {
     pll_take(&tracker->pll, &tuning->pll);
@@ -99,8 +101,8 @@ static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuni
     tracker_set_flux(tracker, tuning->flux_linkage, tuning->speed_per_volt);
 }
 
-/* As if locked at t_k at `start` [rad], [rad/s] with this current [A] in its frame, on an EMF of this
- * amplitude [V]; the next step is that of t_k+1. Validity starts anew. Divisions. */
+/* Sets the state of a tracker locked at t_k at `start` [rad], [rad/s] with this current [A] in its frame, on
+ * an EMF of this amplitude [V]; the next step is that of t_k+1. Validity starts again. It has divisions. */
 void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amplitude);
 
 /* psi_a [Wb] at this i_d [A]. */
@@ -111,20 +113,20 @@ static inline float tracker_flux(const tracker_t *tracker, float i_d)
     return flux > least ? flux : least;
 }
 
-/* Adds to the voltage [V] what the change of psi_a since t_k-1 takes of it, with this i_d [A] at t_k: along
- * the magnet as it was in the middle of the period. For a salient rotor. */
+/* Adds to the voltage [V] the part that the change of psi_a since t_k-1 causes, with this i_d [A] at t_k:
+ * along the magnet in the middle of the period. For a salient rotor. */
 void tracker_transient(const tracker_t *tracker, float i_d, ab_t *voltage);
 
-/* The motor with this current [A] in the loop's frame at t_k. For a salient rotor. */
+/* Updates the motor with this current [A] in the frame of the loop at t_k. For a salient rotor. */
 void tracker_follow(tracker_t *tracker, dq_t current);
 
-/* The torque's share: K (psi_a i_q - psi_f i_L) [rad/s^2]. */
+/* Acceleration by the torque: K (psi_a i_q - psi_f i_L) [rad/s^2]. */
 static inline float tracker_acceleration(const tracker_t *tracker, float i_q)
 {
     return tracker->torque_feedforward * (tracker->motor.flux * i_q - tracker->flux_linkage * tracker->load);
 }
 
-/* Position at t_k from the EMF [V] and the i_q [A] then, of the motor that has been followed. */
+/* Position at t_k from the EMF [V] and the i_q [A] at t_k, with the motor of tracker_follow(). */
 static inline position_t tracker_step(tracker_t *tracker, ab_t emf, float i_q)
 {
     const tracker_motor_t *motor = &tracker->motor;
@@ -133,7 +135,7 @@ static inline position_t tracker_step(tracker_t *tracker, ab_t emf, float i_q)
     return pll_step_inline(&tracker->pll, emf, loop);
 }
 
-/* Judges the period that has been tracked, with the square of the observer's current error [A^2]. */
+/* Judges the tracked period, with the square of the observer's current error [A^2]. */
 static inline void tracker_judge(tracker_t *tracker, float error_square)
 {
     const pll_t *pll = &tracker->pll;
@@ -141,13 +143,14 @@ static inline void tracker_judge(tracker_t *tracker, float error_square)
                   pll->detector, error_square);
 }
 
-/* A period whose EMF is in doubt: it goes into the loop's filter, the loop coasts on, nothing is judged. */
+/* A period with a doubtful EMF: the filter of the loop takes it, the loop coasts, and the period is not
+ * judged. */
 static inline position_t tracker_watch(tracker_t *tracker, ab_t emf, float i_q)
 {
     return pll_watch(&tracker->pll, emf, tracker_acceleration(tracker, i_q));
 }
 
-/* A period without an EMF: the loop coasts on the last speed, nothing is judged. */
+/* A period without an EMF: the loop coasts on the last speed, and the period is not judged. */
 static inline position_t tracker_coast(tracker_t *tracker)
 {
     return pll_coast(&tracker->pll, 0.0f);

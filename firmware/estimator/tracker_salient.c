@@ -1,8 +1,9 @@
-/* What the tracker does in each period of a salient rotor alone: the active flux and what goes with it. */
+/* The steps of the tracker that only a salient rotor needs: the active flux and the values derived from
+ * it. */
 #include "estimator/tracker.h"
 
-/* 1/`value`, from the reciprocal of a value near it: a step of Newton's method, which from a half to twice of
- * it comes nearer. */
+/* 1/`value`, from the reciprocal of a similar value: a step of Newton's method, which converges for ratios
+ * from a half to two. */
 static inline float tracker_reciprocal(float value, float last)
 {
     const float product = value * last;

@@ -2,7 +2,7 @@
 
 #include "math/periods.h"
 
-/* A limit that nothing reaches: not judged. */
+/* A limit above every value: not judged. */
 #define UNLIMITED 1e30f
 
 bool validity_params_check(const validity_params_t *params, params_error_t *why)

@@ -1,13 +1,12 @@
-/* Whether the estimate can be believed: four criteria that do not depend on each other, each with its own
- * limits and debounce. What is judged is the loop's state after a tracked period; a period that coasted is
- * not judged.
+/* Validity of the estimate: four independent criteria, each with its own limits and debounce. The state of
+ * the loop after a tracked period is judged; a period in which the loop coasted is not judged.
  *
- *     amplitude   |e| fits psi_f |omega_e|: else voltage, flux or speed is wrong
- *     detector    the EMF lies on the q axis: else the loop is not locked
- *     current     the observer's current is near the measured one: else it slides no more
- *     speed       fast enough for an EMF that can be seen, and no faster than the observer can follow
+ *     amplitude   |e| agrees with psi_f |omega_e|; else voltage, flux or speed is wrong
+ *     detector    the EMF is on the q axis; else the loop is not locked
+ *     current     the observer's current is near the measured one; else it does not slide any more
+ *     speed       high enough for a measurable EMF, and not above the limit of the observer
  *
- * No sample time of its own but the debounce: one step per T. */
+ * No sample time of its own except for the debounce: one step per T. */
 #ifndef ESTIMATOR_VALIDITY_H
 #define ESTIMATOR_VALIDITY_H
 
@@ -18,27 +17,26 @@
 #include "estimator/debounce.h"
 #include "math/bounds.h"
 
-/* An EMF near zero speed is judged with this allowance, as a speed [rad/s]: the voltage error of an inverter.
- */
+/* Allowance for an EMF near zero speed, as a speed [rad/s]: the voltage error of an inverter. */
 #define ESTIMATOR_AMPLITUDE_ALLOWANCE 10.0f
 
 /* Bits of estimator_invalid(), the criteria in the order of debounce_t. */
-#define ESTIMATOR_AMPLITUDE UINT32_C(1)  /* |e| does not fit psi_f |omega_e| */
-#define ESTIMATOR_DETECTOR  UINT32_C(2)  /* the EMF does not lie on the q axis */
+#define ESTIMATOR_AMPLITUDE UINT32_C(1)  /* |e| does not agree with psi_f |omega_e| */
+#define ESTIMATOR_DETECTOR  UINT32_C(2)  /* the EMF is not on the q axis */
 #define ESTIMATOR_CURRENT   UINT32_C(4)  /* the observer's current is far from the measured one */
-#define ESTIMATOR_SPEED     UINT32_C(8)  /* too slow to be seen, or faster than the observer can follow */
-#define ESTIMATOR_SAMPLE    UINT32_C(16) /* the last sample was no number: coasting; without debounce */
+#define ESTIMATOR_SPEED     UINT32_C(8)  /* too slow for a measurable EMF, or too fast for the observer */
+#define ESTIMATOR_SAMPLE    UINT32_C(16) /* the last sample was not finite: coasting; no debounce */
 
 typedef struct {
     float amplitude_min;  /* of |e|/(psi_f |omega_e|) [-], 0..1; 0 = not judged */
-    float amplitude_max;  /* likewise [-], above 1; 0 = not judged */
+    float amplitude_max;  /* of the same ratio [-], above 1; 0 = not judged */
     float amplitude_time; /* debounce [s], 0..10 */
     float detector_max;   /* of |eps|, the sine of the EMF's angle to the q axis [-], 0..1; 0 = not judged */
     float detector_time;  /* debounce [s], 0..10 */
     float current_max;    /* of |i_hat - i| [A]; 0 = not judged */
     float current_time;   /* debounce [s], 0..10 */
     float speed_min;      /* of |omega_e| [rad/s]; 0 = not judged */
-    float speed_max;      /* likewise [rad/s], the largest EMF is psi_f times this; 0 = not judged */
+    float speed_max;      /* of |omega_e| [rad/s], the largest EMF is psi_f times this; 0 = not judged */
     float speed_time;     /* debounce [s], 0..10 */
 } validity_params_t;
 
@@ -57,22 +55,23 @@ typedef struct {
     debounce_t debounce;
 } validity_t;
 
-/* Whether the set can run: ranges, and speed_min < speed_max. false: the first violated rule in `why`. */
+/* true: the set is valid: ranges, and speed_min < speed_max. false: `why` has the first violated rule. */
 bool validity_params_check(const validity_params_t *params, params_error_t *why);
 
-/* Coefficients of a set that has passed the check, for this period T [s]. Divisions: for the background. */
+/* Computes the coefficients of a set that has passed the check, for this period T [s]. It has divisions and
+ * runs in the background. */
 void validity_prepare(validity_tuning_t *tuning, const validity_params_t *params, float period);
 
 /* Debounces [periods], at least 1, in the order of the bits: for both arithmetics. */
 void validity_prepare_debounce(debounce_tuning_t *tuning, const validity_params_t *params, float period);
 
-/* The coefficients alone; the counts go on. */
+/* Sets the coefficients; the counts are kept. */
 static inline void validity_take(validity_t *validity, const validity_tuning_t *tuning)
 {
     validity->tuning = *tuning;
 }
 
-/* Everything holds. */
+/* Clears the counts: all criteria hold. */
 static inline void validity_reset(validity_t *validity)
 {
     debounce_reset(&validity->debounce);

@@ -7,11 +7,11 @@
 #include "math/trig.h"
 #include "settings/reasons.h"
 
-/* [-] of the link, by which a voltage must fall short of what control asks for to be limited; a shortest
- * pulse and what the dead time takes are less */
+/* [-] of the DC link: the voltage is limited if the applied voltage is shorter than the required one by more
+ * than this. The shortest pulse and the dead time cause smaller differences. */
 #define LIMITED_SHARE 0.05f
 
-/* What is learnt of motor, load and inverter, to who works with it. */
+/* Passes the learnt values of motor, load and inverter to the parts that use them. */
 static void set_models(fast_t *fast, fast_orders_t orders)
 {
     const setpoint_t *setpoint = orders.setpoint;
@@ -19,7 +19,7 @@ static void set_models(fast_t *fast, fast_orders_t orders)
     inverter_set_dead_time(&fast->inverter, &orders.tuning->inverter, setpoint->models.dead_time);
 }
 
-/* Other coefficients; the state goes on. */
+/* Sets other coefficients; the state is kept. */
 static void set_tuning(fast_t *fast, const fast_tuning_t *tuning)
 {
     measure_take(&fast->measure);
@@ -48,13 +48,13 @@ void fast_init(fast_t *fast, fast_orders_t orders)
 
 /* ---- the setpoint ---- */
 
-/* What heat and DC link leave of i_q, on the side of the speed. */
+/* Limits of i_q by heat and DC link, with the sign of the speed. */
 static void limit(fast_t *fast, const setpoint_t *setpoint)
 {
     const float most = setpoint->current_limit;
     const float braking = bounds_clamp(fast->link.braking, most);
     const float asked = bounds_clamp(fast->link.driving, most);
-    const float least = braking < 0.0f ? -braking : 0.0f; /* what a full link gives away */
+    const float least = braking < 0.0f ? -braking : 0.0f; /* braking current that a full link supplies */
     const float driving = setpoint->only_brakes != 0u && asked > least ? least : asked;
     const bool backwards = fast->omega_m < 0.0f;
     fast->bounds.lower = backwards ? -driving : -braking;
@@ -81,7 +81,7 @@ void fast_turn(fast_t *fast, fast_orders_t orders, fast_orders_t before, uint32_
     }
 }
 
-/* The first period of a window: what is new is taken. */
+/* The first period of a window takes over the new setpoint and the new tuning. */
 static void begin_window(fast_t *fast, fast_orders_t orders)
 {
     const setpoint_t *setpoint = orders.setpoint;
@@ -93,7 +93,7 @@ static void begin_window(fast_t *fast, fast_orders_t orders)
     set_models(fast, orders);
     fast->link.sunk = setpoint->link.sunk;
     fast->link.low = setpoint->link.low;
-    const bool later = fast->link.limits != 0u && fast->bridge.on != 0u; /* by limit_by_link() */
+    const bool later = fast->link.limits != 0u && fast->bridge.on != 0u; /* in limit_by_link() */
     if (!later) {
         limit(fast, setpoint);
     }
@@ -101,7 +101,7 @@ static void begin_window(fast_t *fast, fast_orders_t orders)
 
 /* ---- where the rotor is ---- */
 
-/* Is what acted too uncertain to track by? */
+/* true: the voltage that acted is too uncertain for tracking. */
 static inline bool voltage_uncertain(fast_t *fast, fast_orders_t orders, const inverter_acted_t *acted)
 {
     const estimate_t *last = &fast->estimator.estimate;
@@ -124,9 +124,9 @@ static inline bool voltage_uncertain(fast_t *fast, fast_orders_t orders, const i
     return doubt_step(&fast->doubt, &orders.tuning->doubt, &input);
 }
 
-/* While the reference of the speed stays, i_q is there for the load. What it has beyond that accelerates, and
- * the tracking loop gets it as a torque in its next step. It is the i_q of the frame at t_k, as the loop has
- * it: in the frame of t_k-1 a part of i_d is in it. */
+/* While the speed reference is constant, the mean i_q carries the load. The difference from this mean
+ * accelerates the rotor, and the tracking loop receives it as a torque in its next step. The i_q is that of
+ * the frame at t_k, as the loop uses it: in the frame of t_k-1 it would contain a part of i_d. */
 static void estimate_load(fast_t *fast, const setpoint_t *setpoint)
 {
     if (fast->reference.tracking == 0u) {
@@ -159,8 +159,8 @@ static void estimate(fast_t *fast, fast_orders_t orders)
     estimate_load(fast, orders.setpoint);
 }
 
-/* The rotor as it is believed, and its speed for what must not be noisy: of the estimate without the loop's
- * proportional part, whose noise would come back through the speed control. */
+/* The estimated rotor, and its speed for the parts that need little noise: the estimate without the
+ * proportional part of the loop, because the speed control would amplify the noise of that part. */
 void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning)
 {
     const estimate_t *estimate = &fast->estimator.estimate;
@@ -171,7 +171,7 @@ void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning)
         (smooth ? estimate->omega_smooth : fast->rotor.omega_e) * tuning->limits.pole_pairs_inverse;
 }
 
-/* While the bridge is off nothing is known of the voltage: the estimator rests. */
+/* While the bridge is off, the voltage is unknown and the estimator does not run. */
 static void estimate_position(fast_t *fast, fast_orders_t orders)
 {
     const fast_tuning_t *tuning = orders.tuning;
@@ -190,8 +190,8 @@ static void estimate_position(fast_t *fast, fast_orders_t orders)
 
 /* ---- control ---- */
 
-/* What is asked of control in this period; `left`: the first without the encoder. Where the loop is locked,
- * the next step goes on from there. */
+/* The demand on current control in this period. `left`: this is the first period without the encoder. Where
+ * the loop is locked to an angle, its next step continues from there. */
 static void demand(fast_t *fast, fast_orders_t orders, bool left)
 {
     const measured_t *measured = &fast->measure.measured;
@@ -223,8 +223,8 @@ static void demand(fast_t *fast, fast_orders_t orders, bool left)
     fast->control.current = frames_park(measured->current, now);
 }
 
-/* The limits of i_q near the ends of the DC link, in each period. In a forced frame they do not act: the
- * rotor feeds nothing on their behalf. */
+/* The limits of i_q near the limits of the DC link, in each period. They do not act in a forced frame, where
+ * i_q does not determine the power into the link. */
 static void limit_by_link(fast_t *fast, fast_orders_t orders)
 {
     const link_limit_tuning_t *tuning = &orders.tuning->link;
@@ -236,20 +236,20 @@ static void limit_by_link(fast_t *fast, fast_orders_t orders)
     }
 }
 
-/* The current reference in the frame of the rotor, within what heat and DC link leave of it. */
+/* The current reference in the frame of the rotor, limited by heat and DC link. */
 static void limit_reference(const bounds_t *bounds, dq_t *current)
 {
     current->q = bounds_between(current->q, *bounds);
 }
 
-/* The dither from whose answer L is learnt. */
+/* Adds the dither, from whose response L is identified. */
 static void inject_dither(const setpoint_t *setpoint, dq_t *current)
 {
     current->d += setpoint->dither.d;
     current->q += setpoint->dither.q;
 }
 
-/* Field-oriented control: a demand in, duties out. */
+/* Field-oriented control: demand to duties. */
 static abc_t control(fast_t *fast, const fast_tuning_t *tuning)
 {
     const frame_t *frame = &fast->demand.frame;
@@ -272,10 +272,11 @@ static abc_t control(fast_t *fast, const fast_tuning_t *tuning)
     return made.duty;
 }
 
-/* First period: the first duties go out; second: the gates come on with them. Where the upper gates get their
- * supply through the lower switches, the gates come on a period later, for a pulse that a duty of zero finds
- * begun is ended by the one after, and those switches alone are on for a while. A rotor that turns is shorted
- * by that: where current flows, control takes over at once, in whose zero vectors the charging goes on. */
+/* The first duties go out in the first period, and the gates come on with them in the second. Where the lower
+ * switches charge the supply of the upper gates (bootstrap), the gates come on a period later, because a
+ * pulse that has begun before a duty of zero ends only in the next period; then only the lower switches are
+ * on for charge_periods. This short-circuits a rotating motor: if current flows, control begins at once, and
+ * its zero vectors continue the charging. */
 static bool comes_on(fast_t *fast, const fast_limits_t *limits)
 {
     const bool charges = limits->charge_periods != 0u;
@@ -294,7 +295,7 @@ static bool comes_on(fast_t *fast, const fast_limits_t *limits)
     return fast->bridge.on < gates_at || fast->bridge.charging != 0u;
 }
 
-/* The estimator runs from the gates' period on. */
+/* The estimator runs from the first period of the gates on. */
 static void begin_estimate(fast_t *fast)
 {
     const bool encoder = fast->reference.source == (int32_t)SOURCE_ENCODER;
@@ -324,8 +325,8 @@ static void run(fast_t *fast, fast_orders_t orders, bool left)
         fast->bridge.charging != 0u ? (abc_t){0.0f, 0.0f, 0.0f} : control(fast, orders.tuning);
 }
 
-/* The offsets of the current sensors, while the bridge is off. Below dc_undervoltage a rotor that turns
- * slowly may feed the link with what seems to be one. */
+/* Measures the offsets of the current sensors while the bridge is off. Below dc_undervoltage a rotor that
+ * rotates slowly may feed the link with a current that has the same effect as an offset. */
 static void calibrate(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples)
 {
     const fast_tuning_t *tuning = orders.tuning;

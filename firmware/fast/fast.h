@@ -1,13 +1,12 @@
-/* The fast task, every PWM period: samples to duties.
+/* The fast task, in every PWM period: samples to duties.
  *
- *     samples --> measure --> what acted --> estimator --> frame, demand --> current control --> inverter:
- * duties
- *                                                     --> trips: the rows of the fault table that wait for
- * nobody
- *                                                     --> sums of the window
+ *     samples --> measure --> voltage that acted --> estimator --> frame, demand --> current control
+ *                                                    |         --> inverter --> duties
+ *                                                    +--> trips: rows of the fault table of each period
+ *                                                    +--> sums of the window
  *
- * It obeys the setpoint of the window (fast/reference/setpoint.h), and opens the bridge without asking
- * anybody. */
+ * The fast task follows the setpoint of the window (fast/reference/setpoint.h). It opens the bridge itself,
+ * without waiting for the medium task. */
 #ifndef FAST_FAST_H
 #define FAST_FAST_H
 
@@ -26,19 +25,20 @@
 #include "fast/window.h"
 #include "guard/guard.h"
 
-/* [periods] after which a bridge that comes on is on, and its samples show it. */
+/* [periods] from the first duties until the bridge is on and the samples show it. */
 #define FAST_ON 4u
 
-/* Bits of what is new in the first period of a window. */
+/* Bits: what is new in the first period of a window. */
 #define FAST_FRESH_SETPOINT UINT32_C(1)
 #define FAST_FRESH_TUNING   UINT32_C(2)
 
-/* [windows] without a new setpoint after which the bridge opens: for one the last setpoint goes on acting. */
+/* [windows] without a new setpoint after which the bridge opens. In the first window without one, the last
+ * setpoint continues to act. */
 #define FAST_LATE_WINDOWS 2u
 
 typedef enum {
-    GATES_KEEP, /* leave the trip zone as it is */
-    GATES_ON,   /* release the trip, this once */
+    GATES_KEEP, /* no change of the trip zone */
+    GATES_ON,   /* release the trip zone once */
     GATES_OFF   /* trip by software */
 } drive_gates_t;
 
@@ -47,13 +47,13 @@ typedef struct {
     int32_t gates; /* [-] drive_gates_t */
 } drive_command_t;
 
-/* Single numbers of the tuning. */
+/* Single values of the tuning. */
 typedef struct {
-    float jump;               /* of the encoder's angle in a period, that no rotor makes [rad] */
+    float jump; /* least step of the encoder's angle in one period that no rotor can make [rad] */
     float pole_pairs_inverse; /* 1/p [-] */
-    float dc_undervoltage;    /* below it a rotor may feed the link with the bridge off [V] */
-    uint32_t smooth;          /* [-] 1: the speed is that without the loop's proportional part */
-    uint32_t charge_periods;  /* [periods] of the lower switches before an upper one may be on */
+    float dc_undervoltage; /* below this link voltage a rotor may feed the link while the bridge is off [V] */
+    uint32_t smooth;       /* [-] 1: the speed is the one without the proportional part of the loop */
+    uint32_t charge_periods; /* [periods] with only the lower switches on, before an upper one may be on */
 } fast_limits_t;
 
 typedef struct {
@@ -70,56 +70,57 @@ typedef struct {
     fast_limits_t limits;
 } fast_tuning_t;
 
-/* What the encoder says at t_k. */
+/* Output of the encoder at t_k. */
 typedef struct {
     position_t position;
-    frame_t frame; /* the same, while control turns with it */
+    frame_t frame; /* the same as a frame, computed while control uses the encoder */
 } fast_shaft_t;
 
 typedef struct {
-    uint32_t on;         /* [periods] since the first duties went out, up to FAST_ON; 0: it is off */
-    uint32_t charging;   /* [periods] for which the lower switches are still on alone */
-    uint32_t runs;       /* [-] 1: a sample has shown the gates on, the lower switches not alone */
-    uint32_t open;       /* [-] 1: it stays open until a setpoint that knows why, with the gates off */
-    uint32_t open_since; /* [windows] number of the window that has the reason */
+    uint32_t on;       /* [periods] since the first duties went out, up to FAST_ON; 0: the bridge is off */
+    uint32_t charging; /* [periods] for which only the lower switches remain on */
+    uint32_t runs;     /* [-] 1: a sample has shown that the gates are on and the charging has ended */
+    uint32_t open; /* [-] 1: the bridge stays off until a setpoint of window open_since or later has the gates
+                      off */
+    uint32_t open_since; /* [windows] number of the window that contains the reason */
 } fast_bridge_t;
 
-/* What the medium task gives. */
+/* Data from the medium task. */
 typedef struct {
-    uint32_t fresh; /* [-] FAST_FRESH_...: what the next period begins with */
-    uint32_t late;  /* [windows] without a break, for which no new setpoint was there */
+    uint32_t fresh; /* [-] FAST_FRESH_... bits for the next period */
+    uint32_t late;  /* [windows] in a row without a new setpoint */
 } fast_given_t;
 
-/* In the frame of the demand. */
+/* Current and voltage in the frame of the demand. */
 typedef struct {
     dq_t current;     /* [A] at t_k */
-    dq_t voltage;     /* [V] what the inverter will really apply, dead time accounted for */
-    uint32_t limited; /* [-] 1: that is less than what the current control requires */
+    dq_t voltage;     /* [V] that the inverter will apply, losses of the dead time included */
+    uint32_t limited; /* [-] 1: this voltage is less than the current control requires */
 } fast_control_t;
 
-/* What the window under way will say beside its sums. */
+/* Data of the present window beside its sums. */
 typedef struct {
-    uint32_t number;     /* [windows] closed before it */
+    uint32_t number;     /* [windows] closed before this one */
     int32_t calibration; /* [-] calibration_t of the last period */
-    uint32_t offsets;    /* [-] 1: the offsets were measured anew in this window */
-    fault_set_t failed;  /* fast rows of the fault table that have failed in this window */
+    uint32_t offsets;    /* [-] 1: the offsets were measured again in this window */
+    fault_set_t failed;  /* fast rows of the fault table that failed in this window */
     int32_t left;        /* [-] jump_reaction_t of this window */
-    drive_fault_t stop;  /* by which the bridge was opened in this window */
+    drive_fault_t stop;  /* reason for which the bridge was opened in this window */
 } fast_report_t;
 
 typedef struct {
-    uint32_t period; /* [periods] the one clock */
+    uint32_t period; /* [periods] the clock of the drive */
     fast_shaft_t shaft;
     fast_bridge_t bridge;
     fast_given_t given;
     uint32_t estimating;    /* [-] 1: the estimator runs */
-    inverter_acted_t acted; /* in [t_{k-1}, t_k), as the estimator got it */
-    frame_t rotor;          /* as it is believed at t_k */
+    inverter_acted_t acted; /* in [t_{k-1}, t_k), input of the estimator */
+    frame_t rotor;          /* estimated, at t_k */
     float omega_m;          /* [rad/s] mechanical, of the rotor */
-    demand_t demand;        /* with the frame in force */
+    demand_t demand;        /* with the present frame */
     fast_control_t control;
-    float load_current; /* of i_q, that carries the load and does not accelerate [A] */
-    bounds_t bounds;    /* limits of i_q in force, by heat and DC link [A] */
+    float load_current; /* part of i_q that carries the load and does not accelerate [A] */
+    bounds_t bounds;    /* present limits of i_q by heat and DC link [A] */
     drive_command_t command;
 
     measure_t measure;
@@ -133,41 +134,41 @@ typedef struct {
     still_watch_t still_watch;
     guard_t trips; /* the rows of the fault table that are judged in each period */
 
-    window_sums_t sum; /* of the window under way */
+    window_sums_t sum; /* of the present window */
     fast_report_t report;
 } fast_t;
 
-/* What is in force in a period; neither changes but with a window. */
+/* Tuning and setpoint of a period; both change only at the end of a window. */
 typedef struct {
     const fast_tuning_t *tuning;
     const setpoint_t *setpoint;
 } fast_orders_t;
 
-/* All state zero, with these orders. */
+/* Clears all state and sets these orders. */
 void fast_init(fast_t *fast, fast_orders_t orders);
 
-/* The end of a window: the next period begins with other orders than `before`. What that takes is done there,
- * for this period has closed a window; here only what a trip in between has to find, and what needs the
- * orders before. The sample that comes has this encoder count. */
+/* The end of a window: the next period begins with orders that differ from `before`. The next period itself
+ * takes them over, because this period has already closed a window. This function does only what a trip in
+ * between requires and what needs the previous orders. `encoder_count` is that of the newest sample. */
 void fast_turn(fast_t *fast, fast_orders_t orders, fast_orders_t before, uint32_t encoder_count);
 
-/* One period. `opens` [-] reason_t: what the medium task has found since its last setpoint; not REASON_NONE:
- * the bridge opens without waiting for the next one. Bounded, no libm; one division each of observer and
- * modulator, one more when the voltage is limited. */
+/* One period. `opens` [-] is a reason_t that the medium task has found since its last setpoint: if it is not
+ * REASON_NONE, the bridge opens at once. The run time is bounded and no libm function is used. Observer and
+ * modulator have one division each, and a limited voltage needs one more. */
 void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples, int32_t opens,
                drive_command_t *command);
 
-/* The last period of a window, with this setpoint: its window, and the next one begins. */
+/* The last period of a window: writes its `window` for this setpoint and begins the next window. */
 void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window);
 
-/* The same without a window, for the medium task is not through with the last one: its sums are lost, and the
- * setpoint in force goes on acting. */
+/* The last period of a window while the medium task still reads the previous one: the sums are lost, and the
+ * present setpoint continues to act. */
 void fast_miss(fast_t *fast);
 
-/* The bridge opens at once, for this reason. */
+/* Opens the bridge at once, for this reason. */
 void fast_stop(fast_t *fast, int32_t reason);
 
-/* Are the gates on, or coming on? */
+/* true: the gates are on or will come on with the duties that went out. */
 static inline bool fast_bridge_on(const fast_t *fast)
 {
     return fast->bridge.on != 0u;

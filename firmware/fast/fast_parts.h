@@ -1,16 +1,16 @@
-/* What the files of fast.h share; nobody else. */
+/* Declarations that only the source files of fast.h use. */
 #ifndef FAST_FAST_PARTS_H
 #define FAST_FAST_PARTS_H
 
 #include "fast/fast.h"
 
-/* Where the rotor is, and how fast it turns, by the source in force. */
+/* Updates the rotor's position and speed from the present source. */
 void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning);
 
-/* The rows of the fault table that are judged in each period. true: the encoder has been left. */
+/* Evaluates the rows of the fault table of each period. true: control has left the encoder. */
 bool fast_trip(fast_t *fast, fast_orders_t orders);
 
-/* The bridge opens; `window` [windows]: the number of the one that has the reason. */
+/* Opens the bridge; `window` [windows] is the number of the window that contains the reason. */
 void fast_open_bridge(fast_t *fast, uint32_t window);
 
 #endif

@@ -1,5 +1,5 @@
-/* What waits for no setpoint: the rows of the fault table with the rate EACH, an encoder whose angle jumps, a
- * current sensor whose value does not change. */
+/* Reactions that do not wait for a setpoint: the rows of the fault table with the rate EACH, a step of the
+ * encoder's angle, a current sensor whose value does not change. */
 #include "fast/fast_parts.h"
 
 #include "guard/guard_quantities.h"
@@ -30,13 +30,14 @@ void fast_stop(fast_t *fast, int32_t reason)
     }
 }
 
-/* An encoder whose angle moves as no rotor does: opened by its row, or left in this period. */
+/* The encoder's angle has moved faster than any rotor: its row opens the bridge, or control leaves the
+ * encoder in this period. */
 static uint32_t watch_jump(fast_t *fast, fast_orders_t orders)
 {
     const setpoint_t *setpoint = orders.setpoint;
-    const bool watched =
-        fast->reference.source == (int32_t)SOURCE_ENCODER && setpoint->jump != (int32_t)JUMP_IGNORED &&
-        (fast->measure.measured.flags & DRIVE_SAMPLE_LATE) == 0u; /* how far it turned is open */
+    const bool watched = fast->reference.source == (int32_t)SOURCE_ENCODER &&
+                         setpoint->jump != (int32_t)JUMP_IGNORED &&
+                         (fast->measure.measured.flags & DRIVE_SAMPLE_LATE) == 0u; /* unknown rotation */
     if (!watched || !encoder_jumped(&fast->encoder, orders.tuning->limits.jump)) {
         return 0u;
     }
@@ -51,7 +52,7 @@ static uint32_t watch_jump(fast_t *fast, fast_orders_t orders)
     return 0u;
 }
 
-/* Does a sample show the gates on, the lower switches not alone? */
+/* Finds whether a sample shows that the gates are on and the charging has ended. */
 static void find_gates_on(fast_bridge_t *bridge, uint32_t flags)
 {
     if (bridge->runs == 0u && bridge->on >= FAST_ON && bridge->charging == 0u &&
@@ -61,8 +62,7 @@ static void find_gates_on(fast_bridge_t *bridge, uint32_t flags)
 }
 
 /* The moments in which the fast rows count. Those of a bridge that is on begin with the first sample that
- * shows the gates on, whatever the medium task knows by then; that they never come on is for the sequence to
- * say. */
+ * shows the gates on, independent of the medium task. The sequence detects gates that never come on. */
 static inline uint32_t moments(const fast_bridge_t *bridge, const setpoint_t *setpoint)
 {
     return bridge->runs == 0u || bridge->open != 0u ? GUARD_ALWAYS : setpoint->moments;
@@ -91,8 +91,8 @@ static void judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wro
     }
 }
 
-/* A current sensor whose value does not change while control requires another current: the medium task would
- * be too late. */
+/* A current sensor whose value does not change while control requires another current. The medium task would
+ * detect it too late. */
 static void watch_still(fast_t *fast, fast_orders_t orders)
 {
     const still_watch_tuning_t *tuning = &orders.tuning->still_watch;
@@ -108,7 +108,7 @@ static void watch_still(fast_t *fast, fast_orders_t orders)
     }
 }
 
-/* The rows of the fault table that are judged in each period. true: the encoder has been left. */
+/* Evaluates the rows of the fault table of each period. true: control has left the encoder. */
 bool fast_trip(fast_t *fast, fast_orders_t orders)
 {
     const int32_t left = fast->report.left;
@@ -117,7 +117,7 @@ bool fast_trip(fast_t *fast, fast_orders_t orders)
     const guard_input_t input = trip_input(fast, orders.setpoint, encoder_wrong);
     if (!guard_is_calm(&fast->trips, &orders.tuning->guard, &input, FAULT_EACH)) {
         judge_trips(fast, orders,
-                    encoder_wrong); /* makes the input anew: kept, it would be stored each period */
+                    encoder_wrong); /* builds the input again: a kept one would be stored in each period */
     }
     watch_still(fast, orders);
     return fast->report.left != left;

@@ -1,9 +1,9 @@
-/* The end of a window: what the fast task hands over to the medium task. */
+/* The end of a window: the data that the fast task hands over to the medium task. */
 #include "fast/fast.h"
 
 #include "settings/reasons.h"
 
-/* Field by field: the compiler would call for a routine that clears memory. */
+/* Assigned field by field, because the compiler would call a library routine to clear a struct. */
 static void begin_sums(window_sums_t *sum)
 {
     const ab_t none = {0.0f, 0.0f};
@@ -20,8 +20,8 @@ static void begin_sums(window_sums_t *sum)
     sum->reference = (dq_t){0.0f, 0.0f};
 }
 
-/* What was seen at its last period, field by field: a whole struct would be cleared first, or copied twice.
- */
+/* The state at the last period, assigned field by field, because the compiler would clear a whole struct
+ * first or copy it twice. */
 static void snapshot(const fast_t *fast, window_t *window)
 {
     window->measured = fast->measure.measured;

@@ -6,10 +6,8 @@
 #include "math/filter.h"
 
 #define SETTLE_PERIODS 64u    /* [periods] after the start before offsets are averaged */
-#define RECENT_SHARE   0.015f /* [-] of a sample in what the sensors have read in the last 7 ms */
-#define UNSURE_SHARE                                                                                         \
-    0.25f /* [-] of MEASURE_MOVED, by which offsets that are unsure may be off at a start                    \
-           */
+#define RECENT_SHARE   0.015f /* [-] weight of a sample in the low-pass of the sensors' values, 7 ms */
+#define UNSURE_SHARE   0.25f  /* [-] of MEASURE_MOVED: largest error of unsure offsets at a start */
 
 measure_tuning_t measure_prepare(const params_t *params)
 {
@@ -37,7 +35,7 @@ static void widen(float value, float *smallest, float *largest)
     *largest = value > *largest ? value : *largest;
 }
 
-/* The first sample of a block, or another one. */
+/* Adds a sample to a block, or begins a block with it. */
 static void collect(measure_rest_t *rest, const drive_samples_t *samples, float weight, bool first)
 {
     const abc_t now = {samples->i_a, samples->i_b, samples->i_c};
@@ -54,7 +52,7 @@ static void collect(measure_rest_t *rest, const drive_samples_t *samples, float 
     widen(now.c, &rest->smallest.c, &rest->largest.c);
 }
 
-/* Did no current flow in this block? */
+/* true: no current flowed in this block. */
 static bool is_quiet(const measure_rest_t *rest)
 {
     return rest->largest.a - rest->smallest.a <= MEASURE_QUIET &&
@@ -62,7 +60,7 @@ static bool is_quiet(const measure_rest_t *rest)
            rest->largest.c - rest->smallest.c <= MEASURE_C_SHARE * MEASURE_QUIET;
 }
 
-/* May sensors have these offsets [A]? */
+/* Compares offsets [A] with the limit of the sensors. */
 static calibration_t judged(const measure_tuning_t *tuning, abc_t offset)
 {
     const float limit = tuning->offset_max;
@@ -108,7 +106,7 @@ static bool is_longer(ab_t vector, float length)
     return vector.alpha * vector.alpha + vector.beta * vector.beta > length * length;
 }
 
-/* Is what the sensors read in this block, less what is known of their offsets, as good as no current? */
+/* true: the mean of this block differs from the known offsets and trim by more than MEASURE_MOVED. */
 static bool has_moved(const measure_t *measure, ab_t trim)
 {
     const abc_t mean = measure->rest.mean;
@@ -156,6 +154,6 @@ bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const driv
     }
     measure->offset = rest->mean;
     rest->recent = (ab_t){0.0f, 0.0f};
-    rest->unsure = moved ? UINT32_C(1) : UINT32_C(0); /* a step within this block leaves its mean halfway */
+    rest->unsure = moved ? UINT32_C(1) : UINT32_C(0); /* a step in this block leaves its mean halfway */
     return true;
 }

@@ -1,11 +1,12 @@
-/* Samples to measurements: offsets of the current sensors, found while no current flows, and what is no
- * measurement at all: not a number, or a sensor at its end. The last good sample then stands in.
+/* Samples to measurements: the offsets of the current sensors, measured while no current flows, and the
+ * rejection of invalid samples (not a number, or a sensor at its limit). The last good sample replaces an
+ * invalid one.
  *
- * While the bridge is off and the drive ready, the offsets are measured again and again, block by block, so
- * that a start finds them measured and waits for nothing. A block tells by its span whether a current flows
- * (a rotor whose EMF is beyond the link feeds it through the diodes): such a block says nothing. Offsets that
- * have moved by less than MEASURE_MOVED stay, and with them what was found while turning. A start waits for
- * the block under way only where the sensors have just moved by more. */
+ * While the bridge is off and the drive is ready, the offsets are measured repeatedly, block by block, so
+ * that they are known at a start. The span of a block shows whether a current flows (a rotor whose EMF is
+ * higher than the link feeds it through the diodes); such a block is discarded. Offsets that have moved by
+ * less than MEASURE_MOVED stay, and so does the trim that was found while running. A start waits for the end
+ * of the present block only if the sensors have just moved by more. */
 #ifndef FAST_MEASURE_H
 #define FAST_MEASURE_H
 
@@ -17,57 +18,59 @@
 #include "settings/params.h"
 
 #define DRIVE_SAMPLE_TRIPPED    UINT32_C(1) /* the trip zone holds the gates off */
-#define DRIVE_SAMPLE_FAULT_LINE UINT32_C(2) /* the power module pulls its fault line now */
+#define DRIVE_SAMPLE_FAULT_LINE UINT32_C(2) /* the fault line of the power module is active */
 #define DRIVE_SAMPLE_ENCODER    UINT32_C(4) /* quadrature phase error since the last sample */
-#define DRIVE_SAMPLE_LATE       UINT32_C(8) /* this period's interrupt came too late */
+#define DRIVE_SAMPLE_LATE       UINT32_C(8) /* the interrupt of this period came too late */
 
-/* What a sensor that the board has not reads: no temperature there is [degC]. */
+/* Value of a temperature sensor that the board does not have; it is below any temperature [degC]. */
 #define DRIVE_NO_TEMPERATURE (-273.15f)
 
 typedef struct {
-    float i_a;               /* [A] phase currents at t_k, as the sensors say, positive into the motor */
-    float i_b;               /* [A] */
-    float i_c;               /* [A] with two sensors minus the sum of the others */
-    float u_dc;              /* [V] DC link */
-    float sink_temperature;  /* [degC] DRIVE_NO_TEMPERATURE without a sensor, this one and the next */
+    float i_a;  /* [A] phase currents at t_k as the sensors measure them, positive into the motor */
+    float i_b;  /* [A] */
+    float i_c;  /* [A] with two sensors: minus the sum of the others */
+    float u_dc; /* [V] DC link */
+    float sink_temperature;  /* [degC] DRIVE_NO_TEMPERATURE without a sensor, also for motor_temperature */
     float motor_temperature; /* [degC] */
     uint32_t encoder;        /* [counts] 0 .. 4 encoder_lines - 1, at t_k */
     uint32_t flags;          /* [-] DRIVE_SAMPLE_... */
 } drive_samples_t;
 
-/* A sensor that reads half a per cent less than its end, or more, is there or broken [A]. */
+/* A current sensor that is less than half a per cent of its range from its limit is saturated or broken
+ * [A]. */
 #define MEASURE_MIDDLE (0.5f * (DRIVE_CURRENT_MAX + DRIVE_CURRENT_MIN))
 #define MEASURE_HALF   (0.4975f * (DRIVE_CURRENT_MAX - DRIVE_CURRENT_MIN))
-/* What phase c may have of a sensor's range: without one of its own it is the sum of two, and within twice
- * that. */
+/* Accepted range of phase c as a multiple of a sensor's range: without a sensor of its own, phase c is the
+ * sum of two, within twice that range. */
 #define MEASURE_C_SHARE (DRIVE_CURRENT_SENSORS == 3 ? 1.0f : 3.0f)
 
-/* DC link [V] and temperatures [degC] of sensors that work are less than this together. */
+/* Limit for the sum of the amounts of DC link [V] and temperatures [degC] of working sensors. */
 #define MEASURE_LIMIT 2000.0f
 
-/* Span of a phase current within a block up to which none flows [A]; and what an offset must have moved by,
- * as the length of the current's vector, to be taken again [A]. */
+/* MEASURE_QUIET: largest span of a phase current within a block without current [A]. MEASURE_MOVED: least
+ * change of the offsets, as the length of the current vector, for which they are replaced [A]. */
 #define MEASURE_QUIET (0.02f * DRIVE_CURRENT_RANGE)
 #define MEASURE_MOVED (0.005f * DRIVE_CURRENT_RANGE)
 
 typedef struct {
     float weight;     /* 1/calibration_periods [-] */
-    uint32_t periods; /* [periods] of the whole calibration */
-    float offset_max; /* [A] of a sensor that is accepted */
+    uint32_t periods; /* [periods] of the whole calibration, settling included */
+    float offset_max; /* [A] largest accepted offset of a sensor */
 } measure_tuning_t;
 
-/* DUE: the sensors read another current than none, which no block has measured yet. */
+/* DUE: the sensors read a current that is not zero, and no block has measured it yet. */
 typedef enum { CALIBRATION_GOES_ON, CALIBRATION_GOOD, CALIBRATION_FAILED, CALIBRATION_DUE } calibration_t;
 
 /* A block of samples while the bridge is off. */
 typedef struct {
-    abc_t mean;       /* [A] sum so far, weighted */
+    abc_t mean;       /* [A] weighted sum so far */
     ab_t recent;      /* [A] low-pass of the current, offsets and trim removed */
     abc_t smallest;   /* [A] */
     abc_t largest;    /* [A] */
-    uint32_t periods; /* [periods] settling and block so far */
-    uint32_t unsure; /* [-] 1: a current may have flowed in the calibration: the first quiet block is taken */
-    int32_t found;   /* [-] calibration_t of the last block that says something; GOES_ON: none yet */
+    uint32_t periods; /* [periods] of settling and block so far */
+    uint32_t unsure;  /* [-] 1: a current may have flowed in the calibration; the first block without current
+                         replaces it */
+    int32_t found;    /* [-] calibration_t of the last block that was not discarded; GOES_ON: none yet */
 } measure_rest_t;
 
 typedef struct {
@@ -77,41 +80,41 @@ typedef struct {
     measured_t measured; /* of the newest sample */
 } measure_t;
 
-/* Coefficients. One division. */
+/* Computes the coefficients. One division. */
 measure_tuning_t measure_prepare(const params_t *params);
 
-/* Offsets zero, nothing measured. */
+/* Clears the offsets and all measurements. */
 void measure_init(measure_t *measure);
 
-/* Other coefficients from here on; offsets and a calibration under way go on, a block begins anew. */
+/* Continues with other coefficients: offsets and a calibration in progress stay, a block begins again. */
 static inline void measure_take(measure_t *measure)
 {
     measure->rest.periods = 0u;
 }
 
-/* The next calibration begins anew, and so does what is measured after it. */
+/* The next calibration begins again, and so do the blocks after it. */
 void measure_begin_calibration(measure_t *measure);
 
-/* A period of the calibration: the offsets become the mean of the currents while none flows. The first
- * samples are left out, for the sensors settle, and so is what is no measurement. Failed: an offset is larger
- * than a sensor's may be. No division. */
+/* One period of the calibration: the offsets become the mean of the currents while none flows. The first
+ * samples are left out because the sensors settle, and so are invalid samples. CALIBRATION_FAILED: an offset
+ * is larger than offset_max. No division. */
 calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuning,
                                 const drive_samples_t *samples);
 
-/* The bridge comes on, or the link is too low to say that no current flows: what follows begins anew. */
+/* Discards the present block: the bridge comes on, or the link is too low to exclude a current. */
 void measure_begin_rest(measure_t *measure);
 
-/* A period with the bridge off. `trim` [A]: as in measure_step(). true: the offsets have moved and are those
- * of this block now, and the trim is to be 0. measure->rest.found CALIBRATION_FAILED: an offset is larger
- * than a sensor's may be. No division. */
+/* One period with the bridge off. `trim` [A]: as in measure_step(). true: the offsets have moved and are now
+ * those of this block, and the caller has to set the trim to 0. measure->rest.found is CALIBRATION_FAILED if
+ * an offset is larger than offset_max. No division. */
 bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const drive_samples_t *samples,
                   ab_t trim);
 
-/* What is known of the offsets while the bridge is off. No start with DUE: its offsets would be wrong. A
- * block that is not quiet says nothing: others judge what flows there. */
+/* State of the offsets while the bridge is off. With CALIBRATION_DUE the drive must not start, because its
+ * offsets would be wrong. A block with current is not judged here; other modules detect that current. */
 calibration_t measure_found(const measure_t *measure);
 
-/* Is this sample one of a sensor that works? */
+/* true: all sensors of this sample are within their ranges. */
 static inline bool measure_is_good(const drive_samples_t *samples)
 {
     const float others = bounds_magnitude(samples->u_dc) + bounds_magnitude(samples->sink_temperature) +
@@ -122,14 +125,15 @@ static inline bool measure_is_good(const drive_samples_t *samples)
            bounds_within(others, MEASURE_LIMIT);
 }
 
-/* Does more current flow than offsets and noise show? */
+/* true: more current flows than offsets and noise can cause. */
 static inline bool measure_current_flows(const measured_t *measured)
 {
     const ab_t i = measured->current;
     return i.alpha * i.alpha + i.beta * i.beta > MEASURE_QUIET * MEASURE_QUIET;
 }
 
-/* measure->measured of this period. `trim` [A]: what the trim has found of the offsets since. No division. */
+/* Updates measure->measured of this period. `trim` [A]: change of the offsets that the trim has found since.
+ * No division. */
 static inline void measure_step(measure_t *measure, const drive_samples_t *samples, ab_t trim)
 {
     measured_t *measured = &measure->measured;

@@ -13,7 +13,7 @@ typedef struct {
     uint32_t word[FAULT_WORDS]; /* [-] bits */
 } fault_set_t;
 
-/* Word and bit of a row; does every row have one? */
+/* Word and bit of a row. The check below ensures that every row has a bit. */
 #define FAULT_WORD(row) ((uint32_t)(row) / 32u)
 #define FAULT_BIT(row)  (UINT32_C(1) << (uint32_t)(row) % 32u)
 extern const char fault_set_holds_all_rows[(uint32_t)FAULTS <= 32u * FAULT_WORDS ? 1 : -1];

@@ -68,8 +68,8 @@ static inline fault_set_t rows_that_hold(const guard_tuning_t *tuning, const gua
     return all;
 }
 
-/* Counts a row that is judged once in so many `periods`, for how long it has surely held; is that still too
- * short for its debounce? */
+/* Counts for how long a row that is judged once in `periods` has held at least. true: this is still shorter
+ * than its debounce. */
 static inline bool waits(uint32_t *held, uint32_t debounce, uint32_t periods, bool holds)
 {
     if (!holds) {
@@ -84,7 +84,8 @@ static inline bool waits(uint32_t *held, uint32_t debounce, uint32_t periods, bo
     return true;
 }
 
-/* The rows of a rate that have held for their debounce, of those that hold `now`; the others begin anew. */
+/* The rows of a rate that have held for their debounce, of those that hold `now`; the counts of the others
+ * are cleared. */
 static inline fault_set_t rows_that_fail(guard_t *guard, fault_set_t now, fault_rate_t asked)
 {
 #define FAULT_COUNTED(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,     \
@@ -112,7 +113,7 @@ static inline void judge(guard_t *guard, const guard_tuning_t *tuning, const gua
     guard->warnings = fault_set_common(guard->failed, rows_with(FAULT_WARN));
 }
 
-/* Two functions, so that neither makes the quantities of the other's rows. */
+/* Two functions, so that neither computes the quantities of the other's rows. */
 void guard_step_each(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input)
 {
     judge(guard, tuning, input, FAULT_EACH);

@@ -1,9 +1,9 @@
-/* The guard: which rows of the fault table (faults.h) hold, each with its own debounce. Comparing and
- * counting, straight line, no division. The fast task has a guard of the rows that are judged in each period,
- * the medium task one of all others.
+/* The guard: finds which rows of the fault table (faults.h) hold, each with its own debounce, by comparisons
+ * and counts, without a loop or a division. The fast task has a guard for the rows that are judged in each
+ * period, the medium task one for all others.
  *
- * The gates themselves are shut by the trip zone without software; this is the reaction of the software, and
- * the protection against all that the power module cannot see. */
+ * The trip zone switches the gates off without software. The guard is the reaction of the software, and the
+ * protection against faults that the power module cannot detect. */
 #ifndef GUARD_GUARD_H
 #define GUARD_GUARD_H
 
@@ -31,42 +31,42 @@ typedef struct {
     float limit[FAULT_LIMITS]; /* [unit of the quantity] by fault_limit_t, margin added */
 } guard_tuning_t;
 
-/* What the background has found: bits of the memories of app/self_watch.h that have changed, in their order,
- * and beside them what it knows of the line. */
+/* Results of the background: bits of the memories of app/self_watch.h that have changed, in their order, and
+ * the state of the serial link. */
 #define GUARD_CORRUPT_PROGRAM        UINT32_C(1)
 #define GUARD_CORRUPT_INTERRUPT_CODE UINT32_C(2)
 #define GUARD_CORRUPT_STACK_END      UINT32_C(4)
 #define GUARD_CORRUPT_PARAMS         UINT32_C(8)
 #define GUARD_MASTER_SILENT          UINT32_C(0x10000)
 
-/* What is wrong with the loops. */
-#define GUARD_LOOP_SLOW       UINT32_C(1) /* the tracking loop is set too slow */
-#define GUARD_LOOP_OSCILLATED UINT32_C(2) /* the speed loop oscillated, and was slowed down */
+/* Problems of the control loops. */
+#define GUARD_LOOP_SLOW       UINT32_C(1) /* the tracking loop is configured too slow */
+#define GUARD_LOOP_OSCILLATED UINT32_C(2) /* the speed loop oscillated and was slowed down */
 
-/* What the medium task has found. */
+/* Results of the medium task. */
 typedef struct {
     uint32_t estimate_invalid; /* [-] ESTIMATOR_... bits, the criteria by which the estimate has failed */
-    uint32_t unlocked;         /* [-] 1: a sign of a lost lock stands */
-    uint32_t failed;           /* [-] MANOEUVRE_... bits, but for that of a rotor ... */
+    uint32_t unlocked;         /* [-] 1: there is a sign of a lost lock */
+    uint32_t failed;           /* [-] MANOEUVRE_... bits, except that of a rotor ... */
     uint32_t too_fast;         /* [-] 1: ... whose EMF is beyond the link */
-    uint32_t unattended;       /* [-] 1: the background has stayed away for too long */
-    uint32_t reported;         /* [-] GUARD_CORRUPT_... and other bits, what the background has found */
+    uint32_t unattended;       /* [-] 1: the background has not run for too long */
+    uint32_t reported;         /* [-] GUARD_CORRUPT_... and other bits, results of the background */
     uint32_t moves_wrong;      /* [-] MOTION_... bits */
-    uint32_t encoder_lost;     /* [-] 1: it is left */
+    uint32_t encoder_lost;     /* [-] 1: control has left the encoder */
     uint32_t current_faults;   /* [-] CURRENT_WATCH_... bits */
     uint32_t heat;             /* [-] THERMAL_... bits */
     uint32_t link;             /* [-] LINK_... bits */
     uint32_t loops;            /* [-] GUARD_LOOP_... bits */
 } guard_found_t;
 
-/* What is judged. */
+/* Inputs of the guard. */
 typedef struct {
     const measured_t *measured;
     float omega_m;              /* [rad/s] mechanical */
     uint32_t encoder_wrong;     /* [-] ENCODER_WATCH_... bits */
     uint32_t medium_late;       /* [-] 1: the medium task has missed two windows in a row */
     uint32_t now;               /* [-] GUARD_... bits: which rows count */
-    const guard_found_t *found; /* NULL where rows with the rate EACH are judged, which need none of it */
+    const guard_found_t *found; /* NULL where rows with the rate EACH are judged, which do not need it */
 } guard_input_t;
 
 /* Bits of the moments of fault_when_t. */
@@ -78,14 +78,14 @@ typedef struct {
 #define GUARD_SUPPLIED     GUARD_MOMENT(FAULT_SUPPLIED)
 
 typedef struct {
-    uint32_t held[FAULTS]; /* [periods] for how long a row has held without a break before this one, until it
-                              fails; of those that do not fail at once */
+    uint32_t held[FAULTS]; /* [periods] without a break for which a row held before this period, until it
+                              fails; for rows that do not fail at once */
     fault_set_t holding;   /* rows that held when they were last judged */
-    fault_set_t failed;    /* those of them that have held for their debounce */
-    fault_set_t faults;    /* of these, with reaction OPEN */
-    fault_set_t stops;     /* with STOP */
-    fault_set_t losses;    /* with CATCH */
-    fault_set_t warnings;  /* with WARN */
+    fault_set_t failed;    /* those of `holding` that have held for their debounce */
+    fault_set_t faults;    /* those of `failed` with reaction OPEN */
+    fault_set_t stops;     /* those with STOP */
+    fault_set_t losses;    /* those with CATCH */
+    fault_set_t warnings;  /* those with WARN */
 } guard_t;
 
 /* Limit of a row in this set, margin added [unit of the quantity]; 0 for a condition. */
@@ -94,18 +94,19 @@ float guard_limit(const fault_row_t *row, const params_t *params);
 /* The limits of this set. */
 guard_tuning_t guard_prepare(const params_t *params);
 
-/* Nothing holds. */
+/* Starts with no row that holds. */
 void guard_init(guard_t *guard);
 
-/* guard->faults, stops, losses and warnings by these limits, of the rows of one rate, of which this guard has
- * no other: in each period, where it changes nothing while guard_is_calm(); or once a window. */
+/* Updates guard->faults, stops, losses and warnings by these limits, for the rows of one rate, the only ones
+ * of this guard. It is called in each period, where it changes nothing while guard_is_calm() is true, or once
+ * per window. */
 void guard_step_each(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input);
 void guard_step_slow(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input);
 
-/* Reason number of the first of these rows; REASON_NONE: there is none. */
+/* Reason number of the first of these rows; REASON_NONE: the set is empty. */
 int32_t guard_reason(fault_set_t faults);
 
-/* The row with this reason number; empty: none of the table's. */
+/* The row with this reason number; empty: the reason is not in the table. */
 fault_set_t guard_fault_of(int32_t reason);
 
 #endif

@@ -1,5 +1,5 @@
-/* What the fault table's rows compare: a function for each of their quantities, of what the guard is told of
- * a period; and whether any of them holds. For guard.c, and for whoever asks whether it has to be called. */
+/* Quantities of the rows of the fault table: a function of guard_input_t for each of them, and a function
+ * that finds whether any row holds. For guard.c and for the callers that decide whether to call it. */
 #ifndef GUARD_GUARD_QUANTITIES_H
 #define GUARD_GUARD_QUANTITIES_H
 
@@ -16,7 +16,7 @@
 #include "medium/protect/motion_watch.h"
 #include "medium/protect/thermal.h"
 
-/* The largest phase current's amount, offsets removed [A]. */
+/* The largest amount of the phase currents, offsets removed [A]. */
 static inline float guard_phase_current(const guard_input_t *input)
 {
     const abc_t i = input->measured->current_abc;
@@ -29,63 +29,62 @@ static inline float guard_speed(const guard_input_t *input)
     return bounds_magnitude(input->omega_m);
 }
 
-/* Not a number, or a current sensor at its rail. */
+/* The sample is not finite, or a current sensor is at its limit. */
 static inline uint32_t guard_bad_sample(const guard_input_t *input)
 {
     return input->measured->good ^ 1u;
 }
 
-/* All others: a number in the unit of its limit; a whole field of guard_input_t, or bits, of a condition that
- * holds while it is not 0. */
+/* All others: a number in the unit of its limit, or a condition that holds while it is not 0: a whole field
+ * of guard_input_t, or bits. */
 #define GUARD_QUANTITIES(NUMBER, WHOLE, BITS)                                                                \
-    /* of the rows that are judged in each period */                                                         \
+    /* rows that are judged in each period */                                                                \
     NUMBER(u_dc, measured->u_dc)                         /* [V] */                                           \
     BITS(tripped, measured->flags, DRIVE_SAMPLE_TRIPPED) /* the trip zone holds the gates off */             \
-    BITS(late, measured->flags, DRIVE_SAMPLE_LATE)       /* this interrupt came too late for its period */   \
+    BITS(late, measured->flags, DRIVE_SAMPLE_LATE)       /* this interrupt came too late in its period */    \
     WHOLE(medium_late, medium_late) /* the medium task has missed two windows in a row */                    \
     /* quadrature phase error since the last sample */                                                       \
     BITS(encoder_error, measured->flags, DRIVE_SAMPLE_ENCODER)                                               \
-    /* the estimate in use is lost by this criterion */                                                      \
+    /* the estimate in use is not valid by this criterion */                                                 \
     BITS(estimate_amplitude, found->estimate_invalid, ESTIMATOR_AMPLITUDE)                                   \
     BITS(estimate_detector, found->estimate_invalid, ESTIMATOR_DETECTOR)                                     \
     BITS(estimate_current, found->estimate_invalid, ESTIMATOR_CURRENT)                                       \
     BITS(estimate_speed, found->estimate_invalid, ESTIMATOR_SPEED)                                           \
-    WHOLE(unlocked, found->unlocked) /* a sign of a lost lock stands */                                      \
+    WHOLE(unlocked, found->unlocked) /* there is a sign of a lost lock */                                    \
     BITS(lock_lost, found->failed,                                                                           \
-         MANOEUVRE_LOST) /* the manoeuvre has failed by this, and the next three */                          \
+         MANOEUVRE_LOST) /* criterion of a failed manoeuvre, also the next three */                          \
     BITS(start_stalled, found->failed, MANOEUVRE_STALLED)                                                    \
     BITS(start_unlocked, found->failed, MANOEUVRE_UNLOCKED)                                                  \
     WHOLE(rotor_too_fast, found->too_fast)                                                                   \
-    BITS(encoder_jump, encoder_wrong, ENCODER_WATCH_JUMP) /* the encoder is wrong by this */                 \
-    BITS(current_stuck, found->current_faults,                                                               \
-         CURRENT_WATCH_STUCK) /* a sensor is, as current_watch.h says */                                     \
-    /* of the slow rows */                                                                                   \
+    BITS(encoder_jump, encoder_wrong, ENCODER_WATCH_JUMP)           /* criterion of a wrong encoder */       \
+    BITS(current_stuck, found->current_faults, CURRENT_WATCH_STUCK) /* a sensor fault of current_watch.h */  \
+    /* rows that are judged once per window */                                                               \
     NUMBER(sink_temperature, measured->sink_temperature)   /* [degC] */                                      \
     NUMBER(motor_temperature, measured->motor_temperature) /* [degC] */                                      \
     /* flash, or its copy in RAM, has changed */                                                             \
     BITS(program_corrupt, found->reported, GUARD_CORRUPT_PROGRAM | GUARD_CORRUPT_INTERRUPT_CODE)             \
     BITS(params_corrupt, found->reported, GUARD_CORRUPT_PARAMS) /* the active set has changed */             \
     BITS(stack_low, found->reported, GUARD_CORRUPT_STACK_END)   /* the end of the stack was written to */    \
-    WHOLE(background_stalled, found->unattended) /* the background has not come round for too long */        \
-    BITS(encoder_direction, encoder_wrong, ENCODER_WATCH_DIRECTION) /* the encoder is wrong by this */       \
+    WHOLE(background_stalled, found->unattended) /* the background has not run for too long */               \
+    BITS(encoder_direction, encoder_wrong, ENCODER_WATCH_DIRECTION) /* criterion of a wrong encoder */       \
     BITS(encoder_mismatch, encoder_wrong, ENCODER_WATCH_MISMATCH)                                            \
-    BITS(runaway, found->moves_wrong, MOTION_RUNAWAY) /* the shaft does not move as it should, by this */    \
+    BITS(runaway, found->moves_wrong, MOTION_RUNAWAY) /* criterion of a wrong motion of the shaft */         \
     BITS(stalled, found->moves_wrong, MOTION_STALLED)                                                        \
     BITS(speed_error, found->moves_wrong, MOTION_SPEED_ERROR)                                                \
-    WHOLE(encoder_lost, found->encoder_lost) /* the motor goes on without an encoder that was wrong */       \
+    WHOLE(encoder_lost, found->encoder_lost) /* the motor continues without an encoder that was wrong */     \
     BITS(current_gain, found->current_faults,                                                                \
-         CURRENT_WATCH_GAIN) /* as current_watch.h says, and the next two */                                 \
+         CURRENT_WATCH_GAIN) /* fault of current_watch.h, also the next two */                               \
     BITS(phase_loss, found->current_faults, CURRENT_WATCH_LOSS)                                              \
     BITS(current_sum, found->current_faults, CURRENT_WATCH_SUM)                                              \
-    BITS(motor_overload, found->heat, THERMAL_MOTOR) /* by its heat, and the next */                         \
+    BITS(motor_overload, found->heat, THERMAL_MOTOR) /* thermal limit, also the next */                      \
     BITS(module_overload, found->heat, THERMAL_MODULE)                                                       \
-    BITS(derating, found->heat, THERMAL_DERATING)  /* the limit of the current is lower */                   \
-    BITS(dc_ripple, found->link, LINK_RIPPLES)     /* of the DC link */                                      \
+    BITS(derating, found->heat, THERMAL_DERATING)  /* the current limit is reduced */                        \
+    BITS(dc_ripple, found->link, LINK_RIPPLES)     /* ripple of the DC link */                               \
     BITS(dc_limits, found->link, LINK_LIMITS)      /* the DC link limits the torque */                       \
-    BITS(loop_slow, found->loops, GUARD_LOOP_SLOW) /* the tracking loop is set too slow */                   \
+    BITS(loop_slow, found->loops, GUARD_LOOP_SLOW) /* the tracking loop is configured too slow */            \
     BITS(oscillation, found->loops,                                                                          \
-         GUARD_LOOP_OSCILLATED) /* the speed loop oscillated, and was slowed down */                         \
-    /* the master on the line was silent for too long */                                                     \
+         GUARD_LOOP_OSCILLATED) /* the speed loop oscillated and was slowed down */                          \
+    /* the master of the serial link was silent for too long */                                              \
     BITS(master_silent, found->reported, GUARD_MASTER_SILENT)
 
 #define GUARD_NUMBER_OF(quantity, field)                                                                     \
@@ -105,12 +104,12 @@ static inline uint32_t guard_bad_sample(const guard_input_t *input)
     }
 GUARD_QUANTITIES(GUARD_NUMBER_OF, GUARD_WHOLE_OF, GUARD_BITS_OF)
 
-/* Does a row hold? */
+/* Conditions for which a row holds. */
 #define GUARD_IF_ABOVE(tuning, quantity, NAME) ((quantity) > (tuning)->limit[FAULT_LIMIT_##NAME])
 #define GUARD_IF_BELOW(tuning, quantity, NAME) ((quantity) < (tuning)->limit[FAULT_LIMIT_##NAME])
 #define GUARD_IF_HOLDS(tuning, quantity, NAME) ((quantity) != 0u)
 
-/* Does any of those with a limit hold; and the bits of all conditions? */
+/* Conditions over all rows: one with a limit is exceeded, and the bits of all conditions. */
 #define GUARD_BEYOND_ABOVE(tuning, quantity, NAME) GUARD_IF_ABOVE(tuning, quantity, NAME)
 #define GUARD_BEYOND_BELOW(tuning, quantity, NAME) GUARD_IF_BELOW(tuning, quantity, NAME)
 #define GUARD_BEYOND_HOLDS(tuning, quantity, NAME) false
@@ -118,7 +117,8 @@ GUARD_QUANTITIES(GUARD_NUMBER_OF, GUARD_WHOLE_OF, GUARD_BITS_OF)
 #define GUARD_SIGN_BELOW(quantity)                 0u
 #define GUARD_SIGN_HOLDS(quantity)                 (quantity)
 
-/* Does nothing hold, nor has held, of the rows of this rate? Of `input` only what they compare counts. */
+/* true: no row of this rate holds or has held. Only the fields of `input` that these rows compare are
+ * read. */
 static inline bool guard_is_calm(const guard_t *guard, const guard_tuning_t *tuning,
                                  const guard_input_t *input, fault_rate_t asked)
 {

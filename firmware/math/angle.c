@@ -14,7 +14,8 @@ float angle_wrap_far(float angle)
     float turns = (float)(int32_t)nearest;
     float wrapped = (angle - turns * ANGLE_TURN_HIGH) - turns * ANGLE_TURN_LOW;
 
-    /* Near half a turn the rounding of `nearest` may have chosen the neighbouring turn, and rounding of the
-     * difference may have ended on the float beyond pi. A whole turn back from there always ends inside. */
+    /* Near half a turn the rounding of `nearest` may have selected the adjacent turn, and the rounding of
+     * the difference may have given the float beyond pi. A step back by a whole turn always gives a value
+     * inside. */
     return angle_turn_back(wrapped);
 }

@@ -1,6 +1,6 @@
-/* Amount and limits of numbers, straight lines: each choice between two is one instruction of a C28x, and
+/* Amount and limits of numbers, without branches: each choice between two is one instruction of a C28x, and
  * three or four elsewhere. The functions of <math.h> used here are exact and inline on every compiler; no
- * library is called.
+ * library function is called.
  *
  * No state. NaN: bounds_clamp() gives the upper limit, bounds_within() false. */
 #ifndef MATH_BOUNDS_H
@@ -35,7 +35,7 @@ static inline float bounds_more(float value, float limit)
 #endif
 }
 
-/* `value`, but not beyond +-`limit`. */
+/* `value`, limited to +-`limit`. */
 static inline float bounds_clamp(float value, float limit)
 {
     return bounds_more(bounds_less(value, limit), -limit);
@@ -45,13 +45,13 @@ typedef struct {
     float lower, upper; /* lower <= upper */
 } bounds_t;
 
-/* `value`, but not beyond the bounds. */
+/* `value`, limited to the bounds. */
 static inline float bounds_between(float value, bounds_t bounds)
 {
     return bounds_more(bounds_less(value, bounds.upper), bounds.lower);
 }
 
-/* Is `value` inside +-`limit`, the limits excluded? */
+/* true: `value` is inside +-`limit`, the limits excluded. */
 static inline bool bounds_within(float value, float limit)
 {
     return fabsf(value) < limit;

@@ -1,6 +1,7 @@
 /* Cyclic redundancy check of memory, word by word: CRC-32 of IEEE 802.3 (polynomial 04C11DB7h, reflected;
- * begins and ends with all ones), each 16-bit word as two octets, the lower first. Finds every error of up to
- * 32 neighbouring bits, and all but one in 2^32 of the others. No state, no division; 4 steps a word. */
+ * initial and final value all ones), each 16-bit word as two octets, the lower first. It detects every error
+ * of up to 32 neighbouring bits, and all but one in 2^32 of the others. No state, no division; 4 steps per
+ * word. */
 #ifndef MATH_CRC_H
 #define MATH_CRC_H
 
@@ -8,10 +9,10 @@
 
 #define CRC_BEGIN UINT32_C(0xFFFFFFFF)
 
-/* The check over what it was made of so far and this word. CRC_BEGIN: over nothing. */
+/* The check of the previous words, extended by this word. CRC_BEGIN is the check of no words. */
 uint32_t crc_add(uint32_t crc, uint16_t word);
 
-/* The check in its usual form, once all words are in it. */
+/* The check in its usual form, after the last word. */
 static inline uint32_t crc_end(uint32_t crc)
 {
     return ~crc;

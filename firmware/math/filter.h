@@ -2,14 +2,14 @@
  *
  *     y += share (x - y),   share = 1 - exp(-cutoff period)
  *
- * One step per sample time `period`. A sample that comes in acts at once: the step response is 1 -
- * exp(-cutoff n period) after n steps, and a ramp of slope s is followed s (1/share - 1) period late. The
- * owner keeps y with its state and the share with its tuning. Does not handle non-finite input. */
+ * One step per sample time `period`. An input sample acts at once: the step response is 1 - exp(-cutoff n
+ * period) after n steps, and the output follows a ramp with a lag of (1/share - 1) periods. The caller stores
+ * y in its state and the share in its tuning. Does not handle: non-finite input. */
 #ifndef MATH_FILTER_H
 #define MATH_FILTER_H
 
 /* Share of a new sample [-], 0..1, from `cutoff` [rad/s] and `period` [s]. cutoff * period in [0, 80]: 0
- * holds the output without end, more than 80 passes the input through. For the background. */
+ * holds the output permanently, more than 80 passes the input through. It runs in the background. */
 float lowpass_share(float cutoff, float period);
 
 /* The next output, in the unit of the input, from the last one. One multiplication. */

@@ -1,5 +1,5 @@
 /* First-order low-pass filter in fixed point; see filter.h. The output has 31 bits below its format, so that
- * nothing is lost between two samples, however small the coefficient: it has no dead zone. */
+ * no change is lost between two samples for any coefficient: the filter has no dead zone. */
 #ifndef MATH_FILTER_Q_H
 #define MATH_FILTER_Q_H
 
@@ -7,7 +7,7 @@
 
 #include "math/q.h"
 
-/* The input may be this long, so that the difference to the output fits. */
+/* Largest input, so that the difference from the output fits. */
 #define FILTER_Q_LARGEST (Q_ONE(30) - 1)
 #define FILTER_Q_LONGEST (INT64_C(0x3fffffff) * (INT64_C(1) << 31))
 
@@ -24,13 +24,13 @@ static inline int32_t lowpass_value_q(const lowpass_q_t *filter)
     return (int32_t)q_round(filter->value, 31);
 }
 
-/* As if the input had always been `value`; cut to FILTER_Q_LARGEST. */
+/* Sets the state of a filter whose input has always been `value`, limited to FILTER_Q_LARGEST. */
 static inline void lowpass_reset_q(lowpass_q_t *filter, int32_t value)
 {
     filter->value = (int64_t)q_clamp(value, FILTER_Q_LARGEST) * (INT64_C(1) << 31);
 }
 
-/* One sample in, the filtered value out; the input is cut to FILTER_Q_LARGEST. One product. */
+/* Filters one sample and returns the output; the input is limited to FILTER_Q_LARGEST. One product. */
 static inline int32_t lowpass_step_q(lowpass_q_t *filter, int32_t input)
 {
     int64_t value =

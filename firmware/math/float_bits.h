@@ -1,8 +1,7 @@
-/* The 32 bits of a float, and back. On the C28x the value changes its register and nothing else: there the
- * compiler makes a call of memcpy, into flash, even with optimisation. Elsewhere memcpy is what it makes none
- * of.
+/* The 32 bits of a float, and the inverse. On the C28x the value only changes its register. Its compiler
+ * would call memcpy, in flash, even with optimisation. Elsewhere memcpy is inlined.
  *
- * No state; every bit pattern passes. */
+ * No state; every bit pattern is preserved. */
 #ifndef MATH_FLOAT_BITS_H
 #define MATH_FLOAT_BITS_H
 
@@ -16,7 +15,7 @@ static inline uint32_t float_bits(float value)
 #if defined(__TMS320C2000__)
     return __f32_bits_as_u32(value);
 #else
-    /* As many chars in one as in the other, whatever a char is. */
+    /* Both types have the same number of chars, for any size of a char. */
     uint32_t bits;
     memcpy(&bits, &value, sizeof bits);
     return bits;

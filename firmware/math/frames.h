@@ -1,16 +1,16 @@
-/* Reference frames: three phases, stationary frame, rotor frame; Clarke and Park transforms, amplitude
- * invariant.
+/* Reference frames: three phases, stationary frame, rotor frame, with the amplitude-invariant transforms of
+ * Clarke and Park.
  *
  *     alpha = (2a - b - c)/3      d =  alpha cos(theta) + beta sin(theta)
  *     beta  = (b - c)/sqrt(3)     q = -alpha sin(theta) + beta cos(theta)
  *
- * so that a = A cos(theta), b and c 120 and 240 degrees behind, becomes (alpha, beta) = A (cos(theta),
- * sin(theta)) and (d, q) = (A, 0). The d axis lies along the magnet's flux; a positive angle turns a to b to
- * c.
+ * so that a = A cos(theta), b and c lagging by 120 and 240 degrees, becomes (alpha, beta) = A (cos(theta),
+ * sin(theta)) and (d, q) = (A, 0). The d axis is along the flux of the magnet; a positive angle rotates a to
+ * b to c.
  *
  * Values only: no state, no sample time, any unit. Power is 3/2 (d d' + q q'). The zero sequence (a + b +
- * c)/3 is dropped on the way in and is 0 on the way out. All functions are straight lines of a few
- * multiplications, inline because a C28x passes structs through memory. */
+ * c)/3 is removed by the transform and is 0 after the inverse. All functions are a few multiplications
+ * without branches, inline because a C28x passes structs through memory. */
 #ifndef MATH_FRAMES_H
 #define MATH_FRAMES_H
 
@@ -18,7 +18,7 @@
 #define FRAMES_ONE_OVER_SQRT_3 0.577350269f
 #define FRAMES_HALF_OF_SQRT_3  0.866025404f
 
-/* Phase quantities, in the unit of what they hold. */
+/* Phase quantities, in the unit of the quantity. */
 typedef struct {
     float a, b, c;
 } abc_t;
@@ -38,19 +38,18 @@ typedef struct {
     float sin, cos;
 } rotation_t;
 
-/* A turning frame at one instant: what current control, modulation and signals work in, wherever it comes
- * from. */
+/* A rotating frame at one time: the frame of current control, modulation and signals, from any source. */
 typedef struct {
     float theta_e;       /* [rad] electrical, [-pi, pi) */
     float omega_e;       /* [rad/s] electrical */
-    rotation_t rotation; /* by theta_e [-] */
+    rotation_t rotation; /* rotation by theta_e [-] */
 } frame_t;
 
-/* Phases to the stationary frame; whatever the three have in common disappears. */
+/* Phases to the stationary frame; the common part of the three is removed. */
 static inline ab_t frames_clarke(abc_t phases)
 {
     ab_t stationary;
-    /* Differences first: what is common to the three cancels without rounding. */
+    /* Differences first: the common part of the three cancels without rounding. */
     stationary.alpha = ((phases.a - phases.b) + (phases.a - phases.c)) * FRAMES_ONE_THIRD;
     stationary.beta = (phases.b - phases.c) * FRAMES_ONE_OVER_SQRT_3;
     return stationary;
@@ -68,7 +67,7 @@ static inline abc_t frames_inverse_clarke(ab_t stationary)
     return phases;
 }
 
-/* Stationary frame to the frame turned by `angle`. */
+/* Stationary frame to the frame rotated by `angle`. */
 static inline dq_t frames_park(ab_t stationary, rotation_t angle)
 {
     dq_t rotor;
@@ -77,7 +76,7 @@ static inline dq_t frames_park(ab_t stationary, rotation_t angle)
     return rotor;
 }
 
-/* Frame turned by `angle` to the stationary frame. */
+/* Frame rotated by `angle` to the stationary frame. */
 static inline ab_t frames_inverse_park(dq_t rotor, rotation_t angle)
 {
     ab_t stationary;
@@ -86,7 +85,7 @@ static inline ab_t frames_inverse_park(dq_t rotor, rotation_t angle)
     return stationary;
 }
 
-/* By how much `to` is turned from `from`. */
+/* Rotation of `to` relative to `from`. */
 static inline rotation_t frames_between(rotation_t from, rotation_t to)
 {
     rotation_t turn;

@@ -22,8 +22,8 @@ typedef struct {
     int32_t sin, cos;
 } rotation_q_t;
 
-/* Stationary frame to the frame turned by `angle`. Components up to 2^30 in size fit: |d|, |q| < 1.42 2^30.
- */
+/* Stationary frame to the frame rotated by `angle`. Components up to 2^30 in size fit: |d|, |q| < 1.42
+ * 2^30. */
 static inline dq_q_t frames_park_q(ab_q_t stationary, rotation_q_t angle)
 {
     dq_q_t rotor;

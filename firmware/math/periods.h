@@ -1,4 +1,4 @@
-/* How many periods a time is. Divisions: for the background. */
+/* Number of periods of a time. It has divisions and runs in the background. */
 #ifndef MATH_PERIODS_H
 #define MATH_PERIODS_H
 

@@ -1,5 +1,5 @@
-/* Six times an angle: the sixth power of a direction, by which the harmonics of three phases are found in a
- * frame that turns. Values only. */
+/* Six times an angle: the sixth power of a direction, with which the harmonics of three phases are measured
+ * in a rotating frame. Values only. */
 #ifndef MATH_SIXTH_H
 #define MATH_SIXTH_H
 

@@ -4,10 +4,10 @@
 
 #include "math/root.h"
 
-/* x^2 up to which the long quotient holds. */
+/* x^2 up to which the second quotient is valid. */
 #define LONG_END 52.0f
 
-/* x^2 from which tanh(x) counts as 1; it lacks 1.7e-6. */
+/* x^2 from which tanh(x) is set to 1; the difference is 1.7e-6. */
 #define SATURATED 49.0f
 
 float tanh_ratio_far(float square)
@@ -26,8 +26,8 @@ float tanh_ratio_far(float square)
 #define INVERTED_MAX 0.98f
 #define STEPS        10
 
-/* tanh^2 is concave in z = x^2 and not above it, so Newton's method from z = square climbs to the root
- * without passing it; no square root is needed. */
+/* tanh^2 is concave in z = x^2 and not above it, so Newton's method from z = square rises to the root without
+ * passing it; no square root is needed. */
 float tanh_ratio_at(float square)
 {
     float target = square < INVERTED_MAX ? square : INVERTED_MAX;

@@ -2,7 +2,7 @@
  *
  *     x^2 < 2     table in steps of 1/16, a parabola in each: error 7e-7
  *     x^2 < 64    32 steps for each doubling, a parabola in each: relative error 6e-7
- *     64 <= x^2   1/x: what tanh lacks to 1 there is 2.3e-7
+ *     64 <= x^2   1/x: the difference of tanh from 1 is 2.3e-7 there
  *
  * and the rounding, 2 units of 2^-30. No state, no division. */
 #ifndef MATH_TANH_Q_H
@@ -12,7 +12,7 @@
 
 #include "math/q.h"
 
-/* Format of the square, and where the equal steps end in it. */
+/* Format of the square, and the end of the equal steps in this format. */
 #define TANH_Q_SQUARE    44
 #define TANH_Q_SHORT_END (INT64_C(2) << TANH_Q_SQUARE)
 

@@ -6,10 +6,10 @@
 
 #define HALF_PI 1.57079633f
 
-/* (theta/2)^2 at the limit; the squares of the floats next to it are apart. */
+/* (theta/2)^2 at the limit; the squares of the adjacent floats differ from it. */
 #define WIDEST (0.25f * TRIG_LIMIT * TRIG_LIMIT)
 
-/* Outside these |x| + |y| the quotient of the two is not to be trusted (denormal or infinite). */
+/* If |x| + |y| is outside these limits, the quotient is not reliable (denormal or infinite). */
 #define ATAN2_SHORTEST 1e-37f
 #define ATAN2_LONGEST  1e38f
 
@@ -22,8 +22,8 @@ rotation_t trig_rotation(float theta)
         return rotation;
     }
 
-    /* Minimax of both results together, 3.4e-8; the last digits of the coefficients are those with which the
-     * floats around them round best. */
+    /* Minimax of both results together, 3.4e-8; the last digits of the coefficients are those with the best
+     * rounding among the adjacent floats. */
     float sine =
         half * (0.99999994f +
                 z * (-0.166665792f + z * (8.33178405e-3f + z * (-1.9743343e-4f + z * 2.49662503e-6f))));

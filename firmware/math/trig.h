@@ -2,30 +2,32 @@
  *
  *     h = theta/2,   sin theta = 2 sin h cos h,   cos theta = 2 (cos h)^2 - 1
  *
- * with minimax polynomials of degree 9 for sin h and 10 for cos h on |h| <= 2: a wrapped angle and what it
- * moves in a period and a half need no reduction and no quadrants. atan2 divides the shorter component by the
- * longer, so that one odd polynomial of degree 11 on [0, 1] covers the plane.
+ * with minimax polynomials of degree 9 for sin h and 10 for cos h on |h| <= 2: a wrapped angle plus its
+ * change in a period and a half needs neither range reduction nor quadrants. atan2 divides the shorter
+ * component by the longer, so that one odd polynomial of degree 11 on [0, 1] covers the plane.
  *
- * A tracking loop needs less, in every period: trig_turn().
+ * A tracking loop needs less accuracy, in every period: trig_turn().
  *
- * No state, no libm, no loop. Does not handle angles beyond TRIG_LIMIT: wrap first. */
+ * No state, no libm, no loop. Does not handle: angles beyond TRIG_LIMIT, which the caller has to wrap
+ * first. */
 #ifndef MATH_TRIG_H
 #define MATH_TRIG_H
 
 #include "math/frames.h"
 
-/* The widest angle [rad]. */
+/* The largest angle [rad]. */
 #define TRIG_LIMIT 4.0f
 
 /* Sine and cosine of `theta` [rad]: each within 4e-7 for |theta| <= pi and within 5e-7 up to TRIG_LIMIT;
- * sin^2 + cos^2 within 8e-7 of 1, and sine's relative error within 3e-7 for |theta| <= 1. Exactly 0 and 1 at
- * 0; odd and even bit for bit. Beyond the limit and for a non-finite angle both are 0, a rotation that turns
- * every vector into none: no voltage on an unknown angle. Straight line after one compare, no division. */
+ * sin^2 + cos^2 within 8e-7 of 1, and the relative error of the sine within 3e-7 for |theta| <= 1. Exactly 0
+ * and 1 at 0; exactly odd and even. Beyond the limit and for a non-finite angle both are 0, a rotation that
+ * turns every vector into zero, so that an unknown angle gives no voltage. One compare, no other branch, no
+ * division. */
 rotation_t trig_rotation(float theta);
 
-/* The same for a wrapped angle in fewer steps: angle and length of the rotation within 1.4e-6 of the true
- * ones and the rounding, 6e-7. Exactly 0 and 1 at 0; odd and even bit for bit. Expects |theta| <= pi. With S
- * = sqrt 2 sin(theta/2), C = sqrt 2 cos(theta/2): sin theta = S C, cos theta = 1 - S^2. 19 multiplications,
+/* The same for a wrapped angle in fewer steps: angle and length of the rotation within 1.4e-6 of the exact
+ * ones and the rounding, 6e-7. Exactly 0 and 1 at 0; exactly odd and even. Requires |theta| <= pi. With S =
+ * sqrt 2 sin(theta/2), C = sqrt 2 cos(theta/2): sin theta = S C, cos theta = 1 - S^2. 19 multiplications,
  * additions and subtractions. */
 static inline rotation_t trig_turn(float theta)
 {
@@ -37,12 +39,12 @@ static inline rotation_t trig_turn(float theta)
     return rotation;
 }
 
-/* Up to there trig_advance() [rad]. */
+/* Largest angle of trig_advance() [rad]. */
 #define TRIG_ADVANCE_LIMIT 0.8f
 
-/* A rotation turned on by a further `angle` [rad], |angle| <= TRIG_ADVANCE_LIMIT: what it adds is right
- * within 4e-7 rad, what it stretches within 1e-7, and the rounding; at twice the limit within 2e-4. Straight
- * line of 21 multiplications, additions and subtractions. */
+/* A rotation advanced by `angle` [rad], |angle| <= TRIG_ADVANCE_LIMIT: the error of the added angle is within
+ * 4e-7 rad, that of the length within 1e-7, and the rounding; at twice the limit within 2e-4. No branches; 21
+ * multiplications, additions and subtractions. */
 static inline rotation_t trig_advance(rotation_t from, float angle)
 {
     float z = angle * angle;
@@ -52,14 +54,14 @@ static inline rotation_t trig_advance(rotation_t from, float angle)
     return rotation;
 }
 
-/* Angle of the vector (x, y) [rad], within +-ANGLE_LARGEST as angle_wrap() and within 3e-6 of the exact
+/* Angle of the vector (x, y) [rad], within +-ANGLE_LARGEST like angle_wrap() and within 3e-6 of the exact
  * angle, in all quadrants, for |x| + |y| between 1e-37 and 1e38. A shorter vector, (0, 0) included, a longer
  * one and a non-finite one give 0. One division. */
 float trig_atan2(float y, float x);
 
 /* Angle of a rotation [rad], within +-ANGLE_LARGEST and within 2e-6 of the exact angle; within 6e-6 where its
- * length is 1 within 1e-3 only. A series of the arc sine of the shorter component, right within 3e-3, and one
- * Newton step. (0, 0) gives 0. No division. */
+ * length is 1 within 1e-3 only. A series of the arc sine of the shorter component, accurate within 3e-3, and
+ * one Newton step. (0, 0) gives 0. No division. */
 float trig_angle(rotation_t rotation);
 
 #endif

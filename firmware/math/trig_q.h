@@ -1,6 +1,6 @@
 /* Sine, cosine and arc tangent of binary angles, 2^-32 of a turn (q.h).
  *
- * Sine and cosine: those of the nearest 64th of a turn from a table, turned on by the rest d of at most 0.05
+ * Sine and cosine: those of the nearest 64th of a turn from a table, rotated by the rest d of at most 0.05
  * rad: sin d = d - d^3/6, cos d = 1 - d^2/2 + d^4/24. No state. */
 #ifndef MATH_TRIG_Q_H
 #define MATH_TRIG_Q_H
@@ -9,12 +9,12 @@
 
 #include "math/frames_q.h"
 
-/* sin(2 pi n/64), Q30; the cosine is a quarter further on. */
+/* sin(2 pi n/64), Q30; the cosine is a quarter of the table further. */
 #define TRIG_Q_STEPS   64
 #define TRIG_Q_QUARTER 16
 extern const int32_t trig_q_sines[TRIG_Q_STEPS + TRIG_Q_QUARTER];
 
-/* Sine and cosine in Q30, each within 6e-9; odd and even, exactly 0 and 1 at whole quarters. Straight line of
+/* Sine and cosine in Q30, each within 6e-9; odd and even, exactly 0 and 1 at whole quarters. No branches;
  * nine products, inline for the interrupt. */
 static inline rotation_q_t trig_rotation_q(uint32_t angle)
 {

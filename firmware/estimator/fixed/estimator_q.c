@@ -7,7 +7,7 @@
 
 #define AMPLITUDE_RATIO_Q 24
 
-/* Per axis k_f depends on the v that the observer has to make, and that on k_f: a few rounds settle both. */
+/* Per axis, k_f depends on the required v, and v on k_f: a few iterations converge. */
 #define RESET_ROUNDS 8
 
 void estimator_take_q(estimator_q_t *est, const estimator_tuning_q_t *tuning)
@@ -34,7 +34,7 @@ static void reset_axes(smo_q_t *smo, int32_t omega_e, ab_q_t current, ab_q_t emf
     }
 }
 
-/* As observer_reset(). */
+/* The same as observer_reset(). */
 static uint32_t reset_observer(estimator_q_t *est, int32_t omega_e, ab_q_t current, ab_q_t emf)
 {
     smo_q_t *smo = &est->smo;
@@ -95,15 +95,16 @@ static uint32_t failing(const estimator_q_t *est)
            (speed < limits->speed_min || speed > limits->speed_max ? ESTIMATOR_SPEED : 0u);
 }
 
-/* The torque's share: K (i_q - i_L), i_q of the rotor as the loop sees it; Q63. The difference stays within
- * the range of a sample, so that it fits beside what else the loop's speed may gain in a period. */
+/* Acceleration by the torque: K (i_q - i_L), i_q of the rotor in the frame of the loop; Q63. The difference
+ * is limited to the range of a sample, so that the sum with the other changes of the loop's speed in a period
+ * has no overflow. */
 static int64_t acceleration_of(const estimator_q_t *est, ab_q_t current)
 {
     const int32_t accelerating = frames_park_q(current, est->pll.rotation).q - est->load;
     return q_product(est->tuning.torque_feedforward, q_clamp(accelerating, SAMPLE_LARGEST));
 }
 
-/* As step() of estimator.c. */
+/* The same as step() of estimator.c. */
 static position_q_t one_period_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current, bool doubtful)
 {
     (void)smo_step_q(&est->smo, voltage, current);
@@ -114,7 +115,7 @@ static position_q_t one_period_q(estimator_q_t *est, ab_q_t voltage, ab_q_t curr
     est->emf = lag_emf_q(&est->smo, (lag_mode_t)est->tuning.lag, est->pll.omega_e);
     est->coasted = doubtful;
 
-    /* It is as it is: for the value analysis. */
+    /* The clamp changes nothing; the value analysis needs it. */
     const ab_q_t measured = {q_clamp(current.alpha, SAMPLE_LARGEST), q_clamp(current.beta, SAMPLE_LARGEST)};
     const int64_t acceleration = acceleration_of(est, measured);
     if (doubtful) {

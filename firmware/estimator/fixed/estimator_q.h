@@ -1,5 +1,6 @@
-/* Observer, phase self-compensation and PLL in a row, in fixed point: the twin of estimator/estimator.h, in
- * the formats of formats.h. Same order, same modes, same criteria of validity with the same bits. */
+/* Observer, phase self-compensation and PLL in series, in fixed point: the counterpart of
+ * estimator/estimator.h, in the formats of formats.h. Order, modes and criteria of validity with their bits
+ * are the same. */
 #ifndef ESTIMATOR_FIXED_ESTIMATOR_Q_H
 #define ESTIMATOR_FIXED_ESTIMATOR_Q_H
 
@@ -13,7 +14,7 @@
 #include "estimator/fixed/smo_q.h"
 #include "math/frames_q.h"
 
-/* Per unit, made from estimator_params_t by fixed.c. */
+/* Per unit, computed from estimator_params_t by fixed.c. */
 typedef struct {
     smo_tuning_q_t smo;
     pll_tuning_q_t pll;
@@ -37,14 +38,13 @@ typedef struct {
     /* state */
     int32_t speed_per_volt; /* 1/psi_f, Q30, below 1/2 */
     int32_t load;           /* i_L, within +-SAMPLE_LARGEST */
-    ab_q_t emf;             /* e at t_k, lag undone */
+    ab_q_t emf;             /* e at t_k, without lag */
     debounce_t debounce;
     uint32_t coasted; /* [-] 1: the last period was not tracked */
 } estimator_q_t;
 
-/* As estimator_take(), estimator_reset(), estimator_step(), estimator_coast(), estimator_observe(),
- * estimator_lock() and estimator_invalid(). No division anywhere; a sample beyond +-SAMPLE_LARGEST is
- * rejected. */
+/* The same as estimator_take(), estimator_reset(), estimator_step(), estimator_coast(), estimator_observe(),
+ * estimator_lock() and estimator_invalid(). No division; a sample beyond +-SAMPLE_LARGEST is rejected. */
 void estimator_take_q(estimator_q_t *est, const estimator_tuning_q_t *tuning);
 void estimator_reset_q(estimator_q_t *est, position_q_t start, ab_q_t current);
 position_q_t estimator_step_q(estimator_q_t *est, ab_q_t voltage, ab_q_t current);

@@ -156,7 +156,7 @@ static rotation_t rotation_of(rotation_q_t q)
     return (rotation_t){.sin = (float)q.sin * (1.0f / TWO_TO_30), .cos = (float)q.cos * (1.0f / TWO_TO_30)};
 }
 
-/* What the integers hold after a step, in SI. */
+/* Copies the integers after a step to the output, in SI units. */
 static void publish(fixed_t *fixed, position_q_t position, rotation_q_t rotation)
 {
     const estimator_q_t *q = &fixed->q;

@@ -1,8 +1,8 @@
-/* The fixed-point estimator seen from an SI world: parameters, samples and results as in estimator.h, the
- * work in estimator_q.h, the coefficients by per_unit.h.
+/* The interface of the fixed-point estimator in SI units: parameters, samples and results as in estimator.h,
+ * the computation in estimator_q.h, the coefficients by per_unit.h.
  *
- * Samples beyond 4 U or 16 I and non-finite ones are no measurement (ESTIMATOR_SAMPLE). A motor whose
- * constants do not fit the formats is refused by fixed_params_check, which names the quantity. */
+ * Samples beyond 4 U or 16 I and non-finite ones are invalid (ESTIMATOR_SAMPLE). fixed_params_check rejects a
+ * motor whose constants do not fit the formats, and names the quantity. */
 #ifndef ESTIMATOR_FIXED_FIXED_H
 #define ESTIMATOR_FIXED_FIXED_H
 
@@ -15,7 +15,7 @@
 #include "estimator/position.h"
 #include "math/frames.h"
 
-/* SI of one count. */
+/* SI value of one count. */
 typedef struct {
     float voltage; /* [V] */
     float current; /* [A] */
@@ -40,16 +40,16 @@ typedef struct {
 typedef struct {
     fixed_scale_t scale; /* of the tuning */
     estimator_q_t q;
-    float flux_linkage;  /* psi_f, of the tuning or as adapted [Wb] */
+    float flux_linkage;  /* psi_f, of the tuning or adapted [Wb] */
     estimate_t estimate; /* after the last step or reset, in SI */
-    observed_t observed; /* likewise */
+    observed_t observed; /* after the last step or reset, in SI */
 } fixed_t;
 
-/* estimator_params_check(), and whether every constant fits its format. */
+/* true: estimator_params_check() is true and every constant fits its format. */
 bool fixed_params_check(const estimator_params_t *params, params_error_t *why);
 
-/* As estimator_prepare() to estimator_invalid(). A tuning with other bases carries the state over in them, to
- * a float's precision. */
+/* The same as estimator_prepare() to estimator_invalid(). With a tuning that has other bases, the state is
+ * converted to them with the precision of a float. */
 void fixed_prepare(fixed_tuning_t *tuning, const estimator_params_t *params);
 void fixed_take(fixed_t *fixed, const fixed_tuning_t *tuning);
 void fixed_init(fixed_t *fixed, const estimator_params_t *params);

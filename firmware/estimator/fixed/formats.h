@@ -1,6 +1,6 @@
-/* Formats of the fixed-point estimator: the one table. U, I are the bases of voltage and current, powers of
+/* Formats of the fixed-point estimator: the only table. U, I are the bases of voltage and current, powers of
  * two in volt and ampere that fixed.c chooses for the motor, so that per-unit values are SI values shifted; T
- * is the period. Every number is an int32_t (q.h) unless it says so.
+ * is the period. Every number is an int32_t (q.h) unless stated otherwise.
  *
  *   quantity                        base          Q    range     resolution
  *   voltage, EMF                    U             27   +-16      7.5e-9      samples and EMF within +-4
@@ -22,7 +22,7 @@
  *   speed per volt                  turn / T U    30   0..1      9.3e-10     31 bits more while it adapts
  *   shares of low-passes            1             31   0..1      4.7e-10     the loop's EMF filter: 30
  *
- * They are chosen so that most products of the interrupt come out as the upper word of 64 bits: b u (Q30 Q27)
+ * The formats are chosen so that most products of the interrupt are the upper word of 64 bits: b u (Q30 Q27)
  * and b R i (Q32 Q25) meet in Q57, whose upper word is Q25; the speed is the upper word of its integrators.
  *
  * For the paper's motor (k_s = 200 V, L = 12.5 mH, T = 100 us): U = 256 V, I = 2 A; so voltages resolve 2 uV,
@@ -49,7 +49,7 @@
 #define SAMPLE_BITS    29
 #define SAMPLE_LARGEST (INT32_C(1) << SAMPLE_BITS)
 
-/* Switching voltage and e_hat, which are not above k_s: +-2 U. */
+/* Switching voltage and e_hat, which are at most k_s: +-2 U. */
 #define SWITCHED_BITS    28
 #define SWITCHED_LARGEST (INT32_C(1) << SWITCHED_BITS)
 

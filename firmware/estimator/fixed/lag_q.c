@@ -3,7 +3,7 @@
 #include "math/root_q.h"
 #include "math/trig_q.h"
 
-/* Formats of a vector that undoes: the filter's part, all of it. */
+/* Formats of a compensation vector: the part of the filter, and the whole vector. */
 #define FILTER_Q 20
 #define UNDO_Q   24
 
@@ -15,7 +15,7 @@
 #define PI_Q       29
 #define PI         Q_CONST(PI_Q, 3.14159265f)
 
-/* For lag_error_q(), as lag.c; how much longer than the way to the goal its steps are, up to 20, is Q24. */
+/* For lag_error_q(), as in lag.c; the ratio of its steps to the distance, up to 20, is Q24. */
 #define ERROR_STEPS   4
 #define EMF_SHARE_MAX Q_CONST(UNIT_Q, 0.99f)
 #define LONGER_Q      24
@@ -39,7 +39,8 @@ static int32_t speed_within(int32_t omega_e)
     return q_clamp(omega_e, TURN_LIMIT);
 }
 
-/* Z = R + j omega L + g W of lag.h, Q24, for g in Q24, 0..CONDUCTANCE_LARGEST; within an eighth of a turn. */
+/* Z = R + j omega L + g W of lag.h, Q24, for g in Q24, 0..CONDUCTANCE_LARGEST; at most an eighth of a turn
+ * per period. */
 static complex_q_t impedance_of(const smo_tuning_q_t *tuning, int32_t omega_e, int32_t g)
 {
     int32_t turn = q_multiply(q_clamp(omega_e, Q_ONE(SPEED_Q - 3)), PI, SPEED_Q + PI_Q - TURN_Q - 1);
@@ -52,7 +53,7 @@ static complex_q_t impedance_of(const smo_tuning_q_t *tuning, int32_t omega_e, i
     return z;
 }
 
-/* a b, components moved by n bits. */
+/* a b, components shifted by n bits. */
 static complex_q_t product(complex_q_t a, complex_q_t b, int32_t n)
 {
     complex_q_t result = {q_saturate(q_round(q_product(a.re, b.re) - q_product(a.im, b.im), n)),
@@ -60,7 +61,7 @@ static complex_q_t product(complex_q_t a, complex_q_t b, int32_t n)
     return result;
 }
 
-/* Length and direction: the unit vector in Q30; and 1/length for what its format says. */
+/* Length and direction: the unit vector in Q30, and 1/length in its format. */
 static complex_q_t unit_of(complex_q_t vector, root_q_t *inverse)
 {
     *inverse = inverse_root_q(q_square_sum(vector.re, vector.im));
@@ -79,7 +80,8 @@ static complex_q_t divided(complex_q_t a, complex_q_t b, int32_t n)
     return (complex_q_t){quotient_q(turned.re, inverse, n), quotient_q(turned.im, inverse, n)};
 }
 
-/* v/e_hat of the filter, as filter_of() of lag.c, Q20; a speed as an angle is that of half a period. */
+/* v/e_hat of the filter, the same as filter_of() of lag.c, Q20; a speed used as an angle is that of half a
+ * period. */
 static complex_q_t filter_of(const smo_q_t *smo, int32_t omega_e)
 {
     rotation_q_t half = trig_rotation_q((uint32_t)omega_e);
@@ -97,7 +99,7 @@ static complex_q_t undoing(const smo_q_t *smo, int32_t omega_e)
     return product(share, filter_of(smo, speed), FILTER_Q);
 }
 
-/* A vector in the direction of the mode's lag. */
+/* A vector in the direction of the lag in this mode. */
 static complex_q_t direction(const smo_q_t *smo, lag_mode_t mode, int32_t omega_e)
 {
     int32_t turn = q_multiply(q_clamp(omega_e, Q_ONE(SPEED_Q - 1)), PI, SPEED_Q - 1); /* omega T, Q29 */
@@ -133,7 +135,7 @@ int32_t lag_attenuation_q(const smo_q_t *smo, int32_t omega_e)
     return quotient_q(Q_ONE(20), inverse, 2 * UNDO_Q - 20);
 }
 
-/* The paper's modes: their direction, the true length. */
+/* The paper's modes: direction of the mode, exact length. */
 static complex_q_t undoing_of_paper(const smo_q_t *smo, lag_mode_t mode, int32_t omega_e)
 {
     root_q_t unused;
@@ -144,7 +146,7 @@ static complex_q_t undoing_of_paper(const smo_q_t *smo, lag_mode_t mode, int32_t
     return (complex_q_t){times(size, unit.re), times(size, unit.im)};
 }
 
-/* A voltage over what the Q24 of an impedance makes of it, as an error. */
+/* Current error from a voltage and the reciprocal of an impedance, Q24. */
 static int32_t error_of(int32_t voltage, root_q_t per_impedance)
 {
     return q_clamp(quotient_q(voltage, per_impedance, IMPEDANCE_Q + CURRENT_Q - VOLTAGE_Q), ERROR_LARGEST);
@@ -169,7 +171,7 @@ ab_q_t lag_emf_q(const smo_q_t *smo, lag_mode_t mode, int32_t omega_e)
                           IMPEDANCE_Q + CURRENT_Q - VOLTAGE_Q, SAMPLE_BITS)};
 }
 
-/* Cuts an EMF to what the observer can make. Returns its length. */
+/* Limits an EMF to the range of the observer. Returns its length. */
 static int32_t shortened(const smo_q_t *smo, ab_q_t *emf)
 {
     int32_t length = direction_q(emf->alpha, emf->beta).length;
@@ -183,7 +185,7 @@ static int32_t shortened(const smo_q_t *smo, ab_q_t *emf)
     return longest;
 }
 
-/* As lag.c: Newton's method climbs from the y of the largest gain. */
+/* The same as in lag.c: Newton's method rises from the y of the largest gain. */
 ab_q_t lag_error_q(const smo_q_t *smo, int32_t omega_e, ab_q_t emf)
 {
     const smo_tuning_q_t *tuning = &smo->tuning;

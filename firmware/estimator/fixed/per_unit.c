@@ -5,19 +5,17 @@
 #define TWO_TO_31 2147483648.0f
 #define TWO_TO_32 4294967296.0f
 
-/* What the formats hold, per unit. */
+/* Ranges of the formats, per unit. */
 #define PERIOD_LEAST         5e-6f   /* [s] 1/PLL_SIGN_SPEED in Q14 */
 #define INDUCTANCE_LARGEST   50.0f   /* L/T [U/I]: 2/b in Q24 */
 #define SLOPE_LARGEST        31.9f   /* a_f/2 [1/I]: Q26 */
-#define SPEED_PER_VOLT_LEAST 1e-5f   /* [turn/(T U)]: 1e-4 of it is a count of Q30 */
+#define SPEED_PER_VOLT_LEAST 1e-5f   /* [turn/(T U)]: 1e-4 of this is a count of Q30 */
 #define SPEED_PER_VOLT_MOST  0.49f   /* twice this while it adapts */
 #define FLOOR_LEAST          3.1e-5f /* [U] 1/amplitude_floor in Q15 */
 #define FLOOR_MOST           4.0f    /* [U] */
 #define TORQUE_LARGEST       0.0078f /* K [turn/(T^2 I)] */
 #define KI_LARGEST           0.12f   /* ki [turn/T^2] */
-#define FILTER_TURNS_LEAST                                                                                   \
-    2.1e-3f /* omega_s T [-] of the filter ahead of the loop: 2 c/(1 - c) below 1000                         \
-             */
+#define FILTER_TURNS_LEAST   2.1e-3f /* omega_s T [-] of the filter ahead of the loop: 2 c/(1 - c) < 1000 */
 
 static float power_of_two(float least)
 {
@@ -69,7 +67,7 @@ bool per_unit_check(const estimator_params_t *params, params_error_t *why)
                          params->torque_feedforward, 0.0f, TORQUE_LARGEST / (turns * base.current));
 }
 
-/* To counts, rounded, within the type. */
+/* Converts to counts, rounded, within the range of the type. */
 int32_t per_unit_counts(float value, float per_unit)
 {
     float counts = value * per_unit;
@@ -154,7 +152,7 @@ static pll_tuning_q_t pll_of(const pll_params_t *params, const bases_t *base)
     return q;
 }
 
-/* A limit of 0: not judged. */
+/* A limit of 0 means: not judged. */
 static float limit_of(float value)
 {
     return value > 0.0f ? value : TWO_TO_32;

@@ -23,7 +23,7 @@ static void place(pll_q_t *pll, uint32_t theta_e)
     pll->rotation = trig_rotation_q(theta_e);
 }
 
-/* To the angle of the next result, at this speed. */
+/* Advances to the angle of the next result, at this speed. */
 static void move(pll_q_t *pll, int32_t omega_e)
 {
     place(pll, pll->theta_e + ((uint32_t)omega_e << (ANGLE_Q - SPEED_Q)));
@@ -115,7 +115,7 @@ position_q_t pll_watch_q(pll_q_t *pll, ab_q_t emf, int64_t acceleration)
     return pll_coast_q(pll, acceleration);
 }
 
-/* The detector's sign at low speed; from there on a start's direction is no longer needed. */
+/* The sign of the detector at low speed; above it the direction of the start is no longer needed. */
 static int32_t soft_sign(pll_q_t *pll)
 {
     int32_t omega_smooth = q_clamp(pll->omega_smooth, pll->tuning.sign_speed);
@@ -130,7 +130,7 @@ static int32_t soft_sign(pll_q_t *pll)
                    Q_ONE(UNIT_Q));
 }
 
-/* A speed that would leave its limit stays as it was. */
+/* A speed that would exceed its limit keeps its value. */
 static inline int64_t speed_within(int64_t speed, int32_t limit, int64_t before)
 {
     int32_t high = (int32_t)q_floor(speed, LONG_BITS);

@@ -1,4 +1,4 @@
-/* Where the rotor is and how fast it turns, in fixed point; see estimator/position.h. */
+/* Position and speed of the rotor in fixed point; see estimator/position.h. */
 #ifndef ESTIMATOR_FIXED_POSITION_Q_H
 #define ESTIMATOR_FIXED_POSITION_Q_H
 

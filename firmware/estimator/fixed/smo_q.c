@@ -4,13 +4,13 @@
 
 #include "math/root_q.h"
 
-/* Bits that the means keep for their quotient; below 2^MEAN_BITS counts of 2^-57 there is nothing to weight
- * with.
- */
+/* Bits that the means keep for their quotient; below 2^MEAN_BITS counts of 2^-57 the quotient is not
+ * computed. */
 #define MEAN_BITS 24
 #define MEAN_Q    26
 
-/* Largest (|emf|/k_s)^2 that a reset inverts the switching function for, and its Newton steps: as smo.c. */
+/* Largest (|emf|/k_s)^2 for which a reset inverts the switching function, and its Newton steps: as in
+ * smo.c. */
 #define RESET_SQUARE_MAX Q_CONST(UNIT_Q, 0.98f)
 #define RESET_STEPS      10
 #define RESET_Q          27 /* of tanh's argument, squared: up to 16 */
@@ -27,7 +27,7 @@ static int32_t sign_of(int32_t x)
     return (x > 0) - (x < 0);
 }
 
-/* 1/|x| as a k_f of one axis, capped. Below 2^-11 it does not fit. */
+/* 1/|x| as a k_f of one axis, limited. Below 2^-11 it does not fit. */
 static int32_t sign_gain(const smo_q_t *smo, int32_t x)
 {
     int32_t length = q_magnitude(x);
@@ -65,7 +65,7 @@ static int32_t switch_axis(const smo_q_t *smo, int32_t x, int32_t *k_f)
     return q_clamp(q_multiply_saturated(ratio, y, STRETCHED_Q), Q_ONE(UNIT_Q));
 }
 
-/* product/square of the two means as a k_f, not above `largest`. */
+/* product/square of the two means as a k_f, at most `largest`. */
 static int32_t weighted(int64_t product, int64_t square, int32_t largest)
 {
     if (square < (INT64_C(1) << MEAN_BITS)) {
@@ -85,7 +85,7 @@ static int32_t within_filter(int64_t value)
     return (int32_t)q_clamp_long(value, FILTER_Q_LARGEST);
 }
 
-/* v and k_f of the forms that act on each axis; `anew`: the means are those of this sample. */
+/* v and k_f of the forms that act on each axis; `anew`: the means begin with this sample. */
 static ab_q_t switch_axes(smo_q_t *smo, ab_q_t x, bool anew)
 {
     int32_t alpha = switch_axis(smo, x.alpha, &smo->gain_axis.alpha);
@@ -109,7 +109,7 @@ static ab_q_t switch_axes(smo_q_t *smo, ab_q_t x, bool anew)
                     q_multiply(smo->tuning.gain, beta, GAIN_Q + UNIT_Q - VOLTAGE_Q)};
 }
 
-/* The one decision: v of the error x, and its k_f. */
+/* The selection of the form: v of the error x, and its k_f. */
 static ab_q_t switched_by(smo_q_t *smo, ab_q_t x, bool anew)
 {
     return smo->tuning.switching == (int32_t)SMO_SIGMOID_VECTOR ? switch_vector(smo, x)

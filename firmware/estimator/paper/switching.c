@@ -4,7 +4,7 @@
 #include "math/filter.h"
 #include "math/tanh.h"
 
-/* Below this mean square of the error [A^2] there is nothing to weight with. */
+/* Below this mean square of the error [A^2] the gain is not computed. */
 #define SQUARE_FLOOR 1e-24f
 
 void switching_prepare(switching_tuning_t *tuning, float slope, float period, bool sign)

@@ -1,23 +1,23 @@
-/* Current control in a turning frame, the rotor's or another: one PI per axis, decoupled, one step per
- * `period`.
+/* Current control in a rotating frame (that of the rotor or another one): one PI controller per axis with
+ * decoupling, one step per `period`.
  *
  *     u_d = kp_d (i_d_ref - i_d) + I_d - omega L_q i_q + e_d
  *     u_q = kp_q (i_q_ref - i_q) + I_q + omega L_d i_d + e_q
  *     kp = L bandwidth,   ki = R bandwidth
  *
- * The PI's zero cancels the winding's pole R/L, the feed-forward its cross-coupling and the EMF e that the
- * caller knows of: (0, omega psi_f) in the rotor's frame. What remains is an integrator with the gain
- * `bandwidth` behind the delay of 1.5 periods (the voltage of period k acts from t_k+1 to t_k+2). With K =
- * bandwidth * period the loop is z^2 - z + K = 0 (docs/theory.md, 15): no overshoot up to K = 0.25, unstable
- * from K = 1.
+ * The zero of the PI controller cancels the pole R/L of the winding. The feed-forward cancels the
+ * cross-coupling and the EMF e that the caller supplies: (0, omega psi_f) in the frame of the rotor. What
+ * remains is an integrator with the gain `bandwidth` and a delay of 1.5 periods (the voltage of period k acts
+ * from t_k+1 to t_k+2). With K = bandwidth * period the closed loop is z^2 - z + K = 0 (docs/theory.md, 15):
+ * it has no overshoot up to K = 0.25 and is unstable from K = 1.
  *
- * The voltage that comes out is the wanted one and may be too long. After modulation
- * current_control_applied() says what was really applied (without what only compensates dead time), and the
- * integrals are back-calculated from that. As ki/kp = R/L, an integral at the limit follows R i just as the
- * current does: there is nothing to unwind afterwards.
+ * The output voltage is not limited. After modulation the caller reports the voltage that was applied
+ * (without the part that only compensates the dead time) with current_control_applied(), and the integrals
+ * are back-calculated from this voltage. Because ki/kp = R/L, an integral at the voltage limit follows R i
+ * just as the current does, and no wind-up remains afterwards.
  *
- * Does not handle: saturation of the iron, delay compensation of the rotation (the caller turns the voltage
- * into the stationary frame at theta + 1.5 T omega), limits of the references. */
+ * Does not handle: saturation of the iron, delay compensation of the rotation (the caller transforms the
+ * voltage into the stationary frame at theta + 1.5 T omega), limits of the references. */
 #ifndef FAST_CONTROL_CURRENT_CONTROL_H
 #define FAST_CONTROL_CURRENT_CONTROL_H
 
@@ -28,9 +28,9 @@ typedef struct {
     float resistance;   /* R [ohm], >= 0 */
     float inductance_d; /* L_d [H], > 0 */
     float inductance_q; /* L_q [H], > 0 */
-    float bandwidth;    /* of the closed loop [rad/s], > 0; times period at most 0.25 for a loop without
-                           overshoot */
-    float period;       /* T [s] */
+    float bandwidth; /* of the closed loop [rad/s], > 0; bandwidth * period is at most 0.25 for a loop without
+                        overshoot */
+    float period;    /* T [s] */
 } current_control_params_t;
 
 typedef struct {
@@ -42,20 +42,20 @@ typedef struct {
 
 typedef struct {
     float inductance_d; /* of the tuning, L_d [H] */
-    float inductance_q; /* likewise, L_q [H] */
+    float inductance_q; /* of the tuning, L_q [H] */
     pi_t d;             /* output [V], error [A] */
     pi_t q;             /* output [V], error [A] */
-    dq_t current_err;   /* reference - current of the last step [A] */
-    dq_t voltage_ref;   /* what the last step wanted [V] */
+    dq_t current_err;   /* reference minus current in the last step [A] */
+    dq_t voltage_ref;   /* output of the last step [V] */
 } current_control_t;
 
-/* Coefficients. Two divisions. */
+/* Computes the coefficients. Two divisions. */
 current_control_tuning_t current_control_prepare(const current_control_params_t *params);
 
-/* These coefficients; integrals 0. */
+/* Sets these coefficients and clears the integrals. */
 void current_control_init(current_control_t *control, const current_control_tuning_t *tuning);
 
-/* New coefficients; integrals stay. */
+/* Sets new coefficients; the integrals stay. */
 static inline void current_control_take(current_control_t *control, const current_control_tuning_t *tuning)
 {
     control->inductance_d = tuning->inductance_d;
@@ -64,12 +64,12 @@ static inline void current_control_take(current_control_t *control, const curren
     pi_take(&control->q, &tuning->q);
 }
 
-/* Integrals [V]: with the currents on their references the next voltage is `integral` plus the feed-forward.
- */
+/* Sets the integrals [V]: with currents equal to their references, the next voltage is `integral` plus the
+ * feed-forward. */
 void current_control_reset(current_control_t *control, dq_t integral);
 
-/* On in another frame, which is turned by `turn` from the present one: the integrals stay where they are in
- * the stationary frame, so that the voltage does not jump. Four multiplications. */
+/* Continues in another frame, which is rotated by `turn` from the present one. The integrals stay constant in
+ * the stationary frame, so that the voltage has no step. Four multiplications. */
 static inline void current_control_turn(current_control_t *control, rotation_t turn)
 {
     dq_t integral = frames_park((ab_t){control->d.integral, control->q.integral}, turn);
@@ -77,8 +77,8 @@ static inline void current_control_turn(current_control_t *control, rotation_t t
     control->q.integral = integral.q;
 }
 
-/* Wanted voltage [V] from reference and current [A] at t_k, electrical speed of the frame [rad/s] and EMF
- * [V]; not limited. The integrals wait for current_control_applied(). Six multiplications. */
+/* Required voltage [V], not limited, from reference and current [A] at t_k, electrical speed of the frame
+ * [rad/s] and EMF [V]. The integrals change only in current_control_applied(). Six multiplications. */
 static inline dq_t current_control_step(current_control_t *control, dq_t reference, dq_t current,
                                         float omega_e, dq_t emf)
 {
@@ -91,7 +91,8 @@ static inline dq_t current_control_step(current_control_t *control, dq_t referen
     return control->voltage_ref;
 }
 
-/* What became of it [V], in the same frame. Once after every step; integrates. Four multiplications. */
+/* Integrates with the voltage that was applied [V], in the same frame. The caller calls it once after every
+ * step. Four multiplications. */
 static inline void current_control_applied(current_control_t *control, dq_t applied)
 {
     pi_update(&control->d, control->current_err.d, applied.d - control->voltage_ref.d);

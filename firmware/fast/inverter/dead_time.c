@@ -1,6 +1,6 @@
 #include "fast/inverter/dead_time.h"
 
-/* A zone of no width: any current but 0 has its full sign [A]. */
+/* A zone of almost zero width: any current except 0 has its full sign [A]. */
 #define HARD_SIGN 1e-30f
 
 dead_time_tuning_t dead_time_prepare(const dead_time_params_t *params)

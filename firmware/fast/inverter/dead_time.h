@@ -1,16 +1,16 @@
-/* What the inverter loses to dead time, switching delays and device drops, as a voltage.
+/* Voltage that the inverter loses by dead time, switching delays and device drops.
  *
  *     DV = gain (sat(i'/zone) + sat(i"/zone))/2 (T_e/T_s u_dc + drop)   per leg,
  *     T_e = dead_time + turn_on_delay - turn_off_delay
  *
- * DV is the mean of commanded minus actual pole voltage, positive along the current; i', i" are the leg's
- * currents at its two edges (fast/inverter/edges.h), drop = (V_ce + V_f)/2, the mean of the on-state drops of
- * transistor and diode at zero current (their slope, some 20 mohm, belongs to the winding's resistance). sat
- * runs linearly through zero within +-zone, where the node's capacitance blurs the sign. With all three signs
- * certain the vector has the length 4/3 DV. Derivation: docs/theory.md, 12; neglected there: below 0.1 V that
- * depend on the duty.
+ * DV is the mean of commanded minus actual pole voltage, positive in the direction of the current; i', i" are
+ * the currents of the leg at its two edges (fast/inverter/edges.h), drop = (V_ce + V_f)/2 is the mean of the
+ * on-state drops of transistor and diode at zero current (their slope, some 20 mohm, is part of the winding's
+ * resistance). sat is linear within +-zone, where the capacitance of the node makes the sign uncertain. With
+ * all three signs certain the vector has the length 4/3 DV. Derivation: docs/theory.md, 12, which neglects
+ * terms below 0.1 V that depend on the duty.
  *
- * No state. Does not handle: differences between the legs, the device's own temperature. */
+ * No state. Does not handle: differences between the legs, the temperature of the devices. */
 #ifndef FAST_INVERTER_DEAD_TIME_H
 #define FAST_INVERTER_DEAD_TIME_H
 
@@ -22,8 +22,8 @@ typedef struct {
     float turn_on_delay;  /* gate command to current on [s] */
     float turn_off_delay; /* gate command to current off [s] */
     float drop;           /* (V_ce + V_f)/2 at zero current [V] */
-    float current_zone;   /* half width of the linear zone [A]; 0: hard sign */
-    float gain;           /* share that is compensated [-]; 0: off; 0.8 to 0.9 never over-compensates */
+    float current_zone;   /* half width of the linear zone [A]; 0: step at zero */
+    float gain;           /* share that is compensated [-]; 0: off; 0.8 to 0.9 does not over-compensate */
     float period;         /* T_s [s] */
 } dead_time_params_t;
 
@@ -33,17 +33,17 @@ typedef struct {
     float per_zone;      /* 1/zone [1/A] */
 } dead_time_tuning_t;
 
-/* Coefficients, which is all there is: no state. Two divisions. */
+/* Computes the coefficients; the model has no state. Two divisions. */
 dead_time_tuning_t dead_time_prepare(const dead_time_params_t *params);
 
-/* What a leg whose sign is certain loses [V] at the DC link `u_dc` [V]. */
+/* Voltage [V] that a leg loses whose sign is certain, at the DC link `u_dc` [V]. */
 static inline float dead_time_leg(const dead_time_tuning_t *dead_time, float u_dc)
 {
     return dead_time->volt_per_volt * u_dc + dead_time->drop;
 }
 
-/* Signs of the currents of the three legs [-1 to 1], linear within the zone: the share of its loss that a leg
- * takes whose two edges meet the same `current` [A]. No division, six compares. */
+/* Signs of the currents of the three legs [-1 to 1], linear within the zone. The sign is the share of its
+ * full loss that a leg has whose two edges occur at the same `current` [A]. No division, six compares. */
 static inline abc_t dead_time_signs(const dead_time_tuning_t *dead_time, abc_t current)
 {
     return (abc_t){bounds_clamp(dead_time->per_zone * current.a, 1.0f),
@@ -51,7 +51,7 @@ static inline abc_t dead_time_signs(const dead_time_tuning_t *dead_time, abc_t c
                    bounds_clamp(dead_time->per_zone * current.c, 1.0f)};
 }
 
-/* The same where the two edges of a leg meet `current` - `swing` and `current` + `swing` [A]. */
+/* The same for legs whose two edges occur at `current` - `swing` and `current` + `swing` [A]. */
 static inline abc_t dead_time_edge_signs(const dead_time_tuning_t *dead_time, abc_t current, abc_t swing)
 {
     const abc_t falling = {current.a - swing.a, current.b - swing.b, current.c - swing.c};
@@ -61,7 +61,7 @@ static inline abc_t dead_time_edge_signs(const dead_time_tuning_t *dead_time, ab
     return (abc_t){0.5f * (first.a + second.a), 0.5f * (first.b + second.b), 0.5f * (first.c + second.c)};
 }
 
-/* Mean voltage lost [V], stationary frame, with these signs at the DC link `u_dc` [V]. No division. */
+/* Mean lost voltage [V] in the stationary frame for these signs, at the DC link `u_dc` [V]. No division. */
 static inline ab_t dead_time_voltage(const dead_time_tuning_t *dead_time, abc_t signs, float u_dc)
 {
     const ab_t vector = frames_clarke(signs);

@@ -1,15 +1,15 @@
 #include "fast/inverter/doubt.h"
 
-#define DOUBT_DECAY      2.0f /* [-] time constants of the EMF filter until a doubtful voltage is forgotten */
-#define DOUBT_EMF_CUTOFF 200.0f /* [rad/s] a slower filter than this, or none, is not waited for */
-#define DOUBT_LEAST      3.0f   /* [periods] that the observer itself remembers */
+#define DOUBT_DECAY      2.0f   /* [-] time constants of the EMF filter until the effect has decayed */
+#define DOUBT_EMF_CUTOFF 200.0f /* [rad/s] the memory assumes at least this cutoff, also without a filter */
+#define DOUBT_LEAST      3.0f   /* [periods] for which the observer itself keeps the effect */
 
 doubt_tuning_t doubt_prepare(const doubt_params_t *params)
 {
     const float filter =
         params->emf_cutoff > DOUBT_EMF_CUTOFF ? DOUBT_DECAY / (params->emf_cutoff * params->period) : 0.0f;
     const float turn = 0.5f * params->acceleration * DOUBT_TIME * DOUBT_TIME;
-    /* a load that turns round is missed twice */
+    /* [A] a load that reverses causes twice its error */
     const float load = 0.5f * params->current_max * DOUBT_TURN / turn;
     const uint32_t memory = (uint32_t)(DOUBT_LEAST + filter);
     return (doubt_tuning_t){

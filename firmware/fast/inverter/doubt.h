@@ -1,18 +1,18 @@
-/* Is the voltage that acted in the last period too uncertain to track by?
+/* Detects that the voltage that acted in the last period is too uncertain for tracking.
  *
- * Around a zero crossing of a phase current the sign of its leg's loss (dead_time.h) hangs on the sensor's
- * offset, for as long as the current takes to pass. That matters while the flux lost in this time could turn
- * that of the rotor by more than DOUBT_ANGLE, and the whole loss is no small part of the EMF:
+ * Around a zero crossing of a phase current, the sign of the loss of its leg (dead_time.h) depends on the
+ * sensor's offset until the current has left the zone. This matters while the flux lost in this time could
+ * rotate that of the rotor by more than DOUBT_ANGLE, and the whole loss is not small compared with the EMF:
  *
  *     smallest < current,   largest > current/DOUBT_SHARE,   |e| < DOUBT_EMF leg,
  *     leg current > DOUBT_ANGLE |e| largest
  *
- * with the smallest and the largest phase current, and the loss `leg` of one leg. The tracking loop coasts
- * meanwhile, and for as long as the EMF filter remembers it. Coasting needs a speed that stays, or large
- * currents whose torque the loop receives, with a load that turns the rotor by little meanwhile, for nobody
- * knows whether it turns round with the speed; and with an inertia by which the speed has changed until now
- * as foreseen, but for a share that turns the rotor by little, too. Reasons: docs/theory.md, 13. Does not
- * handle: which leg it is. */
+ * with the smallest and the largest phase current, and the loss `leg` of one leg. The tracking loop coasts in
+ * this time and as long as the EMF filter contains the effect. Coasting requires one of two conditions: a
+ * steady speed, or large currents whose torque the loop receives. In the second case the load must turn the
+ * rotor by little in this time, because the direction of the load at a reversal of speed is unknown, and the
+ * speed must have changed as foreseen from the inertia, except for a share that also turns the rotor by
+ * little. Reasons: docs/theory.md, 13. Does not handle: identification of the leg. */
 #ifndef FAST_INVERTER_DOUBT_H
 #define FAST_INVERTER_DOUBT_H
 
@@ -22,44 +22,42 @@
 #include "math/bounds.h"
 #include "math/frames.h"
 
-#define DOUBT_EMF   4.0f /* [-] of a leg's loss: a longer EMF is tracked even by a wrong sign */
-#define DOUBT_SHARE 0.2f /* [-] of the largest phase current that may be in doubt: else all of a turn is */
-#define DOUBT_REMEMBERED                                                                                     \
-    0.577f /* [-] of it a turn by a radian while a crossing is remembered takes as much time */
-#define DOUBT_ANGLE        0.005f /* [rad] */
-#define DOUBT_SPEED_STEADY 8.0f   /* [rad/s] slower, a current is near zero for too long to coast */
-#define DOUBT_DETECTOR     0.1f   /* [-] a loop with an error to work off shall work; noise is no error */
-#define DOUBT_SPEED_HEAVY                                                                                    \
-    0.2f /* [-] of the speed that may be missing: further from it, nothing may be missed */
-#define DOUBT_SPEED_LIGHT    0.1f  /* [-] the same for a rotor that leaves its speed during one crossing */
-#define DOUBT_TIME           5e-3f /* [s] that a crossing and its memory last at the speeds in question */
-#define DOUBT_TURN           0.02f /* [rad] by which no more may turn the rotor meanwhile than was foreseen */
-#define DOUBT_SHARE_FORESEEN 0.1f  /* [-] DOUBT_SHARE while the speed changes as the loop expects */
-#define DOUBT_SPEED_FORESEEN 3.0f  /* [rad/s] DOUBT_SPEED_STEADY then */
+#define DOUBT_EMF            4.0f /* [-] of the loss of a leg: a longer EMF is tracked even with a wrong sign */
+#define DOUBT_SHARE          0.2f   /* [-] of the largest phase current: limit of the doubtful current */
+#define DOUBT_REMEMBERED     0.577f /* [-] of this share: a turn by 1 rad in the memory takes as long */
+#define DOUBT_ANGLE          0.005f /* [rad] least error of the angle that matters */
+#define DOUBT_SPEED_STEADY   8.0f  /* [rad/s] at a lower speed a current is near zero for too long to coast */
+#define DOUBT_DETECTOR       0.1f  /* [-] least error of the loop at which it must track; noise is smaller */
+#define DOUBT_SPEED_HEAVY    0.2f  /* [-] of the speed, largest speed error for coasting */
+#define DOUBT_SPEED_LIGHT    0.1f  /* [-] the same for a rotor whose speed can change during one crossing */
+#define DOUBT_TIME           5e-3f /* [s] duration of a crossing and its memory at the speeds in question */
+#define DOUBT_TURN           0.02f /* [rad] largest rotation in this time beyond the foreseen one */
+#define DOUBT_SHARE_FORESEEN 0.1f  /* [-] DOUBT_SHARE while the speed changes as expected */
+#define DOUBT_SPEED_FORESEEN 3.0f  /* [rad/s] DOUBT_SPEED_STEADY in the same case */
 
 typedef struct {
-    float current;           /* phase current below which a leg's loss is in doubt [A]; 0: never */
-    float emf_cutoff;        /* low-pass of the EMF that the loop sees [rad/s]; 0: none */
-    bool acceleration_known; /* is the loop told of the motor's torque? */
-    float acceleration;      /* of the rotor at the limit of current [rad/s^2], electrical, > 0 */
-    float current_max;       /* that limit [A] */
+    float current;           /* phase current below which the loss of a leg is in doubt [A]; 0: never */
+    float emf_cutoff;        /* cutoff of the low-pass of the EMF in the loop [rad/s]; 0: no low-pass */
+    bool acceleration_known; /* the loop receives the torque of the motor */
+    float acceleration;      /* of the rotor at the current limit [rad/s^2], electrical, > 0 */
+    float current_max;       /* current limit [A] */
     float period;            /* T [s] */
 } doubt_params_t;
 
 typedef struct {
     float current;         /* [A] */
     uint32_t memory;       /* [periods] for which a doubtful voltage is remembered */
-    float share_per_speed; /* by which that memory lessens DOUBT_SHARE [s/rad] */
-    float load_most;       /* with which a change of speed is foreseen [A]; 0: none is */
-    float speed_share;     /* of the speed that may be missing [-] */
-    float miss_share;      /* of the speed gained that may not have been foreseen [-] */
+    float share_per_speed; /* reduction of DOUBT_SHARE per speed by this memory [s/rad] */
+    float load_most;   /* largest load with which a change of speed is foreseen [A]; 0: none is foreseen */
+    float speed_share; /* largest speed error as a share of the speed [-] */
+    float miss_share;  /* largest share of the gained speed that was not foreseen [-] */
 } doubt_tuning_t;
 
 typedef struct {
-    uint32_t left; /* [periods] for which the loop still coasts */
+    uint32_t left; /* [periods] for which the loop continues to coast */
 } doubt_t;
 
-/* What is judged: of the last period, whose estimate is the newest there is. */
+/* Inputs of the last period, whose estimate is the newest one. */
 typedef struct {
     ab_t current;       /* mean of the period [A] */
     float leg;          /* loss of a leg whose sign is certain [V] */
@@ -68,33 +66,34 @@ typedef struct {
     float omega_e;      /* estimated [rad/s], electrical */
     float omega_m;      /* [rad/s], mechanical */
     float omega_m_miss; /* reference - omega_m [rad/s] */
-    float load;         /* part of i_q that carries the load, as far as it is known [A] */
-    float gained;       /* speed since its reference moved [rad/s], electrical; 0: it stands */
-    float foreseen;     /* the same from the current [rad/s]; 0: it stands */
+    float load;         /* known part of i_q that carries the load [A] */
+    float gained;       /* speed since its reference moved [rad/s], electrical; 0: constant reference */
+    float foreseen;     /* the same, from the current [rad/s]; 0: constant reference */
 } doubt_input_t;
 
-/* Coefficients. Two divisions. */
+/* Computes the coefficients. Two divisions. */
 doubt_tuning_t doubt_prepare(const doubt_params_t *params);
 
-/* No doubt. */
+/* Starts without doubt. */
 static inline void doubt_init(doubt_t *doubt)
 {
     doubt->left = 0u;
 }
 
-/* Is an EMF of this length [V] small beside the loss of a leg [V]? */
+/* true: an EMF of this length [V] is small compared with the loss of a leg [V]. */
 static inline bool doubt_small(float amplitude, float leg)
 {
     return amplitude < DOUBT_EMF * leg;
 }
 
-/* Is doubt_step() to be asked? Else, as most of the time, there is no doubt, and none to remember. */
+/* true: doubt_step() has to be called. Most of the time there is neither doubt nor a memory, and the result
+ * is false. */
 static inline bool doubt_may_be(const doubt_t *doubt, float amplitude, float leg)
 {
     return doubt->left != 0u || doubt_small(amplitude, leg);
 }
 
-/* true: the tracking loop shall coast over this period. Straight line; no division. It changes nothing where
+/* true: the tracking loop has to coast over this period. No loop, no division. The step changes nothing where
  * doubt_may_be() is false. */
 static inline bool doubt_step(doubt_t *doubt, const doubt_tuning_t *tuning, const doubt_input_t *input)
 {

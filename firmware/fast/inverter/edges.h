@@ -1,19 +1,19 @@
 /* The current of a leg at its two edges.
  *
- * The switches whose zero vector is sampled, the upper ones say, are on at both ends of a period and off
- * around its middle: leg j, of duty d_j, falls at d_j T/2 and rises at T - d_j T/2. The voltage is even about
- * the middle, so the current runs odd about it, and the edges meet
+ * The switches whose zero vector is sampled (here: the upper ones) are on at both ends of a period and off
+ * around its middle: leg j, with duty d_j, falls at d_j T/2 and rises at T - d_j T/2. The voltage is an even
+ * function about the middle, so the current is an odd one, and the currents at the edges are
  *
  *     i_j - a_j (falling),   i_j + a_j (rising),   i_j = (i_j(t_k-1) + i_j(t_k))/2
  *     a_j = (1 - d_j)/2 (Di_j - T/L u_j) - T u_dc/(6 L) (sum over x of max(0, d_x - d_j) - T_e/T)
  *
- * with the change Di of the current in this period, the voltage u on the winding, and duties as they act
- * behind the dead time, d - T_e/T sign(i). The first term is what EMF and resistance do while the leg is off,
- * the second what the legs do that are on longer, T_e what the own dead band takes, in which a leg without
- * current stands half way. Where the lower switches are sampled, d is their share, 1 - duty, and currents and
- * voltages have the other sign. Derivation: docs/theory.md, 12.
+ * with the change Di of the current in this period, the voltage u on the winding, and duties that act after
+ * the dead time, d - T_e/T sign(i). The first term is the effect of EMF and resistance while the leg is off.
+ * The second is the effect of the legs that are on longer. T_e accounts for the dead time of the leg itself,
+ * in which a leg without current has half of the link voltage. Where the lower switches are sampled, d is
+ * their share, 1 - duty, and currents and voltages have the opposite sign. Derivation: docs/theory.md, 12.
  *
- * No state. Does not handle: an EMF that turns within the period. */
+ * No state. Does not handle: rotation of the EMF within the period. */
 #ifndef FAST_INVERTER_EDGES_H
 #define FAST_INVERTER_EDGES_H
 
@@ -28,21 +28,21 @@ typedef struct {
     float way;              /* 1, or -1 where the lower switches are sampled [-] */
 } edges_tuning_t;
 
-/* Coefficients for the period T [s] and the inductance L [H], > 0; are the currents sampled while the upper
- * switches are on, or the lower ones? One division. */
+/* Coefficients for the period T [s] and the inductance L [H], > 0. `upper`: the currents are sampled while
+ * the upper switches are on, else the lower ones. One division. */
 static inline edges_tuning_t edges_prepare(float period, float inductance, bool upper)
 {
     return (edges_tuning_t){period / inductance, upper ? 0.0f : 1.0f, upper ? 1.0f : -1.0f};
 }
 
-/* What the voltage of a leg is ahead of another's, or nothing. */
+/* Positive difference between two legs, else 0. */
 static inline float edges_ahead(float difference)
 {
     return bounds_more(difference, 0.0f);
 }
 
-/* Half of the current's way from the one edge to the other of each leg, +-a_j [A]. `duty` of the upper
- * switches as it acts [-], `change` of the current in the period [A], `effective`: T_e/T [-], DC link `u_dc`
+/* Half of the current's change from one edge to the other of each leg, +-a_j [A]. `duty` of the upper
+ * switches that acts [-], `change` of the current in the period [A], `effective`: T_e/T [-], DC link `u_dc`
  * [V]. No division, three compares. */
 static inline abc_t edges_swing(const edges_tuning_t *edges, abc_t duty, ab_t change, float effective,
                                 float u_dc)

@@ -1,11 +1,11 @@
-/* The power stage: what it makes of a voltage, and which voltage it made. One model for both ways: dead time,
- * drops and the whole counts of the compare registers.
+/* The model of the power stage in both directions: duties from a required voltage, and the applied voltage
+ * from duties. The same model holds for both: dead time, drops and the resolution of the compare registers.
  *
- *     wanted u, current then --> inverter_make: u + what will be lost --> svpwm --> whole counts: duties of k
+ *     required u, current then --> inverter_make: u + loss --> svpwm --> whole counts: duties of k
  *     duties of k-2, current, u_dc --> inverter_acted: the voltage on the winding in [t_k-1, t_k)
  *
- * Timing: the duties of step k act on [t_k+1, t_k+2); inverter_acted() of step k therefore speaks of those of
- * step k-2, at the mean of the currents and of the DC link at t_k-1 and t_k. Does not handle: differences
+ * Timing: the duties of step k act in [t_k+1, t_k+2); inverter_acted() of step k therefore uses those of step
+ * k-2, with the mean of the currents and of the DC link at t_k-1 and t_k. Does not handle: differences
  * between the legs. */
 #ifndef FAST_INVERTER_INVERTER_H
 #define FAST_INVERTER_INVERTER_H
@@ -21,14 +21,14 @@
 typedef struct {
     dead_time_params_t dead_time; /* its `gain` is the share that is compensated */
     float inductance;             /* of the winding [H], > 0 */
-    bool sampled_upper;           /* are the currents sampled while the upper switches are on? */
-    float duty_min, duty_max;     /* [-] least and largest duty of a leg */
+    bool sampled_upper;           /* the currents are sampled while the upper switches are on */
+    float duty_min, duty_max;     /* [-] smallest and largest duty of a leg */
     float duty_counts;            /* [-] steps of a duty from 0 to 1 */
 } inverter_params_t;
 
 typedef struct {
-    dead_time_tuning_t compensated; /* what the modulation makes up for */
-    dead_time_tuning_t lost;        /* what the inverter takes: all of it, whatever share is compensated */
+    dead_time_tuning_t compensated; /* loss that the modulation compensates */
+    dead_time_tuning_t lost;        /* full loss of the inverter, independent of the compensated share */
     edges_tuning_t edges;
     svpwm_tuning_t modulation;
     float gain;        /* share that is compensated [-] */
@@ -37,17 +37,17 @@ typedef struct {
 } inverter_tuning_t;
 
 typedef struct {
-    dead_time_tuning_t compensated; /* those of the tuning, with the dead time as it is learnt */
-    dead_time_tuning_t lost;        /* what the inverter takes, with the dead time as it is learnt */
+    dead_time_tuning_t compensated; /* the compensated loss with the learnt dead time */
+    dead_time_tuning_t lost;        /* the full loss with the learnt dead time */
     abc_t duty_prev[2];             /* duties of one and two steps ago [-] */
     ab_t current_prev;              /* one period ago [A] */
     float u_dc_prev;                /* one period ago [V] */
 } inverter_t;
 
 typedef struct {
-    abc_t duty;   /* [-] of whole counts */
-    ab_t missing; /* what the DC link has too little for: made minus wanted voltage [V] */
-    bool cut;     /* is anything missing? */
+    abc_t duty;   /* [-] in whole counts */
+    ab_t missing; /* applied minus required voltage, where the DC link is too low [V] */
+    bool cut;     /* a part of the voltage is missing */
 } inverter_made_t;
 
 typedef struct {
@@ -57,20 +57,20 @@ typedef struct {
     float leg;    /* loss of a leg whose sign is certain [V] */
 } inverter_acted_t;
 
-/* Coefficients. Six divisions. */
+/* Computes the coefficients. Six divisions. */
 inverter_tuning_t inverter_prepare(const inverter_params_t *params);
 
-/* These coefficients; nothing has acted yet. */
+/* Sets these coefficients; no voltage has acted yet. */
 void inverter_init(inverter_t *inverter, const inverter_tuning_t *tuning);
 
-/* New coefficients; what acted stays in memory. */
+/* Sets new coefficients; the memory of the duties stays. */
 static inline void inverter_take(inverter_t *inverter, const inverter_tuning_t *tuning)
 {
     inverter->compensated = tuning->compensated;
     inverter->lost = tuning->lost;
 }
 
-/* Another effective dead time than that of the tuning, T_e/T_s [-], for both ways, until the next
+/* Sets another effective dead time than that of the tuning, T_e/T_s [-], for both directions, until the next
  * inverter_take(). */
 static inline void inverter_set_dead_time(inverter_t *inverter, const inverter_tuning_t *tuning,
                                           float effective)
@@ -79,16 +79,17 @@ static inline void inverter_set_dead_time(inverter_t *inverter, const inverter_t
     inverter->compensated.volt_per_volt = tuning->gain * effective;
 }
 
-/* The nearest duty that the compare registers can hold, so that the observer computes with what acts. */
+/* The nearest duty that the compare registers can hold, so that the observer uses the voltage that acts. */
 static inline float inverter_whole_counts(const inverter_tuning_t *tuning, float duty)
 {
     return (float)(int32_t)(duty * tuning->duty_counts + 0.5f) * tuning->per_count;
 }
 
-/* Duties for the voltage `wanted` [V] on the winding at the DC link `u_dc` [V]. `current` [A]: as expected in
- * the middle of the period in which they act, for its sign decides what a leg loses; its reference is the
- * best guess, a sampled one has the wrong sign near its zero crossings. Both edges of a leg are taken to meet
- * it: what that leaves inverter_acted() knows. One division, two at the voltage limit. */
+/* Duties for the required voltage `wanted` [V] on the winding at the DC link `u_dc` [V]. `current` [A] is the
+ * one expected in the middle of the period in which the duties act, because its sign determines the loss of
+ * each leg. The current reference is the best estimate: a sampled current has the wrong sign near its zero
+ * crossings. Both edges of a leg are assumed to occur at this current; inverter_acted() accounts for the
+ * difference. One division, two at the voltage limit. */
 static inline inverter_made_t inverter_make(const inverter_t *inverter, const inverter_tuning_t *tuning,
                                             ab_t wanted, ab_t current, float u_dc)
 {
@@ -105,7 +106,7 @@ static inline inverter_made_t inverter_make(const inverter_t *inverter, const in
     };
 }
 
-/* Duties as they act behind the dead time, where the currents have these signs. */
+/* Duties that act after the dead time, for currents with these signs. */
 static inline abc_t inverter_effective(const inverter_t *inverter, abc_t signs)
 {
     const float effective = inverter->lost.volt_per_volt;
@@ -113,9 +114,9 @@ static inline abc_t inverter_effective(const inverter_t *inverter, abc_t signs)
     return (abc_t){duty.a - effective * signs.a, duty.b - effective * signs.b, duty.c - effective * signs.c};
 }
 
-/* What acted in the last period, from the current [A] and the DC link [V] at t_k. The mean current says which
- * way the duties act behind the dead time, those what the current is at the edges, and that what was lost. No
- * division. */
+/* The voltage that acted in the last period, from the current [A] and the DC link [V] at t_k. The mean
+ * current determines the duties that act after the dead time, these determine the current at the edges, and
+ * that current determines the loss. No division. */
 static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const inverter_tuning_t *tuning,
                                               ab_t current, float u_dc)
 {
@@ -137,8 +138,7 @@ static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const 
     };
 }
 
-/* The end of a period: what the next ones will want to know of its duties, its current [A] and its DC link
- * [V]. */
+/* The end of a period: stores its duties, its current [A] and its DC link [V] for the next periods. */
 static inline void inverter_remember(inverter_t *inverter, abc_t duty, ab_t current, float u_dc)
 {
     inverter->duty_prev[1] = inverter->duty_prev[0];

@@ -1,15 +1,15 @@
-/* Space-vector modulation: duties of the three legs from a voltage in the stationary frame, by min-max zero
- * sequence.
+/* Space-vector modulation: duties of the three legs from a voltage in the stationary frame, with a min-max
+ * zero sequence.
  *
  *     duty_x = middle + (v_x - (max(v) + min(v))/2) / u_dc,   middle = (duty_min + duty_max)/2
  *
- * The highest and the lowest leg lie symmetrically about the middle of the allowed range, which equals
- * space-vector modulation with equal zero vectors: linear up to (duty_max - duty_min) u_dc/sqrt(3) in every
- * direction (180 V at 311 V and 0..1), up to 2/sqrt(3) times that in the corners of the hexagon. A longer
- * vector keeps its direction and is cut at the hexagon's edge.
+ * The highest and the lowest leg are symmetrical about the middle of the allowed range, which equals
+ * space-vector modulation with equal zero vectors. The modulation is linear up to (duty_max - duty_min)
+ * u_dc/sqrt(3) in every direction (180 V at 311 V and 0..1), and up to 2/sqrt(3) times that in the corners of
+ * the hexagon. A longer vector keeps its direction and is shortened to the edge of the hexagon.
  *
- * No state; the duties act one period later (docs/theory.md, 2). Does not handle: overmodulation
- * beyond the hexagon, minimum pulses other than by duty_min and duty_max. */
+ * No state; the duties act one period later (docs/theory.md, 2). Does not handle: overmodulation beyond the
+ * hexagon, minimum pulses other than by duty_min and duty_max. */
 #ifndef FAST_INVERTER_SVPWM_H
 #define FAST_INVERTER_SVPWM_H
 
@@ -18,27 +18,27 @@
 #include "math/bounds.h"
 #include "math/frames.h"
 
-/* Voltages that together are larger are none, and sums of three could overflow [V]. */
+/* Largest accepted sum of the amounts; sums of three larger voltages could overflow [V]. */
 #define SVPWM_VOLTAGE_LIMIT 1e30f
 
-/* Below this the reciprocal is not finite [V]. */
+/* Below this voltage the reciprocal is not finite [V]. */
 #define SVPWM_U_DC_LEAST 1e-37f
 
-/* Share of the range of duties that is used [-]: what it leaves on either side is more than the rounding of a
- * duty, 2e-7, so that none passes its limit. */
+/* Share of the range of duties that is used [-]: the remainder on either side is more than the rounding of a
+ * duty, 2e-7, so that no duty exceeds its limit. */
 #define SVPWM_SHARE (1.0f - 8e-7f)
 
 typedef struct {
-    abc_t duty;   /* share of the period that each leg's upper switch is on [-] */
-    ab_t voltage; /* mean voltage of these duties at this u_dc, ideal inverter [V]: the one asked for, or
+    abc_t duty;   /* share of the period for which the upper switch of each leg is on [-] */
+    ab_t voltage; /* mean voltage of these duties at this u_dc, ideal inverter [V]: the requested one, or
                      shorter */
-    bool cut;     /* shorter */
+    bool cut;     /* the voltage is shorter than requested */
 } svpwm_t;
 
 /* The duties that a leg may have. */
 typedef struct {
     float middle; /* of the range [-] */
-    float range;  /* width of what is used of it [-] */
+    float range;  /* width of the used part [-] */
 } svpwm_tuning_t;
 
 /* The duties of a leg from duty_min to duty_max, 0 <= duty_min <= duty_max <= 1 [-]. */
@@ -47,9 +47,9 @@ static inline svpwm_tuning_t svpwm_prepare(float duty_min, float duty_max)
     return (svpwm_tuning_t){0.5f * (duty_min + duty_max), SVPWM_SHARE * (duty_max - duty_min)};
 }
 
-/* Duties for `voltage` [V] at the DC link `u_dc` [V], each within the range of this tuning. Where nothing
- * sensible can be made (u_dc <= 0 or below 1e-37 V, any of the three not finite, or their amounts together
- * beyond 1e30 V): all duties 0.5, which is no voltage, and says so. One division. */
+/* Duties for `voltage` [V] at the DC link `u_dc` [V], each within the range of this tuning. If no voltage can
+ * be made (u_dc <= 0 or below 1e-37 V, one of the three not finite, or their amounts together above 1e30 V),
+ * all duties are 0.5, which is zero voltage, and `cut` is true. One division. */
 static inline svpwm_t svpwm_modulate(const svpwm_tuning_t *tuning, ab_t voltage, float u_dc)
 {
     const float together = bounds_magnitude(voltage.alpha) + bounds_magnitude(voltage.beta) + u_dc;

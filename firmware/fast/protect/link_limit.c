@@ -37,8 +37,8 @@ void link_limit_take(link_limit_t *x, const link_limit_tuning_t *tuning)
     x->limits = 1u; /* judged in the next period */
 }
 
-/* What may drive a rotor of this speed at a link above u_full [A]. A link that the rotor has filled slows it
- * or leaves it alone: one that becomes faster is driven, and the power comes from a supply. */
+/* The current that may drive a rotor of this speed at a link above u_full [A]. A link that the rotor has
+ * filled only brakes the rotor. If the rotor accelerates, the power comes from a supply. */
 static float taken(link_limit_t *x, const link_limit_tuning_t *tuning, float u_dc, float speed)
 {
     if (u_dc < tuning->full) {

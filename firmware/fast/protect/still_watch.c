@@ -4,10 +4,10 @@
 #include "math/winding.h"
 
 #define OFF_SHARE   0.05f   /* [-] of the range */
-#define FAR_SHARE   0.15f   /* [-] of it */
-#define NONE_SHARE  0.0075f /* [-] of it: what a phase without current may show */
-#define OFF_PERIODS 4u      /* [periods]: a step of what is asked for shows in the third sample */
-#define ALONE       8u      /* [periods] without a move, where a phase has next to no current */
+#define FAR_SHARE   0.15f   /* [-] of the range */
+#define NONE_SHARE  0.0075f /* [-] of the range: largest value of a phase without current */
+#define OFF_PERIODS 4u      /* [periods]: a step of the reference is visible in the third sample */
+#define ALONE       8u      /* [periods] without a change, where a phase has almost no current */
 
 still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params)
 {

@@ -9,18 +9,18 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-#define TRAIL_CUTOFF  200.0f /* [rad/s] of <e>: the slowest rotor turns by some degrees in 1/200 s */
-#define TRAIL_MOST    0.08f /* [-] of e x <e>/e^2 that is expected at most: it is omega/200 of a slow rotor */
-#define TRAIL_PART    0.4f  /* [-] of it that must be seen: of a fast one it is 200/omega, enough to 5000 */
-#define STEADY_PART   0.7f  /* [-] of the slowest rotor's EMF that must be left of it in its frame */
-#define CLEAR_OF_ZONE 3.0f  /* [-] of the doubtful current: b and c carry half of what a does */
-#define LENGTH_CUTOFF 330.0f /* [rad/s] of <|e|> */
-#define EMF_CUTOFF    600.0f /* [rad/s] a fifth of the noise is left, and 3 % of where it begins after 6 ms */
-#define SLIP_NATURAL  430.0f /* [rad/s] of the loop that finds the slip: damping 0.7 with EMF_CUTOFF */
-#define SLIP_SPEED    80.0f  /* [rad/s] slower rotors: their EMF is too unsteady, their error within reach */
-#define SLIP_MOST     0.5f   /* [-] of <|e|>/psi_f: psi_f wrong by a third */
-#define SEEN_TIME     2.0e-3f  /* [s] the observer is on the EMF by then: the mean begins there */
-#define SETTLED_TIME  4.0e-3f  /* [s] the direction's sum has a sign by then */
+#define TRAIL_CUTOFF  200.0f   /* [rad/s] of <e>: the slowest rotor rotates by some degrees in 1/200 s */
+#define TRAIL_MOST    0.08f    /* [-] largest expected e x <e>/e^2: omega/200 of a slow rotor */
+#define TRAIL_PART    0.4f     /* [-] required part: a fast rotor makes 200/omega, enough up to 5000 rad/s */
+#define STEADY_PART   0.7f     /* [-] of the EMF of the slowest rotor: least mean in its frame */
+#define CLEAR_OF_ZONE 3.0f     /* [-] of the doubtful current: b and c carry half of the current of a */
+#define LENGTH_CUTOFF 330.0f   /* [rad/s] of <|e|> */
+#define EMF_CUTOFF    600.0f   /* [rad/s] a fifth of the noise remains, 3 % of the start after 6 ms */
+#define SLIP_NATURAL  430.0f   /* [rad/s] of the loop of the slip: damping 0.7 with EMF_CUTOFF */
+#define SLIP_SPEED    80.0f    /* [rad/s] below it the EMF is too noisy, and the error is within reach */
+#define SLIP_MOST     0.5f     /* [-] of <|e|>/psi_f: an error of psi_f by a third */
+#define SEEN_TIME     2.0e-3f  /* [s] the observer has converged by then: the mean begins there */
+#define SETTLED_TIME  4.0e-3f  /* [s] the sum of the direction has a sign by then */
 #define SURE_TIME     10.0e-3f /* [s] the lengths have settled by then */
 #define SURE_TURN     1.0f     /* [rad] since the direction is known */
 #define BEYOND_TIME   1.0e-3f  /* [s] */
@@ -78,7 +78,7 @@ void catch_enter(catch_t *catching, uint32_t periods, float omega_e)
     catching->periods_beyond = 0u;
 }
 
-/* Of the d axis under this EMF, which turns with a speed of this sign. */
+/* Direction of the d axis for this EMF, whose speed has the sign of omega_e. */
 static rotation_t direction(ab_t emf, float omega_e)
 {
     const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
@@ -86,16 +86,16 @@ static rotation_t direction(ab_t emf, float omega_e)
     return (rotation_t){-share * emf.alpha, share * emf.beta};
 }
 
-/* A vector [V], turned on as far as the rotor turns in this time [s]. */
+/* A vector [V], rotated by the rotation of the rotor in this time [s]. */
 static ab_t turned_on(const catch_t *catching, ab_t emf, float time)
 {
     static const rotation_t none = {0.0f, 1.0f};
     return frames_inverse_park((dq_t){emf.alpha, emf.beta}, trig_advance(none, time * catching->omega_e));
 }
 
-/* One period of the slip: `emf` turns on against `before`, the frame's, whose low-pass is the loop's
- * proportional part. No quicker than the rotor turns: a voltage error that stands still goes round in the
- * frame, and is taken for slip in no more than its share of the EMF. */
+/* One period of the slip: `emf` is compared with `before`, the vector of the frame, whose low-pass is the
+ * proportional part of the loop. The loop is not faster than the rotor, because a constant voltage error
+ * rotates in this frame. Its effect on the slip is limited to its share of the EMF. */
 static float slip_of(const catch_t *catching, const catch_tuning_t *tuning, ab_t before, ab_t emf,
                      float speed)
 {
@@ -106,7 +106,7 @@ static float slip_of(const catch_t *catching, const catch_tuning_t *tuning, ab_t
     return bounds_clamp(catching->slip + natural * natural * tuning->period * sine, SLIP_MOST * speed);
 }
 
-/* Is the EMF that turns as long as that of the slowest rotor? Noise has a length, but no mean. */
+/* true: the mean EMF in its frame is as long as that of the slowest rotor. Noise has a length but no mean. */
 static bool is_steady(const catch_t *catching, const catch_tuning_t *tuning)
 {
     const ab_t emf = catching->emf;
@@ -133,7 +133,7 @@ catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t
     if (catching->periods_beyond >= tuning->beyond) {
         return CATCH_TOO_FAST;
     }
-    if (catching->periods > tuning->settled) { /* `before` turns with the speed */
+    if (catching->periods > tuning->settled) { /* from here on `before` rotates */
         catching->slip = slip_of(catching, tuning, before, emf, speed);
     }
     if (catching->periods >= tuning->settled) {

@@ -1,26 +1,27 @@
-/* Catch: is the rotor turning, which way and where? With the gates on and next to no current, in the
- * stationary frame, the back-EMF tells.
+/* Catch: detects from the back-EMF whether the rotor rotates, in which direction and at which angle, with the
+ * gates on and almost no current, in the stationary frame.
  *
- *     voltage     the EMF itself, so that hardly a current flows, turned on by 1.5 T omega: it acts that late
- *     current     a little along phase a, which takes all three legs out of the dead time's zone; once a
- *                 rotor is seen, more and along its d axis, where it makes no torque
- *     direction   sign of the sum of  e x <e>,  <e>: the EMF low-passed: a vector that turns is ahead of its
- *                 own low-pass in the direction in which it turns
- *     speed       <|e|>/psi_f,  a low-pass that begins with what there is after 2 ms: the observer, which
- *                 starts from nothing, is on the EMF by then, and what it lacked before is left out; and
- *                 the slip: by so much the EMF turns faster than a frame with this speed, whatever psi_f. It
- *                 is found by a tracking loop that is no quicker than the rotor turns; that of a slow one,
- *                 whose EMF is too unsteady, is left to the estimator's
- *     angle       where the EMF puts the d axis: it lies a quarter turn ahead of it, or behind in reverse;
- *                 the EMF low-passed in a frame that turns with its speed, and so without a lag
+ *     voltage     the EMF itself, so that almost no current flows, rotated by 1.5 T omega for the delay
+ *     current     a small current along phase a, which is outside the zone of the dead time in all three
+ *                 legs; once a rotor is detected, more, along its d axis, where it makes no torque
+ *     direction   sign of the sum of  e x <e>,  <e>: the EMF low-passed: a vector that rotates leads its
+ *                 own low-pass in its direction of rotation
+ *     speed       <|e|>/psi_f,  a low-pass that begins with the value after 2 ms: the observer, which
+ *                 starts from zero, has converged by then, and its earlier error is left out; and the
+ *                 slip: the difference between the speed of the EMF and that of a frame with this speed,
+ *                 independent of psi_f. A tracking loop finds it that is not faster than the rotor; that
+ *                 of a slow rotor, whose EMF is too noisy, is left to the estimator
+ *     angle       of the d axis, from the EMF: the EMF leads it by a quarter turn, or lags it in reverse;
+ *                 the EMF is low-passed in a frame that rotates with its speed, and so has no lag
  *
- * It ends when the rotor has turned by 1 rad since its direction is known (4 ms at least), not earlier than
- * 10 ms after its start; without a turning rotor at the caller's time-out. A voltage error that stands still
- * is no rotor: of e x <e> there must be 0.4 of what a rotor with this EMF makes.
+ * The catch ends when the rotor has rotated by 1 rad since its direction is known (4 ms at least), but not
+ * earlier than 10 ms after its start. Without a rotating rotor it ends at the caller's time-out. A constant
+ * voltage error does not count as a rotor: e x <e> has to be at least 0.4 of the value that a rotor with this
+ * EMF makes.
  *
- * One step per T; the EMF is that of t_k, from the observer at the speed that catch_t has. Does not handle:
- * rotors so slow that their EMF drowns in the dead time's voltage at zero current (they count as
- * standing); rotors that turn faster than 5000 rad/s, whose <e> is next to nothing. */
+ * One step per T; the EMF is that of t_k, from the observer at the speed in catch_t. Does not handle: rotors
+ * so slow that their EMF is smaller than the error of the dead time's voltage at zero current (they count as
+ * standing); rotors faster than 5000 rad/s, whose <e> is almost zero. */
 #ifndef FAST_REFERENCE_CATCH_H
 #define FAST_REFERENCE_CATCH_H
 
@@ -32,10 +33,10 @@
 
 typedef struct {
     float flux_linkage; /* psi_f [Wb], > 0 */
-    float speed_min;    /* slower rotors stand [rad/s], electrical */
+    float speed_min;    /* rotors below this speed count as standing [rad/s], electrical */
     float doubtful;     /* current below which the loss of a leg is in doubt [A] */
-    float current_d;    /* along the d axis of a rotor that is seen [A]; at least what phase a gets */
-    bool salient;       /* L_q > L_d by so much that i_d shall be below zero */
+    float current_d;    /* along the d axis of a detected rotor [A]; at least the current of phase a */
+    bool salient;       /* L_q > L_d by so much that i_d has to be negative */
     float period;       /* T [s] */
 } catch_params_t;
 
@@ -49,66 +50,66 @@ typedef struct {
     float speed_min;      /* [rad/s] electrical */
     float emf_min_square; /* of the EMF in its own frame [V^2] */
     float current;        /* along phase a [A] */
-    float current_d;      /* along the d axis, once it is seen [A] */
+    float current_d;      /* along the d axis, once it is detected [A] */
     float lead;           /* 1.5 T [s] */
     uint32_t seen;        /* [periods] before the mean of the length begins */
-    uint32_t settled;     /* [periods] before the speed is believed, and a rotor seen */
-    uint32_t sure;        /* [periods] after which a rotor that has turned far enough is caught at once */
-    float turn_sure;      /* how far that is, over T [rad/s] */
-    uint32_t beyond;      /* [periods] that an EMF beyond the link must last */
+    uint32_t settled;     /* [periods] before speed and rotation are valid */
+    uint32_t sure;        /* [periods] after which a rotor that has rotated far enough is caught at once */
+    float turn_sure;      /* this rotation over T [rad/s] */
+    uint32_t beyond;      /* [periods] for which an EMF above the link must last */
 } catch_tuning_t;
 
 typedef struct {
     ab_t trail;              /* <e> [V] */
     ab_t emf;                /* e at t_k, low-passed in a frame that turns with it [V] */
     float cross;             /* sum of e x <e> [V^2] */
-    float cross_min;         /* least that it must have [V^2] */
+    float cross_min;         /* least amount of this sum [V^2] */
     float length;            /* <|e|> [V] */
-    float slip;              /* of the EMF against a frame that turns with <|e|>/psi_f [rad/s] */
-    float omega_e;           /* [rad/s] electrical, of the start until it is believed */
-    float turned;            /* sum of |omega_e| since [rad/s] */
+    float slip;              /* difference of the EMF's speed from <|e|>/psi_f [rad/s] */
+    float omega_e;           /* [rad/s] electrical, that of the start until it is measured */
+    float turned;            /* sum of |omega_e| since the direction is known [rad/s] */
     uint32_t periods;        /* [periods] so far */
     uint32_t wanted;         /* [periods] of the whole catch */
-    uint32_t turning;        /* [-] 1: a rotor is seen turning */
+    uint32_t turning;        /* [-] 1: a rotating rotor is detected */
     uint32_t found;          /* [-] 1: a step has ended with CATCH_TURNING */
-    uint32_t periods_beyond; /* [periods] without a break with an EMF that the link cannot hold */
+    uint32_t periods_beyond; /* [periods] in a row with an EMF above the link voltage */
 } catch_t;
 
 typedef enum { CATCH_GOES_ON, CATCH_TURNING, CATCH_STANDING, CATCH_TOO_FAST } catch_outcome_t;
 
-/* The current along the d axis of a rotor that is caught [A]: as wished for, but at least clear of what is
- * doubtful [A]; of a salient one against the magnet, where its EMF grows. */
+/* The current along the d axis of a rotor that is caught [A]: `current_d`, but at least clear of the doubtful
+ * current [A]; negative for a salient rotor, where it increases the active flux. */
 float catch_current_along(float doubtful, float current_d, bool salient);
 
-/* Coefficients. Division and exponentials: for the background. */
+/* Computes the coefficients. It has divisions and exponentials and runs in the background. */
 catch_tuning_t catch_prepare(const catch_params_t *params);
 
-/* Nothing seen. */
+/* Sets the initial state. */
 void catch_init(catch_t *catching);
 
-/* A catch of so many periods begins; omega_e [rad/s]: the speed until it has seen one. */
+/* Begins a catch of at most `periods`; omega_e [rad/s] is the speed until one is measured. */
 void catch_enter(catch_t *catching, uint32_t periods, float omega_e);
 
-/* One period: EMF at t_k and its length [V], largest voltage that the link gives [V]. No division. */
+/* One period: EMF at t_k and its length [V], largest voltage of the link [V]. No division. */
 catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t emf, float length,
                            float voltage_max);
 
-/* Once a rotor is found: its EMF a period later, by its speed alone. */
+/* Once a rotor is found: rotates its EMF by one period with its speed. */
 void catch_turn(catch_t *catching, const catch_tuning_t *tuning);
 
-/* The current to be held [A]: along phase a, or the d axis of a rotor that is seen. No division. */
+/* The current reference [A]: along phase a, or along the d axis of a detected rotor. No division. */
 ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning);
 
-/* The voltage that holds this EMF [V] when it acts. */
+/* The voltage that equals this EMF [V] at the time when it acts. */
 ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf);
 
 /* The rotor as it was caught, at t_k. No division. */
 frame_t catch_rotor(const catch_t *catching);
 
-/* Length of the EMF that turns with it, the mean of some periods [V]. No division. */
+/* Length of the filtered EMF, the mean of some periods [V]. No division. */
 float catch_length(const catch_t *catching);
 
-/* Angle of the d axis [rad] under this EMF [V], which turns with a speed of this sign. No division. */
+/* Angle of the d axis [rad] for this EMF [V], whose speed has the sign of omega_e. No division. */
 float catch_angle(ab_t emf, float omega_e);
 
 #endif

@@ -1,4 +1,4 @@
-/* What a manoeuvre asks of control for one period. */
+/* The demand of a manoeuvre on current control for one period. */
 #ifndef FAST_REFERENCE_DEMAND_H
 #define FAST_REFERENCE_DEMAND_H
 
@@ -6,19 +6,19 @@
 
 #include "math/frames.h"
 
-/* What becomes of the integrals of current control. */
+/* Treatment of the integrals of current control. */
 typedef enum {
-    FRAME_GOES_ON, /* the frame is that of the last period, a period on */
-    FRAME_TURNS,   /* another frame: the integrals are turned into it and nothing jumps */
-    FRAME_ANEW     /* another frame, and nothing of the old one holds there: integrals zero */
+    FRAME_GOES_ON, /* the frame of the last period continues */
+    FRAME_TURNS,   /* another frame: the integrals are transformed into it without a step */
+    FRAME_ANEW     /* another frame that is not related to the old one: integrals zero */
 } frame_change_t;
 
 typedef struct {
-    frame_t frame;     /* in which control works, at t_k */
+    frame_t frame;     /* of current control, at t_k */
     int32_t change;    /* [-] frame_change_t */
     dq_t current;      /* reference in this frame [A] */
-    dq_t emf;          /* known of the voltage beforehand, in the same frame [V] */
-    float omega_m_ref; /* mechanical speed reference in force [rad/s] */
+    dq_t emf;          /* known voltage for the feed-forward, in the same frame [V] */
+    float omega_m_ref; /* present speed reference, mechanical [rad/s] */
 } demand_t;
 
 #endif

@@ -1,17 +1,18 @@
-/* The forced frame: a current vector that turns at a given speed and takes the rotor along, from standstill
- * up to where the back-EMF can be tracked (I/f start). Nothing of the rotor's angle is known here.
+/* The forced frame: a current vector that rotates at a given speed and takes the rotor along, from standstill
+ * up to the speed where the back-EMF can be tracked (I/f start). The angle of the rotor is unknown here.
  *
- *     current on the d axis of the frame; the rotor hangs on it like a pendulum,
+ *     current on the d axis of the frame; the rotor swings about it like a pendulum,
  *         w_n = sqrt(p K_t I/J),   K_t = 1.5 p psi_f
- *     which nothing damps but this:   i_q = -k (I_d/I) HP(e_q),   e_q: back-EMF across the frame
+ *     which only this law damps:   i_q = -k (I_d/I) HP(e_q),   e_q: back-EMF across the frame
  *
- * e_q is omega psi_f cos(gamma) with gamma the load angle, and the torque of i_q is K_t i_q cos(gamma): their
- * product is never positive, so that it takes energy out of every swing, at standstill too, where a frequency
- * that is corrected could do nothing. What turns along for good is no swing: a high-pass takes it off. The
- * back-EMF needs the observer alone, no tracking. Derivation, and what bounds k: docs/theory.md, 23.
+ * e_q is omega psi_f cos(gamma) with gamma the load angle, and the torque of i_q is K_t i_q cos(gamma). Their
+ * product is never positive, so that it takes energy out of every swing, also at standstill, where a
+ * correction of the frequency has no effect. A constant e_q belongs to the steady rotation, and the high-pass
+ * removes it. The back-EMF needs only the observer, without tracking. The derivation and the limits of k are
+ * in docs/theory.md, 23.
  *
- * One step per T. Does not handle: whether the rotor follows (that is judged by the EMF's length,
- * medium/manoeuvre/manoeuvres.h); a load that needs more than the current gives. */
+ * One step per T. Does not handle: whether the rotor follows (medium/manoeuvre/manoeuvres.h judges that by
+ * the length of the EMF); a load that needs more torque than the current makes. */
 #ifndef FAST_REFERENCE_FORCED_H
 #define FAST_REFERENCE_FORCED_H
 
@@ -22,14 +23,14 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-/* Share of the observed EMF that is fed forward: the rest is left to the integrals, for the observer's lag
- * would else close a loop of its own [-]. */
+/* Share of the observed EMF in the feed-forward [-]. The integrals supply the rest, because the lag of the
+ * observer would otherwise close a loop of its own. */
 #define FORCED_EMF_SHARE 0.8f
 
-/* Of the high-pass [rad/s]: below every w_n that this can damp. */
+/* Cutoff of the high-pass [rad/s]: below every w_n that this law can damp. */
 #define FORCED_SWING_CUTOFF 6.0f
 
-/* Of the end of a ramp [rad/s]. */
+/* Cutoff of the end of a ramp [rad/s]. */
 #define FORCED_EASE_CUTOFF 12.0f
 
 typedef struct {
@@ -38,10 +39,10 @@ typedef struct {
     float flux_linkage; /* psi_f [Wb], > 0 */
     float pole_pairs;   /* p [-] */
     float inertia;      /* J [kg m^2], > 0 */
-    float dead_voltage; /* what the dead time takes at most [V], >= 0 */
+    float dead_voltage; /* largest voltage of the dead time [V], >= 0 */
     float current;      /* I of a start [A], > 0 */
     float current_max;  /* longest current vector [A], >= I */
-    float damping;      /* k [A/V]; 0: by the rule, forced_damping() */
+    float damping;      /* k [A/V]; 0: computed by forced_damping() */
     float period;       /* T [s] */
 } forced_params_t;
 
@@ -57,30 +58,30 @@ typedef struct {
 
 typedef struct {
     frame_t frame;  /* at t_k */
-    float current;  /* on its d axis, before the damping needs some of it [A] */
-    float emf_mean; /* what of e_q turns along [V] */
-    float swing;    /* what of it does not, low-passed [V] */
+    float current;  /* on its d axis, before the limit by the damping's current [A] */
+    float emf_mean; /* constant part of e_q [V] */
+    float swing;    /* the rest of e_q, low-passed [V] */
 } forced_t;
 
-/* w_n of the rotor on this current [rad/s]: sqrt(p K_t I/J). For the background. */
+/* w_n of the rotor on this current [rad/s]: sqrt(p K_t I/J). It runs in the background. */
 float forced_natural(const forced_params_t *params);
 
-/* k by the rule [A/V]: half of critical damping at w_n, w_n J/(p K_t psi_f), but no more than the observer's
- * own errors allow, 0.5/(0.3 R + 0.25 V_dead/I): they come back as EMF of the very current that k makes. For
+/* k by the rule [A/V]: half of critical damping at w_n, w_n J/(p K_t psi_f), limited by the errors of the
+ * observer to 0.5/(0.3 R + 0.25 V_dead/I), because they act as an EMF of the current that k makes. It runs in
  * the background. */
 float forced_damping(const forced_params_t *params);
 
-/* Coefficients; the damping's low-pass is 2.5/(k L), for 20 % of L wrong looks like EMF too. Divisions and
- * exponentials: for the background. */
+/* Computes the coefficients. The low-pass of the damping is 2.5/(k L), because an error of L by 20 % also
+ * acts as an EMF. It has divisions and exponentials and runs in the background. */
 forced_tuning_t forced_prepare(const forced_params_t *params);
 
-/* Frame at angle zero, standing, no current. */
+/* Frame at angle zero and speed zero, without current. */
 void forced_init(forced_t *forced);
 
-/* On from this frame at t_k with this current on its d axis [A]; no swing is known. */
+/* Continues from this frame at t_k with this current on its d axis [A] and without a swing. */
 void forced_enter(forced_t *forced, float theta_e, float omega_e, float current);
 
-/* The frame to t_k: its speed of the last period for T. */
+/* Advances the frame to t_k: with the speed of the last period for T. */
 static inline void forced_advance(forced_t *forced, const forced_tuning_t *tuning)
 {
     frame_t *frame = &forced->frame;
@@ -88,15 +89,15 @@ static inline void forced_advance(forced_t *forced, const forced_tuning_t *tunin
     frame->rotation = trig_turn(frame->theta_e);
 }
 
-/* A speed [rad/s] on its way to `target` by at most `step`, and at the end by this share of the rest: a ramp
- * that ends at once sets the rotor swinging. */
+/* Moves a speed [rad/s] to `target` by at most `step`, and by this share of the rest near the end, because an
+ * abrupt end of a ramp makes the rotor swing. */
 static inline float forced_eased(float speed, float target, float share, float step)
 {
     return speed + bounds_clamp(share * (target - speed), step);
 }
 
-/* Current reference in the frame [A] from the EMF [V] in it: the damping first, the d axis what the longest
- * vector leaves. No division. */
+/* Current reference in the frame [A] from the EMF [V] in it. The damping has priority, and the d axis has the
+ * rest of the longest vector. No division. */
 static inline dq_t forced_step(forced_t *forced, const forced_tuning_t *tuning, dq_t emf)
 {
     forced->emf_mean = lowpass_step(forced->emf_mean, tuning->swing_share, emf.q);

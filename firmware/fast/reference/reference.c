@@ -45,13 +45,13 @@ void reference_take(reference_t *reference, const reference_tuning_t *tuning, co
     const bool other = setpoint->source != reference->named || setpoint->enter != 0u;
     reference->fresh = 1u;
     reference->left = tuning->periods;
-    /* a catch that has not been entered anew is the one that the fast task has begun or ended by itself */
+    /* without an order to enter, a catch continues that the fast task itself has begun or ended */
     if (other && (setpoint->source != (int32_t)SOURCE_CATCH || setpoint->enter != 0u)) {
         reference->source = setpoint->source;
     }
     reference->named = setpoint->source;
     if (setpoint->change == (int32_t)FRAME_GOES_ON) {
-        /* with another stiffness i_q goes on from where it is */
+        /* with another stiffness i_q has no step */
         reference->current.q += (setpoint->stiffness - reference->stiffness) * reference->omega_m;
         reference->slope = (dq_t){share * (setpoint->current.d - reference->current.d),
                                   share * (setpoint->current.q - reference->current.q)};
@@ -76,7 +76,7 @@ static void lock_to(reference_t *reference, position_t position, float emf)
     reference->tracking = 1u;
 }
 
-/* What the setpoint orders for its first period. */
+/* Executes the orders of the setpoint for its first period. */
 static void obey(reference_t *reference, const setpoint_t *setpoint, const reference_input_t *input)
 {
     const estimate_t *estimate = input->estimate;
@@ -122,7 +122,8 @@ static void force(reference_t *reference, const reference_tuning_t *tuning, cons
     demand->emf = (dq_t){FORCED_EMF_SHARE * emf.d, FORCED_EMF_SHARE * emf.q};
 }
 
-/* The rotor turns: the loop is locked to it, what flows along its d axis goes on, and there is no torque. */
+/* The rotor rotates: the loop is locked to it, the current along its d axis continues, and the torque is
+ * zero. */
 static void caught(reference_t *reference, const reference_tuning_t *tuning, demand_t *demand)
 {
     catch_turn(&reference->catching, &tuning->catching);
@@ -159,17 +160,17 @@ static void follow_catch(reference_t *reference, const reference_tuning_t *tunin
     const ab_t voltage = catch_voltage(catching, &tuning->catching, estimate->emf);
     demand->emf = (dq_t){voltage.alpha, voltage.beta};
     if (reference->outcome == (int32_t)CATCH_STANDING) {
-        return; /* what follows is set by the medium task */
+        return; /* the medium task sets the next step */
     }
     const catch_outcome_t outcome = catch_step(catching, &tuning->catching, estimate->emf,
                                                estimate->amplitude, FRAMES_ONE_OVER_SQRT_3 * input->u_dc);
-    if (outcome != CATCH_TURNING) { /* else in the next period: finding and locking are long, both of them */
+    if (outcome != CATCH_TURNING) { /* else in the next period, because finding and locking are both long */
         reference->outcome = (int32_t)outcome;
     }
 }
 
-/* Run in the frame of the rotor, with its mechanical speed [rad/s] and the EMF that is known beforehand [V];
- * the reference stays where it has come to if no other setpoint takes over. */
+/* Run in the frame of the rotor, with its mechanical speed [rad/s] and the known EMF [V] for the
+ * feed-forward. The reference keeps its last value if no other setpoint takes over. */
 static void run(reference_t *reference, const setpoint_t *setpoint, const frame_t *rotor, float omega_m,
                 dq_t emf, demand_t *demand)
 {
@@ -183,9 +184,9 @@ static void run(reference_t *reference, const setpoint_t *setpoint, const frame_
     demand->emf = emf;
 }
 
-/* With the EMF that is observed, as the loop filters it: within a period or two it is right whatever the
- * angle, so that an angle that is lost sets no current free. Of a salient rotor it is that of the active
- * flux, beside omega L_q i_d; current control goes by omega L_d i_d, and D of it is added. */
+/* Run with the observed EMF, as the loop filters it: after one or two periods it is correct for any angle, so
+ * that a lost angle causes no large current. For a salient rotor it is the EMF of the active flux, beside
+ * omega L_q i_d; current control uses omega L_d i_d, and the term with D is added. */
 static void run_on_estimate(reference_t *reference, const reference_tuning_t *tuning,
                             const setpoint_t *setpoint, const reference_input_t *input, demand_t *demand)
 {

@@ -1,16 +1,16 @@
-/* The fast half of the manoeuvres: from the setpoint of a window to the demand of each of its periods.
+/* The fast part of the manoeuvres: from the setpoint of a window to the demand of each of its periods.
  *
- *     encoder, estimate   the frame of the rotor; current references on a straight line to the setpoint's, of
- *                         i_q less what the speed control takes from it for the speed, which no window may
- *                         delay; the EMF that is known beforehand from the encoder's speed, or as the loop
- *                         filters it
+ *     encoder, estimate   the frame of the rotor; current references on a straight line to those of the
+ *                         setpoint, with the part of i_q that the speed control subtracts for the speed in
+ *                         each period, without the delay of a window; the known EMF from the encoder's
+ *                         speed, or as the loop filters it
  *     forced              its angle, the line of its speed and current, and the damping of its pendulum
- *                         (forced.h), which no window may delay either
- *     catch               the whole law of catch.h; where a turning rotor is found the loop is locked to it
- * in the period after, and from there on it has current along its d axis and no torque until the next
- * setpoint that names another source
+ *                         (forced.h), also without the delay of a window
+ *     catch               the whole law of catch.h; where a rotating rotor is found, the loop is locked to
+ *                         it in the next period, and from then on the current flows along its d axis
+ *                         without torque, until the next setpoint that names another source
  *
- * One step per T, after the estimator's. No division. */
+ * One step per T, after that of the estimator. No division. */
 #ifndef FAST_REFERENCE_REFERENCE_H
 #define FAST_REFERENCE_REFERENCE_H
 
@@ -27,58 +27,58 @@
 typedef struct {
     forced_tuning_t forced;
     catch_tuning_t catching;
-    float flux_linkage;       /* for the EMF of the encoder's speed: psi_f, or a share of it [Wb] */
+    float flux_linkage;       /* for the EMF from the encoder's speed: psi_f, or a share of it [Wb] */
     float saliency;           /* D = L_q - L_d [H] */
     float pole_pairs_inverse; /* 1/p [-] */
     float periods;            /* of a window [-] */
-    float per_period;         /* one over them [-] */
+    float per_period;         /* 1/periods [-] */
 } reference_tuning_t;
 
 typedef struct {
-    int32_t source;     /* [-] frame_source_t: the one in force */
+    int32_t source;     /* [-] frame_source_t: the present one */
     int32_t named;      /* [-] that of the last setpoint */
-    uint32_t tracking;  /* [-] 1: the loop tracks; 0: the observer alone is stepped */
+    uint32_t tracking;  /* [-] 1: the loop tracks; 0: only the observer is stepped */
     uint32_t fresh;     /* [-] 1: this is the first period of a setpoint */
-    dq_t current;       /* reference before limits and dither [A]; its q axis with the speed at zero */
-    float stiffness;    /* by which i_q falls with the speed [A s/rad] */
+    dq_t current;       /* reference before limits and dither [A]; its q axis for speed zero */
+    float stiffness;    /* decrease of i_q with the speed [A s/rad] */
     float omega_m;      /* the speed of the last period [rad/s] */
-    float left;         /* [periods] until it is there */
-    dq_t slope;         /* of it a period [A] */
-    float forced_slope; /* of the forced speed a period [rad/s] */
-    float rise;         /* of the forced current a period [A] */
-    int32_t outcome;    /* [-] catch_outcome_t of the catch under way */
+    float left;         /* [periods] until the reference reaches the setpoint */
+    dq_t slope;         /* change of the reference per period [A] */
+    float forced_slope; /* change of the forced speed per period [rad/s] */
+    float rise;         /* change of the forced current per period [A] */
+    int32_t outcome;    /* [-] catch_outcome_t of the present catch */
     forced_t forced;
     catch_t catching;
 
-    uint32_t locking;  /* [-] 1: the loop shall be locked at `locked` in this period */
+    uint32_t locking;  /* [-] 1: the loop has to be locked at `locked` in this period */
     position_t locked; /* [rad], [rad/s] at t_k */
     float locked_emf;  /* mean length of its EMF [V] */
 } reference_t;
 
-/* What a period brings. */
+/* Inputs of a period. */
 typedef struct {
     float u_dc;                 /* DC link at t_k [V] */
     const estimate_t *estimate; /* at t_k */
     const position_t *position; /* of the encoder at t_k */
-    const frame_t *encoder;     /* the same, while control turns with it */
-    float omega_m;              /* of the rotor as it is believed [rad/s], mechanical */
-    uint32_t estimating;        /* [-] 1: the observer runs: its EMF is that of t_k */
+    const frame_t *encoder;     /* the same as a frame, computed while control uses the encoder */
+    float omega_m;              /* estimated speed of the rotor [rad/s], mechanical */
+    uint32_t estimating;        /* [-] 1: the observer runs, and its EMF is that of t_k */
 } reference_input_t;
 
-/* No frame. */
+/* Starts without a frame. */
 void reference_init(reference_t *reference);
 
-/* The first period of a window begins with this setpoint, before the estimator's step. */
+/* Takes over this setpoint in the first period of a window, before the step of the estimator. */
 void reference_take(reference_t *reference, const reference_tuning_t *tuning, const setpoint_t *setpoint);
 
-/* The bridge is off. */
+/* The reference while the bridge is off. */
 void reference_rest(reference_t *reference, int32_t source);
 
-/* The encoder's angle has jumped: control leaves it for the loop that tracks beside it, or for a catch at
+/* The encoder's angle has jumped: control continues with the loop that already tracks, or with a catch at
  * this speed [rad/s], electrical. */
 void reference_leave_encoder(reference_t *reference, bool to_estimate, float omega_e, uint32_t periods);
 
-/* Before the estimator's step: a forced frame to t_k. */
+/* Advances a forced frame to t_k, before the step of the estimator. */
 static inline void reference_advance(reference_t *reference, const reference_tuning_t *tuning)
 {
     if (reference->source == (int32_t)SOURCE_FORCED) {
@@ -86,26 +86,26 @@ static inline void reference_advance(reference_t *reference, const reference_tun
     }
 }
 
-/* The speed at which the observer is stepped while the loop does not track [rad/s]. */
+/* The speed of the observer's step while the loop does not track [rad/s]. */
 static inline float reference_speed(const reference_t *reference)
 {
     return reference->source == (int32_t)SOURCE_FORCED ? reference->forced.frame.omega_e
                                                        : reference->catching.omega_e;
 }
 
-/* Does control turn with the rotor? */
+/* true: the frame of control rotates with the rotor. */
 static inline bool reference_in_rotor(const reference_t *reference)
 {
     return reference->source == (int32_t)SOURCE_ESTIMATE || reference->source == (int32_t)SOURCE_ENCODER;
 }
 
-/* The stationary frame, with this speed of the rotor, whose angle is not known. */
+/* The stationary frame, for a rotor with this speed and an unknown angle. */
 static inline frame_t reference_stationary(float omega_e)
 {
     return (frame_t){0.0f, omega_e, {0.0f, 1.0f}};
 }
 
-/* The rotor at t_k: of the encoder, of the estimate while it tracks, else of the frame. */
+/* The rotor at t_k: from the encoder, from the estimate while it tracks, else from the frame. */
 static inline frame_t reference_rotor(const reference_t *reference, const frame_t *encoder,
                                       const estimate_t *estimate)
 {
@@ -126,14 +126,14 @@ static inline frame_t reference_rotor(const reference_t *reference, const frame_
                                                        : reference_stationary(reference->catching.omega_e);
 }
 
-/* Is its speed the tracking loop's? */
+/* true: the speed is that of the tracking loop. */
 static inline bool reference_tracks(const reference_t *reference)
 {
     return reference->tracking != 0u && reference->source != (int32_t)SOURCE_ENCODER &&
            reference->source != (int32_t)SOURCE_NONE;
 }
 
-/* `demand` of this period; reference->locking with it. */
+/* Computes `demand` and reference->locking of this period. */
 void reference_step(reference_t *reference, const reference_tuning_t *tuning, const setpoint_t *setpoint,
                     const reference_input_t *input, demand_t *demand);
 

@@ -1,7 +1,7 @@
-/* What the medium task sets for the fast task: one struct for a window of periods. Nothing else goes from the
- * one to the other (the way back is fast/window.h). It is taken whole at the first period of a window; what
- * is a reference is reached on a straight line at the window's end, what is an order is obeyed once, in the
- * first period. */
+/* Data from the medium task to the fast task: one struct for a window of periods, and no other data in this
+ * direction (fast/window.h is the opposite direction). The fast task takes over the whole struct in the first
+ * period of a window. References are reached on a straight line at the end of the window, and orders are
+ * executed once, in the first period. */
 #ifndef FAST_REFERENCE_SETPOINT_H
 #define FAST_REFERENCE_SETPOINT_H
 
@@ -10,91 +10,91 @@
 #include "fast/reference/demand.h"
 #include "math/frames.h"
 
-/* Where the frame comes from in which control works. */
+/* Source of the frame in which control works. */
 typedef enum {
-    SOURCE_NONE,     /* the stationary frame, nothing is known of the rotor */
+    SOURCE_NONE,     /* the stationary frame, with an unknown rotor */
     SOURCE_ENCODER,  /* the encoder */
     SOURCE_ESTIMATE, /* the tracking loop */
-    SOURCE_FORCED,   /* a frame that turns by itself and takes the rotor along */
-    SOURCE_CATCH     /* the stationary frame, until the fast task has locked the loop to what it has caught */
+    SOURCE_FORCED,   /* a frame that rotates independently and takes the rotor along */
+    SOURCE_CATCH     /* the stationary frame, until the fast task has locked the loop to the caught rotor */
 } frame_source_t;
 
-/* What becomes of the tracking loop in the first period. */
+/* Order to the tracking loop for the first period. */
 typedef enum {
-    LOCK_KEEP,       /* it tracks or rests, as before */
-    LOCK_RELEASE,    /* it rests: the observer alone is stepped */
-    LOCK_TO_EMF,     /* it is locked to where the EMF is, at the forced frame's speed */
-    LOCK_TO_ENCODER, /* it is locked to where the encoder is */
-    LOCK_FOLLOWS     /* it goes on as it is, and counts as tracking */
+    LOCK_KEEP,       /* no change: it continues to track or to rest */
+    LOCK_RELEASE,    /* it rests: only the observer runs */
+    LOCK_TO_EMF,     /* it is locked to the angle of the EMF, at the speed of the forced frame */
+    LOCK_TO_ENCODER, /* it is locked to the angle of the encoder */
+    LOCK_FOLLOWS     /* it continues and counts as tracking */
 } lock_order_t;
 
-/* What the fast task does by itself where the encoder's angle jumps as no rotor does. */
+/* Reaction of the fast task to a step of the encoder's angle that no rotor can make. */
 typedef enum {
     JUMP_IGNORED,
     JUMP_OPENS,       /* the row of the fault table opens the bridge */
-    JUMP_TO_ESTIMATE, /* control goes on with the tracking loop */
+    JUMP_TO_ESTIMATE, /* control continues with the tracking loop */
     JUMP_TO_CATCH     /* the rotor is caught */
 } jump_reaction_t;
 
-/* What is done about the offsets of the current sensors. */
+/* Measurement of the offsets of the current sensors. */
 typedef enum {
-    CALIBRATE_NOT,   /* nothing; the next calibration begins anew */
-    CALIBRATE_ALL,   /* they are measured */
-    CALIBRATE_BLOCKS /* they are measured again and again, block by block */
+    CALIBRATE_NOT,   /* none; the next calibration begins again */
+    CALIBRATE_ALL,   /* one calibration */
+    CALIBRATE_BLOCKS /* repeated measurement, block by block */
 } calibrate_t;
 
 /* A forced frame. */
 typedef struct {
-    float speed;   /* at the window's end [rad/s], electrical */
-    float current; /* at the window's end, along its d axis [A] */
-    float ahead;   /* where it begins: ahead of the estimate [rad]; with FRAME_ANEW from zero [rad] */
-    float begin;   /* speed with which it begins [rad/s], electrical */
+    float speed;   /* at the end of the window [rad/s], electrical */
+    float current; /* at the end of the window, along its d axis [A] */
+    float ahead;   /* initial angle ahead of the estimate [rad]; with FRAME_ANEW ahead of zero [rad] */
+    float begin;   /* initial speed [rad/s], electrical */
 } setpoint_forced_t;
 
 /* A catch. */
 typedef struct {
-    uint32_t periods; /* [periods] that it may take */
-    float speed;      /* until it has seen one [rad/s], electrical */
+    uint32_t periods; /* [periods] longest duration */
+    float speed;      /* speed until one is measured [rad/s], electrical */
 } setpoint_catch_t;
 
-/* What estimator and inverter's model receive about motor and load. */
+/* Values of motor and load for the estimator and the model of the inverter. */
 typedef struct {
-    float load_share;     /* with which what of i_q carries the load follows it, a period [-]; 0: it is held;
-                             1: all of it does */
-    float load_seen;      /* the same as far as it is known, for the doubt [A] */
-    float gained;         /* speed since its reference moved [rad/s], electrical */
-    float foreseen;       /* the same from the current [rad/s] */
-    float flux_linkage;   /* psi_f [Wb] */
+    float load_share;   /* low-pass share per period of the part of i_q that carries the load [-]; 0: the load
+                           is held; 1: no low-pass */
+    float load_seen;    /* the known load, for the doubt [A] */
+    float gained;       /* speed since its reference moved [rad/s], electrical */
+    float foreseen;     /* the same, computed from the current [rad/s] */
+    float flux_linkage; /* psi_f [Wb] */
     float speed_per_volt; /* 1/psi_f [rad/s/V] */
     float dead_time;      /* T_e/T of the legs [-] */
-    ab_t spared;          /* of the voltage that acts, which the estimator does not get: shape of the EMF and
-                             differences of the legs, mean of the window [V] */
+    ab_t spared; /* part of the voltage that acts, removed for the estimator: harmonics of the EMF and
+                    differences of the legs, mean of the window [V] */
 } setpoint_models_t;
 
-/* What is known of the supply. */
+/* State of the supply. */
 typedef struct {
-    float sunk;   /* by which the voltage has sunk at which the rotor holds the link [V] */
-    uint32_t low; /* [-] 1: the supply is low, and delivers */
+    float sunk;   /* reduction of the voltage at which the rotor holds the link [V] */
+    uint32_t low; /* [-] 1: the supply is low and delivers power */
 } setpoint_link_t;
 
 typedef struct {
-    uint32_t number;       /* [windows] of the window that it was made from */
-    uint32_t gates;        /* [-] 1: the bridge shall be on */
-    int32_t calibrate;     /* [-] calibrate_t, while they are off */
-    ab_t trim;             /* what the trim has found of the sensors' offsets [A] */
+    uint32_t number;       /* [windows] number of the window from which it was made */
+    uint32_t gates;        /* [-] 1: the bridge has to be on */
+    int32_t calibrate;     /* [-] calibrate_t, while the gates are off */
+    ab_t trim;             /* change of the sensors' offsets that the trim has found [A] */
     uint32_t moments;      /* [-] GUARD_... bits: which fast rows of the fault table count */
     int32_t jump;          /* [-] jump_reaction_t */
-    uint32_t jump_periods; /* [periods] that a catch after it may take */
-    int32_t source;        /* [-] frame_source_t; it counts where it is not that of the last setpoint */
+    uint32_t jump_periods; /* [periods] longest duration of a catch after such a step */
+    int32_t source;        /* [-] frame_source_t; it acts if it differs from that of the last setpoint */
     uint32_t enter;        /* [-] 1: a catch or a forced frame begins here, even if the source is the same */
     int32_t change;        /* [-] frame_change_t, of the first period */
     int32_t lock;          /* [-] lock_order_t, of the first period */
-    dq_t current;          /* reference in this frame, at the window's end [A]; q: at speed zero */
-    float stiffness;       /* by which i_q falls with the speed of each period [A s/rad], mechanical */
-    dq_t dither;           /* beside it, from the first period on [A] */
-    float omega_m_ref;     /* speed reference in force [rad/s], mechanical */
-    float current_limit;   /* of i_q [A], by heat and beside what a hand-over has left of i_d */
-    uint32_t only_brakes;  /* [-] 1: a quick stop, in which nothing drives the rotor on */
+    dq_t current;          /* reference in this frame, at the end of the window [A]; q: for speed zero */
+    float stiffness;       /* decrease of i_q with the speed of each period [A s/rad], mechanical */
+    dq_t dither;           /* added to the reference from the first period on [A] */
+    float omega_m_ref;     /* present speed reference [rad/s], mechanical */
+    float current_limit;   /* of i_q [A], by heat and by the i_d that a hand-over has left */
+    uint32_t only_brakes;  /* [-] 1: a quick stop, in which no current drives the rotor */
 
     setpoint_forced_t forced;
     setpoint_catch_t catching;

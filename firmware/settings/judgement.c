@@ -173,19 +173,19 @@ static float thumb(const params_t *params, param_t param)
 {
     const believed_t believed = params_believed(params);
     params_t by_rule = *params;
-    switch (param) {
-    case PARAM_observer_gain:
+    if (param == PARAM_observer_gain) {
         by_rule.observer_gain = 0.0f;
         return params_observer(&by_rule, &believed).gain;
-    case PARAM_observer_slope:
+    }
+    if (param == PARAM_observer_slope) {
         by_rule.observer_slope = 0.0f;
         return params_observer(&by_rule, &believed).slope;
-    case PARAM_estimate_current_max:
+    }
+    if (param == PARAM_estimate_current_max) {
         by_rule.estimate_current_max = 0.0f;
         return params_observer(&by_rule, &believed).current_max;
-    default:
-        return 0.0f;
     }
+    return 0.0f;
 }
 
 static float between(float value, float min, float max)

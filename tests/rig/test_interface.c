@@ -187,6 +187,8 @@ static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
         rig_free(rig);
         rig = run_rig(1);
         const uint32_t id = rig_row_by_name(wrong[n].row)->id;
+        run_put(rig, "observer_gain", 200.0);
+        run_put(rig, "observer_slope", 1.0);
         run_put(rig, wrong[n].row, wrong[n].value);
         TEST_ASSERT_FALSE_MESSAGE(rig_apply(rig), wrong[n].row);
         if (rig_error_id(rig) != id) {
@@ -204,6 +206,8 @@ static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
 
 static void test_a_row_without_room_is_told_with_the_one_to_change(void)
 {
+    run_put(rig, "observer_gain", 200.0);
+    run_put(rig, "observer_slope", 1.0);
     run_put(rig, "field_weakening", 0.0);
     run_put(rig, "overspeed_trip", 500.0);
     TEST_ASSERT_FALSE(rig_apply(rig));

@@ -208,8 +208,8 @@ static void test_rules_between_rows_hold_at_their_limits(void)
     expect_accepted_at("feedforward_cutoff", 1.0f);
 }
 
-/* On the estimator L_q is 4 L_d at most, 50 mH of 12.5 mH; the fixed-point twin takes 1.2. The default
- * observer does not ring with a slope of 1 and 200 V from where (1 - exp(-R T/L))/R is 12 mA/V. */
+/* On the estimator L_q is 4 L_d at most, 50 mH of 12.5 mH; the fixed-point twin takes 1.2. An
+ * observer with a slope of 1 and 200 V does not ring from where (1 - exp(-R T/L))/R is 12 mA/V. */
 static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(void)
 {
     const double resistance = 0.95 + 0.0215;
@@ -217,13 +217,15 @@ static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(v
         0.012 * resistance; /* its logarithm as a series, which a double of 32 bits has exactly, too */
     const float ringing = (float)(1e-4 / 0.012 / (1.0 + x * (1.0 / 2.0 + x * (1.0 / 3.0 + x / 4.0))));
     const float most = CHOSEN_SALIENT_MAX;
-    const rule_t on_the_estimator = {
-        "motor_inductance_q",
-        0.99f * most * 12.5e-3f,
-        1.01f * most * 12.5e-3f,
-        ringing,
-        most * 12.5e-3f,
-        {{"mtpa", MTPA_OFF}, {"field_weakening", WEAKENING_OFF}}}; /* i_d needs more of observer_gain */
+    const rule_t on_the_estimator = {"motor_inductance_q",
+                                     0.99f * most * 12.5e-3f,
+                                     1.01f * most * 12.5e-3f,
+                                     ringing,
+                                     most * 12.5e-3f,
+                                     {{"mtpa", MTPA_OFF},
+                                      {"field_weakening", WEAKENING_OFF},
+                                      {"observer_gain", 200.0f},
+                                      {"observer_slope", 1.0f}}}; /* i_d needs more of observer_gain */
     check_rule(&on_the_estimator);
     params.mtpa = MTPA_OFF;
     params.field_weakening = WEAKENING_OFF;
@@ -246,6 +248,8 @@ static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(v
 static void test_a_salient_rotor_is_advised_an_encoder(void)
 {
     params.motor_inductance_d = 6e-3f / CHOSEN_SALIENT_MAX;
+    params.observer_gain = 200.0f;
+    params.observer_slope = 1.0f;
     params.mtpa = MTPA_OFF;
     params.field_weakening = WEAKENING_OFF;
     TEST_ASSERT_FALSE(params_check(&params, &why));

@@ -24,8 +24,7 @@
 #define EMF_SHAPE_MAX    0.2f   /* [-] largest a, b */
 #define EMF_SHAPE_CHANCE 0.005f /* [-] effect of noise at the initial rate */
 
-#define EMF_SHAPE_SPEED_FULL                                                                                 \
-    200.0f /* [rad/s] electrical: up to this speed the whole shape is subtracted ... */
+#define EMF_SHAPE_SPEED_FULL 200.0f /* [rad/s] electrical: below it the whole shape is subtracted ... */
 #define EMF_SHAPE_SPEED_MOST 225.0f /* [rad/s] ... and above this speed nothing */
 
 typedef struct {

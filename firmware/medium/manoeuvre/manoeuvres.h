@@ -157,15 +157,14 @@ typedef struct {
     proof_t proof;
     run_t run;
 
-    int32_t now;         /* [-] manoeuvre_t */
-    uint32_t sensorless; /* [-] 1: control uses the estimator's angle; 0: the encoder's */
-    uint32_t
-        encoder_lost;  /* [-] 1: sensorless because the encoder was wrong; until the bridge is switched off */
-    uint32_t clock;    /* [windows] */
-    uint32_t windows;  /* [windows] in this manoeuvre, or in run since zero speed was passed */
-    uint32_t entered;  /* [windows] number of the setpoint that began the newest catch */
-    uint32_t tracking; /* [-] 1: the loop tracks; 0: only the observer is stepped */
-    uint32_t start_try; /* [-] number of this start, from 1; 0: none, or finished */
+    int32_t now;           /* [-] manoeuvre_t */
+    uint32_t sensorless;   /* [-] 1: control uses the estimator's angle; 0: the encoder's */
+    uint32_t encoder_lost; /* [-] 1: the encoder was wrong; until the bridge is switched off */
+    uint32_t clock;        /* [windows] */
+    uint32_t windows;      /* [windows] in this manoeuvre, or in run since zero speed was passed */
+    uint32_t entered;      /* [windows] number of the setpoint that began the newest catch */
+    uint32_t tracking;     /* [-] 1: the loop tracks; 0: only the observer is stepped */
+    uint32_t start_try;    /* [-] number of this start, from 1; 0: none, or finished */
     manoeuvres_losses_t losses;
     uint32_t other_source;  /* [-] 1: position_source has changed while running */
     uint32_t reversing;     /* [-] 1: run passes zero speed, and nothing is judged while the EMF is small */

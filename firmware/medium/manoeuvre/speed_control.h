@@ -75,8 +75,8 @@ static inline void speed_control_take(speed_control_t *control, const speed_cont
     pi_take(&control->pi, &tuning->pi);
 }
 
-/* Bumpless start: the next output for zero error at this speed reference [rad/s] is `current` [A], cut to the
- * limit. */
+/* Bumpless start: the next output for zero error at this speed reference
+ * [rad/s] is `current` [A], limited. */
 static inline void speed_control_reset(speed_control_t *control, float current, float omega_m_ref)
 {
     pi_reset(&control->pi, current + control->kick * omega_m_ref);

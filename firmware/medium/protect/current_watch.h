@@ -34,9 +34,8 @@
 #include "math/winding.h"
 
 /* Conditions of the fault table. */
-#define CURRENT_WATCH_STUCK UINT32_C(1) /* a sensor does not follow what must flow */
-#define CURRENT_WATCH_GAIN                                                                                   \
-    UINT32_C(2) /* the gain of all sensors, or of one, differs from the configured one */
+#define CURRENT_WATCH_STUCK UINT32_C(1)  /* a sensor does not follow what must flow */
+#define CURRENT_WATCH_GAIN  UINT32_C(2)  /* the gain of all sensors, or of one, is wrong */
 #define CURRENT_WATCH_LOSS  UINT32_C(4)  /* no current flows through a phase */
 #define CURRENT_WATCH_SUM   UINT32_C(8)  /* three currents do not add up to zero */
 #define CURRENT_WATCH_MAYBE UINT32_C(16) /* one of the first three may follow: the EMF is not valid */
@@ -121,9 +120,8 @@ typedef struct {
     ab_t current;       /* at the last window's end [A] */
     float emf;          /* uncertain part of the EMF in the last window [A] */
     float asked;        /* square of the requested current at the last window's end [A^2] */
-    uint32_t
-        steered; /* [-] bits: a change of the requested length in this window, 1, in the last two, 2, 4 */
-    uint32_t windows; /* [windows] in a row with all values known, up to 3 */
+    uint32_t steered;   /* [-] bits: the requested length changed in this window, 1, or the last two, 2, 4 */
+    uint32_t windows;   /* [windows] in a row with all values known, up to 3 */
     current_watch_phase_t phase[3];
     float noise;               /* mean square of Dm - Dp of a sensor where Dp is nearly zero [A^2] */
     current_watch_gain_t all;  /* of both sensors together */

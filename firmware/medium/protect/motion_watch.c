@@ -31,8 +31,7 @@ motion_watch_tuning_t motion_watch_prepare(const motion_watch_params_t *params)
     const float full = params->per_ampere * params->current_limit;
     const float tau = larger(MOTION_TAU_MIN, MOTION_TAU_NOISE * params->noise / full);
     const float share = lowpass_share(1.0f / tau, period);
-    const float behind =
-        period * (1.0f / share - 1.0f); /* delay of the low-pass in a steady acceleration [s] */
+    const float behind = period * (1.0f / share - 1.0f); /* delay of the low-pass in a ramp [s] */
     return (motion_watch_tuning_t){
         .share = share,
         .per_speed = 1.0f / (params->per_ampere * behind),

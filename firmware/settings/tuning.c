@@ -103,9 +103,9 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
     tuning->medium.inertia = inertia_prepare(&inertia);
 }
 
-/* True if the rotor swings little: the angle of the swing by the sixth harmonic of the torque at the current
- * limit, over the share of that harmonic, at the speed whose EMF is the dead band's voltage. The swing of a
- * light rotor is neither a shape of its EMF, nor an effect of unequal legs. */
+/* True if the rotor swings little with the sixth harmonic of the torque at the current limit, at the speed
+ * whose EMF is the dead band's voltage: the angle of the swing over the share of that harmonic is below
+ * SWING_MAX. The swing of a light rotor is neither a shape of its EMF, nor an effect of unequal legs. */
 static bool is_heavy(const params_t *params, const believed_t *believed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;

@@ -86,7 +86,7 @@ static page_t look(const store_flash_t *flash, uint32_t number)
     return page;
 }
 
-/* Reads both pages; the one whose last record is in force comes first. */
+/* Reads both pages; the one whose last record is in use comes first. */
 static void look_at_both(const store_flash_t *flash, page_t pages[STORE_PAGES])
 {
     const page_t first = look(flash, 0u);
@@ -203,8 +203,8 @@ static bool put_record(pen_t *pen, const table_t *table, const void *base, uint3
     return taken && put(pen, check, 2u) && put(pen, &commit, 1u);
 }
 
-/* Writes after the last record of this page, if there is space; the record must then be
- * read back as the one in force. */
+/* Writes after the last record of this page, if there is space; the record must then
+ * be read back as the one in use. */
 static bool append(const store_flash_t *flash, uint32_t number, const table_t *table, const void *base,
                    uint32_t serial)
 {

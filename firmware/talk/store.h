@@ -10,17 +10,17 @@
  *     commit   STORE_COMMIT                                                                1 word
  *
  * They are programmed in this order, so a record without its last word is invalid. The serial grows with
- * every record; the committed record with the largest serial is in force. A new record is written after it,
- * or, if there is no space, into the other page, which is erased first: the set in force is never changed.
+ * every record; the committed record with the largest serial is in use. A new record is written after it, or,
+ * if there is no space, into the other page, which is erased first: the set in use is never changed.
  *
  * A power failure can leave the following contents: a record without commit, which is skipped; a header
  * that does not agree with its check, with nothing after it, after which the other page is written; a page
- * that is partly erased, while the other one holds the set in force. All other errors are not caused by a
+ * that is partly erased, while the other one holds the set in use. All other errors are not caused by a
  * power failure and are reported as corrupt: a committed record that does not agree with its check and
- * would be in force; data after the last record of the page in force, as a damaged header leaves it;
- * contents that are no record, without a set in the other page. One damage cannot be distinguished from a
- * power failure: that of the header of the first and only record of a page, while the other page still
- * holds older records; these are loaded then.
+ * would be in use; data after the last record of the page in use, as a damaged header leaves it; contents
+ * that are no record, without a set in the other page. One damage cannot be distinguished from a power
+ * failure: that of the header of the first and only record of a page, while the other page still holds
+ * older records; these are loaded then.
  *
  * A set is stored by ids, so that another version of the program can read it: see store_load(). */
 #ifndef TALK_STORE_H
@@ -49,8 +49,8 @@ typedef struct {
 
 typedef enum {
     STORE_EMPTY,    /* nothing has ever been stored */
-    STORE_LOADED,   /* the set in force, from an equivalent table */
-    STORE_MIGRATED, /* the set in force, but from another table, or some of its values were not accepted */
+    STORE_LOADED,   /* the set in use, from an equivalent table */
+    STORE_MIGRATED, /* the set in use, but from another table, or some of its values were not accepted */
     STORE_CORRUPT   /* the stored data cannot be trusted */
 } store_found_t;
 
@@ -59,12 +59,12 @@ typedef struct {
     uint32_t defaulted; /* [-] stored values that their rows do not accept: replaced by their defaults */
 } store_told_t;
 
-/* Loads the set in force, row by row by their ids. Rows that are not stored get their defaults; without a set
+/* Loads the set in use, row by row by their ids. Rows that are not stored get their defaults; without a set
  * these are all rows. Rules between rows are not checked. */
 store_found_t store_load(const store_flash_t *flash, const table_t *table, void *base, store_told_t *told);
 
 /* Stores all rows of a set and reads them back. false: the memory has not accepted them, or a page is too
- * small; the previous set stays in force. */
+ * small; the previous set stays in use. */
 bool store_save(const store_flash_t *flash, const table_t *table, const void *base);
 
 /* Words of a record of this table. */

@@ -191,7 +191,7 @@ typedef struct {
     run_wish_t wish;
     uint32_t losses;   /* [-] not 0: the guard reports that the lock is lost */
     int32_t outcome;   /* [-] catch_outcome_t of the active catch */
-    uint32_t setpoint; /* [windows] number of the setpoint that was in force */
+    uint32_t setpoint; /* [windows] number of the setpoint that was active */
 } manoeuvres_input_t;
 
 /* Computes the coefficients; parameters that are 0 are replaced by their rules. For the background. */

@@ -2,9 +2,10 @@
  *
  *     tau dh/dt = i^2/I_c^2 - h,      h = 1: final temperature with the continuous current I_c
  *
- * for the motor with the length of its current vector, for the module leg by leg with the leg's own current:
- * with a rotor at standstill one leg carries a direct current, with a turning rotor half of the square. I_c
- * of the module is therefore the largest continuous direct current of a leg. Both models start cold.
+ * for the motor with the length of its current vector, for the module leg by leg with the leg's own
+ * current: at standstill one leg may carry the whole current as direct current; while the rotor turns
+ * the mean square is half of that. I_c of the module is therefore the largest continuous direct current
+ * of a leg. Both models start cold.
  *
  * The current limit falls before a trip, on a straight line in h:
  *

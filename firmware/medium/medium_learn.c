@@ -105,9 +105,9 @@ static void learn_dead_time(medium_t *medium, const window_t *window)
     dead_time_learn_step(&medium->dead_time_learn, &input);
 }
 
-/* Learns the shape of the EMF and the differences of the legs from the same EMF, once the dead time is
- * known, and computes their part that is subtracted for the estimator. They turn little in a window, so the
- * mean of each window is sufficient. */
+/* Learns the shape of the EMF, once the dead time is nearly known, and the differences of the legs, once it
+ * is known, both from the EMF of the dead time. Computes their part that is subtracted for the estimator.
+ * They turn little in a window, so the mean of each window is sufficient. */
 static void learn_ripple(medium_t *medium, const window_t *window)
 {
     const dead_time_learn_t *learn = &medium->dead_time_learn;
@@ -130,7 +130,9 @@ static void learn_ripple(medium_t *medium, const window_t *window)
             .taken = legs_share,
         };
         emf_shape_step(&medium->ripple.emf_shape, &shape);
-        unequal_legs_step(&medium->ripple.unequal_legs, &legs);
+        if (dead_time_learn_is_settled(learn)) {
+            unequal_legs_step(&medium->ripple.unequal_legs, &legs);
+        }
     }
     const float period = DRIVE_WINDOW_PERIOD;
     const float ahead = TO_ACTING * period;

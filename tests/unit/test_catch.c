@@ -269,3 +269,14 @@ static void test_current_along_the_d_axis_is_never_the_smaller_one(void)
     tuning = catch_prepare(&params);
     TEST_ASSERT_EQUAL_FLOAT(tuning.current, tuning.current_d);
 }
+
+static void test_angle_is_a_quarter_turn_beside_the_emf(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        for (double theta = -3.14; theta < 3.15; theta += 0.01) {
+            const float angle = catch_angle(to_ab(emf_of(way * 50.0, theta)), (float)way);
+            TEST_ASSERT_DOUBLE_WITHIN(5e-6, 0.0, circle((double)angle - theta));
+        }
+    }
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, catch_angle((ab_t){0.0f, 0.0f}, 1.0f));
+}

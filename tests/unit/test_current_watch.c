@@ -412,20 +412,25 @@ static void test_a_light_and_a_salient_rotor_excuse_the_sensors(void)
 }
 
 /* An open wire shows noise; a value that does not move at all is the fault of a sensor. The other two phases
- * carry 3 A, and the reference of this phase is 2 A. */
+ * carry 3 A, the reference of this phase is 2 A, and its voltage is more than the dead time's and less than
+ * that and R i of 3 A, so that nothing else judges it. With noise it is a loss. */
 static void test_a_value_that_does_not_move_at_all_is_no_open_wire(void)
 {
     const ab_t axis[] = {{2.0f, 0.0f}, {-1.0f, 1.7320508f}, {-1.0f, -1.7320508f}};
-    for (uint32_t phase = 0; phase < 3u; phase++) {
+    const float volts = 15.0f;
+    for (uint32_t phase = 0; phase < 6u; phase++) {
+        const ab_t along = axis[phase / 2u];
+        const bool still = phase % 2u == 0u;
         prepare(true, 1.0, 1.0);
         for (uint32_t n = 0; n < 60u; n++) {
             const float noise = 0.02f * (float)(n % 3u);
             float value[3] = {3.0f + noise, 3.0f + noise, -3.0f - noise};
-            value[phase] = 0.0f;
-            value[0] = phase == 2u ? -value[1] : value[0];
-            judge((ab_t){0.0f, 0.0f}, (abc_t){value[0], value[1], value[2]}, axis[phase]);
+            value[phase / 2u] = still ? 0.0f : 0.5f * noise;
+            value[0] = phase / 2u == 2u ? -value[1] : value[0];
+            judge((ab_t){0.5f * volts * along.alpha, 0.5f * volts * along.beta},
+                  (abc_t){value[0], value[1], value[2]}, along);
         }
-        TEST_ASSERT_EQUAL_UINT32(0u, seen);
+        TEST_ASSERT_EQUAL_UINT32(still ? 0u : CURRENT_WATCH_LOSS, seen);
     }
 }
 

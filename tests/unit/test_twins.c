@@ -18,6 +18,9 @@
 #define RAD_PER_RPM (4.0 * PI / 30.0)
 #define PSI         0.183
 
+#define VOLTAGE_APART   4e-4  /* [V] */
+#define GAIN_APART      4e-6  /* of k_f: the same tanh [-] */
+#define MEAN_APART      1e-5  /* of the power-weighted k_f: x x of 0.0016 I^2 in counts of 2^-26 [-] */
 #define TRANSIENT_APART 0.05  /* composed, on the way [mrad] */
 #define MRAD_APART      0.01  /* composed, settled [mrad] */
 #define SPEED_APART     0.003 /* composed, settled [rad/s] */
@@ -89,6 +92,50 @@ static void test_units_are_the_bases_over_their_counts(void)
     TEST_ASSERT_EQUAL_FLOAT(256.0f / 134217728.0f, fix.scale.units.voltage);
     TEST_ASSERT_EQUAL_FLOAT(2.0f / 33554432.0f, fix.scale.units.current);
     TEST_ASSERT_DOUBLE_WITHIN(2e-12, 2.0 * PI / T / 2147483648.0, (double)fix.scale.units.speed);
+}
+
+/* Both observers run on the same data for a second; currents of 0 and 6 A, both directions. */
+static void check_observers(smo_switching_t switching, float emf_cutoff)
+{
+    estimator_params_t params = params_of(switching, LAG_CORRECTED, emf_cutoff);
+    double volts = 0.0;
+    double gain = 0.0;
+    for (int n = 0; n < 8; n += SWEEP_FEW) {
+        static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};
+        double way = n % 2 ? -1.0 : 1.0;
+        estimator_oracle_case_t rig = rig_of(way * rpm[n / 2], n / 4 ? 6.0 : 0.0);
+        init(&params);
+        for (long k = 1; k <= 3000; k++) {
+            estimator_oracle_sample_t now;
+            estimator_oracle_sample(&rig, k, &now);
+            ab_t a = smo_step(&flt.observer.smo, as_float(now.voltage), as_float(now.current));
+            const ab_q_t u = {(int32_t)lrint(now.voltage[0] / (double)fix.scale.units.voltage),
+                              (int32_t)lrint(now.voltage[1] / (double)fix.scale.units.voltage)};
+            const ab_q_t i = {(int32_t)lrint(now.current[0] / (double)fix.scale.units.current),
+                              (int32_t)lrint(now.current[1] / (double)fix.scale.units.current)};
+            ab_q_t b = smo_step_q(&fix.q.smo, u, i);
+            volts = fmax(volts, hypot((double)a.alpha - b.alpha * (double)fix.scale.units.voltage,
+                                      (double)a.beta - b.beta * (double)fix.scale.units.voltage));
+            double k_f = (double)smo_equivalent_gain(&flt.observer.smo);
+            gain = fmax(
+                gain,
+                fabs((double)smo_equivalent_gain_q(&fix.q.smo) * (double)fix.scale.units.gain / k_f - 1.0));
+        }
+    }
+    check_below(volts, VOLTAGE_APART, "e_hat [V]");
+    check_below(gain, switching == SMO_SIGMOID ? MEAN_APART : GAIN_APART, "k_f");
+}
+
+static void test_observers_of_the_vector_form(void)
+{
+    check_observers(SMO_SIGMOID_VECTOR, 0.0f);
+    check_observers(SMO_SIGMOID_VECTOR, 2000.0f);
+}
+
+static void test_observers_per_axis(void)
+{
+    check_observers(SMO_SIGMOID, 0.0f);
+    check_observers(SMO_SIGMOID, 2000.0f);
 }
 
 /* ---- all in a row ---- */

@@ -131,7 +131,7 @@ static inline bool dead_time_learn_is_settled(const dead_time_learn_t *learn)
     return learn->rate <= DEAD_TIME_LEARN_SETTLED * learn->tuning.rate;
 }
 
-/* True if the dead time is accurate enough to use the remaining EMF for the shape and for unequal legs. */
+/* True if the dead time is accurate enough to use the remaining EMF for the shape. */
 static inline bool dead_time_learn_is_near(const dead_time_learn_t *learn)
 {
     return learn->rate <= DEAD_TIME_LEARN_NEAR * learn->tuning.rate;

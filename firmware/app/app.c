@@ -59,7 +59,7 @@ void app_write(const drive_command_t *command)
     hal_write_compare(compare_of(command->duty.a), compare_of(command->duty.b), compare_of(command->duty.c));
     switch ((drive_gates_t)command->gates) {
     case GATES_ON:
-        (void)hal_gates_on(); /* whether they came on, the next sample's flags tell the drive */
+        (void)hal_gates_on(); /* the flags of the next sample show whether the gates are on */
         break;
     case GATES_OFF:
         hal_gates_off();

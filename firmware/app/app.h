@@ -1,7 +1,7 @@
-/* The only place where firmware meets hal: reset, the three interrupts, the background loop.
+/* The only place where the firmware uses hal: reset, the three interrupts, the background loop.
  *
- * `app` is the application of the chip that runs: one on silicon, one per thread on the desk, where the rig
- * points it at the chip whose turn it is. */
+ * `app` is the application of the chip that runs: one on the target, one per thread in the host simulation,
+ * where the rig sets it to the chip that is executed. */
 #ifndef APP_APP_H
 #define APP_APP_H
 
@@ -14,7 +14,7 @@
 #include "drive/drive.h"
 #include "hal/hal.h"
 
-/* What the background knows of the drive: copied whole between two interrupts. */
+/* The state of the drive for the background: copied as a whole between two interrupts. */
 typedef struct {
     uint32_t period;      /* [periods] */
     int32_t state;        /* [-] drive_state_t */
@@ -25,15 +25,15 @@ typedef struct {
 
 typedef struct {
     drive_t drive;
-    params_t staged;      /* written value by value from outside; app_apply makes it the active set */
-    params_t active;      /* what the drive runs on, or takes with the end of its window */
-    believed_t believed;  /* of motor and inverter, what the newest tuning was made with */
-    uint32_t believed_at; /* [periods] of the drive when that was */
-    int32_t board_status; /* [-] hal_status_t of the start */
-    app_seen_t seen;      /* of the last look */
-    uint32_t task;        /* [-] of the background list: the next one's number */
-    uint32_t fed_period;  /* [periods] of the drive when the watchdog was last fed */
-    uint32_t watched_at;  /* [periods] of the drive when memory was last looked at */
+    params_t staged;      /* clients write single values into it; app_apply makes it the active set */
+    params_t active;      /* the set in use, or the one that the drive takes over at the end of its window */
+    believed_t believed;  /* assumed values of motor and inverter with which the newest tuning was made */
+    uint32_t believed_at; /* [periods] time of the drive when `believed` was made */
+    int32_t board_status; /* [-] hal_status_t of the board's start */
+    app_seen_t seen;      /* at the last copy */
+    uint32_t task;        /* [-] number of the next task in the background list */
+    uint32_t fed_period;  /* [periods] time of the drive when the watchdog was last served */
+    uint32_t watched_at;  /* [periods] time of the drive when memory was last checked */
     self_watch_t watch;
     services_t services;
     talk_t talk;
@@ -41,36 +41,38 @@ typedef struct {
 
 extern HAL_PER_CHIP app_t *app;
 
-/* After reset: stored parameters, or the defaults (app/parameters.h), board up, watchdog started; from here
- * on the interrupt runs every period and app_background must be called again and again, each task of its list
- * at least every 100 ms. If the board does not come up, the drive is in fault. */
+/* After reset: loads the stored parameters or the defaults (app/parameters.h), initialises the board,
+ * starts the watchdog; from here on the interrupt runs every period and app_background must be called
+ * continuously, so that each task of its list runs at least every 100 ms. If the board's
+ * initialisation fails, the drive is in fault. */
 void app_start(void);
 
-/* The background: the next task of its list, each of bounded work. The watchdog is fed when the list has come
- * round and the interrupt with it: a drive whose interrupt or background has stopped is reset, and with it
- * the gates open. */
+/* The background: the next task of its list, each with a bounded duration. The watchdog is served when all
+ * tasks of the list have run and the interrupt has run since then: if the interrupt or the background stops,
+ * the controller is reset and the gates open. */
 void app_background(void);
 
-/* The interrupts: of the sample, every period; of the medium task, once in a window, which the other two may
- * interrupt; and of the power module's fault line. */
+/* The interrupts: that of the sample, every period; that of the medium task, once per window, which the other
+ * two may interrupt; and that of the power module's fault line. */
 HAL_INTERRUPT void app_interrupt(void);
 HAL_INTERRUPT void app_medium(void);
 HAL_INTERRUPT void app_trip(void);
 
-/* The two ends of the sample interrupt; the drive's step goes between them. A caller with better samples than
+/* The two ends of the sample interrupt; the drive's step runs between them. A caller with better samples than
  * the board's (the simulation's ideal sensors) makes the same three calls and changes the samples after the
- * first. app_read: this period's conversions, encoder and flags, turned from counts into SI; once per period,
- * for it clears what the flags tell of. app_write: duties, rounded to whole counts, to the compare registers,
- * where they wait for the next carrier zero; gates; and the interrupt is acknowledged, so it comes last. */
+ * first. app_read: this period's conversions, encoder and flags, converted from counts to SI units; call it
+ * once per period, because it clears the causes of the flags. app_write: writes the duties, rounded to whole
+ * counts, to the compare registers, where they wait for the next carrier zero, and the gates; it acknowledges
+ * the interrupt, so it comes last. */
 void app_read(drive_samples_t *samples);
 void app_write(const drive_command_t *command);
 
-/* From the background: judge the staged set, prepare its tuning and offer that to the interrupt, which takes
- * it with the end of its window. Interrupts are off only for the offer. false: the old set runs on, `why`
- * says what was wrong. */
+/* From the background: judges the staged set, prepares its tuning and offers that to the interrupt, which
+ * takes it over at the end of its window. Interrupts are off only for the offer. false: the old set stays
+ * in use, `why` gives the error. */
 bool app_apply(params_error_t *why);
 
-/* From the background: judge a set of requests and take it over between two interrupts. */
+/* From the background: judges a set of requests and takes it over between two interrupts. */
 bool app_request(const requests_t *requests, params_error_t *why);
 
 #endif

@@ -1,12 +1,13 @@
-/* What goes on outside the interrupts: the start, the background list, changes from outside. */
+/* The code outside the interrupts: the start, the background list, changes by clients. */
 #include "app/app.h"
 
 #include "settings/reasons.h"
 
-#define LEARN_PERIODS DRIVE_PERIODS(10e-3f)  /* from one tuning to the next, at least */
-#define WATCH_PERIODS DRIVE_PERIODS(0.4e-3f) /* from one slice of memory to the next, at least */
+#define LEARN_PERIODS DRIVE_PERIODS(10e-3f)  /* least time from one tuning to the next */
+#define WATCH_PERIODS DRIVE_PERIODS(0.4e-3f) /* least time from one slice of memory to the next */
 
-/* Whole cycles, not less than was asked for: to a thousandth of one, by which a float may be too large. */
+/* Whole cycles, not less than the configured value: within a thousandth of a cycle, by
+ * which a float may be too large. */
 static uint16_t dead_band_of(const params_t *params)
 {
     return (uint16_t)(params->dead_time * (float)HAL_CLOCK_HZ + 0.999f);
@@ -25,7 +26,7 @@ void app_start(void)
     app->believed = params_believed(&app->active);
     self_watch_accept(&app->watch, &app->active);
     drive_init(&app->drive, &app->active);
-    if (!trusted) { /* latched: the bridge stays off until somebody has seen it */
+    if (!trusted) { /* latched: the bridge stays off until a user has reset the fault */
         drive_stop(&app->drive, REASON_STORE_CORRUPT);
     }
     talk_start();
@@ -60,24 +61,24 @@ static void look(void)
     hal_interrupts_on();
 }
 
-/* The tuning of a set, with what is believed, to be offered: the one place that writes it. An earlier
- * one that has not been taken yet is withdrawn. */
+/* Computes the tuning of a set with the assumed values and offers it: the only function that writes it. An
+ * earlier tuning that has not been taken over yet is withdrawn. */
 static void tune(const params_t *params, const believed_t *believed)
 {
     app->believed = *believed;
     app->believed_at = app->seen.period;
-    drive_withdraw(&app->drive); /* one word: from here on the interrupt leaves the offer alone */
+    drive_withdraw(&app->drive); /* a single store: from here on the interrupt ignores the offer */
     drive_prepare(drive_idle_tuning(&app->drive), params, believed);
 }
 
-/* What is believed beside a set: what was learnt, or what the set itself says if it cannot run on that. */
+/* The assumed values for a set: the learnt ones, or the set's own if it cannot run with the learnt ones. */
 static believed_t belief(const params_t *params)
 {
     const believed_t learnt = drive_believed(params, &app->seen.learnt);
     return drive_may_believe(params, &learnt) ? learnt : params_believed(params);
 }
 
-/* Turns what was learnt into a tuning: where it has moved enough to be worth one, and not too often. */
+/* Makes a tuning from the learnt values if they have changed enough, and not too often. */
 static void learn(void)
 {
     const believed_t next = drive_believed(&app->active, &app->seen.learnt);
@@ -104,7 +105,7 @@ static void show(void)
     capturing_show();
 }
 
-/* The last task: who comes here has done all others, and the interrupt has run since the last time. */
+/* The last task: when it runs, all others have run, and the interrupt has run since the last time. */
 static void feed(void)
 {
     if (app->seen.period != app->fed_period) {
@@ -121,7 +122,7 @@ void app_background(void)
     talk_step();
 }
 
-/* ---- changes from outside ---- */
+/* ---- changes by clients ---- */
 
 bool app_apply(params_error_t *why)
 {
@@ -143,7 +144,7 @@ bool app_apply(params_error_t *why)
     const bool taken = live || !bridge_on;
     if (taken) {
         drive_offer(&app->drive);
-        if (!bridge_on) { /* what lives in registers changes only while the bridge is off */
+        if (!bridge_on) { /* values in registers change only while the bridge is off */
             (void)hal_set_dead_band(dead_band);
             (void)hal_set_encoder(encoder_max);
         }
@@ -154,7 +155,7 @@ bool app_apply(params_error_t *why)
         self_watch_accept(&app->watch, &app->active);
     } else {
         const believed_t before = belief(&app->active);
-        tune(&app->active, &before); /* an earlier offer may have been withdrawn: the active set once more */
+        tune(&app->active, &before); /* offers the active set again: an earlier offer may be withdrawn */
         drive_offer(&app->drive);
     }
     return taken;

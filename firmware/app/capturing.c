@@ -3,10 +3,8 @@
 #include "app/app.h"
 #include "settings/reasons.h"
 
-#define FIRST_ROW                                                                                            \
-    UINT32_C(1911) /* what can be wished for, capture_on, and so on in the order of their ids                \
-                    */
-#define LAST_ROW UINT32_C(1927)
+#define FIRST_ROW UINT32_C(1911) /* the writable rows, capture_on and the following ids in their order */
+#define LAST_ROW  UINT32_C(1927)
 
 static capture_wish_t wish_of(const services_t *services)
 {
@@ -22,7 +20,7 @@ static capture_wish_t wish_of(const services_t *services)
     };
 }
 
-/* The rows stand in the order of the refusals. */
+/* The rows are in the order of the refusals. */
 static bool refuse(uint32_t refusal, const capture_wish_t *wish, params_error_t *why)
 {
     const table_row_t *row = table_by_id(&services_table, FIRST_ROW + refusal - (uint32_t)CAPTURE_BAD_ON);
@@ -75,7 +73,7 @@ void capturing_show(void)
 {
     const capture_t *capture = &app->drive.capture;
     services_t *services = &app->services;
-    services->capture_state = (int32_t)capture->state; /* first: if it is held, the others are final */
+    services->capture_state = (int32_t)capture->state; /* first: after "held" the others are final */
     services->capture_periods = capture_count(capture);
     services->capture_at = capture->at;
 }

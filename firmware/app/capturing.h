@@ -1,5 +1,5 @@
-/* The capture in services (contract/capture.h): what is wished for, as rows that can be written, and the
- * orders that act on it. */
+/* The capture in services (contract/capture.h): the configuration, as rows that can be
+ * written, and the orders that use it. */
 #ifndef APP_CAPTURING_H
 #define APP_CAPTURING_H
 
@@ -15,8 +15,8 @@
 #define CAPTURING_COLUMN(U, id, name, signal, text)                                                          \
     U(id, name, "-", SIGNAL_ID_##signal, 2000, 2999, TABLE_LIVE, text)
 
-/* Written rows act with the order capture_arm. Their defaults, which capture_release gives them again: the
- * rows of signals_history. */
+/* Written rows act with the order capture_arm. The defaults, which capture_release restores,
+ * are the rows of signals_history. */
 #define APP_CAPTURE_SERVICES(F, I, U, E)                                                                     \
     E(1910, capture_state, CAPTURE_STATE_NAMES, TABLE_READ,                                                  \
       "idle: records until the next fault; held: ready to be read, until armed or released, or the fault "   \
@@ -47,21 +47,22 @@
       "number of periods in the buffer, the oldest first")                                                   \
     U(1929, capture_at, "periods", 0, 0, 0, TABLE_READ, "period of the last trigger, as `period` shows it")
 
-/* From the background: the buffer begins anew with what the rows ask for. false: `why` names the row; what
- * was under way goes on. */
+/* From the background: the buffer restarts with the configuration of the rows. false: `why` names the
+ * row; the active capture continues. */
 bool capturing_arm(params_error_t *why);
 
-/* Triggers with the present period, whatever is waited for; nothing where it has triggered already. */
+/* Triggers with the present period, for any trigger condition; no effect if the
+ * capture has triggered already. */
 void capturing_trigger(void);
 
-/* Back to what explains a fault, empty. */
+/* Restores the capture that explains a fault, with an empty buffer. */
 void capturing_release(void);
 
-/* The rows that are shown, as they are now. */
+/* Updates the rows that are only shown. */
 void capturing_show(void);
 
-/* A slot of the held buffer, by its number: row after row, the oldest first. false: it has no such slot, or
- * is not held. */
+/* A slot of the held buffer, by its number: row after row, the oldest first. false: the slot does not
+ * exist, or the buffer is not held. */
 bool capturing_slot(uint32_t number, uint32_t *bits);
 
 #endif

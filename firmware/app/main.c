@@ -1,4 +1,4 @@
-/* Silicon only: on the desk the rig plays the reset and the background loop. */
+/* On the target only: in the host simulation the rig executes the reset and the background loop. */
 #include "app/app.h"
 #include "math/check.h"
 
@@ -19,12 +19,12 @@ typedef struct {
     uint16_t line;
 } check_failure_t;
 
-/* The check that failed, for a debugger to print: null while none has. */
+/* The check that failed, for a debugger: null while none has. */
 static volatile check_failure_t check_failure;
 
-/* No voltage on the motor; interrupts are off one instruction before the gates, or the next one could turn
- * them on again. The drive stays off until a reset from outside: the watchdog is fed, so that the place is
- * still there when somebody looks. */
+/* Removes the voltage from the motor; interrupts are switched off one instruction before the gates, because
+ * the next interrupt could switch them on again. The drive stays off until an external reset: the watchdog is
+ * served, so that the place of the failure can still be read. */
 void check_failed(const char *function, uint16_t line)
 {
     hal_interrupts_off();

@@ -4,7 +4,8 @@
 #include "settings/reasons.h"
 #include "talk/store.h"
 
-/* Of each sector: some sets for an erase, and a look at the start that takes no longer than some ms. */
+/* Length used in each sector: several sets per erase, and a search at the
+ * start that takes some ms at most. */
 #define PAGE_WORDS UINT32_C(2048)
 
 static const store_flash_t flash = {hal_store_word, hal_store_erase, hal_store_program, PAGE_WORDS};
@@ -17,7 +18,8 @@ static void tell(parameters_state_t state, uint32_t unknown, uint32_t defaulted)
     services->store_defaulted = defaulted;
 }
 
-/* Rows that a set lacks have their defaults, and so have all of none. false: corrupt, likewise. */
+/* Rows that a set lacks get their defaults; without a set these are all rows. false: the data is corrupt,
+ * and all rows have their defaults. */
 static bool load(params_t *params)
 {
     static const parameters_state_t states[(uint32_t)STORE_CORRUPT + 1u] = {

@@ -1,5 +1,5 @@
-/* Parameters that stay: the store (talk/store.h) in the board's memory, and what the start and the orders do
- * with it. */
+/* Non-volatile parameters: the store (talk/store.h) in the board's memory, and its use
+ * by the start and by the orders. */
 #ifndef APP_PARAMETERS_H
 #define APP_PARAMETERS_H
 
@@ -27,16 +27,16 @@ typedef enum {
     U(1943, store_defaulted, "-", 0, 0, 0, TABLE_READ,                                                       \
       "number of stored rows with values that this program rejects; they got their defaults")
 
-/* At the start: the stored set into app->staged, or the defaults. false: what is stored cannot be trusted, or
- * its values do not go with each other; then these are the defaults. */
+/* At the start: loads the stored set into app->staged, or the defaults. false: the stored data cannot be
+ * trusted, or its values break a rule; then app->staged has the defaults. */
 bool parameters_start(void);
 
-/* From the background: the stored set into app->staged, to be applied; the defaults where none is stored.
- * false: it cannot be trusted; the staged set is as it was. */
+/* From the background: loads the stored set into app->staged, to be applied; the defaults if none is stored.
+ * false: the data cannot be trusted; the staged set is unchanged. */
 bool parameters_load(params_error_t *why);
 
-/* From the background: stores the active set. false: `why`; what was stored before still is. While it is
- * under way, some seconds where a page is erased, no interrupt comes: the bridge must be off. */
+/* From the background: stores the active set. false: `why`; the previous stored set is kept. During this
+ * call, some seconds if a page is erased, no interrupt runs: the bridge must be off. */
 bool parameters_save(params_error_t *why);
 
 #endif

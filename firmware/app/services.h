@@ -1,6 +1,6 @@
-/* Services: what the drive does for a client beside turning the motor, as rows of a table like
- * parameters and requests. Writing a row acts at once; `order` is obeyed or refused before the write returns.
- */
+/* Services: functions of the drive for a client beside the control of the motor, as rows of a
+ * table like parameters and requests. Writing a row acts at once; `order` is executed or
+ * refused before the write returns. */
 #ifndef APP_SERVICES_H
 #define APP_SERVICES_H
 
@@ -58,8 +58,9 @@ typedef struct {
 
 extern const table_t services_table;
 
-/* The tables that can be reached over the line, in the order of their address extensions there (and of
- * APP_TABLE_...), and the hash over all of them: two programs with the same hash mean the same by an id. */
+/* The tables that can be reached over the serial link, in the order of their address
+ * extensions (and of APP_TABLE_...), and the hash over all of them: in two programs with the
+ * same hash an id has the same meaning. */
 typedef enum {
     APP_TABLE_SIGNALS,
     APP_TABLE_PARAMS,
@@ -70,16 +71,17 @@ typedef enum {
 extern const table_t *const app_tables[APP_TABLES];
 uint32_t app_tables_hash(void);
 
-/* Every row its default. */
+/* Sets every row to its default. */
 void services_defaults(services_t *services);
 
-#define SERVICE_ORDER 1900u /* id of the row that acts */
+#define SERVICE_ORDER 1900u /* id of the row that executes orders */
 
-/* Would the row take these bits? An order, whatever becomes of it. false: `why`. */
+/* True if the row accepts these bits; an order is always accepted, whether it is
+ * executed or not. false: `why`. */
 bool services_accepts(uint32_t id, uint32_t bits, params_error_t *why);
 
-/* From the background: writes the bits of a row's slot into app->services; an order acts. false: refused;
- * of an order order_refusal and order_row say why, too. */
+/* From the background: writes the bits of a row's slot into app->services; an order is executed. false:
+ * refused; for an order order_refusal and order_row also give the reason. */
 bool services_write(uint32_t id, uint32_t bits, params_error_t *why);
 
 #endif

@@ -5,14 +5,14 @@
 #include "app/app.h"
 #include "app/talk_values.h"
 
-#define SILENCE_PERIODS DRIVE_PERIODS(5e-3f)  /* that ends a frame which is not complete */
-#define RESTART_PERIODS DRIVE_PERIODS(20e-3f) /* from the order to the reset: its answer goes out */
+#define SILENCE_PERIODS DRIVE_PERIODS(5e-3f)  /* silence that ends an incomplete frame */
+#define RESTART_PERIODS DRIVE_PERIODS(20e-3f) /* from the order to the reset: its answer is sent */
 
-#define FRAMES_MAX 4u /* that a call sends */
+#define FRAMES_MAX 4u /* sent by a call */
 
 HAL_PER_CHIP const talk_line_t *talk_line;
 
-/* So many octets from this one on stand in a row. */
+/* Number of octets from this one on that are contiguous. */
 static uint16_t in_a_row(uint16_t at, uint16_t count)
 {
     const uint16_t to_end = (uint16_t)(TALK_RING - at % TALK_RING);
@@ -26,7 +26,7 @@ static void receive(talk_ring_t *came)
     came->put = (uint16_t)(came->put + count);
 }
 
-/* Twice, where what waits goes on at the ring's begin. */
+/* Twice, because the waiting octets may continue at the beginning of the ring. */
 static void send(talk_ring_t *going)
 {
     for (uint16_t piece = 0u; piece < 2u && going->put != going->got; piece++) {
@@ -75,13 +75,13 @@ static uint32_t line_write(const uint16_t *octets, uint32_t count)
     return talk_line != NULL ? talk_line->write(octets, count) : give(&app->talk.going, octets, count);
 }
 
-/* 1: octets may be lost or spoilt on the way, frames have tails. */
+/* 1: octets may be lost or changed on the way, and frames have tails. */
 static uint32_t is_serial(void)
 {
     return talk_line == NULL ? UINT32_C(1) : UINT32_C(0);
 }
 
-/* What the interrupt writes at any time. */
+/* Reads a value that the interrupt may write at any time. */
 static uint32_t now_of(const volatile uint32_t *slot)
 {
     return *slot;
@@ -110,7 +110,7 @@ void talk_restart(void)
 
 /* ---- in ---- */
 
-/* What has come in goes into a buffer, so that a master may be a command ahead. */
+/* Received octets go into a buffer, so that a master may send one command ahead. */
 static void fetch(talk_t *talk)
 {
     const uint32_t serial = is_serial();
@@ -136,8 +136,8 @@ static void fetch(talk_t *talk)
     }
 }
 
-/* Up to the end of a frame: that is carried out, and its answer waits. What stands behind it waits for a next
- * call: a command is taken when the answer before it is on its way. */
+/* Processes octets up to the end of a frame: its command is executed, and its answer waits. Octets after it
+ * wait for a later call: a command is executed when the answer before it is being sent. */
 static void listen(talk_t *talk)
 {
     const uint32_t now = period();
@@ -159,7 +159,7 @@ static void listen(talk_t *talk)
 
 /* ---- out ---- */
 
-/* The next packet: an answer goes before samples. */
+/* The next packet: an answer is sent before samples. */
 static uint32_t packet(talk_t *talk, uint16_t *octets)
 {
     const uint32_t count = talk->answer_count;

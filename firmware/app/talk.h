@@ -1,8 +1,9 @@
-/* The drive on its line: an XCP slave (firmware/talk/) over the values of the application.
+/* The communication of the drive: an XCP slave (firmware/talk/) over the values of the application.
  *
- * The interrupt only copies samples into a queue, and octets out of the chip's FIFOs and into them. All else
- * is the background's: octets in, one command at a time, octets out. A master that has switched the bridge on
- * and then is silent for longer than command_timeout stops the motor. */
+ * The interrupt only copies samples into a queue, and octets out of the chip's FIFOs and into them. The
+ * background does the rest: it receives octets, executes one command at a time, and sends octets. If a master
+ * has switched the bridge on and is then silent for longer than
+ * command_timeout, the drive stops the motor. */
 #ifndef APP_TALK_H
 #define APP_TALK_H
 
@@ -15,26 +16,25 @@
 #include "talk/frame.h"
 #include "talk/xcp.h"
 
-/* Where octets come from and go to, one per word, neither of which waits. */
+/* The source and destination of octets, one per word; neither call waits. */
 typedef struct {
     uint32_t (*read)(uint16_t *octets, uint32_t room);
     uint32_t (*write)(const uint16_t *octets, uint32_t count);
 } talk_line_t;
 
-/* NULL: the chip's serial line, hal_serial_*, whose frames have tails; else one that loses and spoils
- * nothing.
- */
+/* NULL: the chip's serial line, hal_serial_*, whose frames have tails; otherwise a line
+ * that loses and changes nothing. */
 extern HAL_PER_CHIP const talk_line_t *talk_line;
 
-#define TALK_OCTETS 140u /* that have come and wait: two commands of the longest */
+#define TALK_OCTETS 140u /* received octets that wait: two commands of the largest length */
 
-/* Octets between interrupt and background: what goes over the line at 1 Mbaud in 600 us. A power of two. */
+/* Octets between interrupt and background: those sent at 1 Mbaud in 600 us. A power of two. */
 #define TALK_RING 64u
 
-/* One of the two writes `put` and the octets, the other one `got`. */
+/* One side writes `put` and the octets, the other one `got`. */
 typedef struct {
-    uint16_t put; /* [octets] modulo 2^16, into it so far */
-    uint16_t got; /* [octets] modulo 2^16, taken out so far */
+    uint16_t put; /* [octets] modulo 2^16, written so far */
+    uint16_t got; /* [octets] modulo 2^16, read so far */
     uint16_t octets[TALK_RING];
 } talk_ring_t;
 
@@ -43,33 +43,34 @@ typedef struct {
     frame_sender_t sender;
     xcp_t xcp;
     daq_t daq;
-    a2l_place_t a2l;      /* where its client reads */
+    a2l_place_t a2l;      /* position at which the client reads */
     uint32_t heard_at;    /* [periods] when the last good frame came */
-    uint32_t steered;     /* [-] 1: `enable` was switched on over the line, and stands */
-    uint32_t silent;      /* [-] 1: the master was silent for too long; until `enable` is set anew */
-    uint32_t line_errors; /* [-] of the chip's line, as last seen */
-    talk_ring_t came;     /* octets that the interrupt has taken off the chip's line */
-    talk_ring_t going;    /* octets that it will put on it */
-    uint32_t octets_count, octets_at; /* that have come, and that were taken of them */
-    uint32_t answer_count;            /* [octets] of the answer that waits; 0: none */
+    uint32_t steered;     /* [-] 1: `enable` was switched on over the serial link, and still is */
+    uint32_t silent;      /* [-] 1: communication time-out of the master; until `enable` is set again */
+    uint32_t line_errors; /* [-] of the chip's line, at the last check */
+    talk_ring_t came;     /* octets that the interrupt has received on the chip's line */
+    talk_ring_t going;    /* octets that it will send on that line */
+    uint32_t octets_count, octets_at; /* received octets, and number of those processed */
+    uint32_t answer_count;            /* [octets] of the waiting answer; 0: none */
     uint16_t octets[TALK_OCTETS];
     uint16_t answer[FRAME_MAX_CTO];
-    uint32_t restart;    /* [-] 1: ordered; the answer goes first */
+    uint32_t restart;    /* [-] 1: a reset is ordered; the answer is sent first */
     uint32_t restart_at; /* [periods] */
 } talk_t;
 
 /* After reset, before the first interrupt. */
 void talk_start(void);
 
-/* From the sample interrupt: takes what has come on the chip's line, and puts on it what is to go. Its FIFOs
- * of 16 octets last for 170 us, and the background comes round later where the medium task runs meanwhile. */
+/* From the sample interrupt: reads the received octets of the chip's line, and writes those to be sent. Its
+ * FIFOs of 16 octets hold 170 us, and the background may need longer while the medium task runs. */
 void talk_exchange(void);
 
-/* From the background, after each of its tasks: what has come in, at most one command of it; what is to go
- * out; the master's silence. Bounded. */
+/* From the background, after each of its tasks: processes received octets with at most one command, sends
+ * octets, and checks the communication time-out of the master. Bounded. */
 void talk_step(void);
 
-/* Ordered over the line or not: the controller resets, shortly, so that an answer still goes out. */
+/* The controller resets after a short time, so that an answer can still be sent, whether
+ * a client has ordered it or not. */
 void talk_restart(void);
 
 #endif

@@ -5,7 +5,7 @@
 #include "settings/signals.h"
 #include "talk/a2l.h"
 
-/* Carrier in whole kHz for a name; the period itself is in the event's data. */
+/* Carrier in whole kHz for a name; the exact period is in the event's data. */
 #define CARRIER_KHZ ((uint32_t)(1e-3f / DRIVE_PERIOD + 0.5f))
 
 static void write_event(text_t *text)
@@ -47,7 +47,7 @@ bool talk_is_text(uint32_t extension)
 
 uint32_t talk_text_length(uint32_t extension)
 {
-    text_t text = text_window(UINT32_MAX, 0u, NULL); /* nothing is kept, all is counted */
+    text_t text = text_window(UINT32_MAX, 0u, NULL); /* nothing is kept, everything is counted */
     write_text(extension, &text);
     return text.at;
 }

@@ -1,12 +1,12 @@
-/* What the drive sends as text over the line: its description, its identification, the name of its event. For
- * talk_values.c alone. */
+/* Texts that the drive sends over the serial link: its description, its identification, the name of its
+ * event. For talk_values.c alone. */
 #ifndef APP_TALK_TEXTS_H
 #define APP_TALK_TEXTS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Is that one of XCP_EXTENSION_A2L, _EPK and _EVENT? */
+/* True for XCP_EXTENSION_A2L, _EPK and _EVENT. */
 bool talk_is_text(uint32_t extension);
 
 uint32_t talk_text_length(uint32_t extension); /* [octets] */

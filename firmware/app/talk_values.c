@@ -8,7 +8,7 @@
 
 /* ---- slots ---- */
 
-/* The struct of a table; of the parameters the set that the client looks at. */
+/* The struct of a table; for the parameters the set of the client's page. */
 static const void *base_of(uint32_t table)
 {
     const void *params = app->talk.xcp.page == XCP_PAGE_ACTIVE ? &app->active : &app->staged;
@@ -21,7 +21,8 @@ static const void *base_of(uint32_t table)
     return bases[table];
 }
 
-/* Numbers between the first and the last id that are none read 0: a client may take a table in one piece. */
+/* Numbers between the first and the last id that are no ids read 0: a client
+ * may read a table in one block. */
 static bool row_bits(uint32_t number, uint32_t id, uint32_t *bits)
 {
     const table_t *table = app_tables[number];
@@ -40,7 +41,7 @@ static bool row_bits(uint32_t number, uint32_t id, uint32_t *bits)
     return below && above;
 }
 
-/* Two slots a fault, the newest first: reason and period. */
+/* Two slots per fault, the newest first: reason and period. */
 static bool fault_bits(uint32_t place, uint32_t *bits)
 {
     const drive_fault_log_t *log = &app->drive.log;
@@ -80,8 +81,8 @@ static uint32_t read_slots(uint32_t extension, uint32_t address, uint32_t count,
 
 #define EPK_SLOTS 4u
 
-/* A description says at which address the drive tells its identification, but not at which extension: at 0,
- * too, where no signal is. */
+/* A description contains the address of the identification, but not its extension: it can also be read at
+ * extension 0, where no signal has this address. */
 static bool is_epk(uint32_t extension, uint32_t address)
 {
     return extension == (uint32_t)APP_TABLE_SIGNALS && address < 4u * EPK_SLOTS;
@@ -141,7 +142,7 @@ static uint32_t write_requests(uint32_t first, uint32_t count, const uint32_t *s
     return XCP_OK;
 }
 
-/* A service's bits from those on the line. */
+/* Converts a service's bits from those on the serial link. */
 static bool service_bits(uint32_t id, uint32_t on_line, uint32_t *bits)
 {
     const table_row_t *row = table_by_id(&services_table, id);
@@ -176,7 +177,7 @@ static bool writable(uint32_t extension)
            extension == (uint32_t)APP_TABLE_SERVICES;
 }
 
-/* Do all these slots carry codes? */
+/* True if all these slots have codes. */
 static bool coded(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots)
 {
     const table_t *table = extension == (uint32_t)APP_TABLE_REQUESTS   ? &requests_table
@@ -213,7 +214,7 @@ static uint32_t write(uint32_t extension, uint32_t address, uint32_t count, cons
 
 /* ---- the rest ---- */
 
-/* The interrupt's copy begins at the drive: signals, and nothing else. */
+/* The copy in the interrupt has its base at the drive: only signals can be measured. */
 static uint32_t measurable(uint32_t extension, uint32_t address, uint32_t *offset)
 {
     const table_row_t *row = NULL;

@@ -1,4 +1,4 @@
-/* The values of the application at the addresses of the line. For talk.c alone. */
+/* The values of the application at the addresses of the serial link. For talk.c alone. */
 #ifndef APP_TALK_VALUES_H
 #define APP_TALK_VALUES_H
 

@@ -6,22 +6,21 @@
 #include "math/bounds.h"
 #include "settings/reasons.h"
 
-/* [-] of the EMF that a rotor of the estimated speed has: psi_f wrong by a quarter, and an angle by 0.35 rad
- */
+/* [-] of the EMF of a rotor with the estimated speed: psi_f wrong by a quarter, and an angle by 0.35 rad */
 #define CONFIRMED_LEAST 0.7f
 #define CONFIRMED_MOST  1.5f
 
-/* [-] of the link, that the EMF of a rotor may have whose current through the diodes is not seen */
+/* [-] of the link: largest EMF of a rotor whose current through the diodes is not detected */
 #define CONFIRMED_BEYOND 1.15f
 
-/* So long a suspicion against a sensor or a wire goes before what the EMF says of the rotor. */
+/* For this time a suspected sensor or wire is judged before the EMF. */
 #define SUSPICION_PERIODS DRIVE_PERIODS(3.5e-3f)
 
 /* ---- faults ---- */
 
-/* Does the EMF of a catch come from a rotor? Noise has a length, but no mean in a frame that turns, and no
- * direction. A rotor whose EMF is far beyond the link would have fed it before the gates came on. What has
- * been lost is no witness. */
+/* True if the EMF of a catch comes from a rotor. Noise has a length, but no mean in a rotating frame, and
+ * no direction. A rotor whose EMF is far above the link would have fed it before the gates were on. The
+ * outcome of a lost catch is not used. */
 static bool is_caught(const medium_t *medium, const window_t *window)
 {
     const window_catch_t *catching = &window->catching;
@@ -33,8 +32,9 @@ static bool is_caught(const medium_t *medium, const window_t *window)
            !bounds_within(catching->cross, catching->cross_min) && catching->length <= most;
 }
 
-/* Does the EMF confirm the speed? A loop that tracks the rotor has it on its q axis, with its length, but for
- * a relock, whose loop was off the rotor when it began. The encoder needs no confirmation. */
+/* True if the EMF confirms the speed. In a loop that tracks the rotor the EMF lies on the q axis and has the
+ * expected length; a relock is excluded, because its loop did not follow the rotor at the beginning. The
+ * encoder needs no confirmation. */
 static bool is_confirmed(const medium_t *medium, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
@@ -48,8 +48,8 @@ static bool is_confirmed(const medium_t *medium, const window_t *window)
            m->lock.projection <= CONFIRMED_MOST * m->lock.expected;
 }
 
-/* The speed of a catch is the EMF's length over psi_f: may a psi_f that is believed too small make it one
- * beyond the trip? A loop that tracks counts turns instead. */
+/* True if an overspeed may be caused by an assumed psi_f that is too small. The speed of a catch is the
+ * length of the EMF over psi_f; a loop that tracks counts turns instead. */
 static bool is_by_length(const medium_t *medium, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
@@ -57,7 +57,7 @@ static bool is_by_length(const medium_t *medium, const window_t *window)
     return m->sensorless != 0u && m->tracking == 0u && bounds_within(least, medium->speed.trip);
 }
 
-/* What is seen at the end of the window. */
+/* The measurements at the end of the window. */
 drive_fault_t medium_seen_in(const window_t *window, int32_t reason)
 {
     return (drive_fault_t){
@@ -71,8 +71,8 @@ drive_fault_t medium_seen_in(const window_t *window, int32_t reason)
     };
 }
 
-/* The drive has gone into fault, with what was seen then. A fault that speaks of the shaft's speed, where
- * only the estimate has one, names the estimate. */
+/* The drive has stopped with a fault; stores the measurements. A fault of the shaft's speed that only the
+ * estimate shows is reported as a fault of the estimate. */
 static void note(medium_t *medium, const window_t *window, drive_fault_t stop)
 {
     sequence_t *sequence = &medium->sequence;
@@ -95,7 +95,7 @@ void medium_stop(medium_t *medium, const window_t *window, drive_fault_t stop)
 
 /* ---- guard ---- */
 
-/* The moments in which rows of the fault table count, once the gates are on. */
+/* The conditions under which rows of the fault table are judged while the gates are on. */
 static uint32_t moments(const medium_t *medium, const medium_tuning_t *tuning)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
@@ -107,8 +107,8 @@ static uint32_t moments(const medium_t *medium, const medium_tuning_t *tuning)
            (link_watch_excuses(&medium->link, &tuning->link) ? 0u : GUARD_SUPPLIED);
 }
 
-/* Is the EMF beyond the link? It may be that of a sensor or a wire: while one is suspected its own row has
- * the first word, for a while. */
+/* True if the EMF is above the link. A wrong sensor or wire may be the cause: while one is suspected its own
+ * fault is judged first, for a limited time. */
 static bool is_too_fast(const medium_t *medium, const window_t *window)
 {
     return (medium->manoeuvres.failed & MANOEUVRE_TOO_FAST) != 0u &&
@@ -116,7 +116,7 @@ static bool is_too_fast(const medium_t *medium, const window_t *window)
             window->catching.periods_beyond >= SUSPICION_PERIODS);
 }
 
-/* The rows of the fault table that are judged once a window. */
+/* Judges the rows of the fault table that belong to the window. */
 static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
@@ -192,7 +192,7 @@ static run_wish_t wish(const medium_t *medium, const requests_t *requests)
     return wish;
 }
 
-/* What the fast task does by itself where the encoder's angle jumps. */
+/* The reaction that the fast task executes by itself if the encoder's angle jumps. */
 static jump_reaction_t at_a_jump(const medium_t *medium, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
@@ -208,7 +208,7 @@ static jump_reaction_t at_a_jump(const medium_t *medium, const window_t *window)
     return manoeuvres_is_locked(m, &window->estimate) ? JUMP_TO_ESTIMATE : JUMP_TO_CATCH;
 }
 
-/* What the motor does now: source of the frame and references. */
+/* Executes the active manoeuvre: source of the frame and references. */
 static void manoeuvre(medium_t *medium, const window_t *window, const requests_t *requests, uint32_t order)
 {
     manoeuvres_t *m = &medium->manoeuvres;
@@ -259,8 +259,8 @@ manoeuvres_input_t medium_manoeuvres_input(medium_t *medium, const window_t *win
 
 /* ---- the task ---- */
 
-/* How the fast task's idea of the load follows i_q: not from the setpoint on that moves the reference until
- * the speed has arrived, for what i_q has beyond it then accelerates. */
+/* Share with which the load estimate of the fast task follows i_q: zero from the setpoint that changes the
+ * reference until the speed has arrived, because the excess of i_q accelerates then. */
 static float load_share(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
 {
     const inertia_t *inertia = &medium->inertia;
@@ -271,11 +271,11 @@ static float load_share(medium_t *medium, const medium_tuning_t *tuning, const w
         return 0.0f;
     }
     const float share = inertia_load_share(inertia, tuning->load_follows, tuning->load_most);
-    /* the setpoint that has moved the reference is not in a window yet */
+    /* the setpoint that has changed the reference is not in a window yet */
     return medium->speed.still <= DRIVE_LATENCY && share < 1.0f ? 0.0f : share;
 }
 
-/* What the fast task shall do, beside the manoeuvre's part. */
+/* The part of the setpoint that does not depend on the manoeuvre. */
 static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t *window, uint32_t order)
 {
     setpoint_t *setpoint = &medium->setpoint;
@@ -290,7 +290,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->jump_periods = MANOEUVRE_CATCH_PERIODS;
     setpoint->dither =
         manoeuvres_dithers(&medium->manoeuvres) ? medium->inductance.dither : (dq_t){0.0f, 0.0f};
-    const float room = run_room(&medium->manoeuvres.run); /* beside what a hand-over has left of i_d */
+    const float room = run_room(&medium->manoeuvres.run); /* beside the remaining i_d of a hand-over */
     setpoint->current_limit = room < medium->thermal.limit ? room : medium->thermal.limit;
     setpoint->only_brakes =
         sequence->state == (int32_t)DRIVE_QUICK_STOP && medium->manoeuvres.run.tuning.stop_ramp == 0.0f;

@@ -1,10 +1,11 @@
-/* The medium task, once in a window of DRIVE_WINDOW periods, 1.25 kHz: a window in, a setpoint out.
+/* The medium task, once per window of DRIVE_WINDOW periods, 1.25 kHz: it reads
+ * a window and writes a setpoint.
  *
  *     window --> learn --> watch --> limit --> guard --> sequence --> manoeuvre --> setpoint
  *
- * It reads the window and writes its own setpoint, nothing else of the fast task's. The setpoint of window n
- * acts from the first period of window n + 2 on, however long it took to make: so nothing depends on when the
- * task runs, and it may be interrupted anywhere. */
+ * It reads the window and writes its own setpoint, and uses nothing else of the fast task. The setpoint of
+ * window n acts from the first period of window n + 2 on, for any execution time: the result does not depend
+ * on when the task runs, and it may be interrupted anywhere. */
 #ifndef MEDIUM_MEDIUM_H
 #define MEDIUM_MEDIUM_H
 
@@ -34,7 +35,7 @@
 
 typedef struct {
     guard_tuning_t guard;
-    uint32_t unattended_max; /* [periods] that the background may stay away from a running motor */
+    uint32_t unattended_max; /* [periods] longest time without the background while the motor runs */
     sequence_tuning_t sequence;
     validity_tuning_t validity;
     flux_tuning_t flux;
@@ -44,8 +45,8 @@ typedef struct {
     dead_time_learn_tuning_t dead_time_learn;
     emf_shape_tuning_t emf_shape;
     unequal_legs_tuning_t unequal_legs;
-    float load_most;    /* of the doubt, with which a change of speed is foreseen [A] */
-    float load_follows; /* share with which the load follows i_q, a period [-] */
+    float load_most;    /* load uncertainty at which a change of speed is still predicted [A] */
+    float load_follows; /* share with which the load follows i_q, per period [-] */
     manoeuvres_tuning_t manoeuvres;
     encoder_watch_tuning_t encoder_watch;
     motion_watch_tuning_t motion_watch;
@@ -56,32 +57,32 @@ typedef struct {
     params_in_force_t in_force;
 } medium_tuning_t;
 
-/* What the watches have found in the last window. */
+/* The results of the watches in the last window. */
 typedef struct {
     uint32_t encoder_wrong;  /* [-] ENCODER_WATCH_... bits */
     uint32_t moves_wrong;    /* [-] MOTION_... bits */
     uint32_t current_faults; /* [-] CURRENT_WATCH_... bits */
 } medium_found_t;
 
-/* What the EMF has beside that of a round rotor on equal legs. */
+/* The difference of the EMF to that of a round rotor on equal legs. */
 typedef struct {
     emf_shape_t emf_shape;
     unequal_legs_t unequal_legs;
-    ab_t spared; /* what the estimator does not get of it, for the setpoint [V] */
+    ab_t spared; /* part that is subtracted for the estimator, for the setpoint [V] */
 } medium_ripple_t;
 
-/* What is known of the background. */
+/* The state of the background. */
 typedef struct {
-    uint32_t unattended;        /* [periods] since it came round; 0: it never did */
-    uint32_t reported;          /* [-] GUARD_CORRUPT_... and other bits, as it has found */
-    params_in_force_t in_force; /* of the set of parameters, for the signals */
+    uint32_t unattended;        /* [periods] since its last pass; 0: none yet */
+    uint32_t reported;          /* [-] GUARD_CORRUPT_... and other bits that it has reported */
+    params_in_force_t in_force; /* of the parameter set, for the signals */
 } medium_background_t;
 
-/* Of the mechanical speed. */
+/* State of the mechanical speed. */
 typedef struct {
-    float trip;      /* of the tuning [rad/s] */
+    float trip;      /* overspeed limit of the tuning [rad/s] */
     float reference; /* of the last setpoint [rad/s] */
-    uint32_t still;  /* [windows] for which that stays, up to those until it is in a window */
+    uint32_t still;  /* [windows] since the reference changed, up to those until it is in a window */
 } medium_speed_t;
 
 typedef struct {
@@ -93,7 +94,7 @@ typedef struct {
     offset_trim_t offset_trim;
     means_t means;
     validity_t validity; /* of the estimate, judged at the window's end */
-    estimate_t estimate; /* then, its EMF the mean of the window turned there */
+    estimate_t estimate; /* at the window's end, its EMF the mean of the window turned there */
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;
@@ -107,25 +108,25 @@ typedef struct {
     medium_found_t found;
     thermal_t thermal;
     link_watch_t link;
-    uint32_t coasting; /* [-] 1: the bridge is off because the supply is lost, and comes on again with it */
+    uint32_t coasting; /* [-] 1: the bridge is off during a supply loss, and is switched on again after it */
 
     medium_background_t background;
-    drive_fault_t fault; /* the last fault: what the drive saw when it stopped */
+    drive_fault_t fault; /* the last fault: measurements when the drive stopped */
     uint32_t faults;     /* [-] since power-on */
     setpoint_t setpoint; /* the newest */
 } medium_t;
 
-/* All state zero, in not ready, these coefficients. */
+/* Sets all state to zero, state not ready, with these coefficients. */
 void medium_init(medium_t *medium, const medium_tuning_t *tuning);
 
-/* New coefficients between two windows; the state goes on. */
+/* Takes over new coefficients between two windows; the state is kept. */
 void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning);
 
-/* medium->setpoint from this window and what is requested, with these coefficients. */
+/* Computes medium->setpoint from this window and the requests, with these coefficients. */
 void medium_step(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
                  const requests_t *requests);
 
-/* Latch a fault, with what was seen then; `window`: the newest. */
+/* Latches a fault, with the measurements at that time; `window`: the newest. */
 void medium_stop(medium_t *medium, const window_t *window, drive_fault_t stop);
 
 #endif

@@ -1,4 +1,4 @@
-/* What is learnt of motor, inverter and sensors, from the sums of a window. */
+/* The learning of values of motor, inverter and sensors, from the sums of a window. */
 #include "medium/medium_parts.h"
 
 #include "math/bounds.h"
@@ -7,11 +7,11 @@
 /* From the middle of the periods of a mean to their end [s]. */
 #define TO_MIDDLE (0.5f * (float)(DRIVE_WINDOW - 1u) * DRIVE_PERIOD)
 
-/* From the end of a window to the middle of the time in which its setpoint acts, as a voltage [windows]. */
+/* From the end of a window to the middle of the time in which the voltage of its setpoint acts [windows]. */
 #define TO_ACTING 1.5f
 
-/* Whether the estimate can be believed, by the criteria of estimator/validity.h: judged once a window, at its
- * last period, if the loop tracked in that. Anew with the loop. */
+/* Judges whether the estimate is valid, by the criteria of estimator/validity.h: once per window, at its last
+ * period, if the loop tracked in that period. The judgement restarts with the loop. */
 static void judge_estimate(medium_t *medium, const window_t *window)
 {
     const estimate_t *estimate = &window->estimate;
@@ -44,7 +44,7 @@ static void average(medium_t *medium, const window_t *window)
     medium->estimate.coasted = window->sum.tracked < window->sum.periods ? UINT32_C(1) : UINT32_C(0);
 }
 
-/* The offsets of the current sensors, and psi_f: only while the loop tracks. */
+/* Learns the offsets of the current sensors and psi_f, only while the loop tracks. */
 static void learn_slowly(medium_t *medium, const window_t *window)
 {
     const estimate_t *estimate = &window->estimate;
@@ -60,8 +60,8 @@ static void learn_slowly(medium_t *medium, const window_t *window)
                            &window->measured.current);
 }
 
-/* What the speed gains says of the inertia, and what of the current carries the load: the loop is not told of
- * that. */
+/* Learns the inertia from the gained speed, and the part of the current that carries the load,
+ * which is not passed to the loop. */
 static void learn_inertia(medium_t *medium, const window_t *window)
 {
     inertia_t *inertia = &medium->inertia;
@@ -83,8 +83,8 @@ static void learn_inertia(medium_t *medium, const window_t *window)
     inertia_step(inertia, &input);
 }
 
-/* What the EMF says of the dead time: for the next duties, and the voltage that acts from now on. It takes no
- * more than a frame that turns evenly and like the rotor, forced or tracked: not a catch. */
+/* Learns the dead time from the EMF, for the next duties and for the voltage that is applied from now on. The
+ * only requirement is a frame that turns evenly with the rotor, forced or tracked: not a catch. */
 static void learn_dead_time(medium_t *medium, const window_t *window)
 {
     if (!(medium->dead_time_learn.tuning.rate > 0.0f)) {
@@ -105,9 +105,9 @@ static void learn_dead_time(medium_t *medium, const window_t *window)
     dead_time_learn_step(&medium->dead_time_learn, &input);
 }
 
-/* What the same says of the shape of the EMF, once the dead time is near, and of how the legs differ, once it
- * is known; and what the estimator is spared of both. They turn little in the time of a window: so a mean of
- * each window does. */
+/* Learns the shape of the EMF, once the dead time is nearly known, and the differences of the legs, once it
+ * is known, both from the EMF of the dead time. Computes their part that is subtracted for the estimator.
+ * They turn little in a window, so the mean of each window is sufficient. */
 static void learn_ripple(medium_t *medium, const window_t *window)
 {
     const dead_time_learn_t *learn = &medium->dead_time_learn;
@@ -145,7 +145,7 @@ static void learn_ripple(medium_t *medium, const window_t *window)
     medium->ripple.spared = (ab_t){shape.alpha + legs.alpha, shape.beta + legs.beta};
 }
 
-/* What a locked loop without encoder answers to the dither, and the next of it. */
+/* Learns L from the response of a locked loop without encoder to the dither, and computes the next dither. */
 static void learn_inductance(medium_t *medium, const window_t *window)
 {
     if (!(medium->inductance.tuning.rate > 0.0f)) {
@@ -167,7 +167,7 @@ static void learn_inductance(medium_t *medium, const window_t *window)
     inductance_step(&medium->inductance, &input);
 }
 
-/* Nothing is known of what acts. */
+/* The voltage that was applied is not known. */
 static void pause(medium_t *medium)
 {
     const ab_t none = {0.0f, 0.0f};

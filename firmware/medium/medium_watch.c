@@ -1,17 +1,17 @@
-/* What the drive is watched by beyond single samples, and what it leaves of the current. */
+/* The protections that need more than single samples, and the current limit that follows from them. */
 #include "medium/medium_parts.h"
 
 #include "math/bounds.h"
 #include "settings/reasons.h"
 
-/* [-] share of the EMF that may be wrong: psi_f by 20 % and the rotor's angle; where that is not known all of
- * it, in every direction. */
+/* [-] uncertain share of the EMF: psi_f by 20 % and the rotor's angle; if the angle is
+ * unknown, all of it in every direction. */
 #define EMF_KNOWN   0.3f
 #define EMF_UNKNOWN 1.3f
 
 /* ---- current sensors and wires ---- */
 
-/* Whether the current of this window can be compared with what the winding must do. */
+/* True if the current of this window can be compared with the law of the winding. */
 static bool is_comparable(const manoeuvres_t *m, const window_t *window)
 {
     switch ((manoeuvre_compared_t)manoeuvres_row(m)->compared) {
@@ -61,7 +61,7 @@ void medium_watch_currents(medium_t *medium, const window_t *window)
 
 /* ---- encoder and shaft ---- */
 
-/* Is the encoder to be judged: does control turn with it, and is the EMF known beside it? */
+/* True if the encoder is judged: control uses it, and the EMF is known. */
 static bool judges_encoder(const medium_t *medium, const window_t *window)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
@@ -85,9 +85,9 @@ static uint32_t watch_shaft(medium_t *medium, const window_t *window, const requ
     return motion_watch_step(&medium->motion_watch, &input);
 }
 
-/* May the EMF be wrong, by a wire or a current sensor? Those are told by the current watch, which needs
- * longer than a large EMF that is off the encoder's axis, and has the first word where both find something. A
- * sensor that is only suspected is no doubt: the watch expects the EMF where the encoder puts it. */
+/* True if the EMF may be wrong because of a wire or a current sensor. The current watch reports these first;
+ * it needs more time than a large EMF off the encoder's axis, and its result has priority. A sensor that is
+ * only suspected does not count: the current watch expects the EMF at the encoder's angle. */
 static bool doubts_emf(const medium_t *medium, const window_t *window)
 {
     if ((medium->found.current_faults & ~CURRENT_WATCH_MAYBE) != 0u) {
@@ -97,7 +97,7 @@ static bool doubts_emf(const medium_t *medium, const window_t *window)
     return current_watch_lacks(&medium->current_watch, window->measured.current_abc, asked);
 }
 
-/* A speed loop that oscillates is made slower. In mode current nothing is controlled by the speed. */
+/* A speed loop that oscillates is made slower. In mode current the speed is not controlled. */
 static void watch_oscillation(medium_t *medium, const window_t *window, const requests_t *requests)
 {
     oscillation_watch_t *watch = &medium->oscillation_watch;
@@ -108,7 +108,7 @@ static void watch_oscillation(medium_t *medium, const window_t *window, const re
     }
 }
 
-/* Without the encoder from here on: who watched it begins anew. */
+/* The drive continues without the encoder: the watches of the encoder are reset. */
 static void forget_encoder(medium_t *medium)
 {
     encoder_watch_rest(&medium->encoder_watch);
@@ -132,7 +132,7 @@ void medium_watch_motion(medium_t *medium, const window_t *window, const request
     medium->found.encoder_wrong = 0u;
     encoder_watch_add(&medium->encoder_watch, window->sum.voltage);
     if (!sequence_bridge_on(&medium->sequence) || medium->sequence.state == (int32_t)DRIVE_SWITCHED_ON ||
-        m->now != (int32_t)MANOEUVRE_RUN) { /* nobody drives the shaft */
+        m->now != (int32_t)MANOEUVRE_RUN) { /* the shaft is not driven */
         rest(medium);
         encoder_watch_begin(&medium->encoder_watch, window->measured.current);
         return;
@@ -166,8 +166,8 @@ void medium_watch_motion(medium_t *medium, const window_t *window, const request
 
 /* ---- heat and DC link ---- */
 
-/* Within ride_through_time a link that sinks opens the bridge, which comes on again with the supply: the
- * rotor is caught. After that time it is the fault that it always was. */
+/* Within ride_through_time a falling link voltage opens the bridge, which is switched on again when the
+ * supply is back: the rotor is caught. After that time the undervoltage is a fault. */
 static void ride_through(medium_t *medium, const window_t *window, const requests_t *requests)
 {
     const uint32_t conditions = medium->link.conditions;

@@ -7,12 +7,12 @@
 
 #define REARM_WINDOWS DRIVE_WINDOWS(20e-3f) /* without a fault or its line before a reset or a start */
 
-/* From a fault of the power module to the reset by itself; so long a drive must run until it may try as often
- * again. */
+/* From a fault of the power module to its automatic reset; the drive must run for FORGET_WINDOWS
+ * until the count of resets restarts. */
 #define RETRY_WINDOWS  DRIVE_WINDOWS(1.0f)
 #define FORGET_WINDOWS DRIVE_WINDOWS(60.0f)
 
-/* The bridge off, or on, and nothing to start. */
+/* The bridge off, or on, without an order to start. */
 #define OFF UINT32_C(0)
 #define ON  SEQUENCE_ON
 
@@ -57,8 +57,8 @@ static bool rearmed(const sequence_t *sequence)
     return sequence->quiet_windows >= REARM_WINDOWS;
 }
 
-/* What keeps a fault from being reset now: the first of what still holds, the module's line, or that it is
- * not long gone. */
+/* The reason why a fault cannot be reset now: the first fault that is still present, the module's fault line,
+ * or the fault itself while it has been gone for too short a time. */
 static int32_t present(const sequence_t *sequence, const sequence_input_t *input)
 {
     const fault_set_t holding = fault_set_both(input->faults, input->stops);
@@ -69,7 +69,8 @@ static int32_t present(const sequence_t *sequence, const sequence_input_t *input
                                                                     : sequence->fault_reason;
 }
 
-/* A fault of the power module that has gone resets itself after a pause, so many times as the set allows. */
+/* A fault of the power module that has gone is reset automatically after a pause, as
+ * often as the parameters allow. */
 static bool retries(sequence_t *sequence, const sequence_input_t *input)
 {
     if (sequence->fault_reason != (int32_t)REASON_MODULE_FAULT ||
@@ -150,7 +151,7 @@ static uint32_t in_ready(sequence_t *sequence, const sequence_input_t *input)
     return ON | SEQUENCE_BEGIN;
 }
 
-/* Once the gates have been released they must be on. */
+/* After their release the gates must be on. */
 static uint32_t in_switched_on(sequence_t *sequence, const sequence_input_t *input)
 {
     if (input->requests->enable != (int32_t)REQUEST_ON) {
@@ -203,13 +204,13 @@ static uint32_t in_quick_stop(sequence_t *sequence, const sequence_input_t *inpu
         enter(sequence, DRIVE_READY);
         return OFF;
     }
-    if (input->requests->enable == (int32_t)REQUEST_ON) { /* what has begun is brought to its end */
+    if (input->requests->enable == (int32_t)REQUEST_ON) { /* a stop that has begun is completed */
         sequence->refusal = for_fault ? sequence->stop_reason : (int32_t)REASON_STOPPING;
     }
     return ON;
 }
 
-/* A fault that asks for a stop: the motor brakes, if it runs. Of several the first counts. */
+/* A fault that requires a stop: a running motor brakes. The first of several faults counts. */
 static uint32_t stop(sequence_t *sequence, const sequence_input_t *input)
 {
     if (sequence->state < (int32_t)DRIVE_OPERATION_ENABLED) {

@@ -1,5 +1,5 @@
 /* The fault table: every protection of the drive is one row here and nothing else. Enumeration, evaluator
- * (guard.c), reasons, `lagless explain`, docs/reference.md and the test of every row come from it.
+ * (guard.c), reasons, `lagless explain`, docs/reference.md and the test of every row are made from it.
  *
  * F(number, NAME, "name", quantity, comparison, "limit row", margin, rate, debounce, when, reaction,
  *   "what happened", "what to do")
@@ -10,17 +10,17 @@
  *   limit row   parameter that is the limit, "" with HOLDS; margin is added to it, in its unit
  *   rate        EACH: judged in each period by the fast task, which opens the bridge by itself; SLOW: once a
  *               window by the medium task
- *   debounce    [periods] that it must hold without a break; of a SLOW row up to two windows more
- *   when        ALWAYS; RUNNING: only while the gates shall be on; ENCODER: likewise, and control turns with
- *               the encoder; TRACKING: likewise, and control turns with an estimate that may be judged;
- *               SUPPLIED: like RUNNING, and no lost supply is being ridden through
+ *   debounce    [periods] for which it must hold without a break; for a SLOW row up to two windows more
+ *   when        ALWAYS; RUNNING: only while the gates shall be on; ENCODER: the same, and control uses the
+ *               encoder; TRACKING: like RUNNING, and control uses an estimate that may be judged;
+ *               SUPPLIED: like RUNNING, and no ride-through of a supply loss is active
  *   reaction    OPEN: bridge open, fault latched; STOP: the motor is braked to standstill, then the bridge
  *               opens and the fault is latched; CATCH: the rotor is lost and caught again; WARN: shown in
  *               `warnings` while it holds
  *
- * A row's place is its bit in `faults_later` and `warnings`: append only, too. Of several that come in one
- * period the first is the reason. A current over its limit or a trip stops at once; what is slow by nature
- * may take its time, so that one disturbed conversion does not stop a drive. */
+ * The place of a row is its bit in `faults_later` and `warnings`: append only, too. If several faults occur
+ * in one period, the first row is the reason. A current above its limit or a trip stops the drive at once;
+ * slow quantities have a longer debounce time, so that one disturbed conversion does not stop a drive. */
 #ifndef SETTINGS_FAULTS_H
 #define SETTINGS_FAULTS_H
 
@@ -29,14 +29,14 @@
 #include "medium/protect/thermal.h"
 #include "settings/params.h"
 
-/* How far below its limit the heat sink is warm [K]. */
+/* Distance below its limit at which the heat sink is warm [K]. */
 #define FAULTS_SINK_WARM THERMAL_KELVIN
 
-/* Likewise the motor [K]. From there on both take from the limit of the current. */
+/* Distance below its limit at which the motor is warm [K]. From there on both reduce the current limit. */
 #define FAULTS_MOTOR_WARM THERMAL_KELVIN
 
-/* From the sign of a lost lock to the catch 5 ms [periods]: less the window in which it is seen, and the one
- * until the setpoint acts that orders the catch. */
+/* From the sign of a lost lock to the catch 5 ms [periods]: less the window in which the sign is detected,
+ * and the window until the setpoint with the order to catch acts. */
 #define FAULTS_UNLOCKED (DRIVE_PERIODS(5e-3f) - 2u * DRIVE_WINDOW)
 
 #define DRIVE_FAULTS(F)                                                                                      \
@@ -173,7 +173,7 @@
       "the medium task had no setpoint ready for two windows in a row",                                      \
       "shorten what was added to the interrupts; request fewer signals over the serial link")
 
-/* A row's bit, and how many there are. */
+/* The bit of each row, and the number of rows. */
 typedef enum {
 #define FAULT_BIT(number, NAME, name, quantity, comparison, limit, margin, rate, debounce, when, reaction,   \
                   text, remedy)                                                                              \

@@ -1,4 +1,4 @@
-/* Limits of the fault table by a set of parameters. */
+/* Limits of the fault table from a set of parameters. */
 #include "guard/guard.h"
 
 float guard_limit(const fault_row_t *row, const params_t *params)

@@ -1,9 +1,8 @@
-/* Judgement over a set of parameters: every row in its range, then the rules between rows (rules.h).
+/* Judgement of a set of parameters: every row in its range, then the rules between rows (rules.h).
  *
- * The range of a row that would be accepted is not computed from the rules turned round, row by row, but
- * found by asking them: bisection between an end of the row's range that keeps a rule and one that does not,
- * down to neighbouring numbers. So the end that is told is the last number that the judgement itself accepts.
- */
+ * The accepted range of a row is not computed by inverting each rule, but by evaluating the rules: bisection
+ * between an end of the row's range that keeps a rule and one that does not, down to neighbouring numbers.
+ * The reported end is therefore the last number that the judgement itself accepts. */
 #include <float.h>
 #include <string.h>
 
@@ -12,7 +11,8 @@
 #include "settings/reasons.h"
 #include "settings/rules.h"
 
-/* The rule that the fixed-point twin breaks: its formats follow several rows, the range is told. */
+/* Text of the rule that the fixed-point twin breaks: its formats depend on several
+ * rows, and the range is reported. */
 #define FORMATS "the number formats of the fixed-point estimator hold it with the other rows as they are"
 
 static const table_row_t *row_of(param_t param)
@@ -20,7 +20,7 @@ static const table_row_t *row_of(param_t param)
     return &params_table.rows[param];
 }
 
-/* A rule is judged where the rows that it reads, apart from `except`, are in their ranges. */
+/* True if a rule is judged: the rows that it reads, apart from `except`, are in their ranges. */
 static bool is_judged(const rule_t *rule, const params_t *params, param_t except)
 {
     for (int32_t n = 0; n < rule->count; n++) {
@@ -32,15 +32,16 @@ static bool is_judged(const rule_t *rule, const params_t *params, param_t except
     return true;
 }
 
-/* ---- the range that is accepted ---- */
+/* ---- the accepted range ---- */
 
-/* A row in which a range is searched, on a set of its own. Its values are numbered in their order, neighbours
- * by neighbouring numbers: whole ones as they are, floats, none of them negative, by their bits. */
+/* A row in which a range is searched, on a set of its own. Its values are numbered in their
+ * order, neighbouring values by neighbouring numbers: integers directly, floats, which are
+ * never negative here, by their bits. */
 typedef struct {
     params_t params;
     param_t param;
     uint32_t min, max; /* numbers of the ends */
-    bool none;         /* nothing is accepted */
+    bool none;         /* no value is accepted */
 } search_t;
 
 static uint32_t number_of(const table_row_t *row, float value)
@@ -58,14 +59,14 @@ static void put(search_t *search, uint32_t number)
     }
 }
 
-/* The field of the estimator's set that a row stands behind. */
+/* The field of the estimator's parameters that belongs to a row. */
 typedef struct {
     const char *field;
     param_t param;
 } origin_t;
 
-/* What the estimator refuses although every rule above holds: the formats of the fixed-point twin. -1: the
- * row's value is too small for it, 1: too large, 0: the row is not to blame. */
+/* The error of the estimator although every rule above is kept: the formats of the fixed-point twin. -1: the
+ * row's value is too small for it, 1: too large, 0: the row is not the cause. */
 static int32_t estimator_blames(const params_t *params, param_t *param, params_error_t *why)
 {
     static const origin_t origins[] = {
@@ -103,7 +104,7 @@ static int32_t estimator_side(const search_t *search)
     return blamed == search->param ? side : 0;
 }
 
-/* Is the row's value kept by the rule (RULES: by the estimator, seen from below or from above)? */
+/* True if the row's value keeps the rule (RULES: the estimator's formats, from below or from above). */
 static bool is_kept(const search_t *search, rule_number_t rule, lever_sense_t sense)
 {
     if (rule != RULES) {
@@ -112,7 +113,7 @@ static bool is_kept(const search_t *search, rule_number_t rule, lever_sense_t se
     return sense == MORE_HELPS ? estimator_side(search) >= 0 : estimator_side(search) <= 0;
 }
 
-/* Moves the end of the range that the rule forbids to the last value that it keeps. */
+/* Moves the end of the range that breaks the rule to the last value that keeps it. */
 static void narrow(search_t *search, rule_number_t rule, lever_sense_t sense)
 {
     const bool more = sense == MORE_HELPS;
@@ -143,7 +144,7 @@ static void narrow(search_t *search, rule_number_t rule, lever_sense_t sense)
     }
 }
 
-/* The values of a row that the whole judgement accepts with every other row as it is. */
+/* The values of a row that the whole judgement accepts with every other row unchanged. */
 static search_t accepted(const params_t *params, param_t param)
 {
     const table_row_t *row = row_of(param);
@@ -168,7 +169,7 @@ static search_t accepted(const params_t *params, param_t param)
 
 /* ---- the row to change ---- */
 
-/* The rule of thumb for a row, with the others as they are, in its unit; 0: there is none. */
+/* The rule of thumb for a row, with the other rows unchanged, in its unit; 0: there is none. */
 static float thumb(const params_t *params, param_t param)
 {
     const believed_t believed = params_believed(params);
@@ -194,8 +195,8 @@ static float between(float value, float min, float max)
     return upper > min ? upper : min;
 }
 
-/* Would `param` find room if the row of this lever went as far as it helps, or where its rule of thumb puts
- * it? */
+/* True if `param` has an accepted range when the row of this lever is moved as far as it
+ * helps, or to its rule of thumb. */
 static bool makes_room(const params_t *params, param_t param, const lever_t *lever, float *advice)
 {
     const table_row_t *row = row_of(lever->row);
@@ -210,7 +211,7 @@ static bool makes_room(const params_t *params, param_t param, const lever_t *lev
     return !accepted(&changed, param).none;
 }
 
-/* Where `param` has no room: another row of a rule that it stands in. */
+/* If `param` has no accepted range: names another row of a rule that contains it. */
 static void advise_another(const params_t *params, param_t param, params_error_t *why)
 {
     const table_row_t *row = row_of(param);

@@ -11,18 +11,18 @@
 #define LOW_CURRENT_LOSS                                                                                     \
     0.1f /* [-] of the low-speed current per hand-over speed: a fifth is left at ten of them */
 #define LOW_CURRENT_CUTOFF 20.0f   /* [rad/s] */
-#define EMF_WRONG          1.3f    /* [-] of psi_f, that may be believed */
-#define EMF_HELD           0.15f   /* [-] of what the resistance holds, that may be fed forward too much */
+#define EMF_WRONG          1.3f    /* [-] of psi_f: possible error of the assumed value */
+#define EMF_HELD           0.15f   /* [-] of the voltage that R holds: permitted excess of the feed-forward */
 #define RISE_TIME          1.5e-3f /* [s] of the forced current from zero to that of a start */
-#define FADE_TIME          0.1f    /* [s] of what a hand-over leaves of i_d */
+#define FADE_TIME          0.1f    /* [s] in which the remaining i_d of a hand-over fades */
 #define ALIGN_NATURAL      16.0f   /* [rad] of the pendulum's phase in the turn of an alignment */
 #define ALIGN_TIME_MIN     0.3f    /* [s] by the rule */
 #define ALIGN_TIME_MAX     2.0f    /* [s] by the rule */
 #define SWING_SPEED        0.333f  /* [-] of w_n: six times that is 2 w_n */
-#define FALLBACK_MARGIN    1.4f    /* [-] over the time that the limit of current needs to pass zero */
+#define FALLBACK_MARGIN    1.4f    /* [-] over the time in which the current limit lets the speed pass zero */
 #define FALLBACK_MIN       20e-3f  /* [s] */
-#define FALLBACK_MAX       0.1f    /* [s] what the model of the loop bridges */
-#define SLOW_ASKED         1.67f   /* [-] of fallback_speed: what a reference is that wants more */
+#define FALLBACK_MAX       0.1f    /* [s] time for which the model of the loop is valid */
+#define SLOW_ASKED         1.67f   /* [-] of fallback_speed: a smaller reference counts as slow */
 
 static float within(float value, float least, float most)
 {
@@ -30,9 +30,9 @@ static float within(float value, float least, float most)
     return more < most ? more : most;
 }
 
-/* How much of the EMF that the encoder's speed makes is fed forward [-]: all of it, but of a rotor so light
- * that a flux believed too large by EMF_WRONG would make the current drive it on by itself (docs/theory.md,
- * 15). */
+/* Share of the EMF at the encoder's speed that is fed forward [-]: all of it, except for a rotor so light
+ * that an assumed flux which is too large by EMF_WRONG would make the current accelerate it without a torque
+ * reference (docs/theory.md, 15). */
 static float known_emf(const params_t *params, const believed_t *believed)
 {
     const float flux = (float)params->motor_pole_pairs * believed->flux_linkage;
@@ -42,7 +42,7 @@ static float known_emf(const params_t *params, const believed_t *believed)
                   1.0f);
 }
 
-/* By how much a torque may grow a window, as a current of psi_f [A]. */
+/* Largest growth of a torque per window, as a current of psi_f [A]. */
 static float torque_slew(const params_t *params, const believed_t *believed)
 {
     const float by_rule = params_salient(believed) ? SALIENT_SLEW : 0.0f;
@@ -120,7 +120,7 @@ reference_tuning_t reference_prepare(const params_t *params, const believed_t *b
     };
 }
 
-/* The rooms' own coefficients. */
+/* Coefficients of the modules of the manoeuvres. */
 static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, const believed_t *believed,
                           const start_params_t *start)
 {

@@ -4,7 +4,7 @@
 #include "settings/rules.h"
 
 /* Speed of the EMF below which the detector is divided by a constant [rad/s] electrical: 2 V of the paper's
- * motor, what its dead time leaves after compensation. */
+ * motor, the remaining dead-time error after compensation. */
 #define FLOOR_SPEED 11.0f
 
 static const table_row_t rows[] = {
@@ -53,19 +53,19 @@ believed_t params_believed(const params_t *params)
 }
 
 #define LOOP_CUTOFF     1.6f   /* [-] over sqrt(p T/J), by the rule: 0.12 rad for a step of T */
-#define LOOP_TORQUE     0.5f   /* [-] of that at current_limit: the rated one */
+#define LOOP_TORQUE     0.5f   /* [-] of the torque at current_limit: the rated one */
 #define LOOP_LEAST      50.0f  /* [rad/s] */
-#define LOOP_MOST       0.025f /* [rad] a period: a bandwidth of 0.1 a period; noise beyond */
-#define LOOP_BANDWIDTHS 4.0f   /* [-] of the loop over the feed-forward, least overshoot */
-#define LOOP_SLOW       0.6f   /* [-] of the bandwidth by the rule, without its least */
+#define LOOP_MOST       0.025f /* [rad] per period: a bandwidth of 0.1 per period; noise beyond */
+#define LOOP_BANDWIDTHS 4.0f   /* [-] of the loop over the feed-forward, for the least overshoot */
+#define LOOP_SLOW       0.6f   /* [-] of the bandwidth by the rule, without its lower limit */
 
 #define SALIENT_NATURAL 0.403f /* [-] natural frequency of the loop over its bandwidth, damping 1 */
 #define SALIENT_SPEED   0.6f   /* [-] of ki over the product of cutoff and largest speed */
 #define SALIENT_LEAST   4.0f   /* [rad/s] */
 #define SALIENT_MOST    50.0f  /* [rad/s] */
 
-/* Cutoff of a salient rotor's feed-forward [rad/s], ki/(0.6 omega_max): an L_q that is wrong by a fifth then
- * leaves the loop stable up to the largest speed (docs/theory.md, 30). */
+/* Cutoff of a salient rotor's feed-forward [rad/s], ki/(0.6 omega_max): with it an L_q that is wrong by a
+ * fifth leaves the loop stable up to the largest speed (docs/theory.md, 30). */
 static float salient_cutoff(float bandwidth, float omega_max)
 {
     const float natural = SALIENT_NATURAL * bandwidth;
@@ -114,10 +114,10 @@ float params_torque_most(const params_t *params, const believed_t *believed)
 }
 
 #define FUNDAMENTAL 1.27323954f /* 4/pi: of a square wave */
-#define WITHIN_MADE 0.98f       /* [-] of what the inverter makes, that the field may be weakened for */
+#define WITHIN_MADE 0.98f       /* [-] of the inverter's largest voltage that field weakening may use */
 
-/* Share of the link that field_weakening uses in every direction [-]: voltage_use, or what duties and dead
- * time leave to the inverter, if that is less. */
+/* Share of the link that field_weakening uses in every direction [-]: voltage_use, or the share that duties
+ * and dead time leave to the inverter, if that is smaller. */
 static float voltage_used(const params_t *params)
 {
     const float effective = params->dead_time + params->turn_on_delay - params->turn_off_delay;
@@ -161,7 +161,7 @@ float params_flux_most(const params_t *params, const believed_t *believed)
 }
 
 #define OBSERVER_REACH  1.25f /* [-] of k_s over the largest EMF at overspeed_trip, by the rule */
-#define OBSERVER_SLOPE  1.6f  /* [-] of a_f k_s T_s/L, by the rule: an error is gone in two periods */
+#define OBSERVER_SLOPE  1.6f  /* [-] of a_f k_s T_s/L, by the rule: an error decays in two periods */
 #define OBSERVER_ERRORS 4.0f  /* [-] of a_f times the largest current error, by the rule: 96 % of k_s */
 
 #define OBSERVER_LEAST 1e-3f /* [1/A] of a_f */
@@ -179,7 +179,7 @@ observer_rows_t params_observer(const params_t *params, const believed_t *believ
     const float omega_most = (float)params->motor_pole_pairs * params->overspeed_trip;
     observer_rows_t in_force = {
         .gain = params->observer_gain,
-        /* a slope that is set goes with L: the gain of the observer's loop stays */
+        /* a configured slope is scaled with L: the gain of the observer's loop is kept */
         .slope = params->observer_slope * (believed->inductance_q / params->motor_inductance_q),
         .current_max = params->estimate_current_max,
     };
@@ -242,15 +242,15 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
 }
 
 #define START_SALIENT      0.8f  /* [-] of psi_f/(L_q - L_d), by the rule */
-#define START_ACCELERATION 0.15f /* [-] of what the start's current could, by the rule */
-#define START_TIME         0.3f  /* [s] from standstill to hand-over at least, by the rule */
-#define HANDOVER_EMF       1.15f /* [-] over what dead time and resistance take, by the rule */
+#define START_ACCELERATION 0.15f /* [-] of the acceleration by the start's current, by the rule */
+#define START_TIME         0.3f  /* [s] least time from standstill to hand-over, by the rule */
+#define HANDOVER_EMF       1.15f /* [-] over the voltage of dead time and resistance, by the rule */
 #define HANDOVER_SPEED_MAX 0.3f  /* [-] of overspeed_trip, by the rule */
 #define FALLBACK_SHARE     0.4f  /* [-] of the hand-over's speed, by the rule */
-#define CATCH_SHARE        0.5f  /* [-] likewise, for the slowest rotor that is caught */
+#define CATCH_SHARE        0.5f  /* [-] of the hand-over's speed, for the slowest rotor that is caught */
 
-/* The largest current of a start [A]. Above psi_f/D a salient rotor does not rest on the current's axis any
- * more, and on it has no EMF. */
+/* The largest current of a start [A]. Above psi_f/D a salient rotor no longer rests on the current's axis,
+ * and on that axis it has no EMF. */
 static float start_most(const params_t *params, const believed_t *believed)
 {
     const float saliency = believed->inductance_q - believed->inductance_d;

@@ -1,7 +1,7 @@
-/* Parameters of the drive: the one table, the struct made from it, and the judgement over a whole set.
+/* Parameters of the drive: the only table, the struct made from it, and the judgement of a whole set.
  *
- * Staged and active: outside writes single values into a staged set; params_check judges the whole set,
- * ranges first, then the rules between parameters; only then is its tuning made (drive_prepare) and taken. */
+ * Staged and active: clients write single values into a staged set; params_check judges the whole set, ranges
+ * first, then the rules between parameters; only then its tuning is made (drive_prepare) and taken over. */
 #ifndef SETTINGS_PARAMS_H
 #define SETTINGS_PARAMS_H
 
@@ -16,34 +16,34 @@
 #include "medium/adapt/believed.h"
 #include "medium/manoeuvre/weakening.h"
 
-/* Of the board: fixed by hardware, not parameters. The firmware below the app knows no more of it than this.
- */
+/* Constants of the board: fixed by hardware, not parameters. The firmware below the app uses no
+ * other properties of the board. */
 #define DRIVE_PERIOD          BOARD_PERIOD                /* T_s [s] */
 #define DRIVE_DUTY_COUNTS     ((float)BOARD_PERIOD_COUNT) /* [-] steps of a duty from 0 to 1 */
-#define DRIVE_CURRENT_MIN     BOARD_CURRENT_MIN           /* [A] what the current sensors see, from ... */
+#define DRIVE_CURRENT_MIN     BOARD_CURRENT_MIN           /* [A] range of the current sensors, from ... */
 #define DRIVE_CURRENT_MAX     BOARD_CURRENT_MAX           /* [A] ... to */
-#define DRIVE_CURRENT_RANGE   BOARD_CURRENT_RANGE         /* [A] what they see in both directions */
+#define DRIVE_CURRENT_RANGE   BOARD_CURRENT_RANGE   /* [A] range of the current sensors in both directions */
 #define DRIVE_CURRENT_SENSORS BOARD_CURRENT_SENSORS /* [-] 2: current c is minus the sum of the others; 3 */
-#define DRIVE_SINK_SENSOR     (BOARD_SINK_INPUT != BOARD_NONE)  /* without one no temperature is judged */
-#define DRIVE_MOTOR_SENSOR    (BOARD_MOTOR_INPUT != BOARD_NONE) /* likewise */
+#define DRIVE_SINK_SENSOR     (BOARD_SINK_INPUT != BOARD_NONE) /* without a sensor no temperature is judged */
+#define DRIVE_MOTOR_SENSOR    (BOARD_MOTOR_INPUT != BOARD_NONE) /* the same for the motor */
 
-/* What a control may ask for [A]: above it ripple and overshoot need room below the trip. */
+/* Largest current reference [A]: the range above it is needed for ripple and overshoot below the trip. */
 #define DRIVE_CURRENT_LIMIT_MAX (0.8f * DRIVE_CURRENT_RANGE)
 
-/* So many periods take this time [s]: at least one. */
+/* Number of periods in this time [s]: at least one. */
 #define DRIVE_PERIODS(seconds) ((uint32_t)((seconds) / DRIVE_PERIOD + 0.5f))
 
-/* The medium task runs once in a window of so many periods: at 1.25 kHz, or as near to it as whole periods
- * come. */
+/* The medium task runs once per window of this many periods: at 1.25 kHz, or at the
+ * nearest rate of whole periods. */
 #define DRIVE_WINDOW        DRIVE_PERIODS(0.8e-3f)
 #define DRIVE_WINDOW_PERIOD ((float)DRIVE_WINDOW * DRIVE_PERIOD) /* [s] */
 
-/* So many windows take this time [s]. */
+/* Number of windows in this time [s]. */
 #define DRIVE_WINDOWS(seconds) ((uint32_t)((seconds) / DRIVE_WINDOW_PERIOD + 0.5f))
 
-/* The lower switches are on for so long, at least, before an upper one may be [periods]. */
+/* Least time for which the lower switches are on before an upper one may be on [periods]. */
 #define DRIVE_CHARGE_PERIODS ((uint32_t)((float)BOARD_GATE_CHARGE_US / (1e6f * DRIVE_PERIOD) + 0.999f))
-/* Dead band at the register's end [s]. */
+/* Largest dead band of the register [s]. */
 #define DRIVE_DEAD_TIME_MAX ((float)BOARD_DEAD_BAND_MAX / (float)BOARD_SYSCLK_HZ)
 
 typedef enum { POSITION_ENCODER, POSITION_SENSORLESS } position_source_t;
@@ -55,8 +55,8 @@ typedef enum { MTPA_OFF, MTPA_ON } mtpa_t;
 typedef enum { WEAKENING_OFF, WEAKENING_ON } field_weakening_t;
 typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNORED } encoder_fault_reaction_t;
 
-/* The default motor at the default overspeed_trip has 279 V between two phases: on a board whose link stands
- * less its field is not weakened. */
+/* The default motor at the default overspeed_trip has 279 V between two phases: on a board with a smaller
+ * permitted link voltage its field is not weakened. */
 #define DRIVE_WEAKENING (BOARD_OVERVOLTAGE_MAX_MV >= 280000 ? WEAKENING_ON : WEAKENING_OFF)
 
 /* F(id, name, unit, default, min, max, access, text): float
@@ -262,33 +262,34 @@ extern const table_t params_table;
 /* Defaults of every row: a set that params_check accepts. */
 void params_defaults(params_t *params);
 
-/* May the drive run on this set? false: `why` names the first row that is out of its range, or the first
- * broken rule between rows (rules.h) by its first row, with the row's value and the range that would be
- * accepted with every other row as it is: the row's own, and within it what all rules between rows leave. The
- * row to change is the one that is named; where nothing is accepted, another one that makes room for it, or 0
- * where no single row does. Pure; for the background: a refusal asks the rules some hundred times. */
+/* Judges whether the drive may run with this set. false: `why` names the first row that is out of its range,
+ * or the first broken rule between rows (rules.h) by its first row, with the row's value and the range that
+ * would be accepted with every other row unchanged: the row's own range, reduced by all rules between rows.
+ * The row to change is the named one; if no value of it is accepted, another row that makes one possible, or
+ * 0 if no single row does. Pure; for the background: a refusal evaluates the rules some hundred times. */
 bool params_check(const params_t *params, params_error_t *why);
 
-/* May `next` replace `active` while the bridge is on? false: names the first TABLE_OFF field that differs. */
+/* True if `next` may replace `active` while the bridge is on. false: names the
+ * first TABLE_OFF field that differs. */
 bool params_check_live(const params_t *active, const params_t *next, params_error_t *why);
 
-/* The estimator's part of a set that is in its ranges. A tracking loop exists for each of them; where
- * feedforward_cutoff is not below pll_bandwidth, which params_check refuses, it is left out. */
+/* The estimator's part of a set that is in its ranges. A tracking loop exists for each such set; a
+ * feedforward_cutoff that is not below pll_bandwidth, which params_check refuses, is left out. */
 void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator);
 
 /* Bandwidth of the tracking loop over that of the speed control, by the rule [-]. */
 #define PARAMS_SPEED_BELOW_LOOP 14.0f
 
-/* The tracking loop: rows as they are, or by their rule where pll_bandwidth is 0 (docs/theory.md, 7). */
+/* The tracking loop: configured rows, or their rules where pll_bandwidth is 0 (docs/theory.md, 7). */
 typedef struct {
     float bandwidth; /* [rad/s] */
     float cutoff;    /* of the feed-forward [rad/s] */
-    bool slow; /* a step of torque as large as the current limit takes the angle further than it reaches */
+    bool slow;       /* true: a torque step of the current limit exceeds the range of the loop */
 } loop_params_t;
 
 loop_params_t params_loop(const params_t *params, const believed_t *believed);
 
-/* The observer: rows as they are, or by their rules where they are 0 (docs/theory.md, 3). */
+/* The observer: configured rows, or their rules where they are 0 (docs/theory.md, 3). */
 typedef struct {
     float gain;        /* k_s [V] */
     float slope;       /* a_f [1/A] */
@@ -305,42 +306,42 @@ static inline bool params_salient(const believed_t *believed)
     return believed->inductance_q > PARAMS_SALIENT * believed->inductance_d;
 }
 
-/* The largest active flux [Wb]: with the longest current at most torque per ampere, or where field_weakening
- * has it at overspeed_trip with the least link that the drive does not hold by itself. A round rotor's is
- * psi_f. */
+/* The largest active flux [Wb]: with the longest current at most torque per ampere, or that
+ * of field_weakening at overspeed_trip with the least link voltage without link control.
+ * For a round rotor it is psi_f. */
 float params_flux_most(const params_t *params, const believed_t *believed);
 
-/* The link that the drive does not hold by itself, over dc_undervoltage [-]: what ride-through begins at. */
+/* The least link voltage without link control, over dc_undervoltage [-]: ride-through begins there. */
 #define PARAMS_LINK_LEAST (LINK_HOLD + LINK_HOLD_BAND)
 
-/* What the field is weakened by. */
+/* The parameters of field weakening. */
 weakening_params_t params_weakening(const params_t *params, const believed_t *believed);
 
-/* i_d of most torque per ampere at current_limit [A], not above zero; 0 of a round rotor, and without mtpa.
- */
+/* i_d of most torque per ampere at current_limit [A], not above zero; 0 for a
+ * round rotor, and without mtpa. */
 float params_mtpa(const params_t *params, const believed_t *believed);
 
-/* The most torque of current_limit [N m]. */
+/* The largest torque at current_limit [N m]. */
 float params_torque_most(const params_t *params, const believed_t *believed);
 
-/* What a set of parameters says of all that could be learnt. */
+/* The assumed values that a set of parameters gives for all values that can be learnt. */
 believed_t params_believed(const params_t *params);
 
-/* What a start and the change to a forced frame go by: rows as they are, or by their rules where they are 0
- * (docs/theory.md, 23). */
+/* Parameters of a start and of the change to a forced frame: configured rows, or their rules where
+ * they are 0 (docs/theory.md, 23). */
 typedef struct {
-    float current;        /* [A] of the forced frame */
-    float current_most;   /* [A] of another try */
+    float current;        /* [A] in the forced frame */
+    float current_most;   /* [A] in another try */
     float ramp;           /* [rad/s^2] mechanical */
     float handover_speed; /* [rad/s] mechanical */
     float fallback_speed; /* [rad/s] mechanical */
-    float catch_speed;    /* [rad/s] mechanical, of the slowest rotor that is caught turning */
-    float dead_voltage;   /* [V] that the dead time takes of the largest link */
+    float catch_speed;    /* [rad/s] mechanical, of the slowest turning rotor that is caught */
+    float dead_voltage;   /* [V] largest effect of the dead time, at the largest link voltage */
 } start_params_t;
 
 start_params_t params_start(const params_t *params, const believed_t *believed);
 
-/* Values of rows that have a rule, as they are in force: of the row, or by its rule where it is 0. */
+/* Values in use of the rows that have a rule: the configured value, or the rule where it is 0. */
 typedef struct {
     float observer_gain;      /* [V] */
     float observer_slope;     /* [1/A] */
@@ -351,11 +352,12 @@ typedef struct {
 
 params_in_force_t params_in_force(const params_t *params, const believed_t *believed);
 
-/* Smallest duty of a leg: dead time and the shortest pulse fit into it. */
+/* Smallest duty of a leg: it contains the dead time and the shortest pulse. */
 float params_duty_min(const params_t *params);
 
-/* Largest duty of a leg: one minus the smallest; where shunts see the current only while the lower switch is
- * on, it is on, and the shunt's signal settled, when the sample at the middle of its pulse is held. */
+/* Largest duty of a leg: one minus the smallest. If shunts measure the current only while the lower
+ * switch is on, it also leaves that switch on, and the shunt's signal settled, when the sample at
+ * the middle of its pulse is held. */
 float params_duty_max(const params_t *params);
 
 #endif

@@ -1,5 +1,5 @@
-/* Reasons: why the drive stopped or would not go on, or warns. Number (permanent, append only), name, text
- * and remedy, of the fault table (faults.h) and of the refusals here. */
+/* Reasons: why the drive stopped, does not continue, or warns. Number (permanent, append only), name, text
+ * and remedy, from the fault table (faults.h) and from the refusals here. */
 #ifndef SETTINGS_REASONS_H
 #define SETTINGS_REASONS_H
 
@@ -7,8 +7,8 @@
 
 #include "settings/faults.h"
 
-/* R(number, NAME, "name", "what happened", "what to do"): refusals, and what stops the drive without a row of
- * the fault table. 36 is retired. */
+/* R(number, NAME, "name", "what happened", "what to do"): refusals, and reasons for a stop that have no row
+ * in the fault table. 36 is retired. */
 #define DRIVE_REFUSALS(R)                                                                                    \
     R(0, NONE, "none", "nothing is wrong", "nothing to do")                                                  \
     R(1, NOT_READY, "not_ready", "the current offsets are still being measured",                             \

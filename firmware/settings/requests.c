@@ -21,7 +21,8 @@ void requests_defaults(requests_t *requests)
     table_defaults(&requests_table, requests);
 }
 
-/* What the parameters leave of a row, either sign, and the rule that says so; none of the named values. */
+/* The range of a row, for either sign, that the parameters leave, and the rule that limits
+ * it; no limit for named values. */
 typedef struct {
     size_t offset;
     const char *rule;

@@ -1,5 +1,5 @@
-/* Requests: what the user wants of the drive from now on. One table, the struct made from it, the judgement
- * over a set. Unlike parameters they are not staged: an accepted set acts in the next period. */
+/* Requests: the references and commands of the user. One table, the struct made from it, the judgement of a
+ * set. Unlike parameters they are not staged: an accepted set acts in the next period. */
 #ifndef SETTINGS_REQUESTS_H
 #define SETTINGS_REQUESTS_H
 
@@ -41,9 +41,9 @@ extern const table_t requests_table;
 /* Off, no reset, speed mode, all references zero. */
 void requests_defaults(requests_t *requests);
 
-/* May the drive follow this set under these parameters? false: `why` names the field, value and accepted
- * range. A speed reference must stay below 0.95 overspeed_trip, a current reference within current_limit, a
- * torque within what current_limit makes. */
+/* Judges whether the drive may follow this set with these parameters. false: `why` names the field, value and
+ * accepted range. A speed reference must be below 0.95 overspeed_trip, a current reference within
+ * current_limit, a torque within the largest torque at current_limit. */
 bool requests_check(const requests_t *requests, const params_t *params, params_error_t *why);
 
 #endif

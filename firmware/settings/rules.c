@@ -3,16 +3,16 @@
 #include "estimator/chosen.h"
 #include "fast/protect/link_limit.h"
 
-/* Two numbers that keep a rule as they are typed, in decimals, keep it in binary too. */
+/* Two decimal numbers that keep a rule also keep it after rounding to binary. */
 #define ROUNDING 1.0000005f
 
-#define SQRT_3 1.73205081f /* between the EMF of a phase and that between two */
+#define SQRT_3 1.73205081f /* EMF between two phases over that of a phase */
 
-/* A number of the board in a text. */
+/* A number of the board as text. */
 #define TEXT_OF(number)  TEXT_OF_ITS(number)
 #define TEXT_OF_ITS(sum) #sum
 
-/* What the speed of the hand-over follows from (params_start()). */
+/* The rows on which the speed of the hand-over depends (params_start()). */
 #define HANDOVER_LEVERS                                                                                      \
     {PARAM_handover_speed, MORE_HELPS}, {PARAM_dead_time, MORE_HELPS}, {PARAM_dc_overvoltage, MORE_HELPS},   \
         {PARAM_motor_resistance, MORE_HELPS}, {PARAM_device_resistance, MORE_HELPS},                         \
@@ -150,7 +150,8 @@ const rule_t rules[RULES] = {
           {PARAM_encoder_fault_reaction, IS_READ}}},
 };
 
-/* A set of the estimator that breaks none of its rules, and of which no part does whatever the others are. */
+/* A set of the estimator that keeps all of its rules, and of which each part keeps
+ * them for any values of the others. */
 static estimator_params_t harmless(void)
 {
     return (estimator_params_t){
@@ -170,8 +171,8 @@ static estimator_params_t harmless(void)
     };
 }
 
-/* The estimator's own rules are asked, one at a time: of the set that the rows make only what the rule reads,
- * all else harmless. */
+/* Evaluates the estimator's own rules, one at a time: the set has the values of the rows that the rule reads,
+ * and harmless values otherwise. */
 static bool estimator_takes(rule_number_t rule, const params_t *params)
 {
     params_error_t ignored;
@@ -233,10 +234,10 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     return estimator_params_check(&alone, &ignored);
 }
 
-/* Of its torque a start may use for the ramp; the rest is for the load, and for swings. */
+/* Share of the torque that a start may use for the ramp; the rest is for the load and for swings. */
 #define RAMP_SHARE 0.7f
 
-/* The rules of the speeds and of the ramp (RULE_RAMP), of what a start really goes by. */
+/* The rules of the speeds and of the ramp (RULE_RAMP), with the values that a start uses. */
 static bool start_takes(rule_number_t rule, const params_t *params)
 {
     const believed_t believed = params_believed(params);
@@ -251,7 +252,7 @@ static bool start_takes(rule_number_t rule, const params_t *params)
     return params->start_ramp * believed.inertia <= RAMP_SHARE * per_ampere * start.current;
 }
 
-/* RULE_SALIENT: a fault of the encoder may hand the motor over to the estimator. */
+/* RULE_SALIENT: after a fault of the encoder the estimator may have to control the motor. */
 static bool salient_takes(const params_t *params)
 {
     const bool estimated = params->position_source == (int32_t)POSITION_SENSORLESS ||
@@ -260,7 +261,8 @@ static bool salient_takes(const params_t *params)
            params->motor_inductance_q <= CHOSEN_SALIENT_MAX * params->motor_inductance_d * ROUNDING;
 }
 
-/* Does the board's link stand the EMF of a rotor at its trip, rectified while the bridge is off? */
+/* True if the board's link withstands the EMF of a rotor at its trip speed,
+ * rectified while the bridge is off. */
 static bool open_bridge_takes(const params_t *params)
 {
     return SQRT_3 * params->motor_flux_linkage * (float)params->motor_pole_pairs * params->overspeed_trip <=
@@ -277,12 +279,12 @@ bool rules_hold(rule_number_t rule, const params_t *params)
     case RULE_DELAY:
         return params->turn_off_delay <= (params->dead_time + params->turn_on_delay) * ROUNDING;
     case RULE_ENCODER:
-        /* Fewer counts a pole pair: the angle steps by more than 25 mrad, and the current control hears it.
-         */
+        /* With fewer counts per pole pair the angle steps by more than 25 mrad,
+         * and the current becomes noisy. */
         return 256 * params->motor_pole_pairs <= 4 * params->encoder_lines;
     case RULE_TURN:
-        /* One sample must not turn the frame by more: the delays of the loop are made up for to first order
-         * only. */
+        /* Largest turn of the frame per sample: the delays of the loop are
+         * compensated to first order only. */
         return params->overspeed_trip * (float)params->motor_pole_pairs * DRIVE_PERIOD <= 0.5f * ROUNDING;
     case RULE_FEEDFORWARD:
         return params->feedforward_cutoff <= 0.95f * params->pll_bandwidth * ROUNDING;

@@ -1,5 +1,6 @@
-/* Rules between the rows of the parameters: which rows each reads, whether larger or smaller values of a row
- * help to keep it, and whether it holds. params_check (judgement.c) walks them in this order. */
+/* Rules between the rows of the parameters: the rows that each rule reads, whether larger or smaller values
+ * of a row help to keep it, and whether it is kept. params_check
+ * (judgement.c) evaluates them in this order. */
 #ifndef SETTINGS_RULES_H
 #define SETTINGS_RULES_H
 
@@ -61,15 +62,15 @@ typedef struct {
 /* By rule_number_t. The first lever is the row that is named. No row here is negative. */
 extern const rule_t rules[RULES];
 
-/* Does the set keep the rule? Every row that the rule reads is in its range. A rule that builds on another
- * one holds where that does not. */
+/* True if the set keeps the rule. Every row that the rule reads is in its range. A rule that depends on
+ * another one counts as kept where that one is broken. */
 bool rules_hold(rule_number_t rule, const params_t *params);
 
-/* Is 0 an exception of its own in this row, told in the rule: none, or by a rule? Other values near it may
- * not be accepted where 0 is. */
+/* True if 0 is an exception in this row, explained in the rule: off, or a value by a rule. Values near 0 may
+ * be refused where 0 is accepted. */
 bool rules_zero_is_apart(param_t param);
 
-/* How a rule depends on a row; IS_READ: not at all, or not one way. */
+/* Dependence of a rule on a row; IS_READ: it does not depend on it, or not in one direction. */
 lever_sense_t rules_sense(rule_number_t rule, param_t param);
 
 #endif

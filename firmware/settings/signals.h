@@ -1,4 +1,4 @@
-/* Signals: what the drive shows of itself, as a table over drive_t. The one tap after drive_step copies
+/* Signals: the values that the drive shows, as a table over drive_t. A single copy after drive_step takes the
  * chosen slots; every recorder, debugger and protocol reads only this. */
 #ifndef SETTINGS_SIGNALS_H
 #define SETTINGS_SIGNALS_H
@@ -146,18 +146,18 @@
 
 extern const table_t signals_table;
 
-/* Id of each as a constant, SIGNAL_ID_name. */
+/* The id of each signal as a constant, SIGNAL_ID_name. */
 #define SIGNAL_CONSTANTS(id, name, slot, unit_or_choices, text) SIGNAL_ID_##name = (id),
 enum { DRIVE_SIGNALS(SIGNAL_CONSTANTS, SIGNAL_CONSTANTS, SIGNAL_CONSTANTS, SIGNAL_CONSTANTS) };
 #undef SIGNAL_CONSTANTS
 
-/* The rows whose history the drive keeps for a fault unless its capture is armed for others: what explains
- * one. */
+/* The rows whose history the drive keeps for a fault unless its capture is armed for others:
+ * the rows that explain a fault. */
 #define DRIVE_HISTORY(S)                                                                                     \
     S(state)                                                                                                 \
     S(i_a) S(i_b) S(u_dc) S(i_d) S(i_q) S(i_q_ref) S(u_d) S(u_q) S(theta_e) S(omega_e) S(sample_flags)
 
-/* With nothing after the fault's own period. */
+/* The capture ends with the period of the fault. */
 extern const capture_wish_t signals_history;
 
 #endif

@@ -4,13 +4,13 @@
 #include "math/filter.h"
 #include "math/periods.h"
 
-/* Standard deviation of a measured current, of the range: three codes [-]. */
+/* Standard deviation of a measured current over the range: three codes [-]. */
 #define CURRENT_NOISE 1.5e-3f
 
-/* From this multiple of the hand-over's speed on the EMF judges the encoder [-]. */
+/* Multiple of the hand-over's speed from which the EMF judges the encoder [-]. */
 #define ENCODER_JUDGED_FROM 1.0f
 
-/* Rates over that of the dead time [-]; largest differences of the legs, and what noise makes of them at
+/* Rates over that of the dead time [-]; largest differences of the legs, and the effect of noise on them at
  * first, over the dead band's voltage and over R [-]. */
 #define EMF_SHAPE_RATE         0.3f
 #define LEGS_RATE              0.2f
@@ -19,8 +19,8 @@
 #define LEGS_RESISTANCE_MAX    0.3f
 #define LEGS_RESISTANCE_CHANCE 0.025f
 
-/* [rad] that a rotor swings with all of the torque at six times its speed, at most, if more than the dead
- * time is learnt of its EMF. */
+/* [rad] largest swing of a rotor with all of the torque at six times its speed, at which more than the
+ * dead time is learnt from its EMF. */
 #define SWING_MAX 0.05f
 
 believed_t drive_believed(const params_t *params, const learnt_t *learnt)
@@ -30,7 +30,8 @@ believed_t drive_believed(const params_t *params, const learnt_t *learnt)
         believed.resistance = learnt->resistance.value;
     }
     if (learnt->inductance_q.from == params->motor_inductance_q) {
-        /* exactly 1 for a round rotor, which then stays round: the estimator of a salient one does more */
+        /* exactly 1 for a round rotor, which then stays round: the estimator
+         * has more work for a salient one */
         const float ratio = params->motor_inductance_d / params->motor_inductance_q;
         believed.inductance_d = ratio * learnt->inductance_q.value;
         believed.inductance_q = learnt->inductance_q.value;
@@ -102,9 +103,9 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
     tuning->medium.inertia = inertia_prepare(&inertia);
 }
 
-/* At the speed whose EMF is the dead band's voltage, by how much does the rotor swing with the sixth harmonic
- * of the current limit's torque, an angle over the share of it? What a light one swings with is no shape of
- * its EMF, nor of unequal legs. */
+/* True if the rotor swings little with the sixth harmonic of the torque at the current limit, at the speed
+ * whose EMF is the dead band's voltage: the angle of the swing over the share of that harmonic is below
+ * SWING_MAX. The swing of a light rotor is neither a shape of its EMF, nor an effect of unequal legs. */
 static bool is_heavy(const params_t *params, const believed_t *believed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
@@ -196,8 +197,8 @@ static void prepare_control(drive_tuning_t *tuning, const params_t *params, cons
     tuning->fast.reference = reference_prepare(params, believed);
 }
 
-/* Speed noise of the encoder: 0.75 times its bandwidth times the half step, mechanical (docs/theory.md, 18).
- */
+/* Speed noise of the encoder: 0.75 times its bandwidth times the half step,
+ * mechanical (docs/theory.md, 18). */
 static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;

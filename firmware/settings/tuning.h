@@ -1,5 +1,5 @@
-/* Tuning: the coefficients of every module, derived from a set of parameters. Made in the background, with
- * all its divisions and exponentials; the interrupt takes it whole at the start of a step. */
+/* Tuning: the coefficients of every module, derived from a set of parameters. The background computes it,
+ * with all divisions and exponentials; the interrupt takes it over as a whole at the start of a step. */
 #ifndef SETTINGS_TUNING_H
 #define SETTINGS_TUNING_H
 
@@ -16,16 +16,16 @@ typedef struct {
     medium_tuning_t medium;
 } drive_tuning_t;
 
-/* What is believed: what was learnt, each value while its parameter is still that from which it began; all
- * else as the set says. */
+/* The assumed values: each learnt value while its parameter is still the one from which learning
+ * started; all others from the set. */
 believed_t drive_believed(const params_t *params, const learnt_t *learnt);
 
-/* May the drive run on a set that params_check has accepted with this belief in the place of its own values?
- */
+/* True if the drive may run with a set that params_check has accepted, with these
+ * assumed values in place of its own. */
 bool drive_may_believe(const params_t *params, const believed_t *believed);
 
-/* Coefficients of a set that params_check has accepted, with `believed` in the place of what the set says of
- * motor and sensors, one that drive_may_believe(). For the background. */
+/* Coefficients of a set that params_check has accepted, with `believed`, accepted by drive_may_believe(), in
+ * place of the set's values of motor and sensors. For the background. */
 void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed);
 
 #endif

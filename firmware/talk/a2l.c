@@ -24,7 +24,7 @@ void a2l_epk(uint32_t hash, text_t *text)
 
 /* ---- rows ---- */
 
-/* Lower and upper limit: of a value that is only shown those of its kind. */
+/* Lower and upper limit; a read-only value has the limits of its type. */
 static void limits(const table_row_t *row, text_t *text)
 {
     const bool shown = row->access == TABLE_READ;
@@ -132,7 +132,7 @@ static void describe(const table_row_t *row, uint32_t extension, text_t *text)
     text_put_octet(text, '\n');
 }
 
-/* A group of a table's rows, of those that are shown or of those that are set. */
+/* A group of a table's rows: those that can only be read, or those that can be set. */
 static void group(const table_t *table, bool shown, text_t *text)
 {
     uint32_t count = 0u;
@@ -185,7 +185,7 @@ static void head(const a2l_t *a2l, text_t *text)
     layout("ULONG", text);
 }
 
-#define PARTS_BEFORE 3u /* those before the tables */
+#define PARTS_BEFORE 3u /* parts before the tables */
 
 static void beginning(const a2l_t *a2l, uint32_t number, text_t *text)
 {
@@ -200,8 +200,8 @@ static void beginning(const a2l_t *a2l, uint32_t number, text_t *text)
     }
 }
 
-/* The file's parts, in their order: the grammar, its head, the protocol, each table's rows and behind them
- * its group, its end. false: there is no such part. */
+/* The file's parts, in their order: the grammar, the head, the protocol, the rows of each table followed by
+ * its group, the end. false: the part does not exist. */
 static bool part(const a2l_t *a2l, uint32_t number, text_t *text)
 {
     if (number < PARTS_BEFORE) {

@@ -1,6 +1,7 @@
-/* The description of the tables for calibration tools: an ASAP2 file (A2L 1.6). Each row is a MEASUREMENT, or
- * a CHARACTERISTIC where it can be set, with unit, limits, text and named values; its address is 4 x id, its
- * address extension that of its table. How the drive is reached, and what it samples, is IF_DATA XCP. */
+/* The description of the tables for calibration tools: an ASAP2 file (A2L 1.6). Each row is a
+ * MEASUREMENT, or a CHARACTERISTIC if it can be set, with unit, limits, text and named values; its
+ * address is 4 x id, its address extension that of its table. IF_DATA XCP describes the connection to the
+ * drive and the signals that it samples. */
 #ifndef TALK_A2L_H
 #define TALK_A2L_H
 
@@ -18,23 +19,24 @@ typedef struct {
 typedef struct {
     const a2l_table_t *tables;
     uint32_t count;
-    uint32_t hash; /* over all tables: a file that does not fit to a drive is known by it */
+    uint32_t hash; /* over all tables: identifies a file that does not fit a drive */
     a2l_line_t line;
     xcp_segment_t segment; /* of the parameters */
 } a2l_t;
 
-/* Where a part of the file begins, so that who reads on need not begin at its beginning. All zero: there. */
+/* The position where a part of the file begins, so that a later read need not start at the beginning of the
+ * file. All zero: the beginning. */
 typedef struct {
     uint32_t part;
     uint32_t at; /* [characters] */
 } a2l_place_t;
 
-/* The file up to the end of the window, which decides what of it is kept; text->at says behind that how far
- * it came: to the file's end, if the window goes on behind it. `place` is that of the window's part
- * afterwards. */
+/* Writes the file up to the end of the window, which keeps only its part of it; after the call text->at is
+ * the position reached: the end of the file if the window extends beyond it. `place` is then that of the
+ * part in which the window ends. */
 void a2l_write(const a2l_t *a2l, a2l_place_t *place, text_t *text);
 
-/* Its identification: "lagless-" and eight hex digits. */
+/* The identification of the file: "lagless-" and eight hex digits. */
 void a2l_epk(uint32_t hash, text_t *text);
 
 #endif

@@ -3,9 +3,9 @@
 #include "contract/line.h"
 #include "talk/xcp_parts.h"
 
-/* Of both transports, in hundredths. */
+/* Version of both transport layers, in hundredths. */
 #define TRANSPORT_VERSION 0x100u
-#define TIMEOUTS          7u /* T1 to T7, the last one that after the answer "busy" */
+#define TIMEOUTS          7u /* T1 to T7, the last one after the answer "busy" */
 
 static void number(text_t *text, uint32_t value)
 {
@@ -21,7 +21,7 @@ static void hex(text_t *text, uint32_t value)
 
 /* ---- the grammar ---- */
 
-/* Of the optional commands those that there are, with their codes. */
+/* The optional commands that are implemented, with their codes. */
 static void commands_grammar(text_t *text)
 {
     const char *separator = "";
@@ -91,7 +91,7 @@ void a2l_xcp_grammar(text_t *text)
         "    /end A2ML\n");
 }
 
-/* ---- what holds for this drive ---- */
+/* ---- data of this drive ---- */
 
 static void protocol_layer(text_t *text)
 {
@@ -159,7 +159,7 @@ void a2l_xcp(const a2l_line_t *line, text_t *text)
     text_put(text, " ADDRESS \"127.0.0.1\" /end XCP_ON_TCP_IP\n    /end IF_DATA\n");
 }
 
-/* Page 0 is that of the drive, read only; page 1 is staged, the client's alone. */
+/* Page 0 is the page of the drive, read only; page 1 is staged and belongs to the client alone. */
 void a2l_xcp_segment(const xcp_segment_t *segment, text_t *text)
 {
     text_put(text, "      /begin MEMORY_SEGMENT params \"\" DATA RAM INTERN 0x");

@@ -130,7 +130,8 @@ uint32_t daq_selected(const daq_t *daq)
     return lists;
 }
 
-/* Its entries one behind the other, from this place on; false: one has no slot, or there is none at all. */
+/* Places its entries one after the other, starting here; false: an entry has no
+ * slot, or there are no entries. */
 static bool lay_out(daq_t *daq, daq_list_t *list, uint32_t first)
 {
     list->first = first;
@@ -164,7 +165,7 @@ daq_result_t daq_start(daq_t *daq, uint32_t lists)
             }
             list->countdown = 1u;
         }
-        /* a place of its own for each list, whether it runs or not: what runs is not moved */
+        /* each list has a place of its own, even if it does not run: a running list is not moved */
         for (uint32_t m = 0; m < list->odts; m++) {
             first += daq->odt[list->odt_first + m].entries;
         }
@@ -172,7 +173,7 @@ daq_result_t daq_start(daq_t *daq, uint32_t lists)
     for (uint32_t n = 0; n < DAQ_LISTS; n++) {
         daq->list[n].selected &= ~(lists >> n) & 1u;
     }
-    daq->running |= anew; /* one word: from here on the interrupt copies */
+    daq->running |= anew; /* a single store: from here on the interrupt copies */
     return DAQ_DONE;
 }
 
@@ -216,7 +217,7 @@ uint32_t daq_next(daq_t *daq, uint32_t written, uint16_t *octets)
     daq->next_odt++;
     if (daq->next_odt >= list->odts) {
         daq->next_odt = 0u;
-        daq->got++; /* last: the interrupt may write there again */
+        daq->got++; /* last statement: from here on the interrupt may write there again */
     }
     return count;
 }

@@ -1,6 +1,6 @@
 #include "talk/daq.h"
 
-/* The background takes from the queue while this may come at any time: it reads `put` where it stands. */
+/* The background may read the queue at any time: it reads the present value of `put`. */
 static void copy(daq_t *daq, uint32_t number, const void *base, uint32_t period)
 {
     const daq_list_t *list = &daq->list[number];

@@ -11,7 +11,7 @@ static uint32_t body(uint32_t length)
     return FRAME_HEADER + length + length % 2u;
 }
 
-/* Of all words of an even number of octets. */
+/* The sum of all words of an even number of octets. */
 static uint32_t sum_of(const uint16_t *octets, uint32_t count)
 {
     uint32_t sum = 0u;
@@ -61,7 +61,7 @@ static uint32_t length_of(const frame_receiver_t *receiver)
     return word_at(receiver, 0u);
 }
 
-/* A master that begins anew, or has missed an answer. */
+/* True if the master starts a new sequence, or has missed an answer. */
 static bool begins_anew(const frame_receiver_t *receiver)
 {
     const uint32_t length = length_of(receiver);
@@ -69,7 +69,7 @@ static bool begins_anew(const frame_receiver_t *receiver)
     return (length == 2u && code == CONNECT) || (length == 1u && code == SYNCH);
 }
 
-/* Is this whole frame one to act on? */
+/* True if this complete frame may be executed. */
 static bool judge(frame_receiver_t *receiver)
 {
     if (receiver->tail == 0u) {
@@ -141,7 +141,7 @@ void frame_close(frame_sender_t *sender, uint32_t count)
     sender->sent = 0u;
     if (sender->tail != 0u) {
         const uint32_t end = body(count);
-        sender->octets[FRAME_HEADER + count] = 0u; /* the fill, or what the sum overwrites */
+        sender->octets[FRAME_HEADER + count] = 0u; /* the fill octet, or an octet that the sum overwrites */
         const uint32_t sum = sum_of(sender->octets, end);
         sender->octets[end] = (uint16_t)(sum & 0xFFu);
         sender->octets[end + 1u] = (uint16_t)(sum >> 8);

@@ -1,15 +1,16 @@
-/* Frames: packets on a stream of octets, one octet per word. LEN, the octets of the packet, and CTR, which
- * counts frames, are 16 bits each, the lower octet first; then comes the packet. That is XCP on TCP.
+/* Frames: packets on a stream of octets, one octet per word. LEN, the octets of the packet,
+ * and CTR, which counts frames, are 16 bits each, the lower octet first; the packet follows.
+ * This is the format of XCP on TCP.
  *
- * XCP on a serial line (SxI, HEADER_LEN_CTR_WORD, CHECKSUM_WORD) has a tail: an octet 0 where the packet has
- * an odd number of them, and the sum of all words so far, 16 bits, the lower octet first. There a frame is
- * judged: its sum must agree and its CTR must be the one after that of the frame before. A frame out of
- * sequence is dropped and counted, so that no command acts whose predecessor was lost; CONNECT and SYNCH,
- * which act on nothing, are taken with any CTR, and the count goes on from theirs.
+ * XCP on a serial line (SxI, HEADER_LEN_CTR_WORD, CHECKSUM_WORD) has a tail: an octet 0 if the packet has an
+ * odd number of octets, and the sum of all words so far, 16 bits, the lower octet first. With a tail a frame
+ * is checked: its sum must agree and its CTR must follow that of the frame before. A frame out of sequence is
+ * dropped and counted, so that no command is executed whose predecessor was lost; CONNECT and SYNCH, which
+ * change nothing, are accepted with any CTR, and the count continues from theirs.
  *
  * A stream may lose octets. A length of zero or above FRAME_MAX_CTO, a wrong sum, or a frame that is not
- * complete `silence` after its last octet, is dropped and counted; then all octets are dropped until that
- * much silence. */
+ * complete `silence` after its last octet, is dropped and counted; then all octets are dropped until the line
+ * has been silent for that time. */
 #ifndef TALK_FRAME_H
 #define TALK_FRAME_H
 
@@ -17,17 +18,17 @@
 #include <stdint.h>
 
 #define FRAME_HEADER  4u
-#define FRAME_MAX_CTO 64u  /* [octets] of a packet that comes, and of its answer */
+#define FRAME_MAX_CTO 64u  /* [octets] of a received packet, and of its answer */
 #define FRAME_MAX_DTO 128u /* [octets] of a packet of samples */
-#define FRAME_TAIL    2u   /* [octets] behind the longest packets, which have even numbers of octets */
+#define FRAME_TAIL    2u   /* [octets] after the longest packets, whose length is even */
 
 typedef struct {
     uint32_t silence;  /* [periods] */
-    uint32_t tail;     /* [-] 1: frames have a tail, and are judged; holds from the next frame on */
+    uint32_t tail;     /* [-] 1: frames have a tail, and are checked; acts from the next frame on */
     uint32_t counted;  /* [-] 1: `counter` is known */
     uint32_t counter;  /* [-] of the next frame, 16 bits */
-    uint32_t count;    /* [octets] of the frame under way */
-    uint32_t dropping; /* [-] 1: until a silence */
+    uint32_t count;    /* [octets] of the present frame */
+    uint32_t dropping; /* [-] 1: octets are dropped until a silence */
     uint32_t heard_at; /* [periods] when the last octet came */
     uint32_t frames;   /* [-] good ones so far */
     uint32_t errors;   /* [-] dropped ones so far */
@@ -36,11 +37,12 @@ typedef struct {
 
 void frame_receiver_init(frame_receiver_t *receiver, uint32_t silence);
 
-/* Whether an octet comes or not: what a silence ends at this time [periods]. */
+/* Call in every pass, also without an octet: ends the present frame if the silence has lasted long
+ * enough at this time [periods]. */
 void frame_listen(frame_receiver_t *receiver, uint32_t now);
 
-/* The octet that came at this time; of a word only its lower eight bits count. true: a frame is complete.
- * frame_packet() tells what is in it, until the next octet. */
+/* Processes the octet that arrived at this time; only the lower eight bits of the word are used. true: a
+ * frame is complete, and frame_packet() returns its packet until the next octet. */
 bool frame_take(frame_receiver_t *receiver, uint16_t octet, uint32_t now);
 
 typedef struct {
@@ -50,10 +52,11 @@ typedef struct {
 
 frame_packet_t frame_packet(const frame_receiver_t *receiver);
 
-/* The line itself has lost something before this time: the frame under way is dropped, and what follows. */
+/* The line itself has lost octets before this time: the present frame and
+ * the following octets are dropped. */
 void frame_broken(frame_receiver_t *receiver, uint32_t now);
 
-/* Nobody has listened until now: what was no silence does not count as one. */
+/* The line was not read until now: the time before does not count as silence. */
 static inline void frame_wait(frame_receiver_t *receiver, uint32_t now)
 {
     receiver->heard_at = now;
@@ -62,21 +65,21 @@ static inline void frame_wait(frame_receiver_t *receiver, uint32_t now)
 typedef struct {
     uint32_t tail;    /* [-] 1: frames have a tail */
     uint32_t counter; /* [-] of the next frame, 16 bits */
-    uint32_t count;   /* [octets] of the frame under way; 0: none */
+    uint32_t count;   /* [octets] of the present frame; 0: none */
     uint32_t sent;    /* [octets] of it */
     uint16_t octets[FRAME_HEADER + FRAME_MAX_DTO + FRAME_TAIL];
 } frame_sender_t;
 
 void frame_sender_init(frame_sender_t *sender);
 
-/* Is the next packet welcome? */
+/* True if the next packet can be accepted. */
 static inline bool frame_is_free(const frame_sender_t *sender)
 {
     return sender->sent == sender->count;
 }
 
-/* Where the next packet is to be written, up to FRAME_MAX_DTO octets; only while frame_is_free(). Then
- * frame_close() makes a frame of its first `count`, 1 at least. */
+/* The memory for the next packet, up to FRAME_MAX_DTO octets; only while frame_is_free(). Then frame_close()
+ * makes a frame of its first `count` octets, at least 1. */
 static inline uint16_t *frame_open(frame_sender_t *sender)
 {
     return &sender->octets[FRAME_HEADER];

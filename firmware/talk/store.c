@@ -12,17 +12,17 @@
 #define AT_HASH    5u
 #define AT_CHECK   7u
 
-/* A page as its records tell. */
+/* The state of a page, from its records. */
 typedef struct {
     uint32_t page;
-    uint32_t end;    /* [words] behind the last record */
+    uint32_t end;    /* [words] after the last record */
     uint32_t serial; /* the largest of all headers, committed or not; 0: there is none */
     uint32_t last;   /* [words] where the last committed record begins, */
     uint32_t newest; /* and its serial; 0: there is none */
     uint32_t count;  /* [-] its pairs */
-    bool good;       /* it agrees with its check */
+    bool good;       /* it agrees with its checksum */
     bool blank;      /* the whole page */
-    bool clean;      /* nothing behind `end` but a header that was not finished */
+    bool clean;      /* nothing after `end` except an unfinished header */
 } page_t;
 
 static uint32_t long_at(const store_flash_t *flash, uint32_t page, uint32_t at)
@@ -49,7 +49,7 @@ static uint32_t crc_of(const store_flash_t *flash, uint32_t page, uint32_t from,
     return crc_end(crc);
 }
 
-/* Does a record begin here, committed or not, that ends within the page? */
+/* True if a record begins here, committed or not, that ends within the page. */
 static bool is_header(const store_flash_t *flash, uint32_t page, uint32_t at)
 {
     return at + STORE_HEADER <= flash->words && flash->word(page, at + AT_MAGIC) == STORE_MAGIC &&
@@ -64,7 +64,7 @@ static bool is_good(const store_flash_t *flash, const page_t *page)
            crc_of(flash, page->page, page->last, words) == long_at(flash, page->page, page->last + words);
 }
 
-/* From record to record. */
+/* Reads the page record by record. */
 static page_t look(const store_flash_t *flash, uint32_t number)
 {
     page_t page = {.page = number};
@@ -86,7 +86,7 @@ static page_t look(const store_flash_t *flash, uint32_t number)
     return page;
 }
 
-/* Of the two pages: the one whose last record is in force first. */
+/* Reads both pages; the one whose last record is in use comes first. */
 static void look_at_both(const store_flash_t *flash, page_t pages[STORE_PAGES])
 {
     const page_t first = look(flash, 0u);
@@ -96,7 +96,8 @@ static void look_at_both(const store_flash_t *flash, page_t pages[STORE_PAGES])
     pages[1] = in_order ? second : first;
 }
 
-/* A page in which no committed record is, but something that no cut leaves beside an untouched page. */
+/* True if a page has no committed record, but contents that a power failure cannot
+ * leave beside an unchanged page. */
 static bool is_junk(const page_t *page)
 {
     return page->newest == 0u && !page->clean;
@@ -112,7 +113,7 @@ static store_found_t found(const page_t pages[STORE_PAGES])
     return corrupt ? STORE_CORRUPT : STORE_EMPTY;
 }
 
-/* One stored value; what it cannot be is told. */
+/* Takes over one stored value; a value that the row cannot have is reported. */
 static void take(const table_t *table, void *base, uint32_t id, uint32_t bits, store_told_t *told)
 {
     const table_row_t *row = table_by_id(table, id);
@@ -147,7 +148,7 @@ store_found_t store_load(const store_flash_t *flash, const table_t *table, void 
     return same && told->unknown == 0u && told->defaulted == 0u ? STORE_LOADED : STORE_MIGRATED;
 }
 
-/* Where the next words of a record go, and the check of those before. */
+/* The place of the next words of a record, and the checksum of those before. */
 typedef struct {
     const store_flash_t *flash;
     uint32_t page;
@@ -202,7 +203,8 @@ static bool put_record(pen_t *pen, const table_t *table, const void *base, uint3
     return taken && put(pen, check, 2u) && put(pen, &commit, 1u);
 }
 
-/* Behind the last record of this page, if there is room; then the record must be found in force. */
+/* Writes after the last record of this page, if there is space; the record must then
+ * be read back as the one in use. */
 static bool append(const store_flash_t *flash, uint32_t number, const table_t *table, const void *base,
                    uint32_t serial)
 {

@@ -1,27 +1,28 @@
-/* The store: sets of parameters in memory that stays, so that a cut of the power at any moment leaves the set
- * before or the new one.
+/* The store: sets of parameters in non-volatile memory. A power failure at any moment
+ * leaves the old set or the new one.
  *
- * Two pages of flash, each erased as a whole: then all its bits are ones, which programming turns into zeros.
- * A page is a log of records, one behind the other from its beginning:
+ * There are two pages of flash, each erased as a whole: erasing sets all bits to one, and programming changes
+ * them to zero. A page is a log of records, written one after the other from its beginning:
  *
  *     header   magic, version, count, serial (2), hash of the table (2), check of these    8 words
  *     pairs    id, bits of the value (2: low word first)                                   3 words each
  *     check    CRC-32 of all words before it (2)                                           2 words
  *     commit   STORE_COMMIT                                                                1 word
  *
- * programmed in this order, so that a record without its last word is none. The serial grows with every
- * record; the committed one with the largest is in force. A new record goes behind it, and where there is no
- * room into the other page, which is erased first: the set in force is never touched.
+ * They are programmed in this order, so a record without its last word is invalid. The serial grows with
+ * every record; the committed record with the largest serial is in use. A new record is written after it, or,
+ * if there is no space, into the other page, which is erased first: the set in use is never changed.
  *
- * What a cut can leave, and what is made of it: a record without commit, which is skipped; a header that
- * does not agree with its check and nothing behind it, after which the other page is written; a page half
- * erased, while the other holds the set in force. Whatever else is found was not left by a cut, and is
- * reported as corrupt: a committed record that does not agree with its check and would be in force; something
- * behind the last record of the page in force, as a damaged header leaves it; content that is no record,
- * without a set in the other page. One damage looks like a cut: that of the header of the first and only
- * record of a page, while the other page still holds older ones; those are loaded then.
+ * A power failure can leave the following contents: a record without commit, which is skipped; a header
+ * that does not agree with its check, with nothing after it, after which the other page is written; a page
+ * that is partly erased, while the other one holds the set in use. All other errors are not caused by a
+ * power failure and are reported as corrupt: a committed record that does not agree with its check and
+ * would be in use; data after the last record of the page in use, as a damaged header leaves it; contents
+ * that are no record, without a set in the other page. One damage cannot be distinguished from a power
+ * failure: that of the header of the first and only record of a page, while the other page still holds
+ * older records; these are loaded then.
  *
- * A set is stored by ids, so that another program can read it: see store_load(). */
+ * A set is stored by ids, so that another version of the program can read it: see store_load(). */
 #ifndef TALK_STORE_H
 #define TALK_STORE_H
 
@@ -38,7 +39,7 @@
 #define STORE_PAIR    3u /* [words] */
 #define STORE_END     3u /* [words] check and commit */
 
-/* The memory, each call as that of hal.h. */
+/* The memory; each call is like that of hal.h. */
 typedef struct {
     uint16_t (*word)(uint32_t page, uint32_t at);
     bool (*erase)(uint32_t page);
@@ -47,23 +48,23 @@ typedef struct {
 } store_flash_t;
 
 typedef enum {
-    STORE_EMPTY,    /* nothing was ever stored */
-    STORE_LOADED,   /* the set in force, of a table that means the same */
-    STORE_MIGRATED, /* the set in force, but of another table, or not all of its values could be taken */
-    STORE_CORRUPT   /* what was stored cannot be trusted */
+    STORE_EMPTY,    /* nothing has ever been stored */
+    STORE_LOADED,   /* the set in use, from an equivalent table */
+    STORE_MIGRATED, /* the set in use, but from another table, or some of its values were not accepted */
+    STORE_CORRUPT   /* the stored data cannot be trusted */
 } store_found_t;
 
 typedef struct {
-    uint32_t unknown;   /* [-] stored rows that the table does not have: left out */
-    uint32_t defaulted; /* [-] stored values that their rows do not accept: their defaults instead */
+    uint32_t unknown;   /* [-] stored rows that the table does not have: ignored */
+    uint32_t defaulted; /* [-] stored values that their rows do not accept: replaced by their defaults */
 } store_told_t;
 
-/* The set in force, row by row by their ids. Rows that are not stored, all of them where there is no set, get
- * their defaults. Judges no rule between rows. */
+/* Loads the set in use, row by row by their ids. Rows that are not stored get their defaults; without a set
+ * these are all rows. Rules between rows are not checked. */
 store_found_t store_load(const store_flash_t *flash, const table_t *table, void *base, store_told_t *told);
 
-/* Stores all rows of a set, and reads them back. false: the memory did not take it, or a page is too small;
- * the set before is in force still. */
+/* Stores all rows of a set and reads them back. false: the memory has not accepted them, or a page is too
+ * small; the previous set stays in use. */
 bool store_save(const store_flash_t *flash, const table_t *table, const void *base);
 
 /* Words of a record of this table. */

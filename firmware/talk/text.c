@@ -42,7 +42,7 @@ static uint32_t digits_of(uint64_t value, uint16_t *digits)
 
 static void put_digit(text_t *text, uint16_t digit)
 {
-    text_put_octet(text, (uint16_t)(digit + 48u)); /* 48: the letter 0 */
+    text_put_octet(text, (uint16_t)(digit + 48u)); /* 48: the character 0 */
 }
 
 void text_whole(text_t *text, int64_t value)
@@ -67,8 +67,8 @@ void text_hex(text_t *text, uint32_t value, uint32_t digits)
     }
 }
 
-/* A positive number as value x 10^exponent, with half of the distance to its neighbours in the same unit:
- * whatever is less far from it reads back as the same float. */
+/* A positive number as value x 10^exponent, with half of the distance to its neighbours in the same unit: a
+ * number within that distance reads back as the same float. */
 typedef struct {
     uint64_t value; /* 10^17 to below 10^18 */
     uint64_t half;
@@ -77,14 +77,14 @@ typedef struct {
 
 #define SMALLEST UINT64_C(100000000000000000)
 
-/* mantissa x 2^exponent by steps of two and ten in 64 bits: the last bits are lost, some 40 times at most,
+/* mantissa x 2^exponent by steps of two and ten in 64 bits: the last bits are lost, at most about 40 times,
  * which is far below half a float's last bit. */
 static decimal_t decimal_of(uint32_t mantissa, int32_t exponent)
 {
     decimal_t d = {(uint64_t)mantissa << 33u, UINT64_C(1) << 32u, 0};
     int32_t power2 = exponent - 33;
     while (power2 != 0 || d.value < SMALLEST) {
-        if (d.value < SMALLEST) { /* room above */
+        if (d.value < SMALLEST) { /* the upper bits are free */
             if (power2 > 0 && d.value < UINT64_C(1) << 58u) {
                 d.value <<= 1u;
                 d.half <<= 1u;
@@ -112,7 +112,7 @@ static decimal_t decimal_of(uint32_t mantissa, int32_t exponent)
     return d;
 }
 
-/* Fewest digits that are near enough. */
+/* The smallest number of digits that reads back as the same float. */
 static uint64_t shortest(const decimal_t *d)
 {
     for (uint64_t step = SMALLEST; step > 1u; step /= 10u) {
@@ -125,7 +125,7 @@ static uint64_t shortest(const decimal_t *d)
     return d->value;
 }
 
-/* Digits with a point, or with an exponent where zeros would fill them up. */
+/* Writes digits with a point, or with an exponent where zeros would be needed to fill them up. */
 static void put_digits(text_t *text, const uint16_t *digits, uint32_t count, int32_t point)
 {
     const bool plain = point > -4 && point <= 10;

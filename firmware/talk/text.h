@@ -1,5 +1,5 @@
-/* Text that is made where it is read: a window of it is kept, the rest only counted. So a file of any length
- * is sent in pieces without being anywhere. */
+/* Text that is generated while it is read: one window of it is kept, the rest is only counted. A file of any
+ * length can be sent in pieces without being stored as a whole. */
 #ifndef TALK_TEXT_H
 #define TALK_TEXT_H
 
@@ -9,10 +9,10 @@
 typedef struct {
     uint32_t at;       /* [characters] written so far */
     uint32_t from, to; /* [characters] the window */
-    uint16_t *octets;  /* its characters, one per word */
+    uint16_t *octets;  /* the characters of the window, one per word */
 } text_t;
 
-/* The window of so many characters from this one on; room for them in `octets`. */
+/* The window of this many characters from this position on; `octets` has space for them. */
 static inline text_t text_window(uint32_t from, uint32_t count, uint16_t *octets)
 {
     return (text_t){0u, from, from + count, octets};
@@ -28,13 +28,13 @@ static inline void text_put_octet(text_t *text, uint16_t octet)
 
 void text_put(text_t *text, const char *string);
 
-/* In double quotes, with \ before those within. */
+/* Writes the string in double quotes, with \ before quotes within it. */
 void text_quoted(text_t *text, const char *string);
 
 void text_whole(text_t *text, int64_t value);
 void text_hex(text_t *text, uint32_t value, uint32_t digits); /* in lower case, without 0x */
 
-/* A finite float: the shortest decimal number that reads back as the same. */
+/* Writes a finite float as the shortest decimal number that reads back as the same float. */
 void text_float(text_t *text, float value);
 
 #endif

@@ -11,7 +11,7 @@
 
 #define RESOURCE_CALIBRATION 0x01u
 #define RESOURCE_DAQ         0x04u
-#define COMM_OPTIONAL        0x80u /* GET_COMM_MODE_INFO is there; Intel order and BYTE granularity are 0 */
+#define COMM_OPTIONAL        0x80u /* GET_COMM_MODE_INFO exists; Intel order and BYTE granularity are 0 */
 #define STATUS_DAQ_RUNNING   0x40u
 #define CHECKSUM_CRC_32      0x09u
 #define EVENT_DAQ_OVERLOAD   0x06u
@@ -45,11 +45,12 @@ static uint32_t disconnect(xcp_call_t *call)
 static uint32_t get_status(xcp_call_t *call)
 {
     call->answer[1] = call->daq->running != 0u ? STATUS_DAQ_RUNNING : 0u;
-    call->length = 6u; /* nothing is locked, no configuration is stored */
+    call->length = 6u; /* no resource is locked, no configuration is stored */
     return XCP_OK;
 }
 
-/* What the master sent before may be lost: the address is to be set again, as the standard has it. */
+/* Commands that the master sent before may be lost: the address must be set
+ * again, as the standard requires. */
 static uint32_t synch(xcp_call_t *call)
 {
     call->xcp->extension = XCP_EXTENSION_NONE;
@@ -64,8 +65,8 @@ static uint32_t get_comm_mode_info(xcp_call_t *call)
     return XCP_OK;
 }
 
-/* Types of GET_ID: 0 ASCII text, 1 name of the A2L file, 4 the A2L file itself, 5 its EPK. Of others there is
- * nothing, which is no error. */
+/* Types of GET_ID: 0 ASCII text, 1 name of the A2L file, 4 the A2L file itself, 5 its EPK. Other types
+ * have no data, which is no error. */
 static uint32_t get_id(xcp_call_t *call)
 {
     static const char name[] = "lagless";
@@ -74,7 +75,7 @@ static uint32_t get_id(xcp_call_t *call)
     call->length = 8u;
     if (type <= 1u) {
         length = (uint32_t)strlen(name);
-        call->answer[1] = 1u; /* it stands in the answer */
+        call->answer[1] = 1u; /* the data is in the answer */
         for (uint32_t n = 0; n < length; n++) {
             call->answer[8u + n] = (uint16_t)name[n];
         }
@@ -90,7 +91,7 @@ static uint32_t get_id(xcp_call_t *call)
 
 /* ---- memory ---- */
 
-/* Has this command come twice, where it has to? */
+/* True if this command has been received twice where that is required. */
 static bool is_certain(xcp_call_t *call)
 {
     xcp_t *xcp = call->xcp;
@@ -147,9 +148,9 @@ static uint32_t upload(xcp_call_t *call)
 static uint32_t short_upload(xcp_call_t *call)
 {
     if (!uploads(call)) {
-        return XCP_OUT_OF_RANGE; /* it may have been a SET_MTA, and sets none */
+        return XCP_OUT_OF_RANGE; /* it may have been a SET_MTA, and then sets no address */
     }
-    take_mta(call); /* its address stands at the same place */
+    take_mta(call); /* its address is at the same place */
     return upload(call);
 }
 
@@ -162,7 +163,7 @@ static uint32_t download(xcp_call_t *call)
         return XCP_CMD_SYNTAX;
     }
     if (octets == 0u || octets % 4u != 0u || xcp->address % 4u != 0u) {
-        return XCP_OUT_OF_RANGE; /* slots are written whole */
+        return XCP_OUT_OF_RANGE; /* slots are written as a whole */
     }
     for (uint32_t n = 0; n < octets / 4u; n++) {
         slots[n] = xcp_long(&call->command[2u + 4u * n]);
@@ -177,8 +178,8 @@ static uint32_t download(xcp_call_t *call)
     return result;
 }
 
-/* CRC-32 over the block at the memory transfer address. Of a block that is too long the refusal has the
- * largest one, as the standard demands. */
+/* CRC-32 over the block at the memory transfer address. For a block that is too long the error answer
+ * contains the largest length, as the standard requires. */
 static uint32_t build_checksum(xcp_call_t *call)
 {
     xcp_t *xcp = call->xcp;
@@ -287,7 +288,7 @@ uint32_t xcp_command(xcp_t *xcp, daq_t *daq, const xcp_access_t *access, frame_p
     if (result != XCP_OK) {
         answer[0] = PID_ERROR;
         answer[1] = (uint16_t)result;
-        return call.length > 2u ? call.length : 2u; /* more only where the standard has more */
+        return call.length > 2u ? call.length : 2u; /* longer only where the standard requires it */
     }
     return call.length;
 }

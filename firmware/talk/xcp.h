@@ -1,12 +1,13 @@
-/* The XCP slave (ASAM MCD-1 XCP 1.x): one command in, one answer out. Intel byte order, BYTE granularity,
- * neither block mode nor seed and key; pages of one calibration segment, dynamic data acquisition.
+/* The XCP slave (ASAM MCD-1 XCP 1.x): one command, one answer. Intel byte order, BYTE granularity, no block
+ * mode, no seed and key; pages of one calibration segment, dynamic data acquisition.
  *
- * The sum behind a frame of a serial line misses two wrong bits of equal weight. Over such a line a SET_MTA
- * to what can be written, and a DOWNLOAD, are therefore carried out when they have come twice, one behind the
- * other and equal; the first one is answered with ERR_CMD_BUSY, after which the standard has a master repeat
- * a command. A DOWNLOAD whose slots all carry codes of their own (contract/line.h) is carried out at once.
+ * The sum after a frame of a serial line does not detect two wrong bits of equal weight. On such a line a
+ * SET_MTA to a writable address, and a DOWNLOAD, are therefore executed only after they have been
+ * received twice in a row and equal; the first one is answered with ERR_CMD_BUSY, after which the
+ * standard requires a master to repeat the command. A DOWNLOAD whose slots all have codes of their own
+ * (contract/line.h) is executed at once.
  *
- * It knows nothing of what stands behind its addresses: that, and the clock, is xcp_access_t. */
+ * The slave does not know the data at its addresses: xcp_access_t gives access to them and to the clock. */
 #ifndef TALK_XCP_H
 #define TALK_XCP_H
 
@@ -17,7 +18,7 @@
 #include "talk/frame.h"
 
 /* Errors, by the standard's numbers. */
-#define XCP_OK                0x100u /* of no packet: it went well */
+#define XCP_OK                0x100u /* not part of a packet: success */
 #define XCP_CMD_SYNCH         0x00u
 #define XCP_CMD_BUSY          0x10u
 #define XCP_DAQ_ACTIVE        0x11u
@@ -35,10 +36,10 @@
 #define XCP_VERSION 1u /* of protocol and transport layer */
 
 /* Pages of the one segment. */
-#define XCP_PAGE_ACTIVE 0u /* what the drive runs on; read only */
-#define XCP_PAGE_STAGED 1u /* written value by value; to set page 0 for the drive takes it over */
+#define XCP_PAGE_ACTIVE 0u /* the set with which the drive runs; read only */
+#define XCP_PAGE_STAGED 1u /* written value by value; setting page 0 for the drive takes it over */
 
-#define XCP_CHECKSUM_MAX 4096u /* [octets] of a checksum's block: what fits into a turn of the background */
+#define XCP_CHECKSUM_MAX 4096u /* [octets] largest block of a checksum: one pass of the background */
 
 #define XCP_EXTENSION_NONE UINT32_C(0xFF) /* the memory transfer address is not set */
 
@@ -47,49 +48,49 @@
 #define XCP_EXTENSION_EPK   UINT32_C(6)
 #define XCP_EXTENSION_EVENT UINT32_C(8)
 
-/* The calibration segment: where it begins, and how many octets it has. */
+/* The calibration segment: its first address and its length in octets. */
 typedef struct {
     uint32_t extension, address, length;
 } xcp_segment_t;
 
-/* What the slave gives access to. Each returns XCP_OK or an error. */
+/* The functions through which the slave has access. Each returns XCP_OK or an error. */
 typedef struct {
     uint32_t (*read)(uint32_t extension, uint32_t address, uint32_t count, uint16_t *octets);
-    /* Whole slots, all of them or none. */
+    /* Writes whole slots, all of them or none. */
     uint32_t (*write)(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots);
     bool (*writable)(uint32_t extension);
-    /* Do all these slots carry codes that tell a wrong one? */
+    /* True if all these slots have codes that detect a wrong one. */
     bool (*coded)(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots);
-    /* Offset, for the interrupt's copy, of what can be measured. */
+    /* Offset, for the copy in the interrupt, of a slot that can be measured. */
     uint32_t (*measurable)(uint32_t extension, uint32_t address, uint32_t *offset);
     uint32_t (*text_length)(uint32_t extension); /* [octets] of such a text */
     xcp_segment_t (*segment)(void);
     uint32_t (*apply)(void); /* the staged set becomes the active one */
-    bool (*applied)(void);   /* are they the same? */
+    bool (*applied)(void);   /* true: both sets are equal */
     uint32_t (*clock)(void); /* [periods] */
     uint32_t period;         /* [ns] from sample to sample */
 } xcp_access_t;
 
 typedef struct {
     uint32_t connected;                    /* [-] 1 */
-    uint32_t serial;                       /* [-] 1: the line may spoil bits */
-    uint32_t once;                         /* [-] 1: a command has come once */
-    uint32_t once_check;                   /* [-] CRC over it */
+    uint32_t serial;                       /* [-] 1: the line may change bits */
+    uint32_t once;                         /* [-] 1: a command has been received once */
+    uint32_t once_check;                   /* [-] CRC of that command */
     uint32_t extension;                    /* of the memory transfer address */
     uint32_t address;                      /* [octets] */
-    uint32_t page;                         /* [-] that the client reads and writes: XCP_PAGE_... */
-    uint32_t daq_list, daq_odt, daq_entry; /* where WRITE_DAQ writes next */
+    uint32_t page;                         /* [-] page that the client reads and writes: XCP_PAGE_... */
+    uint32_t daq_list, daq_odt, daq_entry; /* the next place of WRITE_DAQ */
 } xcp_t;
 
-/* Nobody is connected. serial: 1 for a line that may spoil bits. */
+/* No client is connected. serial: 1 for a line that may change bits. */
 void xcp_init(xcp_t *xcp, uint32_t serial);
 
-/* Carries the command out. Octets of the answer, one per word, into `answer` (room for FRAME_MAX_CTO); 0: no
- * answer, where nobody is connected. */
+/* Executes the command. Writes the octets of the answer, one per word, into `answer` (space for
+ * FRAME_MAX_CTO) and returns their number; 0: no answer, because no client is connected. */
 uint32_t xcp_command(xcp_t *xcp, daq_t *daq, const xcp_access_t *access, frame_packet_t command,
                      uint16_t *answer);
 
-/* The packet that tells of lost samples. */
+/* Writes the packet that reports lost samples. */
 uint32_t xcp_overload(uint16_t *octets);
 
 #endif

@@ -1,7 +1,8 @@
-/* The slave's commands of data acquisition. */
+/* The commands of the slave for data acquisition. */
 #include "talk/xcp_parts.h"
 
-/* Of the processor: lists are dynamic, have a prescaler and stamps; what is lost is told by an event. */
+/* Properties of the processor: lists are dynamic and have a prescaler and stamps;
+ * an event reports lost samples. */
 #define PROPERTY_DYNAMIC   0x01u
 #define PROPERTY_PRESCALER 0x02u
 #define PROPERTY_STAMPS    0x10u
@@ -10,9 +11,9 @@
 #define STAMP_OCTETS 4u
 #define STAMP_FIXED  0x08u /* they cannot be switched off */
 
-#define EVENT_FOR_DAQ 0x84u /* all that is copied in a period belongs together */
+#define EVENT_FOR_DAQ 0x84u /* all values that are copied in a period belong together */
 
-/* Modes of lists: what of them is not offered. */
+/* Modes of lists: those that are not supported. */
 #define MODE_ALTERNATING 0x01u
 #define MODE_STIM        0x02u
 #define MODE_NO_PID      0x20u
@@ -78,7 +79,7 @@ static uint32_t get_resolution_info(xcp_call_t *call)
     const xcp_span_t stamp = xcp_span(call->access->period);
     call->answer[1] = DAQ_ENTRY_SIZE;
     call->answer[2] = DAQ_ENTRY_SIZE;
-    call->answer[3] = 1u; /* of stimulation, which there is not: granularity must be something */
+    call->answer[3] = 1u; /* for stimulation, which is not supported: the standard requires a granularity */
     call->answer[5] = (uint16_t)(STAMP_OCTETS | STAMP_FIXED | stamp.unit << 4);
     xcp_put_word(&call->answer[6], stamp.count);
     call->length = 8u;
@@ -199,7 +200,7 @@ static uint32_t start_stop_list(xcp_call_t *call)
     return error_of(result);
 }
 
-/* 0 stop all, 1 start selected, 2 stop selected, 3 prepare selected (which a start does by itself). */
+/* 0 stop all, 1 start selected, 2 stop selected, 3 prepare selected (a start does this by itself). */
 static uint32_t start_stop_synch(xcp_call_t *call)
 {
     switch (call->command[1]) {

@@ -1,13 +1,13 @@
-/* The slave's commands of pages: one segment, that of the parameters, with the set that the drive runs on and
- * the set that is staged. */
+/* The commands of the slave for pages: one segment, that of the parameters, with the
+ * active set and the staged set. */
 #include "talk/xcp_parts.h"
 
 #define PAGE_OF_DRIVE  0x01u
 #define PAGE_OF_CLIENT 0x02u
 #define PAGE_OF_ALL    0x80u
 
-/* Properties of a page, whether the other side uses it or not: the drive runs on it, the client reads it, the
- * client writes it. */
+/* Properties of a page, each with or without access by the other side: the drive runs with it, the client
+ * reads it, the client writes it. */
 #define PAGE_RUN   0x03u
 #define PAGE_READ  0x0Cu
 #define PAGE_WRITE 0x30u
@@ -24,7 +24,7 @@ static uint32_t set_page(xcp_call_t *call)
         return XCP_SEGMENT_NOT_VALID;
     }
     if (page > XCP_PAGE_STAGED || ((mode & PAGE_OF_DRIVE) != 0u && page != XCP_PAGE_ACTIVE)) {
-        return XCP_PAGE_NOT_VALID; /* the drive runs on no set that was not judged */
+        return XCP_PAGE_NOT_VALID; /* the drive accepts only a set that has been judged */
     }
     if ((mode & PAGE_OF_DRIVE) != 0u) {
         const uint32_t result = call->access->apply();
@@ -38,7 +38,7 @@ static uint32_t set_page(xcp_call_t *call)
     return XCP_OK;
 }
 
-/* Of the drive 0 if what is staged is what it runs on. */
+/* For the drive the page is 0 if the staged set equals the active one. */
 static uint32_t get_page(xcp_call_t *call)
 {
     const uint32_t mode = call->command[1];
@@ -54,7 +54,7 @@ static uint32_t get_page(xcp_call_t *call)
     return XCP_OK;
 }
 
-/* One segment; pages are not stored by being frozen. */
+/* One segment; pages cannot be stored by freezing. */
 static uint32_t get_processor_info(xcp_call_t *call)
 {
     call->answer[1] = 1u;
@@ -62,7 +62,7 @@ static uint32_t get_processor_info(xcp_call_t *call)
     return XCP_OK;
 }
 
-/* 0: its address or length; 1: what it is; 2: of mappings there are none. */
+/* 0: its address or length; 1: its properties; 2: there are no mappings. */
 static uint32_t get_segment_info(xcp_call_t *call)
 {
     const xcp_segment_t segment = call->access->segment();

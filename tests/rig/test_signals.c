@@ -396,8 +396,8 @@ static void run_all(void)
     settings_device = rig_value(rig, "params.device_resistance");
     settings_inductance = rig_value(rig, "motor_inductance_q");
     settings_inertia = rig_value(rig, "motor_inertia");
-    settings_gain = rig_value(rig, "observer_gain");
-    settings_slope = rig_value(rig, "observer_slope");
+    settings_gain = rig_value(rig, "observer_gain_used");
+    settings_slope = rig_value(rig, "observer_slope_used");
     settings_encoder = rig_value(rig, "encoder_bandwidth");
     settings_dead = rig_value(rig, "dead_time");
     settings_mean_share = 1.0 - exp(-(double)SMO_GAIN_CUTOFF * RIG_PERIOD_SECONDS);

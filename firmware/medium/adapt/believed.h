@@ -1,5 +1,6 @@
-/* What is believed of motor, inverter and sensors and could be learnt: one owner for each such value. It
- * begins as the parameters say; whoever learns better writes here, and all who use it read here. */
+/* The assumed values of motor, inverter and sensors that the drive can learn. Each value has one owner:
+ * it starts from the parameter, the module that learns a better value writes it here, and all modules
+ * that use the value read it here. */
 #ifndef MEDIUM_ADAPT_BELIEVED_H
 #define MEDIUM_ADAPT_BELIEVED_H
 
@@ -8,14 +9,14 @@
 
 #include "math/bounds.h"
 
-#define BELIEVED_STEP 1e-3f /* [-] a change that is worth a tuning */
+#define BELIEVED_STEP 1e-3f /* [-] relative change that is large enough for a new tuning */
 
 typedef struct {
-    float resistance;   /* R of a phase, device included [ohm] */
+    float resistance;   /* R of a phase, power device included [ohm] */
     float inductance_d; /* L_d [H] */
     float inductance_q; /* L_q [H] */
     float flux_linkage; /* psi_f [Wb] */
-    float inertia;      /* everything that turns [kg m^2] */
+    float inertia;      /* inertia of all rotating parts [kg m^2] */
 } believed_t;
 
 static inline bool believed_differs(float from, float to)
@@ -23,7 +24,7 @@ static inline bool believed_differs(float from, float to)
     return !bounds_within(to - from, BELIEVED_STEP * from);
 }
 
-/* Has anything moved by more than BELIEVED_STEP of what it was? */
+/* True if a value has changed by more than BELIEVED_STEP of its earlier amount. */
 static inline bool believed_moved(const believed_t *from, const believed_t *to)
 {
     return believed_differs(from->resistance, to->resistance) ||
@@ -33,13 +34,13 @@ static inline bool believed_moved(const believed_t *from, const believed_t *to)
            believed_differs(from->inertia, to->inertia);
 }
 
-/* A value that is learnt, and that of the parameter from which it began: it is worth something only while the
- * parameter is still that. */
+/* A learnt value and the value of the parameter from which learning started. The learnt value is valid only
+ * while the parameter still has that value. */
 typedef struct {
     float value, from; /* in the parameter's unit */
 } learnt_value_t;
 
-/* All that the interrupt has learnt and the background turns into a belief. */
+/* All values that the interrupt has learnt and from which the background makes the assumed values. */
 typedef struct {
     learnt_value_t resistance;   /* [ohm] */
     learnt_value_t inductance_q; /* [H] */

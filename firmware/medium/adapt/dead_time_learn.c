@@ -6,8 +6,8 @@
 #include "math/sixth.h"
 #include "medium/adapt/gain.h"
 
-/* [-] of the signs across the current over what is along it, 1/11 + 1/13; <q s>; mean of the signs along the
- * current; way of the current over that of the reference, at most. */
+/* [-] amplitude of the line across the current over that along the current, 1/11 + 1/13; <q s>; mean of the
+ * signs along the current; largest ratio of the angles by which current and reference have turned. */
 #define TWELFTH  (24.0f / 143.0f)
 #define POWER    (0.5f * TWELFTH)
 #define ALONG    (4.0f / 3.14159265f)
@@ -66,8 +66,8 @@ static inline bool same(ab_t a, ab_t b)
     return a.alpha == b.alpha && a.beta == b.beta;
 }
 
-/* Is there something to be seen, with a current of this square [A^2], beside the dead band's voltage [V], and
- * slowly enough for the steps? Not of what is no number. */
+/* True if a current of this square [A^2] makes the error visible beside the dead band's voltage [V], at a
+ * speed that is low enough for the steps. A value that is not a number is never visible. */
 static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_learn_input_t *input,
                     float square, float band)
 {
@@ -81,7 +81,7 @@ static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_lear
            square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
 }
 
-/* What the EMF across the current is correlated with, by the current's direction: s [-]. */
+/* The correlation signal s [-] for the EMF across the current, from the current's direction. */
 static inline float twelfth(ab_t unit)
 {
     const ab_t sixth = sixth_power(unit);
@@ -97,7 +97,8 @@ static inline ab_t follow(ab_t mean, float turn, float share, ab_t vector)
                   lowpass_step(turned.beta, share, vector.beta)};
 }
 
-/* The slow means; the way of the current's direction; whether it stands still. */
+/* Updates the slow means, the angle by which the current's direction has turned, and
+ * whether the current is constant. */
 static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input, ab_t along)
 {
     if (learn->begun == 0u) {
@@ -122,8 +123,9 @@ static void go_on(dead_time_learn_t *learn, const dead_time_learn_input_t *input
     learn->current = input->current;
 }
 
-/* Are speed and reference together, does the current turn with them, and are the currents what the sensors
- * say? Those with a wrong gain or offset leave more against the current than legs that differ. */
+/* True if the speed is near its reference, the current turns with both, and the current
+ * measurement is consistent. Sensors with a wrong gain or offset leave a larger EMF against
+ * the current than unequal legs do. */
 static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_t *input, float band)
 {
     const float missing = input->omega_e_ref - input->omega_e;
@@ -133,7 +135,7 @@ static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
 }
 
-/* The parameters hold until what is learnt differs by more than noise makes of it. */
+/* The parameters stay in use until the learnt value differs from them by more than noise can explain. */
 static void use(dead_time_learn_t *learn)
 {
     const dead_time_learn_tuning_t *tuning = &learn->tuning;

@@ -15,8 +15,8 @@ void emf_shape_take(emf_shape_t *shape, const emf_shape_tuning_t *tuning)
     shape->tuning = *tuning;
 }
 
-/* What is learnt of one axis, whose harmonic is `line` now, when so much of it is seen beside what is taken
- * off; all [-]. */
+/* The learnt value of one axis, from the present harmonic `line` and the amount seen after
+ * subtraction of `taken`; all [-]. */
 static float follow(float learnt, float taken, float share, float seen, float line)
 {
     const float missed = seen + (taken - learnt) * line;

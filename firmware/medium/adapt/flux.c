@@ -49,6 +49,6 @@ void flux_step(flux_t *flux, float amplitude, float omega_smooth, float detector
         return;
     }
     flux->speed_per_volt += change;
-    /* One Newton step towards 1/speed_per_volt per period follows a change as slow as this. */
+    /* One Newton step per period towards 1/speed_per_volt follows such a slow change. */
     flux->flux_linkage = flux_linkage * (2.0f - flux_linkage * flux->speed_per_volt);
 }

@@ -5,17 +5,17 @@
 #include "medium/adapt/gain.h"
 
 #define TWO_PI        6.2831853f
-#define TRUST         0.2f /* [-] by which a cycle that agrees with the one before moves the confidence */
-#define CONFIDENT     0.5f /* [-] from which on what a cycle says counts */
-#define OPPOSED       0.5f /* [-] of what is left of the swing of i_q, a cycle */
+#define TRUST         0.2f /* [-] change of the confidence by a cycle that agrees with the one before */
+#define CONFIDENT     0.5f /* [-] confidence from which the result of a cycle is used */
+#define OPPOSED       0.5f /* [-] of the remaining swing of i_q that is opposed in each cycle */
 #define WAVE_SQUARE   0.53333333f                             /* mean of s^2 [-] */
 #define SHARE_MAX     0.5f                                    /* [-] */
-#define TORQUE_MIN    (INDUCTANCE_TORQUE / INDUCTANCE_DITHER) /* [-] of the dither: i_q at least */
-#define ANSWER_MIN    0.5f                                    /* [-] of what i_d is told */
-#define ANSWER_MAX    1.5f                                    /* [-] likewise */
+#define TORQUE_MIN    (INDUCTANCE_TORQUE / INDUCTANCE_DITHER) /* [-] of the dither: least i_q */
+#define ANSWER_MIN    0.5f                                    /* [-] of the commanded i_d */
+#define ANSWER_MAX    1.5f                                    /* [-] of the commanded i_d */
 #define EMF_MIN       0.5f                                    /* [-] of psi_f |omega| */
-#define SETTLED       0.2f /* [-] of the first rate: R has been looked for long enough to do without torque */
-#define PLAUSIBLE_MAX 3.0f /* [-] of the parameter: what a noisy cycle may say of an L within its range */
+#define SETTLED       0.2f /* [-] of the initial rate: at this rate R has been learnt for long enough */
+#define PLAUSIBLE_MAX 3.0f /* [-] of the parameter: largest L that a noisy cycle can give */
 
 static inductance_wave_t wave_of(const inductance_params_t *params, float frequency)
 {
@@ -86,21 +86,22 @@ void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
     }
 }
 
-/* Is there torque enough for L to matter? Of i_q [A]. */
+/* True if i_q [A] makes enough torque that L affects the result. */
 static bool loaded(const inductance_t *x, float i_q)
 {
     return !bounds_within(i_q, TORQUE_MIN * x->tuning.current);
 }
 
-/* Is a frequency near one or two times the electrical one? In [rad/s]. */
+/* True if the frequency is near one or two times the electrical one. All in [rad/s]. */
 static bool is_near_first(float frequency, float omega)
 {
     return bounds_within(frequency - omega, TWO_PI * INDUCTANCE_NEAR) ||
            bounds_within(frequency - 2.0f * omega, TWO_PI * INDUCTANCE_NEAR);
 }
 
-/* The frequency at this speed [rad/s]: the first that is not near one, two or six times that, without torque
- * five or seven times, too. Where the first is near, the second may be near the sixth alone. */
+/* The frequency at this speed [rad/s]: the first one that is not near one, two or six times the electrical
+ * one, and without torque not near five or seven times either. If the first one is near such a multiple, the
+ * second one may be near the sixth. */
 static uint32_t frequency_at(float omega, bool torque)
 {
     const float sixth = 6.0f * omega;
@@ -112,13 +113,14 @@ static uint32_t frequency_at(float omega, bool torque)
     return bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_2 - sixth, reach) ? 2u : 1u;
 }
 
-/* Is R still looked for at this speed [rad/s]? */
+/* True if R still has to be learnt at this speed [rad/s]. */
 static bool looks_for_resistance(const inductance_t *x, float speed)
 {
     return speed < INDUCTANCE_R_SPEED_MAX && x->resistance_rate > SETTLED * x->tuning.rate;
 }
 
-/* A cycle has ended, and said something or not. Has the look seen enough? Then the dither rests. */
+/* A cycle has ended, with or without a result. Once the learning interval has
+ * enough results, the dither pauses. */
 static void look(inductance_t *x, bool said, float speed)
 {
     const inductance_tuning_t *tuning = &x->tuning;
@@ -131,7 +133,7 @@ static void look(inductance_t *x, bool said, float speed)
     }
 }
 
-/* Does the dither rest, at this i_q [A]? */
+/* True if the dither pauses at this i_q [A]. */
 static bool rests(inductance_t *x, float i_q)
 {
     if (x->look.rests == 0u) {
@@ -143,7 +145,7 @@ static bool rests(inductance_t *x, float i_q)
     return x->look.rests != 0u;
 }
 
-/* A cycle begins. false: there is nothing to see. */
+/* Begins a cycle. false: the conditions for a result are not met. */
 static bool begin(inductance_t *x, const inductance_input_t *input)
 {
     const float speed = bounds_magnitude(input->omega_smooth);
@@ -178,7 +180,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     return true;
 }
 
-/* Did the rotor turn, and the loop with it, in the cycle that ends now? */
+/* True if the rotor turned and the loop followed it in the cycle that ends now. */
 static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, float speed)
 {
     const bool turns = speed > INDUCTANCE_SPEED_MIN &&
@@ -186,7 +188,7 @@ static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, floa
     return turns && x->sum.detector < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
 }
 
-/* L_q as the cycle that ends now says [H]; 0: it says nothing. */
+/* L_q from the cycle that ends now [H]; 0: no result. */
 static float said_by(const inductance_t *x, const inductance_wave_t *wave, float omega)
 {
     if (x->follows == 0u || !is_locked(x, wave, bounds_magnitude(omega))) {
@@ -198,7 +200,7 @@ static float said_by(const inductance_t *x, const inductance_wave_t *wave, float
     return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
 }
 
-/* May it count that a cycle has said this [H]? */
+/* True if this result [H] of a cycle may be used. */
 static bool is_trusted(inductance_t *x, float said)
 {
     const bool agrees = bounds_within(said - x->said, INDUCTANCE_AGREES * x->learnt.value);
@@ -207,7 +209,7 @@ static bool is_trusted(inductance_t *x, float said)
     return agrees && x->confidence > CONFIDENT;
 }
 
-/* The next cycle opposes what this one has seen of the swing of i_q. */
+/* The next cycle opposes the swing of i_q that this one has measured. */
 static void oppose(inductance_t *x, const inductance_wave_t *wave)
 {
     const float most = x->tuning.current;
@@ -216,8 +218,8 @@ static void oppose(inductance_t *x, const inductance_wave_t *wave)
     x->swing.against_c = bounds_clamp(x->swing.against_c - part * x->swing.c, most);
 }
 
-/* A value follows what a cycle of this time [s] says of it, by its rate, which falls; it stays within half
- * and twice the parameter that it began from. */
+/* A value follows the result of a cycle of this time [s] by its rate, which falls; it stays between half and
+ * twice the parameter from which it started. */
 static void learn(const inductance_tuning_t *tuning, float time, float said, learnt_value_t *learnt,
                   float *rate)
 {
@@ -229,13 +231,13 @@ static void learn(const inductance_tuning_t *tuning, float time, float said, lea
     *rate = gain_step(*rate, tuning->rate, time);
 }
 
-/* R as the cycle says, from what of e_d stands in step with i_d [ohm]. */
+/* R from the component of e_d that is in step with i_d in this cycle [ohm]. */
 static float resistance_said(const inductance_t *x)
 {
     return x->tuning.resistance + bounds_clamp(x->sum.drop / x->sum.answer, x->resistance.from);
 }
 
-/* How steady the speed was in a cycle: as all need it, or as it may be of a light rotor. */
+/* How steady the speed was in a cycle: RIPPLED is accepted for a light rotor, STEADY by all laws. */
 typedef enum { UNSTEADY, RIPPLED, STEADY } steadiness_t;
 
 static steadiness_t steadiness(const inductance_t *x, float omega)
@@ -272,13 +274,13 @@ static void end(inductance_t *x, float omega_smooth)
     look(x, said > 0.0f, bounds_magnitude(omega_smooth));
 }
 
-/* The dither's wave at t, -1..1. */
+/* The wave of the dither at t, -1..1. */
 static float wave_at(float t)
 {
     return 4.0f * t * (1.0f - bounds_magnitude(t));
 }
 
-/* A place in the wave, so much later. */
+/* The position in the wave that lies `by` later. */
 static float later(float t, float by)
 {
     const float next = t + by;

@@ -1,44 +1,46 @@
-/* Inductance L from the answer of the EMF to a small alternating i_d, while the motor turns.
+/* Inductance L from the response of the EMF to a small alternating i_d, while the motor turns.
  *
- * The EMF that is observed with the believed R and L_q is u - R i - L_q di/dt - j omega L_q i; in the rotor's
- * frame its q axis is, with what each error (true minus believed) adds,
+ * The EMF that is observed with the assumed R and L_q is u - R i - L_q di/dt - j omega L_q i. In the rotor's
+ * frame its q axis is, with the effect of each error (true minus assumed value),
  *
- *     e_q = psi_f omega + dL (omega i_d + di_q/dt) + dR i_q,       dL = L_d,true - L_q,believed
+ *     e_q = psi_f omega + dL (omega i_d + di_q/dt) + dR i_q,       dL = L_d,true - L_q,assumed
  *
- * so while i_q does not swing, e_q answers i_d by omega dL, whatever R, psi_f, dead time and shaft are; with
- * the right belief by L_d - L_q, nothing for a round rotor. Over each whole cycle of a dither with the wave s
+ * If i_q does not swing, e_q responds to i_d with omega dL, for any R, psi_f, dead time and shaft;
+ * with a correct assumed value dL is L_d - L_q, which is zero for a round rotor. Over each whole
+ * cycle of a dither with the wave s
  *
  *     dL = sum(e_q s)/(omega sum(i_d s))
  *
- * and the learnt L follows what the cycle says by its rate (medium/adapt/gain.h) times the cycle's length.
- * L_d and L_q keep their ratio.
+ * and the learnt L follows the result of the cycle by its rate (medium/adapt/gain.h) times the cycle's
+ * length. The ratio of L_d and L_q is kept.
  *
- * i_q would swing: R or L wrong turns the estimate to and fro with the dither, its speed with it, and the
- * speed control answers. What a cycle sees of that, in step and a quarter of a cycle ahead (c), the next one
- * opposes.
+ * Without a countermeasure i_q would swing: a wrong R or L turns the estimate to and fro with the dither, its
+ * speed swings with it, and the speed control responds. Each cycle measures this swing in step with the wave
+ * and a quarter of a cycle ahead (c), and the next cycle opposes it.
  *
- * What is not in step averages out, a constant exactly; a low-pass is taken off all, for slow changes. The
- * wave is made of parabolas, s = 4 t (1 - |t|) for t from -1 to 1: a sine with a third harmonic of 1/27. Its
- * frequency is one of three, never near one, two, five, six or seven times the electrical one, at which
- * errors of the current sensors and the dead time, and both together, let e_q and i_d swing by themselves
- * (docs/theory.md, 24).
+ * Components that are not in step average out, constants exactly; a low-pass is subtracted from all of them
+ * to remove slow changes. The wave consists of parabolas, s = 4 t (1 - |t|) for t from -1 to 1: a sine with a
+ * third harmonic of 1/27. Its frequency is one of three. It is never near one, two, five, six or seven times
+ * the electrical one, because errors of the current sensors, the dead time, and both together make e_q and
+ * i_d swing at these frequencies (docs/theory.md, 24).
  *
- * A cycle says something only if all through it the samples were sound, the loop was locked and the speed
- * stood, if i_d did as it was told and the EMF is there, and if the L it says can be; it counts only if it
- * agrees with the one before, and while most of them do. Where there is nothing to see, slow or without
- * torque, there is no dither.
+ * A cycle has a result only if throughout the cycle the samples were sound, the loop was locked and the speed
+ * was constant, if i_d followed its command, the EMF is present, and the resulting L is plausible. The result
+ * is used only if it agrees with the one before, and while most results agree. Where no result is possible,
+ * at low speed or without torque, there is no dither.
  *
- * The dither is heard, and costs a half per cent of the copper loss. So it rests while there is nothing to
- * learn: after the first look, which lasts until the rate has fallen to INDUCTANCE_LOOKED of the first, a
- * look of INDUCTANCE_LOOK follows each rest of INDUCTANCE_REST, less than a twentieth of the time. A rest
- * ends early where i_q has moved by INDUCTANCE_MOVED of the limit, with which iron saturates or comes out of
- * it, and while R is looked for there is none. What has been learnt holds meanwhile, and so does its
- * confidence.
+ * The dither is audible and adds half a per cent to the copper loss. It therefore pauses when nothing more is
+ * to be learnt: the first learning interval lasts until the rate has fallen to INDUCTANCE_LOOKED of the
+ * initial one, and then an interval of INDUCTANCE_LOOK follows each pause of INDUCTANCE_REST, which is less
+ * than a twentieth of the time. A pause ends early if i_q has changed by INDUCTANCE_MOVED of the limit,
+ * because the saturation of the iron changes then; there is no pause while R is learnt. The learnt value and
+ * its confidence are held during a pause.
  *
- * One step in every so-manieth T, from the means of these. The dither that a step gives is looked for in the
- * means of the next: where it acts later, it is given earlier by as much. Two divisions at the end of a
- * cycle. Does not handle: an L_q that falls with i_q otherwise than L_d; a salient rotor, on which what is
- * learnt drifts away from the right value and takes the loop with it: above L_q = 1.1 L_d the rate is 0. */
+ * One step in every `every` periods of T, from the means over these. The response to the dither of a step
+ * is evaluated in the means of the next step; if the dither acts later, it is output earlier by the same
+ * time. Two divisions at the end of a cycle. Does not handle: an L_q that falls with i_q by another law
+ * than L_d; a salient rotor, for which the learnt value drifts away from the correct one and disturbs the
+ * loop: above L_q = 1.1 L_d the rate is 0. */
 #ifndef MEDIUM_ADAPT_INDUCTANCE_H
 #define MEDIUM_ADAPT_INDUCTANCE_H
 
@@ -50,79 +52,77 @@
 #include "math/frames.h"
 #include "medium/adapt/believed.h"
 
-#define INDUCTANCE_DITHER      0.05f /* [-] of the current limit: about a tenth of the rated current */
-#define INDUCTANCE_TORQUE      0.15f /* [-] of the current limit: i_q at least */
-#define INDUCTANCE_FREQUENCY_1 33.0f /* [Hz] */
-#define INDUCTANCE_FREQUENCY_2 43.0f /* [Hz] where the first is too near */
-#define INDUCTANCE_FREQUENCY_3 57.0f /* [Hz] where the second is, too */
-#define INDUCTANCE_FREQUENCIES 3u
-#define INDUCTANCE_NEAR        4.0f  /* [Hz] */
-#define INDUCTANCE_NEAR_SIXTH  6.5f  /* [Hz] to six times the electrical one, under torque */
-#define INDUCTANCE_SPEED_MIN   30.0f /* [rad/s] electrical */
-#define INDUCTANCE_R_SPEED_MAX                                                                               \
-    100.0f                              /* [rad/s] up to which R is looked for: the dead time is known there \
-                                         */
-#define INDUCTANCE_SPEED_DRIFT   0.03f  /* [-] of the speed, over a cycle: more is not steady ... */
-#define INDUCTANCE_R_SPEED_DRIFT 0.01f  /* [-] ... nor is that, without torque and for R */
-#define INDUCTANCE_DETECTOR_MAX  0.1f   /* [-] */
-#define INDUCTANCE_CUTOFF        100.0f /* [rad/s] of the low-pass that is taken off */
-#define INDUCTANCE_MIN           0.5f   /* [-] of the parameter, R likewise */
-#define INDUCTANCE_MAX           2.0f   /* [-] of the parameter, R likewise */
-#define INDUCTANCE_AGREES        0.2f   /* [-] of L: two cycles that say the same */
-#define INDUCTANCE_LOOKED        0.2f   /* [-] of the first rate, at which the first look ends */
-#define INDUCTANCE_LOOK          1.0f   /* [s] of cycles that said something, in each later one */
-#define INDUCTANCE_REST          20.0f  /* [s] from one look to the next */
-#define INDUCTANCE_MOVED         0.25f  /* [-] of the current limit, by which i_q ends a rest */
-#define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1, and its rounding; above it nothing is learnt */
+#define INDUCTANCE_DITHER        0.05f /* [-] of the current limit: about a tenth of the rated current */
+#define INDUCTANCE_TORQUE        0.15f /* [-] of the current limit: least i_q */
+#define INDUCTANCE_FREQUENCY_1   33.0f /* [Hz] */
+#define INDUCTANCE_FREQUENCY_2   43.0f /* [Hz] if the first is too near */
+#define INDUCTANCE_FREQUENCY_3   57.0f /* [Hz] if the second is too near, too */
+#define INDUCTANCE_FREQUENCIES   3u
+#define INDUCTANCE_NEAR          4.0f     /* [Hz] */
+#define INDUCTANCE_NEAR_SIXTH    6.5f     /* [Hz] distance to six times the electrical one, under torque */
+#define INDUCTANCE_SPEED_MIN     30.0f    /* [rad/s] electrical */
+#define INDUCTANCE_R_SPEED_MAX   100.0f   /* [rad/s] up to which R is learnt: the dead time is known there */
+#define INDUCTANCE_SPEED_DRIFT   0.03f    /* [-] of the speed over a cycle: a larger drift is not steady */
+#define INDUCTANCE_R_SPEED_DRIFT 0.01f    /* [-] the same without torque and for R */
+#define INDUCTANCE_DETECTOR_MAX  0.1f     /* [-] */
+#define INDUCTANCE_CUTOFF        100.0f   /* [rad/s] of the low-pass that is subtracted */
+#define INDUCTANCE_MIN           0.5f     /* [-] of the parameter, also for R */
+#define INDUCTANCE_MAX           2.0f     /* [-] of the parameter, also for R */
+#define INDUCTANCE_AGREES        0.2f     /* [-] of L: two cycles agree within this */
+#define INDUCTANCE_LOOKED        0.2f     /* [-] of the initial rate, at which the first interval ends */
+#define INDUCTANCE_LOOK          1.0f     /* [s] of cycles with a result, in each later interval */
+#define INDUCTANCE_REST          20.0f    /* [s] from one interval to the next */
+#define INDUCTANCE_MOVED         0.25f    /* [-] of the current limit: change of i_q that ends a pause */
+#define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1 and its rounding; above, nothing is learnt */
 
 typedef struct {
-    float inductance_d;    /* L_d, believed [H], above 0 */
-    float inductance_q;    /* L_q, believed [H], above 0 */
+    float inductance_d;    /* assumed L_d [H], above 0 */
+    float inductance_q;    /* assumed L_q [H], above 0 */
     float from;            /* L_q of the parameters [H], above 0 */
-    float resistance;      /* R, believed [ohm], above 0 */
+    float resistance;      /* assumed R [ohm], above 0 */
     float resistance_from; /* R of the parameters [ohm], above 0 */
     float flux_linkage;    /* psi_f [Wb] */
     float current_max;     /* limit of i_q [A] */
-    float rate;            /* at which it begins [1/s], 0..20; 0 = off */
+    float rate;            /* initial rate [1/s], 0..20; 0 = off */
     float period;          /* T [s] */
     uint32_t every;        /* [periods] from one step to the next, at least 1 */
-    uint32_t ahead;        /* [steps] that the dither acts later than in the next one */
+    uint32_t ahead;        /* [steps] by which the dither acts later than in the next one */
 } inductance_params_t;
 
-/* A frequency of the dither: a cycle of whole periods. */
+/* A frequency of the dither: a cycle consists of whole periods. */
 typedef struct {
-    uint32_t steps; /* [-] of a cycle, of so many periods each */
-    float step;     /* of the wave's t a step [-] */
-    float per_sum;  /* amplitude of a current over its sum with s of a cycle, behind the low-pass [-] */
+    uint32_t steps; /* [-] in a cycle, each of `every` periods */
+    float step;     /* advance of the wave's t per step [-] */
+    float per_sum;  /* amplitude of a current over its sum with s in a cycle, after the low-pass [-] */
 } inductance_wave_t;
 
 typedef struct {
     inductance_wave_t wave[INDUCTANCE_FREQUENCIES];
-    float rate;            /* at which it begins [1/s]; 0 = off, and for a salient rotor */
+    float rate;            /* initial rate [1/s]; 0 = off, and for a salient rotor */
     float from;            /* L_q of the parameters [H] */
-    float inductance_q;    /* L_q with which the observer works [H] */
-    float saliency;        /* L_d - L_q of this belief [H] */
+    float inductance_q;    /* L_q that the observer uses [H] */
+    float saliency;        /* L_d - L_q of the assumed values [H] */
     float ratio;           /* L_q/L_d [-] */
-    float resistance;      /* R with which the observer works [ohm] */
+    float resistance;      /* R that the observer uses [ohm] */
     float resistance_from; /* R of the parameters [ohm] */
     float flux_linkage;    /* psi_f [Wb] */
     float current;         /* amplitude of the dither [A] */
-    float moved;           /* of i_q, which ends a rest [A] */
-    uint32_t look;         /* [steps] of cycles that said something, in a later look */
-    uint32_t rest;         /* [steps] from one look to the next */
-    float mean_share;      /* of the low-pass that is taken off [-] */
+    float moved;           /* change of i_q that ends a pause [A] */
+    uint32_t look;         /* [steps] of cycles with a result, in a later interval */
+    uint32_t rest;         /* [steps] from one interval to the next */
+    float mean_share;      /* of the low-pass that is subtracted [-] */
     float time;            /* from one step to the next [s] */
-    float ahead;           /* [steps] that the dither acts later than in the next one */
+    float ahead;           /* [steps] by which the dither acts later than in the next one */
 } inductance_tuning_t;
 
-/* Of looks and rests. */
+/* Learning intervals and pauses. */
 typedef struct {
-    uint32_t looked; /* steps of the present look's cycles that said something [-] */
-    uint32_t rests;  /* steps that are left of a rest [-]; 0: a look */
-    float looked_at; /* i_q of the last look [A] */
+    uint32_t looked; /* steps of the present interval's cycles with a result [-] */
+    uint32_t rests;  /* remaining steps of a pause [-]; 0: an interval is active */
+    float looked_at; /* i_q of the last interval [A] */
 } inductance_look_t;
 
-/* Over a cycle, s being the wave. */
+/* Sums over a cycle, s being the wave. */
 typedef struct {
     float detector; /* sum(|detector|) [-] */
     float drop;     /* sum((e_d - mean - psi_f omega turned) s) [V] */
@@ -130,11 +130,12 @@ typedef struct {
     float answer;   /* sum((i_d - mean) s) [A] */
 } inductance_sums_t;
 
-/* Of i_q with the wave and a quarter of a cycle ahead, and what opposes it in the next cycle. */
+/* The component of i_q with the wave and a quarter of a cycle ahead, and the current
+ * that opposes it in the next cycle. */
 typedef struct {
     float s;         /* sum((i_q - mean) s) [A] */
     float c;         /* sum((i_q - mean) c) [A] */
-    float against_s; /* of i_q, against that swing, in step [A] */
+    float against_s; /* i_q against that swing, in step [A] */
     float against_c; /* the same, a quarter of a cycle ahead [A] */
 } inductance_swing_t;
 
@@ -142,21 +143,21 @@ typedef struct {
     inductance_tuning_t tuning;
     learnt_value_t learnt;     /* L_q [H] */
     learnt_value_t resistance; /* R [ohm] */
-    float rate;                /* at which L learns now [1/s] */
-    float resistance_rate;     /* likewise R [1/s] */
+    float rate;                /* present rate of L [1/s] */
+    float resistance_rate;     /* present rate of R [1/s] */
     float confidence;          /* share of the last cycles that agreed with the one before them [-] */
-    float said;                /* by the last one [H] */
+    float said;                /* result of the last cycle [H] */
     inductance_look_t look;
     /* of the cycle */
-    uint32_t left;          /* steps that are left of it [-]; 0: none */
-    uint32_t sound;         /* [-] 1: nothing has spoilt it */
-    uint32_t voltage_known; /* [-] 1: the voltage was, when it began */
-    uint32_t follows;       /* [-] 1: it follows one whose samples were sound: the low-passes go on */
-    uint32_t which;         /* [-] of the frequencies it has */
-    float t;                /* place in the wave [-], -1..1 */
-    float omega;            /* when it began [rad/s] */
-    float theta;            /* of the last step [rad] */
-    float turned;           /* of the loop, to and fro: its high-pass [rad] */
+    uint32_t left;          /* remaining steps [-]; 0: no cycle */
+    uint32_t sound;         /* [-] 1: all samples so far were sound */
+    uint32_t voltage_known; /* [-] 1: the voltage was known when it began */
+    uint32_t follows;       /* [-] 1: the cycle before was sound: the low-passes continue */
+    uint32_t which;         /* [-] index of its frequency */
+    float t;                /* position in the wave [-], -1..1 */
+    float omega;            /* at the beginning [rad/s] */
+    float theta;            /* at the last step [rad] */
+    float turned;           /* high-pass of the loop's angle [rad] */
     float emf_d_mean;       /* low-pass of e_d [V] */
     float emf_mean;         /* low-pass of e_q [V] */
     dq_t mean;              /* low-pass of the current [A] */
@@ -165,28 +166,28 @@ typedef struct {
     dq_t dither; /* to be added to the references until the next step [A] */
 } inductance_t;
 
-/* What the periods since the last step bring. */
+/* The means over the periods since the last step. */
 typedef struct {
-    dq_t emf;           /* mean in the rotor's frame, lag undone [V] */
+    dq_t emf;           /* mean in the rotor's frame, with the lag compensated [V] */
     dq_t current;       /* mean in the rotor's frame [A] */
-    float detector;     /* now [-] */
-    float omega_smooth; /* now [rad/s] electrical */
-    float theta;        /* of the rotor's frame now [rad] */
-    bool sound;         /* all of them may be believed */
-    bool voltage_known; /* the dead time is learnt: what is missing along d is R's */
+    float detector;     /* present value [-] */
+    float omega_smooth; /* present value [rad/s] electrical */
+    float theta;        /* present angle of the rotor's frame [rad] */
+    bool sound;         /* all samples and estimates are valid */
+    bool voltage_known; /* the dead time is learnt: a missing voltage along d comes from R */
 } inductance_input_t;
 
-/* Coefficients. Divisions and an exponential: for the background. */
+/* Computes the coefficients. Divisions and an exponential: for the background. */
 inductance_tuning_t inductance_prepare(const inductance_params_t *params);
 
-/* These coefficients; nothing learnt, the first rate. */
+/* Takes these coefficients; nothing is learnt, the rate is the initial one. */
 void inductance_init(inductance_t *x, const inductance_tuning_t *tuning);
 
-/* The coefficients. What was learnt stays while the parameter that it began from is not changed and the
- * learning is on; else it starts from the parameter again. */
+/* Takes over the coefficients. The learnt value is kept while the parameter from which it started is
+ * unchanged and learning is on; otherwise learning restarts from the parameter. */
 void inductance_take(inductance_t *x, const inductance_tuning_t *tuning);
 
-/* No loop that may be judged: the cycle is given up. */
+/* The loop may not be judged: the cycle is discarded. */
 static inline void inductance_rest(inductance_t *x)
 {
     x->left = 0u;
@@ -198,7 +199,7 @@ static inline void inductance_rest(inductance_t *x)
     x->dither = (dq_t){0.0f, 0.0f};
 }
 
-/* In every so-manieth period with a locked loop, as the tuning says: the step of the wave. */
+/* In every `every`-th period with a locked loop: one step of the wave. */
 void inductance_step(inductance_t *x, const inductance_input_t *input);
 
 #endif

@@ -54,7 +54,7 @@ void inertia_begin(inertia_t *x, float omega)
     x->sum = 0.0f;
 }
 
-/* The one between the other two. */
+/* The median of three values. */
 static float median(float a, float b, float c)
 {
     const float more = a > b ? a : b;
@@ -62,7 +62,7 @@ static float median(float a, float b, float c)
     return c > more ? more : (c < less ? less : c);
 }
 
-/* A way has said this of J [kg m^2], finite and above 0. */
+/* A speed change has given this J [kg m^2], finite and above 0. */
 static void hear(inertia_t *x, float said)
 {
     const float least = x->tuning.from * (1.0f / INERTIA_RANGE);

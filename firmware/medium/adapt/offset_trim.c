@@ -39,7 +39,7 @@ static bool steady(const offset_trim_t *trim, float omega_e, const ab_t *current
            square > TRIM_CURRENT_MIN * TRIM_CURRENT_MIN;
 }
 
-/* Share of the last period that lies beyond the wrap of the angle [-], after a move by more than pi. */
+/* Share of the last period that lies beyond the wrap of the angle [-], after a step by more than pi. */
 static float share_beyond(float theta_e, float moved)
 {
     const float turned = ANGLE_TWO_PI - bounds_magnitude(moved);

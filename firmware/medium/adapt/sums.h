@@ -1,10 +1,10 @@
-/* What the drive learns from: EMF and current, as means over some periods, which they share.
+/* The common input of the learning laws: means of EMF and current over some periods.
  *
- * All that is learnt is slow; but the noise of an observed EMF is L times the change of the current's noise,
- * of which a sum leaves only the two ends, and a single sample has all. So every period is summed, in the
- * stationary frame, and the rest done once for some. Seen from the rotor a mean is that of the vectors turned
- * to its middle: its length falls by (omega t)^2/24, t being the time that it takes: 0.3 % at 650 rad/s and
- * 0.4 ms, of EMF and current alike. */
+ * All learning laws are slow, but the noise of an observed EMF is L times the change of the current's noise.
+ * In a sum only the noise of the two ends remains, while a single sample contains all of it. So every period
+ * is summed in the stationary frame, and the laws are evaluated once for several periods. In the rotor's
+ * frame a mean is that of the vectors turned to its middle: its length falls by (omega t)^2/24, t being the
+ * averaging time: 0.3 % at 650 rad/s and 0.4 ms, for EMF and current alike. */
 #ifndef MEDIUM_ADAPT_SUMS_H
 #define MEDIUM_ADAPT_SUMS_H
 
@@ -13,7 +13,7 @@
 #include "math/frames.h"
 
 typedef struct {
-    ab_t emf;         /* of the EMF at t_k, lag undone [V] */
+    ab_t emf;         /* of the EMF at t_k, with the lag compensated [V] */
     ab_t current;     /* of the current [A] */
     uint32_t unsound; /* [-] not 0: one of the periods has no valid sample or estimate */
 } sums_t;
@@ -21,17 +21,17 @@ typedef struct {
 typedef struct {
     ab_t emf;           /* stationary [V] */
     ab_t current;       /* stationary [A] */
-    dq_t emf_rotor;     /* of the rotor at the middle of the periods [V] */
-    dq_t current_rotor; /* likewise [A] */
-    float theta;        /* of the rotor at their end [rad] */
-    float omega;        /* likewise, smooth [rad/s] */
+    dq_t emf_rotor;     /* in the rotor's frame at the middle of the periods [V] */
+    dq_t current_rotor; /* the same of the current [A] */
+    float theta;        /* angle of the rotor at their end [rad] */
+    float omega;        /* smoothed speed of the rotor at their end [rad/s] */
     uint32_t unsound;   /* [-] not 0: one of the periods has no valid sample or estimate */
-    uint32_t even;      /* [-] 1: the rotor turns so evenly that a ripple of the EMF is not its own */
+    uint32_t even;      /* [-] 1: the rotor turns so evenly that it causes no ripple of the EMF */
 } means_t;
 
 /* The means of these sums, `share` being one over the number of periods [-], for a rotor that has this
- * rotation and this speed [rad/s] now and was at the middle `ago` [s] before. It turned by little since: by
- * 0.1 rad the rotation is right within 0.2 mrad. */
+ * rotation and this speed [rad/s] now; `ago` [s] is the time since the middle of the periods. The angle since
+ * then is small: at 0.1 rad the rotation is right within 0.2 mrad. */
 static inline void sums_mean(const sums_t *sums, float share, rotation_t now, float omega, float ago,
                              means_t *means)
 {

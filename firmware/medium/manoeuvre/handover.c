@@ -4,16 +4,16 @@
 
 #include "math/periods.h"
 
-#define CURRENT_CUTOFF 10.0f /* [rad/s] of the way down to what the load needs */
+#define CURRENT_CUTOFF 10.0f /* [rad/s] rate at which the current falls to what the load needs */
 #define MEAN_CUTOFF    70.0f /* [rad/s] of the current: a leg that passes zero disturbs it for some 2 ms */
-#define MARGIN         0.1f  /* [-] of I over what the load needs */
-#define EXCESS         0.15f /* [-] of I as i_d that may be left */
+#define MARGIN         0.1f  /* [-] of I beyond what the load needs */
+#define EXCESS         0.15f /* [-] of I: largest remaining i_d */
 #define WANTED_TIME    0.15f /* [s] */
 #define LONGEST_TIME   1.0f  /* [s] */
 
-#define SALIENT_TIME  40e-3f /* [s] of a salient rotor */
-#define SALIENT_APART 0.7f   /* [-] likewise */
-#define EXCESS_ANY    1e6f   /* [A] likewise: any i_d may be left */
+#define SALIENT_TIME  40e-3f /* [s] for a salient rotor */
+#define SALIENT_APART 0.7f   /* [-] for a salient rotor */
+#define EXCESS_ANY    1e6f   /* [A] for a salient rotor: any i_d may remain */
 
 #define SPEED_APART  0.2f  /* [-] */
 #define LENGTH_MIN   0.75f /* [-] */

@@ -1,18 +1,17 @@
-/* Hand-over: may control leave the forced frame for the estimate's? The loop must have held all of this for a
- * time without a break:
+/* Hand-over: judges whether control may change from the forced frame to the estimate's frame. The loop must
+ * satisfy all of the following for a time without a break:
  *
  *     |omega_hat - omega_forced| < 0.2 omega_forced          it turns with the frame
- *     0.75 < LP(e_q sign(omega)) / LP(psi_f |omega|) < 1.3   its EMF lies where it should, with its length,
- *     LP(eps^2) < 0.05                                       and does so steadily (both of lock.h)
- *     |LP(i_d)| < 1.6 |LP(i_q)| + 0.15 I                     the current is what the load needs, and a little
+ *     0.75 < LP(e_q sign(omega)) / LP(psi_f |omega|) < 1.3   its EMF has the right direction and length,
+ *     LP(eps^2) < 0.05                                       and is steady (both of lock.h)
+ *     |LP(i_d)| < 1.6 |LP(i_q)| + 0.15 I                     the current is little more than the load needs
  *
- * so that nothing but the frame changes. What goes on is the mean of the current, LP(i): a leg that passes
- * zero in that very period turns the damping's answer to it into i_q, which is no load. Until then the
- * current is brought down from that of a start I to what the load needs, for what R and dead time leave of
- * error goes with it.
+ * so that only the frame changes. Control continues with the mean of the current, LP(i): if a leg passes zero
+ * in that period, its damping changes i_q, which is no load. Until then the current is reduced from the start
+ * current I to what the load needs, because the effect of errors of R and of the dead time falls with it.
  *
- * A salient rotor on a current along its magnet has next to no EMF and swings for long: it is taken over as
- * soon as the loop has been locked for 40 ms, within 0.7 omega_forced and whatever its i_d.
+ * A salient rotor with a current along its magnet has nearly no EMF and swings for a long time: it is handed
+ * over as soon as the loop has been locked for 40 ms, within 0.7 omega_forced and with any i_d.
  *
  * One step per window. */
 #ifndef MEDIUM_MANOEUVRE_HANDOVER_H
@@ -28,19 +27,19 @@
 #include "medium/manoeuvre/lock.h"
 
 typedef struct {
-    float current; /* I of a start [A] */
-    bool salient;  /* the rotor is */
+    float current; /* I, current of a start [A] */
+    bool salient;  /* the rotor is salient */
     float period;  /* from one step to the next [s] */
 } handover_params_t;
 
 typedef struct {
-    float current_share;  /* of the way down [-] */
-    float current_margin; /* over what the load needs [A] */
-    float current_excess; /* i_d that may be left [A] */
-    float speed_apart;    /* [-] of the forced frame's */
+    float current_share;  /* of the fall of the current [-] */
+    float current_margin; /* beyond what the load needs [A] */
+    float current_excess; /* largest remaining i_d [A] */
+    float speed_apart;    /* [-] of the forced frame's speed */
     float mean_share;     /* of the mean of the current [-] */
-    uint32_t wanted;      /* [steps] that it must hold */
-    uint32_t longest;     /* [steps] that it may take */
+    uint32_t wanted;      /* [steps] for which the conditions must hold */
+    uint32_t longest;     /* [steps] longest time of a hand-over */
 } handover_tuning_t;
 
 typedef struct {
@@ -52,13 +51,13 @@ typedef struct {
 
 typedef enum { HANDOVER_GOES_ON, HANDOVER_GOOD, HANDOVER_FAILED } handover_outcome_t;
 
-/* Coefficients. An exponential: for the background. */
+/* Computes the coefficients. An exponential: for the background. */
 handover_tuning_t handover_prepare(const handover_params_t *params);
 
-/* These coefficients; nothing has been seen. */
+/* Takes these coefficients; nothing has been measured yet. */
 void handover_init(handover_t *handover, const handover_tuning_t *tuning);
 
-/* New coefficients; what has been seen stays. */
+/* Takes over new coefficients; the state is kept. */
 static inline void handover_take(handover_t *handover, const handover_tuning_t *tuning)
 {
     handover->tuning = *tuning;
@@ -72,8 +71,8 @@ static inline void handover_enter(handover_t *handover, dq_t current)
     handover->periods = 0u;
 }
 
-/* The current of the forced frame [A] towards what this i_q of the rotor [A] needs, within that of this try
- * [A]. */
+/* The current of the forced frame [A]: it approaches what this i_q of the rotor [A] needs,
+ * within the current of this try [A]. */
 static inline float handover_current(const handover_t *handover, float current, float most, float i_q)
 {
     const float needed = 1.3f * bounds_magnitude(i_q) + handover->tuning.current_margin;

@@ -1,6 +1,6 @@
 #include "medium/manoeuvre/lock.h"
 
-/* Below this share of `speed_slow` the projection does not shrink with the speed. */
+/* Below this share of `speed_slow` the least projection no longer falls with the speed. */
 #define FLOOR_SHARE 0.4f
 
 lock_tuning_t lock_prepare(const lock_params_t *params)

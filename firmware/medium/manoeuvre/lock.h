@@ -1,13 +1,14 @@
-/* Lock: is the loop that control turns with on the rotor? Three signs that fail for different reasons:
+/* Lock: judges whether the loop whose angle control uses follows the rotor. Three
+ * signs fail for different reasons:
  *
  *     projection   LP(e_q sign(omega)) < 0.5 LP(psi_a |omega|)   the EMF along the estimated axis: 1 on the
  *                                                               rotor, -1 half a turn off, 0 blocked
  *     scatter      LP(eps^2) > 0.12                             the loop's error: 0.35 rad rms
- *     standing     |omega| slow, |omega_ref| not                what the other two do not see
+ *     standing     |omega| slow, |omega_ref| not                the case that the other two miss
  *
- * LP: a low-pass of 5 ms. One step per window, of its means; how long a sign must last is the guard's
+ * LP: a low-pass of 5 ms. One step per window, of its means; the guard defines how long a sign must last
  * (settings/faults.h). Does not handle: the passage through zero speed, where there is no EMF (the caller
- * does not ask then). */
+ * does not judge the lock then). */
 #ifndef MEDIUM_MANOEUVRE_LOCK_H
 #define MEDIUM_MANOEUVRE_LOCK_H
 
@@ -24,15 +25,15 @@
 
 typedef struct {
     float flux_linkage; /* psi_f [Wb], > 0 */
-    float speed_slow;   /* an estimate below it has no rotor any more ... [rad/s], electrical */
-    float speed_asked;  /* ... while more than this is asked for [rad/s], electrical */
+    float speed_slow;   /* a slower estimate means that no rotor is followed ... [rad/s], electrical */
+    float speed_asked;  /* ... while the reference is above this [rad/s], electrical */
     float period;       /* from one step to the next [s] */
 } lock_params_t;
 
 typedef struct {
     float share;        /* of the low-passes [-] */
-    float flux_linkage; /* psi_f, for a lock that is reset [Wb] */
-    float speed_floor;  /* |omega| in the projection is at least this [rad/s] */
+    float flux_linkage; /* psi_f at a reset of the lock [Wb] */
+    float speed_floor;  /* least |omega| in the projection [rad/s] */
     float speed_slow;   /* [rad/s] electrical */
     float speed_asked;  /* [rad/s] electrical */
 } lock_tuning_t;
@@ -44,23 +45,23 @@ typedef struct {
     float scatter;    /* LP of the detector's square [-] */
 } lock_t;
 
-/* Coefficients. An exponential: for the background. */
+/* Computes the coefficients. An exponential: for the background. */
 lock_tuning_t lock_prepare(const lock_params_t *params);
 
-/* These coefficients; locked at standstill. */
+/* Takes these coefficients; locked at standstill. */
 void lock_init(lock_t *lock, const lock_tuning_t *tuning);
 
-/* New coefficients; the means go on. */
+/* Takes over new coefficients; the means are kept. */
 static inline void lock_take(lock_t *lock, const lock_tuning_t *tuning)
 {
     lock->tuning = *tuning;
 }
 
-/* As if locked for long at omega_e [rad/s]. */
+/* Sets the state as if the loop had been locked at omega_e [rad/s] for a long time. */
 void lock_reset(lock_t *lock, float omega_e);
 
-/* One window that was tracked, of which `estimate` has the mean EMF; `scatter`: mean square of the detector
- * [-]. */
+/* One window in which the loop tracked; `estimate` has its mean EMF; `scatter`:
+ * mean square of the detector [-]. */
 static inline void lock_step(lock_t *lock, const estimate_t *estimate, float scatter)
 {
     const lock_tuning_t *tuning = &lock->tuning;
@@ -73,20 +74,21 @@ static inline void lock_step(lock_t *lock, const estimate_t *estimate, float sca
     lock->scatter = lowpass_step(lock->scatter, tuning->share, scatter);
 }
 
-/* Is the EMF not where the estimate has it? */
+/* True if the EMF does not lie along the estimated axis. */
 static inline bool lock_is_off(const lock_t *lock)
 {
     return lock->projection < LOCK_PROJECTION_MIN * lock->expected;
 }
 
-/* Does the loop not settle? */
+/* True if the loop does not settle. */
 static inline bool lock_is_scattered(const lock_t *lock)
 {
     return lock->scatter > LOCK_SCATTER_MAX;
 }
 
-/* Does a sign of a lost rotor stand, at this electrical speed estimate and reference [rad/s]? The scatter is
- * asked for in a loop that is `settled`: one that has just been locked is still finding its speed. */
+/* True if one of the signs of a lost lock is present, at this electrical speed estimate and
+ * reference [rad/s]. The scatter counts only in a loop that is `settled`: after locking a
+ * loop needs time to find its speed. */
 static inline bool lock_is_lost(const lock_t *lock, float omega_smooth, float omega_ref, bool settled)
 {
     return lock_is_off(lock) || (settled && lock_is_scattered(lock)) ||

@@ -51,7 +51,7 @@ void manoeuvres_enter_run(manoeuvres_t *m, dq_t current, float omega_e)
     run_enter(&m->run, current, omega_e * m->limits.pole_pairs_inverse);
 }
 
-/* Where control's angle comes from now; is it another source than before? */
+/* Updates the source of control's angle. Returns true if it is another source than before. */
 static uint32_t source(manoeuvres_t *m, uint32_t sensorless)
 {
     const uint32_t other = m->sensorless != sensorless ? UINT32_C(1) : UINT32_C(0);
@@ -80,9 +80,9 @@ void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning)
     run_take(&m->run, &tuning->run);
     m->limits = tuning->limits;
     const uint32_t other = source(m, m->limits.sensorless | m->encoder_lost);
-    m->other_source ^= other; /* changed back before a window has seen it, it is none */
+    m->other_source ^= other; /* two changes before the next window cancel each other */
     if (other != 0u) {
-        manoeuvres_judge(m, 0.0f, 0.0f); /* in a reversal not before run has seen the EMF */
+        manoeuvres_judge(m, 0.0f, 0.0f); /* a reversal is judged only after run has measured the EMF */
     }
 }
 

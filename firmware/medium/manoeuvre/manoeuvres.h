@@ -1,22 +1,22 @@
-/* Which manoeuvre is under way, and what follows it. Without an encoder:
+/* The manoeuvre that is active, and the one that follows. Without an encoder:
  *
  *     off --> catch: turning --> run
  *                    standing --> align --> ramp --> handover --> run          (the start)
  *                                       --> forced                 the reference is too slow to track
  *     run --> forced      the reference is below fallback_speed
  *         --> reverse     through zero speed, if that takes longer than the model of the loop can bridge
- *         --> relock      the lock is lost: catch again, at once; the loop that is locked then has no torque
- *                         until several windows of its EMF agree (proof.h), else it is caught once more; a
- *                         rotor that turns against the wish keeps its speed until its lock has been judged
+ *         --> relock      the lock is lost: catch again at once; the loop that is locked then has no torque
+ *                         until several windows of its EMF agree (proof.h), otherwise it is caught again; a
+ *                         rotor that turns against the reference keeps its speed until its lock is judged
  *     ramp, forced, reverse --> handover --> run                   the reference is above handover_speed
- *     a start that fails --> catch after a pause, with more current and a slower ramp; start_tries of them
+ *     a start that fails --> catch after a pause, with more current and a slower ramp; at most start_tries
  *
- * With the encoder there is nothing but run; if it turns out wrong, what is above goes on from there. Each
- * manoeuvre is a file of this folder; here stands only when one ends. Rules by which the limits
- * follow from motor and shaft: docs/theory.md, 23.
+ * With the encoder the only manoeuvre is run; if the encoder is wrong, the drive continues with the
+ * manoeuvres above. Each manoeuvre is a file of this folder; this file defines when each one ends. The rules
+ * by which the limits follow from motor and shaft are in docs/theory.md, 23.
  *
- * One step per window, in the medium task: what it decides goes into the setpoint, from which
- * fast/reference/reference.h makes the demand of each period. Bounded, no division. */
+ * One step per window, in the medium task: its result goes into the setpoint, from which
+ * fast/reference/reference.h makes the reference of each period. Bounded, no division. */
 #ifndef MEDIUM_MANOEUVRE_MANOEUVRES_H
 #define MEDIUM_MANOEUVRE_MANOEUVRES_H
 
@@ -34,22 +34,22 @@
 #include "medium/manoeuvre/run.h"
 #include "settings/params.h"
 
-/* When the current of a window can be compared with what the winding must do (current_watch.h): where the EMF
- * is small or goes on smoothly. A loop that tracks follows the current sensors, so nothing is compared. */
+/* When the current of a window can be compared with the winding's law (current_watch.h): where the EMF is
+ * small or changes smoothly. A loop that tracks follows the current sensors, so nothing is compared then. */
 typedef enum {
     COMPARED_NEVER,
     COMPARED_ALWAYS,
-    COMPARED_STANDING, /* while no rotor is seen turning */
+    COMPARED_STANDING, /* while no turning rotor is detected */
     COMPARED_UNTRACKED /* from the second window on, while the loop does not track */
 } manoeuvre_compared_t;
 
 /* One row for each manoeuvre: M(NAME, "name", source, compared, step). Append only: the numbers are those of
- * the signal `manoeuvre`, and the names, joined, are its choices.
+ * the signal `manoeuvre`, and the joined names are its choices.
  *
- *   source    of the frame in which control works. SOURCE_CATCH: nothing is known of the rotor's speed;
+ *   source    of the frame in which control works. SOURCE_CATCH: the rotor's speed is unknown;
  *             SOURCE_FORCED: the frame is that of the forced ramp
  *   compared  manoeuvre_compared_t
- *   step      manoeuvres_STEP() is the manoeuvre: one window, and what follows */
+ *   step      manoeuvres_STEP() executes one window of the manoeuvre and selects the next one */
 #define MANOEUVRES(M)                                                                                        \
     M(OFF, "off", SOURCE_NONE, COMPARED_NEVER, catch)                                                        \
     M(CATCH, "|catch", SOURCE_CATCH, COMPARED_STANDING, catch)                                               \
@@ -74,53 +74,54 @@ typedef struct {
     int32_t compared; /* [-] manoeuvre_compared_t */
 } manoeuvre_row_t;
 
-/* What a manoeuvre has failed by: bits, conditions of the fault table. */
+/* The reasons for which a manoeuvre fails: bits, conditions of the fault table. */
 #define MANOEUVRE_STALLED  UINT32_C(1) /* the rotor does not follow the forced frame */
-#define MANOEUVRE_UNLOCKED UINT32_C(2) /* it does, but the estimate did not get hold of it */
-#define MANOEUVRE_TOO_FAST UINT32_C(4) /* its EMF is beyond what the DC link holds */
-#define MANOEUVRE_LOST     UINT32_C(8) /* lost and caught again too often */
+#define MANOEUVRE_UNLOCKED UINT32_C(2) /* it follows, but the estimate did not lock to it */
+#define MANOEUVRE_TOO_FAST UINT32_C(4) /* its EMF is above the DC link voltage */
+#define MANOEUVRE_LOST     UINT32_C(8) /* the lock was lost too often */
 
-/* A catch takes so long. */
+/* Duration of a catch. */
 #define MANOEUVRE_CATCH_PERIODS DRIVE_PERIODS(20e-3f)
 
-/* So long nothing is judged after a hand-over: twice the time constant of the signs' low-passes, which begin
- * as locked. */
+/* Nothing is judged for this time after a hand-over: twice the time constant of the low-passes of
+ * the signs, which start as locked. */
 #define MANOEUVRE_MASKED DRIVE_WINDOWS(10e-3f)
 
-/* And so long nothing is learnt: what a hand-over leaves of error would be taken for the motor's. */
+/* Nothing is learnt for this time after a hand-over, because the remaining error of the hand-over
+ * would be attributed to the motor. */
 #define MANOEUVRE_STEADY DRIVE_WINDOWS(50e-3f)
 
-/* So long a rotor that was lost, is caught again and turns against the wish keeps its speed: in the reversal
- * that follows nothing is judged where the EMF is small, so that ten means of the signs of a lost lock, the
- * scatter's too, have to be good before it. */
+/* A rotor that was lost, is caught again and turns against the reference keeps its speed for this time: the
+ * following reversal is not judged where the EMF is small, so ten means of the signs of a lost lock,
+ * including the scatter, must be good before it. */
 #define MANOEUVRE_PROVING (MANOEUVRE_STEADY + DRIVE_WINDOWS(10e-3f))
 
-/* When one ends. */
+/* The limits that end a manoeuvre. */
 typedef struct {
-    uint32_t sensorless;       /* [-] 1: the control's angle shall be the estimator's; 0: the encoder's */
+    uint32_t sensorless;       /* [-] 1: control uses the estimator's angle; 0: the encoder's */
     float pole_pairs;          /* p [-] */
     float pole_pairs_inverse;  /* 1/p [-] */
     float handover_speed;      /* [rad/s] electrical */
     float fallback_speed;      /* [rad/s] electrical */
     float flux_linkage;        /* psi_f [Wb] */
     float speed_per_volt;      /* 1/psi_f [rad/s/V] */
-    float ramp;                /* of the forced frame a window [rad/s] */
-    float ease_share;          /* of the way to its speed, a window [-] */
+    float ramp;                /* rise of the forced speed per window [rad/s] */
+    float ease_share;          /* share by which it approaches its final speed per window [-] */
     float current_start;       /* of the forced frame in a start [A] */
-    float current_inverse;     /* 1 over it [1/A] */
-    float current_rise;        /* of the forced current a window [A] */
-    float current_retry;       /* of a start after one that has failed, at most [A] */
+    float current_inverse;     /* 1/current_start [1/A] */
+    float current_rise;        /* rise of the forced current per window [A] */
+    float current_retry;       /* largest current of a start after a failed one [A] */
     float current_caught;      /* along the d axis of a rotor that is caught [A] */
-    float doubtful;            /* current below which the loss of a leg is in doubt [A]; 0: never */
+    float doubtful;            /* smaller currents leave the sign of a leg's loss uncertain [A]; 0: never */
     float align_speed;         /* of the forced frame in an alignment [rad/s] electrical */
     float swing_square;        /* omega_e^2 per ampere up to which a forced rotor swings [rad^2/s^2/A] */
-    uint32_t align_windows;    /* [windows] of it */
-    uint32_t fallback_periods; /* [periods] that the EMF may be gone in a reversal */
+    uint32_t align_windows;    /* [windows] duration of an alignment */
+    uint32_t fallback_periods; /* [periods] for which the EMF may be missing in a reversal */
     uint32_t start_tries;      /* [-] */
-    uint32_t smooth;           /* [-] 1: the speed is that without the loop's proportional part */
+    uint32_t smooth;           /* [-] 1: the speed is used without the loop's proportional part */
     uint32_t slow_loop;        /* [-] 1: the tracking loop is too slow for inertia and current limit */
     uint32_t judging;          /* [-] 1: the lock is judged */
-    int32_t encoder_fault;     /* [-] encoder_fault_reaction_t: what to do with an encoder that is wrong */
+    int32_t encoder_fault;     /* [-] encoder_fault_reaction_t: reaction to a wrong encoder */
 } manoeuvres_limits_t;
 
 typedef struct {
@@ -131,22 +132,22 @@ typedef struct {
     run_tuning_t run;
 } manoeuvres_tuning_t;
 
-/* Locks that were lost. */
+/* The lost locks. */
 typedef struct {
-    uint32_t count;    /* [-] since the bridge came on */
-    uint32_t clock[2]; /* [windows] of the last two */
-    uint32_t relocks;  /* [-] catches since the last one whose lock was not proved */
+    uint32_t count;    /* [-] since the bridge was switched on */
+    uint32_t clock[2]; /* [windows] times of the last two */
+    uint32_t relocks;  /* [-] catches since the last one without a proved lock */
 } manoeuvres_losses_t;
 
-/* A forced frame. */
+/* State of a forced frame. */
 typedef struct {
     float wanted;      /* current [A] */
-    float needed;      /* of it, as last seen [A] */
+    float needed;      /* part that the load needs, as last measured [A] */
     float emf_length;  /* low-passed [V] */
-    float quickness;   /* of the ramp in this start [-] */
+    float quickness;   /* factor of the ramp in this start [-] */
     float speed;       /* at the end of the next window [rad/s], electrical */
-    float current;     /* likewise [A] */
-    uint32_t stalling; /* [windows] with less EMF than a rotor that follows has */
+    float current;     /* at the end of the next window [A] */
+    uint32_t stalling; /* [windows] in which the EMF was smaller than that of a rotor that follows */
 } manoeuvres_forced_t;
 
 typedef struct {
@@ -157,65 +158,67 @@ typedef struct {
     run_t run;
 
     int32_t now;           /* [-] manoeuvre_t */
-    uint32_t sensorless;   /* [-] 1: the control's angle is the estimator's; 0: the encoder's */
-    uint32_t encoder_lost; /* [-] 1: it is so because the encoder was wrong; until the bridge goes off */
+    uint32_t sensorless;   /* [-] 1: control uses the estimator's angle; 0: the encoder's */
+    uint32_t encoder_lost; /* [-] 1: the encoder was wrong; until the bridge is switched off */
     uint32_t clock;        /* [windows] */
-    uint32_t windows;      /* [windows] in this manoeuvre, or of run since it has passed zero speed */
+    uint32_t windows;      /* [windows] in this manoeuvre, or in run since zero speed was passed */
     uint32_t entered;      /* [windows] number of the setpoint that began the newest catch */
-    uint32_t tracking;     /* [-] 1: the loop tracks; 0: the observer alone is stepped */
-    uint32_t start_try;    /* [-] number of this start, from 1; 0: none, or done */
+    uint32_t tracking;     /* [-] 1: the loop tracks; 0: only the observer is stepped */
+    uint32_t start_try;    /* [-] number of this start, from 1; 0: none, or finished */
     manoeuvres_losses_t losses;
-    uint32_t other_source;  /* [-] 1: position_source has changed under way */
-    uint32_t reversing;     /* [-] 1: run passes zero speed, where nothing is judged once the EMF is small */
-    uint32_t judged;        /* [-] 1: control turns with an estimate that may be judged */
-    uint32_t proving;       /* [windows] for which a rotor that was caught again still keeps its speed */
+    uint32_t other_source;  /* [-] 1: position_source has changed while running */
+    uint32_t reversing;     /* [-] 1: run passes zero speed, and nothing is judged while the EMF is small */
+    uint32_t judged;        /* [-] 1: control uses an estimate that may be judged */
+    uint32_t proving;       /* [windows] for which a rotor that was caught again keeps its speed */
     uint32_t slow_periods;  /* [periods] without an EMF */
     uint32_t sound_windows; /* [windows] since the start succeeded */
-    uint32_t unlocked;      /* [-] 1: a sign of a lost lock stands */
+    uint32_t unlocked;      /* [-] 1: a sign of a lost lock is present */
     uint32_t failed;        /* [-] MANOEUVRE_... bits that stop the drive */
     float omega_ref;        /* of the last window of run [rad/s], electrical */
-    float omega_m_proved;   /* the speed that is kept meanwhile [rad/s], mechanical */
+    float omega_m_proved;   /* the speed that is kept while proving [rad/s], mechanical */
     manoeuvres_forced_t forced;
 } manoeuvres_t;
 
-/* What a window brings. */
+/* The inputs of a window. */
 typedef struct {
-    const estimate_t *estimate; /* at its end; its EMF the mean of the window, turned there */
+    const estimate_t *estimate; /* at its end; the EMF is the mean of the window, turned to its end */
     dq_t current;               /* mean in the estimate's frame [A] */
     ab_t sample;                /* the current at its end [A] */
     float scatter;              /* mean square of the detector [-] */
     uint32_t tracked;           /* [periods] in which the loop tracked */
     position_t encoder;         /* at its end */
-    float omega_m;              /* [rad/s] mechanical, of the rotor as it is believed at its end */
+    float omega_m;              /* [rad/s] mechanical, assumed speed of the rotor at its end */
     run_wish_t wish;
-    uint32_t losses;   /* [-] not 0: the guard says that the lock is lost */
-    int32_t outcome;   /* [-] catch_outcome_t of the catch under way */
-    uint32_t setpoint; /* [windows] number of the setpoint that was in force */
+    uint32_t losses;   /* [-] not 0: the guard reports that the lock is lost */
+    int32_t outcome;   /* [-] catch_outcome_t of the active catch */
+    uint32_t setpoint; /* [windows] number of the setpoint that was active */
 } manoeuvres_input_t;
 
-/* Coefficients, those that a set leaves at 0 by their rules. For the background. */
+/* Computes the coefficients; parameters that are 0 are replaced by their rules. For the background. */
 manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t *believed);
 reference_tuning_t reference_prepare(const params_t *params, const believed_t *believed);
 
-/* These coefficients; off. */
+/* Takes these coefficients; off. */
 void manoeuvres_init(manoeuvres_t *m, const manoeuvres_tuning_t *tuning);
 
-/* New coefficients; what is under way goes on. */
+/* Takes over new coefficients; the active manoeuvre continues. */
 void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning);
 
-/* The bridge comes on: catch, or with the encoder run, at this mechanical speed of the encoder [rad/s]. */
+/* The bridge is switched on: catch, or with the encoder run, at this
+ * mechanical speed of the encoder [rad/s]. */
 void manoeuvres_begin(manoeuvres_t *m, float omega_m, setpoint_t *setpoint);
 
-/* Under way the encoder turns out wrong: without it until the bridge goes off, from where the estimate puts
- * the rotor if its EMF says that it is locked, else caught first. */
+/* The encoder is found to be wrong while running: the drive continues without it until the bridge is switched
+ * off. It starts from the estimated angle if the EMF shows that the loop is
+ * locked, otherwise with a catch. */
 void manoeuvres_leave_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 
-/* The same, where the fast task has left it by itself. */
+/* The same after the fast task has left the encoder by itself. */
 void manoeuvres_left_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, bool to_estimate,
                              setpoint_t *setpoint);
 
-/* Is the loop that tracks beside the encoder on the rotor? Its filtered EMF lies on its q axis, in the
- * direction of rotation, and is as long as that of a rotor this fast. */
+/* True if the loop that tracks beside the encoder follows the rotor: its filtered EMF lies on its q axis, in
+ * the direction of rotation, and has the length for the rotor's speed. */
 bool manoeuvres_is_locked(const manoeuvres_t *m, const estimate_t *estimate);
 
 /* The bridge is off. */
@@ -229,17 +232,18 @@ static inline void manoeuvres_end(manoeuvres_t *m)
     m->unlocked = 0u;
 }
 
-/* The row of the present manoeuvre. */
+/* The row of the active manoeuvre. */
 const manoeuvre_row_t *manoeuvres_row(const manoeuvres_t *m);
 
-/* Is the frame that of the forced ramp? */
+/* True if the frame is that of the forced ramp. */
 static inline bool manoeuvres_forces(const manoeuvres_t *m)
 {
     return manoeuvres_row(m)->source == (int32_t)SOURCE_FORCED;
 }
 
-/* Does the rotor turn so evenly that a ripple of the EMF is not its own? In a forced frame it is a pendulum:
- * near its w_n it answers the sixth harmonic of the currents with a swing. In a catch nobody knows. */
+/* True if the rotor turns so evenly that it causes no ripple of the EMF. In a forced frame it is a pendulum:
+ * near its w_n it answers the sixth harmonic of the currents with a swing. In
+ * a catch its motion is unknown. */
 static inline bool manoeuvres_even(const manoeuvres_t *m)
 {
     const float omega_e = m->forced.speed;
@@ -247,34 +251,35 @@ static inline bool manoeuvres_even(const manoeuvres_t *m)
            (manoeuvres_forces(m) && omega_e * omega_e > m->limits.swing_square * m->forced.current);
 }
 
-/* Is anything known of the rotor's speed? Not in a catch. */
+/* True if the rotor's speed is known. It is unknown in a catch. */
 static inline bool manoeuvres_knows(const manoeuvres_t *m)
 {
     return manoeuvres_row(m)->source != (int32_t)SOURCE_CATCH;
 }
 
-/* Does control turn with an estimate that may be judged? Not in a reversal once the EMF is less than at
- * handover_speed, nor shortly after a hand-over. */
+/* True if control uses an estimate that may be judged: not in a reversal once the EMF is smaller than at
+ * handover_speed, and not shortly after a hand-over. */
 static inline bool manoeuvres_judged(const manoeuvres_t *m)
 {
     return m->judged != 0u;
 }
 
-/* May anything be learnt of the rotor? Only of one that is judged, not while it is being reversed,
- * and not for a while after a hand-over. */
+/* True if the rotor's data may be learnt: only while the estimate is judged, not during a reversal, and not
+ * for a while after a hand-over. */
 static inline bool manoeuvres_steady(const manoeuvres_t *m)
 {
     return m->judged != 0u && m->reversing == 0u && m->windows > MANOEUVRE_STEADY;
 }
 
-/* May a dither of i_d go beside the reference? Where i_d weakens the field there is no voltage for it. */
+/* True if a dither of i_d may be added to the reference. Where i_d weakens the
+ * field there is no voltage for it. */
 static inline bool manoeuvres_dithers(const manoeuvres_t *m)
 {
     return manoeuvres_steady(m) && !run_weakens(&m->run);
 }
 
-/* `setpoint`: source of the frame, references and orders of the window after the next; m->unlocked and
- * m->failed with it. */
+/* Fills `setpoint` with the source of the frame, references and orders of the window after the next; also
+ * sets m->unlocked and m->failed. */
 void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 
 #endif

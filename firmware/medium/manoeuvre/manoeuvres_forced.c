@@ -8,19 +8,18 @@
 
 #define PAUSE_PERIODS DRIVE_PERIODS(0.3f)   /* without current before another start */
 #define STALL_WINDOWS DRIVE_WINDOWS(50e-3f) /* with too little EMF */
-#define STALL_SHARE   0.6f                  /* [-] of the EMF that a rotor in step has, at least */
+#define STALL_SHARE   0.6f                  /* [-] least share of the EMF of a rotor in step */
 #define LENGTH_SHARE                                                                                         \
-    (50.0f * DRIVE_WINDOW_PERIOD) /* [-] low-pass of the EMF's length: a leg that passes zero current        \
-                                     slowly pretends one for some 20 ms */
-#define TRACK_SHARE   0.4f        /* [-] of handover_speed, from which on the loop tracks */
-#define UNTRACK_SHARE 0.3f        /* [-] likewise, below which it does not any more */
-#define REACHED_SHARE 0.02f       /* [-] of handover_speed: so near is there */
-#define RETRY_CURRENT 1.3f        /* [-] of the last try's */
-#define RETRY_RAMP    0.6f        /* [-] likewise */
+    (50.0f * DRIVE_WINDOW_PERIOD) /* [-] low-pass of the EMF's length, wrong for 20 ms at zero current */
+#define TRACK_SHARE   0.4f        /* [-] of handover_speed: the loop tracks above this */
+#define UNTRACK_SHARE 0.3f        /* [-] of handover_speed: it stops tracking below this */
+#define REACHED_SHARE 0.02f       /* [-] of handover_speed: the speed counts as reached within this */
+#define RETRY_CURRENT 1.3f        /* [-] factor on the last try's current */
+#define RETRY_RAMP    0.6f        /* [-] factor on the last try's ramp */
 #define GRIP_MAX      0.83f       /* [-] sine of the largest load angle at which a forced frame takes over */
 #define NEED_SHARE    (5.0f * DRIVE_WINDOW_PERIOD) /* [-] low-pass of the current that the load needs */
 
-/* What has been decided of the frame, for the end of the next window. */
+/* Writes the state of the forced frame, which holds for the end of the next window, to the setpoint. */
 static void force_by(const manoeuvres_t *m, setpoint_t *setpoint)
 {
     setpoint->source = (int32_t)SOURCE_FORCED;
@@ -29,13 +28,13 @@ static void force_by(const manoeuvres_t *m, setpoint_t *setpoint)
     setpoint->omega_m_ref = m->forced.speed * m->limits.pole_pairs_inverse;
 }
 
-/* Towards `wanted` [A], by no more than the rise. */
+/* Moves the current towards `wanted` [A], by no more than the rise. */
 static void raise_current(manoeuvres_t *m, float wanted)
 {
     m->forced.current += bounds_clamp(wanted - m->forced.current, m->limits.current_rise);
 }
 
-/* A forced frame begins, ahead of the estimate or of zero by this angle [rad], at the speed that it has. */
+/* A forced frame begins, ahead of the estimate or of zero by this angle [rad], at its present speed. */
 static void begin_frame(manoeuvres_t *m, frame_change_t change, float ahead, setpoint_t *setpoint)
 {
     m->tracking = 0u;
@@ -47,8 +46,8 @@ static void begin_frame(manoeuvres_t *m, frame_change_t change, float ahead, set
     force_by(m, setpoint);
 }
 
-/* The frame turns from the first period on, in the direction that is wished for: slowly, and once round, so
- * that it takes every rotor along wherever that stands. */
+/* The frame turns from the first period on, in the requested direction: slowly and once round, so that it
+ * takes along a rotor at any angle. */
 void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const manoeuvres_limits_t *limits = &m->limits;
@@ -60,7 +59,7 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, se
     m->forced.needed = m->forced.wanted;
     m->forced.emf_length = 0.0f;
     manoeuvres_enter(m, MANOEUVRE_ALIGN);
-    /* who wanted to stop has found the rotor standing */
+    /* a stop was requested and the rotor stands */
     const float speed = input->wish.mode == RUN_STOP ? 0.0f : limits->align_speed;
     m->forced.speed = manoeuvres_wanted(m, &input->wish) < 0.0f ? -speed : speed;
     m->forced.current = 0.0f;
@@ -70,7 +69,7 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, se
 
 void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
-    const bool stops = input->wish.mode == RUN_STOP; /* the frame does not go round first */
+    const bool stops = input->wish.mode == RUN_STOP; /* a stop skips the first turn of the frame */
     raise_current(m, m->forced.wanted);
     if (m->windows >= m->limits.align_windows || stops) {
         manoeuvres_enter(m, MANOEUVRE_RAMP);
@@ -78,7 +77,8 @@ void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
     force_by(m, setpoint);
 }
 
-/* Is a leg's loss in doubt? One that dwells at zero current in a slow ramp pretends an EMF for some 20 ms. */
+/* True if the sign of a leg's loss is uncertain. A leg that stays near zero current in a slow ramp adds an
+ * error to the EMF for some 20 ms. */
 static bool leg_dwells(const manoeuvres_t *m, ab_t current)
 {
     const abc_t phases = frames_inverse_clarke(current);
@@ -87,7 +87,8 @@ static bool leg_dwells(const manoeuvres_t *m, ab_t current)
     return span.smallest < m->limits.doubtful;
 }
 
-/* Does the rotor follow? Asked from fallback_speed on. What is in doubt says nothing of the EMF's length. */
+/* True if the rotor does not follow; judged from fallback_speed on. An uncertain loss makes
+ * the length of the EMF unusable. */
 static bool stalls(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const float speed = bounds_magnitude(m->forced.speed);
@@ -95,8 +96,8 @@ static bool stalls(manoeuvres_t *m, const manoeuvres_input_t *input)
     if (!leg_dwells(m, input->sample)) {
         m->forced.emf_length = lowpass_step(m->forced.emf_length, LENGTH_SHARE, input->estimate->amplitude);
     }
-    /* along the magnet i_d > 0 takes from a salient rotor's flux; while nothing tracks the EMF is that of L_d
-     */
+    /* along the magnet i_d > 0 reduces the flux of a salient rotor; without
+     * tracking the EMF is that of L_d */
     const float tracked = input->estimate->flux;
     const bool less = m->tracking != 0u && tracked < m->limits.flux_linkage;
     const float flux = less ? tracked : m->limits.flux_linkage;
@@ -105,7 +106,7 @@ static bool stalls(manoeuvres_t *m, const manoeuvres_input_t *input)
     return m->forced.stalling >= STALL_WINDOWS;
 }
 
-/* Whether the loop tracks beside the forced frame: it does where there is EMF enough. */
+/* Decides whether the loop tracks beside the forced frame: it does where the EMF is large enough. */
 static void track_beside(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const float speed = bounds_magnitude(m->forced.speed);
@@ -121,7 +122,7 @@ static void track_beside(manoeuvres_t *m, const manoeuvres_input_t *input, setpo
     }
 }
 
-/* Names of one thing: the forced frame on its way up, through zero, or at a speed that stays. */
+/* Sets the name of the forced frame: on its way up, through zero, or at a constant speed. */
 static void name_forced(manoeuvres_t *m, float wanted)
 {
     if (bounds_within(wanted, m->limits.handover_speed)) {
@@ -131,7 +132,7 @@ static void name_forced(manoeuvres_t *m, float wanted)
     }
 }
 
-/* The current that the load needs, over some swings [A]; unknown while nothing tracks. */
+/* The current that the load needs, averaged over some swings [A]; unknown while the loop does not track. */
 static void see_need(manoeuvres_t *m, const manoeuvres_input_t *input, const setpoint_t *setpoint)
 {
     const float i_q = bounds_magnitude(input->current.q);
@@ -142,9 +143,9 @@ static void see_need(manoeuvres_t *m, const manoeuvres_input_t *input, const set
     }
 }
 
-/* The current of the forced frame: all of a start's while it speeds up or passes zero; at a speed that stays
- * what the load needs as far as it has been seen, and some more, for a step of the load is not seen before.
- */
+/* The current of the forced frame: the full start current while it accelerates or passes zero; at a constant
+ * speed the measured need of the load and a reserve, because a step of the
+ * load is not detected beforehand. */
 static void force_current(manoeuvres_t *m)
 {
     float wanted = m->forced.wanted;
@@ -156,7 +157,7 @@ static void force_current(manoeuvres_t *m)
     raise_current(m, wanted);
 }
 
-/* A start has failed by this: once more after a catch, or no more. */
+/* A start has failed for this reason: another try after a catch, or the fault if no try is left. */
 static void fail(manoeuvres_t *m, uint32_t why, setpoint_t *setpoint)
 {
     if (m->start_try >= m->limits.start_tries) {
@@ -198,7 +199,7 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setp
     force_by(m, setpoint);
     const handover_outcome_t outcome =
         handover_step(&m->handover, estimate, &m->lock, forced, input->current);
-    if (outcome == HANDOVER_GOOD) { /* nothing but the frame changes */
+    if (outcome == HANDOVER_GOOD) { /* only the frame changes */
         manoeuvres_enter_run(m, m->handover.mean, estimate->omega_smooth);
         manoeuvres_run_at(m, input, estimate->frame.omega_e, m->run.omega_m_ref, setpoint);
         setpoint->change = (int32_t)FRAME_TURNS;
@@ -211,8 +212,8 @@ void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setp
     }
 }
 
-/* From the estimate's frame into a forced one in which the same torque acts: its d axis is ahead of the
- * rotor's by the load angle. The speed is the lesser of two that can both be wrong. */
+/* Changes from the estimate's frame to a forced one in which the same torque acts: its d axis is ahead of the
+ * rotor's by the load angle. Two speeds, which can both be wrong, are available; the smaller one is used. */
 void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const estimate_t *estimate = input->estimate;

@@ -1,20 +1,22 @@
-/* What the files of manoeuvres.h share; nobody else. */
+/* Declarations shared by the files of manoeuvres.h alone. */
 #ifndef MEDIUM_MANOEUVRE_MANOEUVRES_PARTS_H
 #define MEDIUM_MANOEUVRE_MANOEUVRES_PARTS_H
 
 #include "math/bounds.h"
 #include "medium/manoeuvre/manoeuvres.h"
 
-/* Another manoeuvre begins; its rooms are entered by the caller, or by the two that follow. */
+/* Another manoeuvre begins; the caller, or one of the next two functions,
+ * initialises the modules that it uses. */
 void manoeuvres_enter(manoeuvres_t *m, manoeuvre_t manoeuvre);
 
-/* A catch of so many periods, from this speed [rad/s]; and run, from this current [A] in the rotor's frame at
- * this speed [rad/s], electrical. */
+/* Begins a catch of this many periods, from this speed [rad/s]; or run, from this current [A] in the rotor's
+ * frame at this speed [rad/s], electrical. */
 void manoeuvres_enter_catch(manoeuvres_t *m, manoeuvre_t manoeuvre, uint32_t periods, float omega_e,
                             setpoint_t *setpoint);
 void manoeuvres_enter_run(manoeuvres_t *m, dq_t current, float omega_e);
 
-/* The speed that is wished for [rad/s], electrical; a wish for a current starts in its direction. */
+/* The requested speed [rad/s], electrical; for a requested current the motor starts
+ * in the direction of the current. */
 static inline float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *wish)
 {
     switch (wish->mode) {
@@ -31,9 +33,9 @@ static inline float manoeuvres_wanted(const manoeuvres_t *m, const run_wish_t *w
     return 0.0f;
 }
 
-/* Does control turn with an estimate that may be judged? Not shortly after a hand-over, nor in a reversal
- * where there is no EMF, and should be none: its length [V] and the speed of the estimate [rad/s] are both
- * less than at handover_speed. */
+/* Updates whether control uses an estimate that may be judged: not shortly after a hand-over, and not in a
+ * reversal while no EMF is expected or present: its length [V] and the estimated speed [rad/s] are both
+ * below those at handover_speed. */
 static inline void manoeuvres_judge(manoeuvres_t *m, float amplitude, float omega_e)
 {
     const float fast = m->limits.handover_speed;
@@ -43,7 +45,7 @@ static inline void manoeuvres_judge(manoeuvres_t *m, float amplitude, float omeg
         m->now == (int32_t)MANOEUVRE_RUN && clear && m->windows > MANOEUVRE_MASKED && m->sensorless != 0u;
 }
 
-/* Run at this electrical and mechanical speed of the rotor [rad/s]; the change from one source to another
+/* Run at this electrical and mechanical speed of the rotor [rad/s]; a change of the source
  * while running keeps the voltage. */
 static inline void manoeuvres_run_at(manoeuvres_t *m, const manoeuvres_input_t *input, float omega_e,
                                      float omega_m, setpoint_t *setpoint)
@@ -59,7 +61,7 @@ static inline void manoeuvres_run_at(manoeuvres_t *m, const manoeuvres_input_t *
     m->other_source = 0u;
 }
 
-/* The manoeuvres, of one window each. */
+/* One window of each manoeuvre. */
 void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);

@@ -1,26 +1,26 @@
-/* The manoeuvres in the frame of the rotor, and what follows the catch that finds it: catch, relock, run. */
+/* The manoeuvres in the rotor's frame and the one that finds the rotor: catch, relock, run. */
 #include "medium/manoeuvre/manoeuvres_parts.h"
 
 #include "math/bounds.h"
 #include "math/trig.h"
 
-#define LOSS_WINDOWS  DRIVE_WINDOWS(2.0f)  /* in which three losses are one too many */
-#define SLOW_PERIODS  DRIVE_PERIODS(5e-3f) /* below fallback_speed when that is asked for */
-#define SOUND_WINDOWS DRIVE_WINDOWS(0.5f)  /* of run, after which a start counts as done */
-#define RELOCKS       10u                  /* [-] catches after one loss, none of which could be proved */
-#define LOCKED_ASIDE  0.3f                 /* [-] of the EMF along the q axis: 17 degrees */
-#define LOCKED_LENGTH 0.3f                 /* [-] of psi_f omega, that the EMF may be off */
-#define PASSED_SHARE  1.67f                /* [-] of fallback_speed, at which a reversal has passed zero */
+#define LOSS_WINDOWS  DRIVE_WINDOWS(2.0f)  /* time within which three losses are one too many */
+#define SLOW_PERIODS  DRIVE_PERIODS(5e-3f) /* below fallback_speed when the reference is, too */
+#define SOUND_WINDOWS DRIVE_WINDOWS(0.5f)  /* of run, after which a start counts as successful */
+#define RELOCKS       10u   /* [-] largest number of catches after one loss without a proved lock */
+#define LOCKED_ASIDE  0.3f  /* [-] of the EMF along the q axis: 17 degrees */
+#define LOCKED_LENGTH 0.3f  /* [-] of psi_f omega: largest error of the EMF */
+#define PASSED_SHARE  1.67f /* [-] of fallback_speed, at which a reversal has passed zero */
 
-/* The current along the d axis of a rotor whose lock is not proved: it makes no torque, and keeps the legs
- * out of the dead time's zone. */
+/* The current along the d axis of a rotor whose lock is not proved: it makes no torque, and keeps the
+ * legs out of the dead time's zone. */
 static inline dq_t without_torque(const manoeuvres_t *m)
 {
     return (dq_t){m->limits.current_caught, 0.0f};
 }
 
-/* The rotor turns, and the fast task has locked the loop to it. At first sight it runs; a rotor that was lost
- * is proved before. */
+/* The rotor turns, and the fast task has locked the loop to it. After a first catch run begins; a rotor
+ * that was lost is proved first. */
 static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const float omega_e = input->estimate->omega_smooth;
@@ -35,23 +35,23 @@ static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t 
     manoeuvres_run_at(m, input, omega_e, m->run.omega_m_ref, setpoint);
 }
 
-/* The loop agrees with its EMF: run from here on. A rotor that turns against the wish keeps its speed first.
- */
+/* The loop agrees with its EMF: run begins. A rotor that turns against the
+ * reference keeps its speed first. */
 static void proved(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const float omega_e = input->estimate->omega_smooth;
     const bool against = omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
     const bool speed = input->wish.mode == RUN_SPEED;
     manoeuvres_enter_run(m, without_torque(m), omega_e);
-    m->windows = MANOEUVRE_MASKED; /* judged from the next window on */
+    m->windows = MANOEUVRE_MASKED; /* the judgement starts with the next window */
     m->reversing = against && !speed;
     m->proving = against && speed ? MANOEUVRE_PROVING : 0u;
     m->omega_m_proved = m->run.omega_m_ref;
     manoeuvres_run_at(m, input, omega_e, m->run.omega_m_ref, setpoint);
 }
 
-/* A relock whose loop is locked. One that does not agree with its EMF is caught again: it has had no torque,
- * and is no loss of its own, until that has been so too often. */
+/* A relock whose loop is locked. A loop that does not agree with its EMF is caught again: it has had no
+ * torque, so this does not count as another loss, unless it happens too often. */
 static void prove_lock(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     switch (proof_step(&m->proof, input->estimate)) {
@@ -72,7 +72,7 @@ static void prove_lock(manoeuvres_t *m, const manoeuvres_input_t *input, setpoin
     }
 }
 
-/* Has the fast task begun the catch that was ordered last? */
+/* True if the fast task has begun the catch that was ordered last. */
 static inline bool has_begun(const manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     return (int32_t)(input->setpoint - m->entered) >= 0;
@@ -102,8 +102,8 @@ void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
     }
 }
 
-/* The lock is lost: caught again, unless that has been done too often, or no start has led to a run that
- * lasted. */
+/* The lock is lost: the rotor is caught again, unless the limit of losses is reached, or no
+ * start has led to a run that lasted. */
 static void lose(manoeuvres_t *m, float omega_e, setpoint_t *setpoint)
 {
     const bool often = m->losses.count >= 2u && m->clock - m->losses.clock[1] < LOSS_WINDOWS;
@@ -117,8 +117,8 @@ static void lose(manoeuvres_t *m, float omega_e, setpoint_t *setpoint)
     manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, MANOEUVRE_CATCH_PERIODS, omega_e, setpoint);
 }
 
-/* Does run pass zero speed because it was told to, or is asked for a speed that slow? Then neither loop nor
- * lock is judged where the EMF says little, and it may be gone for a while. */
+/* Detects a requested reversal through zero speed and a reference that is too slow to track. In both cases
+ * neither loop nor lock is judged where the EMF is small, and the EMF may be missing for a while. */
 static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
 {
     const float slow = m->limits.fallback_speed;
@@ -126,15 +126,15 @@ static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
         m->reversing = 1u;
     } else if (m->reversing != 0u && omega_ref * omega > 0.0f && !bounds_within(omega, PASSED_SHARE * slow)) {
         m->reversing = 0u;
-        m->windows = 0u; /* the mask of a hand-over */
+        m->windows = 0u; /* the masking time of a hand-over */
     }
     m->omega_ref = omega_ref;
 }
 
-/* Was the EMF gone for longer than a reversal may take, or half of that without a change of direction, or at
- * a wish that is too slow to track, or while the loop has a speed at which there is one, or does not settle?
- * It is the mean along the axis that tells: noise has a length, too. While the loop coasts it is old and says
- * nothing. */
+/* True if the EMF was missing for longer than a reversal may take. Half of that time is the limit without a
+ * change of direction, for a reference that is too slow to track, for a loop whose speed should make an EMF,
+ * and for a loop that does not settle. The mean along the axis is judged, because noise has a length, too.
+ * While the loop coasts the EMF is old and is not judged. */
 static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const manoeuvres_limits_t *limits = &m->limits;
@@ -162,8 +162,8 @@ bool manoeuvres_is_locked(const manoeuvres_t *m, const estimate_t *estimate)
            bounds_within(along - expected, LOCKED_LENGTH * expected);
 }
 
-/* position_source has changed under way, and nothing says that the loop, which tracked beside the encoder, is
- * on the rotor: it is locked to where the encoder has it. */
+/* position_source has changed while running, and nothing shows that the loop, which tracked beside the
+ * encoder, follows the rotor: the loop is locked to the angle of the encoder. */
 static void lock_to_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const float omega_e = input->encoder.omega_e;
@@ -204,14 +204,14 @@ static void run(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *se
     }
 }
 
-/* A rotor that was caught again against the wish keeps its speed until its lock is judged. One that has been
- * lost twice is not reversed by a closed loop then, but in the forced frame. */
+/* A rotor that was caught again while turning against the reference keeps its speed until its lock is judged.
+ * After two losses the closed loop does not reverse it; the forced frame does. */
 static void prove(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     manoeuvres_input_t kept = *input;
     m->proving--;
     if (input->wish.mode != RUN_SPEED || input->wish.omega_m_ref * m->omega_m_proved >= 0.0f) {
-        m->proving = 0u; /* the wish has changed */
+        m->proving = 0u; /* the reference has changed */
         run(m, input, setpoint);
         return;
     }
@@ -240,7 +240,7 @@ void manoeuvres_left_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, b
     run_keep_low(&m->run, true);
     if (to_estimate) {
         manoeuvres_enter_run(m, input->current, estimate->omega_smooth);
-        m->windows = MANOEUVRE_MASKED; /* judged from the next window on */
+        m->windows = MANOEUVRE_MASKED; /* the judgement starts with the next window */
     } else {
         manoeuvres_enter(m, MANOEUVRE_RELOCK);
         m->tracking = 0u;
@@ -263,7 +263,7 @@ void manoeuvres_leave_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, 
     }
 }
 
-/* With the encoder there is nothing else; out of another manoeuvre it takes the current along. */
+/* With the encoder run is the only manoeuvre; the current of another manoeuvre is taken over. */
 void manoeuvres_run_on_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     if (m->now != (int32_t)MANOEUVRE_RUN) {

@@ -3,7 +3,7 @@
 #include "math/bounds.h"
 #include "math/periods.h"
 
-#define ASIDE_SHARE 0.5f /* [-] of what lies along the axis: 27 degrees */
+#define ASIDE_SHARE 0.5f /* [-] of the component along the axis: 27 degrees */
 #define LENGTH_MIN  0.5f /* [-] of psi_f |omega| */
 #define LENGTH_MAX  2.0f /* [-] */
 
@@ -35,7 +35,7 @@ void proof_enter(proof_t *proof)
     proof->periods = 0u;
 }
 
-/* Is the window's EMF where the loop has it, and as long as its speed makes it? */
+/* True if the window's EMF lies along the loop's axis, and has the length for the loop's speed. */
 static bool agrees(const proof_t *proof)
 {
     const float along = proof->emf.q;

@@ -1,11 +1,12 @@
-/* Proof: is a loop that has just been locked on the rotor? Several windows of the EMF in the loop's own frame
- * have to agree, one after the other, before control has torque by this angle:
+/* Proof: judges whether a loop that has just been locked follows the rotor. Several windows of the EMF in the
+ * loop's own frame must agree in a row before control applies torque by this angle:
  *
- *     |sum e_d| < 0.5 sum e_q sign(omega)                        its mean lies along the estimated axis,
- *     0.5 < sum e_q sign(omega) / sum psi_a |omega| < 2.0        with the length that the speed makes of it
+ *     |sum e_d| < 0.5 sum e_q sign(omega)                        the mean lies along the estimated axis,
+ *     0.5 < sum e_q sign(omega) / sum psi_a |omega| < 2.0        with the length for the loop's speed
  *
- * A window has PROOF_TIME of periods in which the loop tracks; what acted in the others is in doubt. One that
- * does not agree begins the count anew, and PROOF_LONGEST without enough of them is a failure.
+ * A window consists of PROOF_TIME of periods in which the loop tracks; the voltage of the others is
+ * uncertain. A window that does not agree restarts the count, and the proof fails after
+ * PROOF_LONGEST without enough windows.
  *
  * One step per T; bounded, no division. */
 #ifndef MEDIUM_MANOEUVRE_PROOF_H
@@ -18,12 +19,12 @@
 #include "math/frames.h"
 
 #define PROOF_TIME    2e-3f  /* [s] of a window */
-#define PROOF_WINDOWS 4u     /* [windows] that have to agree, one after the other */
+#define PROOF_WINDOWS 4u     /* [windows] that must agree, in a row */
 #define PROOF_LONGEST 50e-3f /* [s] */
 
 typedef struct {
     uint32_t window;  /* [periods] of a window */
-    uint32_t longest; /* [periods] that the proof may take */
+    uint32_t longest; /* [periods] longest duration of the proof */
 } proof_tuning_t;
 
 typedef struct {
@@ -31,7 +32,7 @@ typedef struct {
     dq_t emf;         /* sum in this window, q in the direction of rotation [V] */
     float expected;   /* sum of psi_a |omega| [V] */
     uint32_t tracked; /* [periods] of this window */
-    uint32_t agreed;  /* [windows] so far, without a break */
+    uint32_t agreed;  /* [windows] that agreed so far, in a row */
     uint32_t periods; /* [periods] so far */
 } proof_t;
 
@@ -40,10 +41,10 @@ typedef enum { PROOF_GOES_ON, PROOF_GOOD, PROOF_FAILED } proof_outcome_t;
 /* T [s]. Divisions: for the background. */
 proof_tuning_t proof_prepare(float period);
 
-/* These coefficients; nothing has been seen. */
+/* Takes these coefficients; nothing has been measured yet. */
 void proof_init(proof_t *proof, const proof_tuning_t *tuning);
 
-/* New coefficients; what has been seen stays. */
+/* Takes over new coefficients; the state is kept. */
 static inline void proof_take(proof_t *proof, const proof_tuning_t *tuning)
 {
     proof->tuning = *tuning;

@@ -3,11 +3,12 @@
 #include "math/filter.h"
 #include "math/root.h"
 
-/* Of the speed control that is slowed down because it oscillates [-]. */
+/* Factor on the speed control when it is made slower because it oscillates [-]. */
 #define CALMER     0.5f /* each time */
 #define CALM_LEAST 0.25f
 
-/* [-] by which the limits of i_q, which are those of two steps ago, are no limit of the torque. */
+/* [-] factor by which the limits of i_q, which are two steps old, are widened so
+ * that they do not limit the torque. */
 #define ROOM_SPARE 1.05f
 
 void run_init(run_t *run, const run_tuning_t *tuning)
@@ -48,9 +49,8 @@ void run_calm(run_t *run, bool whole)
 
 /* ---- i_d ---- */
 
-/* Size of the i_d of most torque per ampere beside this i_q [A]: 2 D i_q^2/(psi_f + sqrt(psi_f^2 + 4 D^2
- * i_q^2)).
- */
+/* Magnitude of the i_d of most torque per ampere beside this i_q [A]: 2 D i_q^2/(psi_f
+ * + sqrt(psi_f^2 + 4 D^2 i_q^2)). */
 static float most_per_ampere(const run_t *run, float i_q)
 {
     const float lean = 2.0f * run->tuning.saliency * i_q;
@@ -58,7 +58,7 @@ static float most_per_ampere(const run_t *run, float i_q)
     return lean * i_q / (1.0f + square * inverse_root(square));
 }
 
-/* i_d of a salient rotor [A]. It follows i_q in some steps, for i_q follows it. */
+/* i_d of a salient rotor [A]. It follows i_q in several steps, because i_q depends on it. */
 static float salient(run_t *run, float i_q, float low)
 {
     const run_tuning_t *tuning = &run->tuning;
@@ -68,7 +68,7 @@ static float salient(run_t *run, float i_q, float low)
     return run->i_d_left - (run->i_d_low > run->i_d_mtpa ? run->i_d_low : run->i_d_mtpa);
 }
 
-/* i_d that is not wished for [A] beside an i_q [A], the voltage apart. */
+/* i_d beyond the requested one [A] beside an i_q [A], without the effect of the voltage. */
 static float unweakened(run_t *run, float i_q, float omega_e)
 {
     const run_tuning_t *tuning = &run->tuning;
@@ -98,9 +98,10 @@ float run_room(const run_t *run)
     return looks && most < room ? most : room;
 }
 
-/* Of the torque as a current of psi_f: by heat and DC link, longest vector and voltage. Where the voltage may
- * limit, i_d goes to where there is most torque only if that much may be wished for: so there it is the i_d
- * of the limit that makes a torque of i_q, and what is left of i_q in the fast task has the last word. */
+/* Limits of the torque as a current of psi_f: by heat and DC link, by the longest vector and by the
+ * voltage. Where the voltage may limit, i_d reaches the value of most torque only if that torque may
+ * be requested. The limit is therefore the torque of i_q with the i_d at the limit, and the fast
+ * task limits i_q to what remains. */
 static bounds_t torque_limits(const run_t *run)
 {
     const weakening_t *weakening = &run->weakening;
@@ -114,7 +115,7 @@ static bounds_t torque_limits(const run_t *run)
     return limits;
 }
 
-/* To where the torque may have grown at the end of this step. */
+/* Limits to which the torque may have grown at the end of this step. */
 static bounds_t grown(const run_t *run)
 {
     const float last = run->torque;
@@ -122,7 +123,7 @@ static bounds_t grown(const run_t *run)
                       (last > 0.0f ? last : 0.0f) + run->tuning.slew};
 }
 
-/* The torque of the speed control, and how the periods until the next step change it with the speed. */
+/* The torque of the speed control, and its change with the speed in the periods until the next step. */
 static void follow_speed(run_t *run, float omega_m, bounds_t limits)
 {
     const float kp = run->speed.pi.tuning.kp;
@@ -138,7 +139,7 @@ static void follow_speed(run_t *run, float omega_m, bounds_t limits)
     run->stiffness = kp;
 }
 
-/* The torque that is wished for [N m]. The speed control follows it. */
+/* The requested torque [N m]. The speed control follows it. */
 static void follow_torque(run_t *run, float wanted, float omega_m, bounds_t limits)
 {
     const float torque = bounds_between(run->tuning.per_torque * wanted, limits);
@@ -149,8 +150,8 @@ static void follow_torque(run_t *run, float wanted, float omega_m, bounds_t limi
     speed_control_reset(&run->speed, run->torque, omega_m);
 }
 
-/* The current that makes the torque [A]: i_d from the i_q that it takes beside the i_d of the last step, and
- * by what the voltage leaves; of i_q psi_f/psi_a. */
+/* The current that makes the torque [A]: i_d from the i_q that is needed beside the i_d of the last step, and
+ * from the voltage limit; i_q is psi_f/psi_a of the torque. */
 static dq_t current_of(run_t *run, float i_d_wanted, float omega_e)
 {
     const bool salient_rotor = run->tuning.saliency > 0.0f;

@@ -3,28 +3,28 @@
  *     i_q_ref = kp (b omega_ref - omega) + I, within +-current_limit
  *     dI/dt   = ki (omega_ref - omega)
  *
- * b, the weight of the reference in the proportional part, places the zero that a PI makes of a reference
- * step: 1 is the paper's PI, which runs past it; 0 (I-P) leaves the integral alone to raise the torque, and
- * with damping enough nothing runs past. What disturbs the shaft is answered alike. At the limit the integral
- * gets what the reference would have got that makes just the limit (math/pi.h): ki T/(b kp) of the shortfall;
- * but no faster than in 10 ms, for noise is cut off at the limit on one side only, and an integral that
- * followed it at once would sink.
+ * b, the weight of the reference in the proportional part, places the zero that a PI adds to the response to
+ * a reference step: 1 is the paper's PI, which overshoots; with 0 (I-P) only the integral raises the torque,
+ * and with sufficient damping there is no overshoot. The response to a disturbance of the shaft does not
+ * depend on b. At the limit the integral follows the reference that would just reach the limit (math/pi.h):
+ * ki T/(b kp) of the shortfall; but no faster than in 10 ms, because noise is cut off at the limit on one
+ * side only, and an integral that followed it at once would sink.
  *
  * The paper prints no units; k_p 0.5 A/(rad/s), k_i 2.5 A/rad, mechanical, +-10 A fit its figures
  * (docs/theory.md, 17). While the output is at its limit the integral is back-calculated (math/pi.h).
  *
- * The slow parts, the reference and I, may be computed less often and later than the rest: the task that
- * has the speed takes kp omega from speed_control_standing() in every period. A proportional part that is
- * late by a time t takes kp omega_x t of phase from the damping of a shaft that swings with omega_x.
+ * The slow parts, the reference and I, may be computed less often and later than the rest: the task that has
+ * the speed subtracts kp omega from speed_control_standing() in every period. A proportional part that is
+ * late by a time t reduces the damping of a shaft that swings with omega_x by kp omega_x t of phase.
  *
- * Does not handle: sharing the limit with a d-axis current, ramps of the reference, electrical speeds (divide
- * by the pole pairs first). */
+ * Does not handle: sharing the limit with a d-axis current, ramps of the reference, electrical speeds
+ * (divide by the pole pairs first). */
 #ifndef MEDIUM_MANOEUVRE_SPEED_CONTROL_H
 #define MEDIUM_MANOEUVRE_SPEED_CONTROL_H
 
 #include "math/pi.h"
 
-/* Shortest time in which the integral follows what the limit has cut off [s]. */
+/* Shortest time in which the integral follows the part that the limit has cut off [s]. */
 #define SPEED_CONTROL_BACK_TIME 10e-3f
 
 typedef struct {
@@ -37,7 +37,7 @@ typedef struct {
 
 typedef struct {
     float current_limit; /* [A] */
-    float kick;          /* kp (1 - b): what the reference does not get [A s/rad] */
+    float kick;          /* kp (1 - b): the part without the reference [A s/rad] */
     pi_tuning_t pi;
 } speed_control_tuning_t;
 
@@ -47,10 +47,10 @@ typedef struct {
     pi_t pi;             /* output and kick times reference [A], error [rad/s] mechanical */
 } speed_control_t;
 
-/* Coefficients. One division. */
+/* Computes the coefficients. One division. */
 speed_control_tuning_t speed_control_prepare(const speed_control_params_t *params);
 
-/* The same loop, slower: its bandwidth times `factor` [-], 0..1, with its damping. No division. */
+/* The same control, slower: its bandwidth times `factor` [-], 0..1, with the same damping. No division. */
 static inline speed_control_tuning_t speed_control_slower(const speed_control_tuning_t *tuning, float factor)
 {
     speed_control_tuning_t slower = *tuning;
@@ -61,11 +61,11 @@ static inline speed_control_tuning_t speed_control_slower(const speed_control_tu
     return slower;
 }
 
-/* These coefficients; integral 0. */
+/* Takes these coefficients; integral 0. */
 void speed_control_init(speed_control_t *control, const speed_control_tuning_t *tuning);
 
-/* New coefficients. Beside this reference [rad/s] the next output for zero error stays: what another k_p or
- * weight keeps back goes to the integral. A lower limit acts from the next step on. */
+/* Takes over new coefficients. At this reference [rad/s] the next output for zero error is kept: the effect
+ * of another k_p or weight is moved to the integral. A lower limit acts from the next step on. */
 static inline void speed_control_take(speed_control_t *control, const speed_control_tuning_t *tuning,
                                       float omega_m_ref)
 {
@@ -75,15 +75,15 @@ static inline void speed_control_take(speed_control_t *control, const speed_cont
     pi_take(&control->pi, &tuning->pi);
 }
 
-/* Bumpless start: the next output for zero error at this speed reference [rad/s] is `current` [A], cut to the
- * limit. */
+/* Bumpless start: the next output for zero error at this speed reference
+ * [rad/s] is `current` [A], limited. */
 static inline void speed_control_reset(speed_control_t *control, float current, float omega_m_ref)
 {
     pi_reset(&control->pi, current + control->kick * omega_m_ref);
 }
 
 /* i_q [A] of the next step at speed zero: the part that follows from the reference [rad/s] and the integral,
- * not limited. With k_p of the speed taken from it, it is that of the next step. */
+ * not limited. After subtraction of k_p times the speed it is the i_q of the next step. */
 static inline float speed_control_standing(const speed_control_t *control, float omega_m_ref)
 {
     return pi_output(&control->pi, omega_m_ref) - control->kick * omega_m_ref;

@@ -8,8 +8,8 @@
 
 #define TRIM_RATE    100.0f /* [1/s] */
 #define TRIM_MOST    0.2f   /* [-] */
-#define TRIM_FORGETS 0.9f   /* [-] of it is left a step later, while the voltage does not limit */
-#define ASKED_MOST   1.3f   /* [-] of `use`, that a voltage which is asked for counts */
+#define TRIM_FORGETS 0.9f   /* [-] share that remains one step later, while the voltage does not limit */
+#define ASKED_MOST   1.3f   /* [-] of `use`: a requested voltage counts up to this */
 #define FLUX_SHARE   0.5f   /* low-pass of psi_m: link and speed are noisy [-] */
 #define HALVINGS     12     /* of the range of i_d: 10 A to 3 mA */
 #define FLUX_LEAST   0.1f   /* least psi_a [-] of psi_f */
@@ -39,9 +39,8 @@ void weakening_init(weakening_t *weakening, const weakening_tuning_t *tuning)
     weakening_take(weakening, tuning);
 }
 
-/* i_d where circle and ellipse meet [A]: -c/(L_d psi_f + sqrt(L_d^2 psi_f^2 + (L_q^2 - L_d^2) c)), c =
- * psi_f^2
- * + L_q^2 I^2 - psi_m^2; above zero where the circle lies within. */
+/* i_d at the intersection of circle and ellipse [A]: -c/(L_d psi_f + sqrt(L_d^2 psi_f^2 + (L_q^2 - L_d^2)
+ * c)), c = psi_f^2 + L_q^2 I^2 - psi_m^2; above zero where the circle lies within. */
 static float where_they_meet(const weakening_t *weakening)
 {
     const weakening_tuning_t *tuning = &weakening->tuning;
@@ -53,8 +52,8 @@ static float where_they_meet(const weakening_t *weakening)
     return -c / (along + root_or_none(along * along + across * c));
 }
 
-/* i_d of the most torque on the ellipse [A]: psi_d = -2 D psi_m^2/(L_q psi_f + sqrt(L_q^2 psi_f^2 + 8 D^2
- * psi_m^2)). */
+/* i_d of the most torque on the ellipse [A]: psi_d = -2 D psi_m^2/(L_q psi_f +
+ * sqrt(L_q^2 psi_f^2 + 8 D^2 psi_m^2)). */
 static float most_per_volt(const weakening_t *weakening)
 {
     const weakening_tuning_t *tuning = &weakening->tuning;
@@ -70,7 +69,7 @@ static float active_flux(const weakening_tuning_t *tuning, float i_d)
     return bounds_more(tuning->flux_linkage - tuning->saliency * i_d, FLUX_LEAST * tuning->flux_linkage);
 }
 
-/* i_d, i_q and torque where there is most of it. */
+/* i_d, i_q and torque at the point of most torque. */
 static void limit(weakening_t *weakening)
 {
     const weakening_tuning_t *tuning = &weakening->tuning;
@@ -88,7 +87,7 @@ static void limit(weakening_t *weakening)
     weakening->torque_limit = weakening->torque_share * i_q;
 }
 
-/* What the voltage that is asked for has beyond u, or short of it. */
+/* The trim follows the difference between the requested voltage and u. */
 static void trim(weakening_t *weakening, float u, dq_t voltage)
 {
     if (weakening->weakens == 0u) {
@@ -124,8 +123,8 @@ void weakening_look(weakening_t *weakening, float u_dc, float omega_e, dq_t volt
     limit(weakening);
 }
 
-/* Does this torque over 1.5 p [Wb A] with this i_d [A] take more flux than psi_m? psi_d^2 + (L_q T/psi_a)^2
- * without the division. */
+/* True if this torque over 1.5 p [Wb A] with this i_d [A] needs more flux than psi_m: psi_d^2 + (L_q
+ * T/psi_a)^2 without the division. */
 static bool is_beyond(const weakening_t *weakening, float i_d, float torque)
 {
     const weakening_tuning_t *tuning = &weakening->tuning;
@@ -136,7 +135,7 @@ static bool is_beyond(const weakening_t *weakening, float i_d, float torque)
            flux_a * flux_a * (weakening->flux_most * weakening->flux_most - flux_d * flux_d);
 }
 
-/* The largest i_d from i_d_limit to `most` with which the ellipse has this torque. */
+/* The largest i_d from i_d_limit to `most` at which the ellipse permits this torque. */
 static float bisect(const weakening_t *weakening, float torque, float most)
 {
     float low = weakening->i_d_limit;
@@ -152,7 +151,7 @@ static float bisect(const weakening_t *weakening, float torque, float most)
     return low;
 }
 
-/* R (i n): what R takes of the voltage in the direction of the EMF. */
+/* R (i n): the voltage over R in the direction of the EMF. */
 static void note_drop(weakening_t *weakening, float i_d, float i_q, float omega_e)
 {
     const weakening_tuning_t *tuning = &weakening->tuning;

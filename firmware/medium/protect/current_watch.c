@@ -4,29 +4,29 @@
 #include "math/periods.h"
 #include "math/trig.h"
 
-#define DEAD_VECTOR   1.33333333f /* [-] of a leg's loss: that of three legs together */
-#define WRONG_R       0.5f        /* [-] of R that may be wrong */
-#define HELD_SHARE    0.25f       /* [-] of what the dead time takes, while a current stays as it is */
-#define STUCK_SHARE   0.05f       /* [-] of the range: limit of what must have flowed */
-#define STUCK_TIME    0.4e-3f     /* [s] in which a value that is stuck has not moved */
+#define DEAD_VECTOR   1.33333333f /* [-] of a leg's loss: the sum of three legs */
+#define WRONG_R       0.5f        /* [-] of R: assumed error */
+#define HELD_SHARE    0.25f       /* [-] of the dead-time loss, while a current stays constant */
+#define STUCK_SHARE   0.05f       /* [-] of the range: limit of the current that must have flowed */
+#define STUCK_TIME    0.4e-3f     /* [s] for which a stuck value has not changed */
 #define STILL_TIME    1.2e-3f     /* [s] the same for a value near zero ... */
-#define JUMP_TIME     0.6e-3f     /* [s] ... that no current can have come to */
-#define LONG_STILL    15e-3f  /* [s] in which no value that belongs to a current stays, where others move */
-#define BESIDE_SHARE  0.002f  /* [-] of the range: what another has moved by then, four codes */
-#define URGENT        3.0f    /* [-] limits, beyond which it is told after those of a jump, whatever it is */
-#define SURPRISE      0.15f   /* [-] of the range: what the observer may miss a current by */
-#define JUMP_SHARE    0.5f    /* [-] of p, which may be wrong by L */
-#define GAIN_SHARE    0.03f   /* [-] of the range: shortest Dp */
-#define GAIN_MIN      0.65f   /* [-] L believed 30 % too small: 0.7 */
-#define GAIN_MAX      1.45f   /* [-] L believed 30 % too large: 1.3 */
-#define GAIN_RATIO    1.2f    /* [-] of two sensors, where L is the same along all axes */
-#define GAIN_SWING    3.0f    /* [-] Dp over what the EMF of a rotor that swings may pretend */
-#define GAIN_PAIR     2.5f    /* [-] of the shortest Dp^2, that one sensor's must have to be compared */
-#define NONE_SHARE    0.0075f /* [-] of the range: what a phase without current may show */
-#define CARRIES_SHARE 0.02f   /* [-] of the range: what another must carry, and what is asked for */
+#define JUMP_TIME     0.6e-3f     /* [s] ... that was reached by a jump which no current can make */
+#define LONG_STILL    15e-3f      /* [s] longest time without a change of a sound value while others change */
+#define BESIDE_SHARE  0.002f      /* [-] of the range: change of another sensor by then, four codes */
+#define URGENT        3.0f    /* [-] of the limit: beyond it any stuck value is reported after JUMP_TIME */
+#define SURPRISE      0.15f   /* [-] of the range: largest observer error of a sound current */
+#define JUMP_SHARE    0.5f    /* [-] of p: error by a wrong L */
+#define GAIN_SHARE    0.03f   /* [-] of the range: smallest Dp */
+#define GAIN_MIN      0.65f   /* [-] assumed L 30 % too small: 0.7 */
+#define GAIN_MAX      1.45f   /* [-] assumed L 30 % too large: 1.3 */
+#define GAIN_RATIO    1.2f    /* [-] of two sensors, if L is the same along all axes */
+#define GAIN_SWING    3.0f    /* [-] Dp over the error by the EMF of a rotor that swings */
+#define GAIN_PAIR     2.5f    /* [-] of the smallest Dp^2: least Dp^2 of a sensor that is compared */
+#define NONE_SHARE    0.0075f /* [-] of the range: largest value of a phase without current */
+#define CARRIES_SHARE 0.02f   /* [-] of the range: least requested current, least current of another */
 #define LOSS_TIME     3.2e-3f /* [s] */
-#define FLUX_TURN     2.6f    /* [-] of psi_f: half a turn, and psi_f believed a quarter too small */
-#define SUM_SHARE     0.08f   /* [-] of the range */
+#define FLUX_TURN     2.6f  /* [-] of psi_f: half a turn, and an assumed psi_f that is a quarter too small */
+#define SUM_SHARE     0.08f /* [-] of the range */
 
 current_watch_tuning_t current_watch_prepare(const current_watch_params_t *params)
 {
@@ -133,8 +133,8 @@ static void see_window(current_watch_window_t *window, const current_watch_t *wa
     window->reverse = 2.0f * bounds_magnitude(emf) + window->emf;
 }
 
-/* The value that a sensor shows from here on is suspected. It must not move for so long: the noise of a wire
- * without current is a code or two. */
+/* The present value of a sensor is suspected. It must not change for this time: the noise of a wire
+ * without current is one or two codes. */
 static void suspect(current_watch_t *watch, uint32_t n, float value, float beside, float p, float emf,
                     current_watch_still_t near_zero)
 {
@@ -149,18 +149,19 @@ static void suspect(current_watch_t *watch, uint32_t n, float value, float besid
     phase->sure = watch->tuning.still[bounds_within(value, watch->tuning.none) ? near_zero : STILL_STUCK];
 }
 
-/* Has the value not moved for so long that no current's does, while another sensor's has, and p went up and
- * down? A wrong belief moves p as well, but then the current follows something else, and its value moves. */
+/* True if the value has not changed for so long that it cannot be a current, while another sensor's value
+ * has changed, and p went up and down. Wrong assumed values move p as well, but then the current follows
+ * another law and its value changes. */
 static bool stands(const current_watch_tuning_t *tuning, const current_watch_phase_t *phase, float beside)
 {
     return phase->still >= tuning->long_still && phase->path > tuning->stuck &&
            !bounds_within(beside - phase->beside, tuning->beside);
 }
 
-/* A value that has not moved by a bit in all periods of a window, and of those that follow: p stands beyond
- * its doubt, or has changed by more than what is uncertain of its change while the current stays, or it does
- * not for long. A value that has jumped, whatever the EMF, or that surprises the observer, is suspected too.
- */
+/* True if a value is stuck: it has not changed by one bit in all periods of a window and the following ones,
+ * and p exceeds its uncertainty, or has changed by more than the uncertainty of its change while the current
+ * stays constant, or the value stays for too long. A value that has jumped, with any EMF, or that differs
+ * from the observer's, is suspected, too. */
 static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_window_t *window, bool moved)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
@@ -183,7 +184,7 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
         suspect(watch, n, phase->value, beside, p / window->periods, watch->emf, STILL_ZERO);
     }
     phase->still += (uint32_t)(int32_t)window->periods;
-    /* what has been believed of the rotor since then may be made of what the sensor says */
+    /* the values assumed since then may depend on the suspected sensor */
     const float emf = window->emf < phase->emf ? window->emf : phase->emf;
     const float off = bounds_magnitude(p - window->periods * phase->held);
     const float beyond = bounds_magnitude(p) - window->dead - window->resistive - emf;
@@ -198,7 +199,7 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
            stands(tuning, phase, beside);
 }
 
-/* The sensors one by one, and the wires. */
+/* Judges each sensor and the wires. */
 static uint32_t judge_phases(current_watch_t *watch, const current_watch_input_t *input,
                              const current_watch_window_t *window)
 {
@@ -212,8 +213,8 @@ static uint32_t judge_phases(current_watch_t *watch, const current_watch_input_t
     return watch->suspected != 0u ? bits | CURRENT_WATCH_MAYBE : bits;
 }
 
-/* Is it control that changes the current, in this window or the last? One that only turns may be that of a
- * rotor that swings. */
+/* True if control changes the current in this window or the last. A current that only turns may
+ * be that of a rotor that swings. */
 static void see_reference(current_watch_t *watch, dq_t reference, float largest)
 {
     const float asked = reference.d * reference.d + reference.q * reference.q;
@@ -222,7 +223,7 @@ static void see_reference(current_watch_t *watch, dq_t reference, float largest)
     watch->asked = asked;
 }
 
-/* What the next window begins with. */
+/* Stores the values with which the next window begins. */
 static void remember(current_watch_t *watch, const current_watch_window_t *window, bool comparable)
 {
     watch->windows = !comparable ? 1u : watch->windows + (watch->windows < 3u ? 1u : 0u);

@@ -1,23 +1,22 @@
-/* The gain of the current sensors: the measured change of the current against that which the voltage has
- * made.
- */
+/* The gain of the current sensors: the measured change of the current compared
+ * with the change by the voltage. */
 #include "medium/protect/current_watch_parts.h"
 
 #include "math/bounds.h"
 
-#define GAIN_TURN    64.0f /* [-] Dp^2 over what the EMF's own turn may pretend, squared */
-#define GAIN_SIDE    1.1f  /* [-] from which on one window's ratio takes a side */
-#define GAIN_CURRENT 2.0f  /* [-] of what a phase carries, that one must: a catch is no measurement */
-#define GAIN_SANE    0.35f /* [-] what is less, or more than its inverse, is a sample gone wrong */
-#define GAIN_MOST    64.0f /* [-] of a window's Dp^2: then the sums begin anew */
+#define GAIN_TURN    64.0f /* [-] Dp^2 over the error by the turn of the EMF, squared */
+#define GAIN_SIDE    1.1f  /* [-] ratio from which one window takes a side */
+#define GAIN_CURRENT 2.0f  /* [-] of the largest phase current: least current of this phase */
+#define GAIN_SANE    0.35f /* [-] a smaller ratio, or one above its inverse, is an invalid sample */
+#define GAIN_MOST    64.0f /* [-] of a window's Dp^2: above this the sums restart */
 #define GAIN_WINDOWS 2u    /* [windows] of one side */
-#define GAIN_SIGMAS  9.0f  /* [-] of noise, squared, that a sum must be beyond its limit */
-#define NOISE_LEAST  0.1f  /* [-] of the shortest Dp^2: less is none */
-#define NOISE_MOST   0.1f  /* [-] likewise, of noise */
+#define GAIN_SIGMAS  9.0f  /* [-] of noise, squared: least excess of a sum over its limit */
+#define NOISE_LEAST  0.1f  /* [-] of the smallest Dp^2: noise below this is ignored */
+#define NOISE_MOST   0.1f  /* [-] of the smallest Dp^2: largest noise */
 #define NOISE_SHARE  0.05f /* [-] of a window in the mean noise */
-#define ZONE_SHARE   0.67f /* [-] of it, above which the loss of a leg stays as it is */
+#define ZONE_SHARE   0.67f /* [-] of the zone: above this the loss of a leg is constant */
 
-/* Does the loss of a leg stay as it is, for all of three window's ends? */
+/* True if the loss of a leg is constant at all three window ends. */
 static inline bool keeps_sign(const current_watch_tuning_t *tuning, const current_watch_phase_t *phase,
                               float value)
 {
@@ -27,14 +26,14 @@ static inline bool keeps_sign(const current_watch_tuning_t *tuning, const curren
            (value < -zone && phase->value < -zone && first < -zone);
 }
 
-/* The side that a ratio takes. */
+/* The side of a ratio. */
 static inline int32_t side_of(float part, float whole)
 {
     return part > GAIN_SIDE * whole ? 1 : GAIN_SIDE * part < whole ? -1 : 0;
 }
 
-/* A window's squares and products into sums of one side; for another they begin anew. true: there are enough
- * windows of them. */
+/* Adds the squares and products of a window to the sums of one side; the sums restart for another side.
+ * true: there are enough windows. */
 static bool gather(current_watch_gain_t *gain, int32_t side, const float square[2], const float product[2])
 {
     if (side != gain->side || gain->square[0] + gain->square[1] > GAIN_MOST * (square[0] + square[1])) {
@@ -48,14 +47,14 @@ static bool gather(current_watch_gain_t *gain, int32_t side, const float square[
     return gain->windows >= GAIN_WINDOWS;
 }
 
-/* Is a sum beyond its limit by so much that noise does not explain it? `weight`: the sum of squares that
- * noise of one is multiplied with. */
+/* True if a sum exceeds its limit by more than noise can explain. `weight`: the sum of squares by which
+ * the noise of one is multiplied. */
 static inline bool is_beyond(float over, float noise, float weight)
 {
     return over > 0.0f && over * over > GAIN_SIGMAS * noise * weight;
 }
 
-/* Both sensors alike: the range, or L beyond what may be wrong of it. */
+/* True if the gain of both sensors is wrong: the range, or L outside its assumed error. */
 static bool is_wrong(const current_watch_tuning_t *tuning, const current_watch_gain_t *all, float noise)
 {
     const float sum = all->product[0] + all->product[1];
@@ -64,7 +63,7 @@ static bool is_wrong(const current_watch_tuning_t *tuning, const current_watch_g
            is_beyond(sum - tuning->gain_max * squares, noise, squares);
 }
 
-/* One beside the other, wherever L is. */
+/* True if one sensor differs from the other, for any L. */
 static bool is_uneven(const current_watch_tuning_t *tuning, const current_watch_gain_t *pair, float noise)
 {
     const float weight = pair->square[0] * pair->square[1] * (pair->square[0] + pair->square[1]);
@@ -94,7 +93,7 @@ bool current_watch_gain(current_watch_t *watch, const current_watch_input_t *inp
     const float turn = tuning->per_speed * window->periods * speed * window->periods * tuning->back * speed;
     const float residual[2] = {window->change[0] - phase[0].change - step[0],
                                window->change[1] - phase[1].change - step[1]};
-    if (both < NOISE_LEAST * tuning->gain_least) { /* next to nothing new: what is left is noise */
+    if (both < NOISE_LEAST * tuning->gain_least) { /* nearly no change: the difference is noise */
         const float mean = 0.5f * (residual[0] * residual[0] + residual[1] * residual[1]);
         watch->noise += NOISE_SHARE * (bounds_clamp(mean, NOISE_MOST * tuning->gain_least) - watch->noise);
         return false;

@@ -1,35 +1,35 @@
-/* The wires: phases with next to no current, or with less than they are asked for. */
+/* The wires: phases with nearly no current, or with less than the requested current. */
 #include "medium/protect/current_watch_parts.h"
 
 #include "math/bounds.h"
 
-#define ASKED_SHARE     0.25f /* [-] of what the largest phase carries, that another must be asked for */
-#define LITTLE_SHARE    0.5f  /* [-] of what is asked for: no more where the EMF contradicts */
-#define ELSEWHERE_TIMES 4u    /* [-] so much longer where the encoder may be wrong, whose watch needs 8 ms */
-#define FED_SHARE       0.1f  /* [-] of its limit, from which on nothing else is believed */
-/* Likewise, where a forced frame takes the rotor along: it does not turn by 80 degrees. */
+#define ASKED_SHARE     0.25f /* [-] of the largest phase current: least requested current of another phase */
+#define LITTLE_SHARE    0.5f  /* [-] of the requested current: limit where the EMF contradicts */
+#define ELSEWHERE_TIMES 4u    /* [-] factor on the time if the encoder may be wrong: its watch needs 8 ms */
+#define FED_SHARE       0.1f  /* [-] of its limit: from here on only this law is used */
+/* The same where a forced frame takes the rotor along, which then does not turn by 80 degrees. */
 #define FORCED_SHARE 0.5f /* [-] */
-#define ALL_SIGNS    2.0f /* [-] of the dead time's voltage, where none of the three signs is certain */
-#define NEVER_STILL  6u   /* [periods] in all of which noise lets no value stay */
+#define ALL_SIGNS    2.0f /* [-] of the dead time's voltage, if all three signs are uncertain */
+#define NEVER_STILL  6u   /* [periods] after which noise has changed every value */
 
-/* Has a value not moved for longer than noise ever lets it? */
+/* True if a value has not changed for longer than noise permits. */
 static inline bool is_still(const current_watch_t *watch, uint32_t n)
 {
     return (watch->suspected >> n & 1u) != 0u && watch->phase[n].still >= NEVER_STILL;
 }
 
-/* Towards zero by no more than `step`. */
+/* Moves the value towards zero by at most `step`. */
 static inline float shrunk(float value, float step)
 {
     return value - bounds_clamp(value, step);
 }
 
-/* Without current for so long, of the time in which it is asked for and another phase carries some; `asked`:
- * in all of the window's periods [A]. Where the EMF contradicts, a diode may carry what a switch does not:
- * half of what is asked for is none, too. Where it contradicts, but along no phase's axis, it is rather the
- * encoder that is wrong, and the dead time, made up for by a wrong angle, may hold a phase at zero for some
- * milliseconds: that takes longer. At the limit of a low link's voltage a current lags behind what is asked
- * for. */
+/* True if a phase has been without current for long enough, counted while a current is requested and another
+ * phase carries some; `asked`: in all of the window's periods [A]. If the EMF contradicts, a diode may carry
+ * the current in place of a switch: half of the requested current then counts as no current. If the EMF
+ * contradicts along no phase's axis, the encoder is probably wrong, and the dead time, compensated with a
+ * wrong angle, may hold a phase at zero for some milliseconds: the time is longer then. At the limit of a low
+ * link voltage a current lags behind the requested one. */
 static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_input_t *input,
                       const current_watch_window_t *window, float asked)
 {
@@ -50,8 +50,8 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
     return phase->absent >= (input->elsewhere ? ELSEWHERE_TIMES * tuning->absent : tuning->absent);
 }
 
-/* How much more a phase without current is fed than the magnets' flux can make of it, wherever the rotor is;
- * over that. */
+/* Voltage on a phase without current beyond the effect of the magnets' flux at any angle
+ * of the rotor, over that effect. */
 static float feed(current_watch_t *watch, uint32_t n, const current_watch_window_t *window)
 {
     current_watch_phase_t *phase = &watch->phase[n];

@@ -7,25 +7,26 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-/* [windows] after a rest until two of them are known: the EMF's turn from one to the other. */
+/* [windows] after a rest until two are known: the turn of the EMF is measured from one to the next. */
 #define FOR_A_TURN 2u
 
-/* A rotor that turns the other way: by so much of the encoder's speed, and with an EMF as long. */
+/* Limits for a rotor that turns the other way: its speed over that of the encoder, and
+ * the error of the EMF's length. */
 #define BACKWARD       0.5f   /* [-] */
-#define BACKWARD_MOST  300.0f /* [rad/s] faster, the sine of its turn says less */
+#define BACKWARD_MOST  300.0f /* [rad/s] at higher speeds the sine of its turn is less accurate */
 #define BACKWARD_ERROR 0.3f   /* [-] of psi_f |omega| */
 
-/* Of psi_f |omega|, for a rotor that turns the other way: it may be a current that runs away, and has to last
- * twice as long. */
+/* Of psi_f |omega|, for a rotor that turns the other way: a longer EMF may come from an uncontrolled
+ * current and must last twice as long. */
 #define TOO_LONG 1.5f /* [-] */
 
-#define MUCH_BESIDE 0.3f /* [-] of the EMF: more than a wrong psi_f makes */
+#define MUCH_BESIDE 0.3f /* [-] of the EMF: above the effect of a wrong psi_f */
 #define PHASE_SINE  0.4f /* [-] of three times the angle to the axis of a phase: 8 degrees */
 
 #define EMF_NOISE                                                                                            \
     2.12f /* [-] three standard deviations of the mean of two windows: of both ends, sqrt(2)/2 each */
 
-#define SAME_AXIS 0.01f /* [-] square of the sine since it came to an axis: 6 degrees */
+#define SAME_AXIS 0.01f /* [-] square of the sine since it reached an axis: 6 degrees */
 
 encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
 {
@@ -61,8 +62,8 @@ void encoder_watch_init(encoder_watch_t *watch, const encoder_watch_tuning_t *tu
     encoder_watch_take(watch, tuning);
 }
 
-/* Speed of the EMF in the encoder's frame [rad/s]: the sine of what it turns by in a judgement, the whole
- * sine where that is more than a quarter of a turn. */
+/* Speed of the EMF in the encoder's frame [rad/s]: from the sine of its turn in a judgement, and the whole
+ * sine for more than a quarter of a turn. */
 static float slip(const encoder_watch_t *watch, dq_t emf)
 {
     const dq_t last = watch->last;
@@ -72,7 +73,7 @@ static float slip(const encoder_watch_t *watch, dq_t emf)
     return watch->tuning.rate * (along > 0.0f ? cross : (cross < 0.0f ? -1.0f : 1.0f));
 }
 
-/* What a judgement sees, of one window or the mean of two. */
+/* The values of a judgement, of one window or of the mean of two. */
 typedef struct {
     float along;       /* e_q in the direction of rotation [V] */
     float length;      /* |e| [V] */
@@ -80,7 +81,7 @@ typedef struct {
     rotation_t middle; /* the encoder's angle in the middle of the window */
 } seen_t;
 
-/* The mean EMF of the window, which the next one begins with [V]. */
+/* The mean EMF of the window, with which the next one begins [V]. */
 static ab_t emf_of(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
@@ -112,7 +113,7 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
                     tuning->flux_linkage * bounds_magnitude(omega_e), middle};
 }
 
-/* What the window's EMF has beside that of the rotor where the encoder puts it [V]. */
+/* The window's EMF less that of the rotor at the encoder's angle [V]. */
 static ab_t beside(const encoder_watch_t *watch, float omega_e, rotation_t middle)
 {
     const dq_t off = {watch->last.d, watch->last.q - watch->tuning.flux_linkage * omega_e};
@@ -129,15 +130,15 @@ static inline bool hardly_flows(const encoder_watch_tuning_t *tuning, ab_t curre
     return current.alpha * current.alpha + current.beta * current.beta < tuning->doubtful;
 }
 
-/* Square of what noise may turn a false EMF by [V^2]. It counts while hardly a current flows: then the
- * current watch does not tell of a wire yet. */
+/* Square of the error of a false EMF by noise [V^2]. It is used while nearly no current flows, when the
+ * current watch cannot yet report a wire. */
 static inline float noise_of(const encoder_watch_t *watch)
 {
     return hardly_flows(&watch->tuning, watch->current) ? watch->tuning.noise : 0.0f;
 }
 
-/* Is it along the axis of one phase, in either direction? On each of them the sine of three times its angle
- * is 0; beside it, by as much as noise, that sine is three times the noise over its length. */
+/* True if it lies along the axis of one phase, in either direction. On each axis the sine of three times its
+ * angle is 0; with noise, that sine is three times the noise over its length. */
 static bool is_along(const encoder_watch_t *watch, ab_t off)
 {
     const float square = square_of(off);
@@ -146,8 +147,8 @@ static bool is_along(const encoder_watch_t *watch, ab_t off)
     return sine * sine < beside * square * square;
 }
 
-/* Is it along that of one phase alone? That of a rotor that turns the other way stands, and may do so there;
- * that of a rotor whose encoder does not turn is elsewhere a look later. */
+/* True if it lies along the axis of one phase alone. The EMF of a rotor that turns the other way is constant
+ * and may lie there; that of a rotor whose encoder does not turn has moved one window later. */
 static bool is_of_a_phase(encoder_watch_t *watch, float omega_e, rotation_t middle)
 {
     const ab_t off = beside(watch, omega_e, middle);
@@ -159,7 +160,7 @@ static bool is_of_a_phase(encoder_watch_t *watch, float omega_e, rotation_t midd
     return is_along(watch, off) && cross * cross < SAME_AXIS * a * b + noise_of(watch) * (a + b);
 }
 
-/* Is it much, and along none? */
+/* True if it is large and lies along no phase axis. */
 static bool is_elsewhere(const encoder_watch_t *watch, const encoder_watch_input_t *input, rotation_t middle)
 {
     const ab_t off = beside(watch, input->omega_e, middle);

@@ -32,8 +32,8 @@ static void begin_fed(link_watch_t *x, float before)
     x->fed_before = before;
 }
 
-/* Is the link fed although the supply seems lost: has a window of looks passed in which it stood so high, and
- * another before it, from which it has not fallen? */
+/* True if the link is fed although the supply seems lost: the mean of a complete window is above the
+ * threshold and has not fallen from that of the window before. */
 static bool is_fed(link_watch_t *x, const link_watch_tuning_t *tuning, const link_watch_input_t *input)
 {
     const float u_dc = input->u_dc;
@@ -52,7 +52,8 @@ static bool is_fed(link_watch_t *x, const link_watch_tuning_t *tuning, const lin
     return fed;
 }
 
-/* A link in the band of the driving limit, or below: the hold sinks until it is known who feeds it. */
+/* A link voltage in the band of the driving limit, or below: the hold sinks until it is known whether the
+ * rotor or the supply feeds the link. */
 static void look_in_the_band(link_watch_t *x, const link_watch_tuning_t *tuning,
                              const link_watch_input_t *input)
 {
@@ -63,7 +64,7 @@ static void look_in_the_band(link_watch_t *x, const link_watch_tuning_t *tuning,
     }
 }
 
-/* Is the supply there? */
+/* Judges whether the supply is present. */
 static void look_at_supply(link_watch_t *x, const link_watch_tuning_t *tuning,
                            const link_watch_input_t *input)
 {

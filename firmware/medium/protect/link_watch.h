@@ -1,15 +1,15 @@
-/* The supply of the DC link: whether it is lost or only low, and whether it has lost a phase.
+/* The supply of the DC link: judges whether it is lost or only low, and whether it has lost a phase.
  *
- * Supply lost: below u_hold of fast/protect/link_limit.h, until the link is back above the driving limit's
- * band. In and below that band u_hold sinks by LINK_SINK of U_under in LINK_SINK_TIME: a link that the rotor
- * holds follows. One that stays above it, or above U_under beside a rotor too slow to feed it, and whose mean
- * of LINK_FED_TIME has not fallen from the one before, has a low supply that delivers. Such a supply limits
- * nothing until the link was above the band again, and is lost below U_under only. For ride_time from the
- * loss on a link below U_under is no fault: the bridge opens, the rotor coasts, and is caught when the link
- * is back.
+ * Supply lost: the voltage is below u_hold of fast/protect/link_limit.h, until the link is back above the
+ * driving limit's band. In and below that band u_hold sinks by LINK_SINK of U_under in LINK_SINK_TIME: a link
+ * that the rotor feeds follows it. A link that stays above it, or above U_under with a rotor that is too slow
+ * to feed it, and whose mean of LINK_FED_TIME has not fallen from the one before, has a low supply that
+ * delivers power. Such a supply limits nothing until the link has been above the band again, and counts as
+ * lost below U_under only. For ride_time after the loss a link below U_under is no fault: the bridge opens,
+ * the rotor coasts, and is caught when the link is back.
  *
- * Ripple: largest less smallest u of LINK_WINDOW, LINK_WINDOWS of them in a row beyond LINK_RIPPLE of the
- * largest. One sag or one braking is not that many. */
+ * Ripple: largest less smallest u of LINK_WINDOW is above LINK_RIPPLE of the largest, in LINK_WINDOWS windows
+ * in a row. A single sag or braking does not last that long. */
 #ifndef MEDIUM_PROTECT_LINK_WATCH_H
 #define MEDIUM_PROTECT_LINK_WATCH_H
 
@@ -17,26 +17,26 @@
 #include <stdint.h>
 
 #define LINK_SINK      0.1f   /* [-] of dc_undervoltage, by which u_hold sinks ... */
-#define LINK_SINK_TIME 0.15f  /* [s] ... in this time */
-#define LINK_ABOVE     0.05f  /* [-] of the band: so far above u_hold the rotor does not hold the link */
-#define LINK_FED_TIME  50e-3f /* [s] of a mean that may fall by as much */
+#define LINK_SINK_TIME 0.15f  /* [s] ... within this time */
+#define LINK_ABOVE     0.05f  /* [-] of the band: this far above u_hold the rotor does not feed the link */
+#define LINK_FED_TIME  50e-3f /* [s] of a mean that is compared with the one before */
 
-#define LINK_WINDOW  20e-3f /* [s] in which the ripple is seen: a period of the mains */
+#define LINK_WINDOW  20e-3f /* [s] in which the ripple is measured: a period of the mains */
 #define LINK_RIPPLE  0.1f   /* [-] of the largest voltage in it */
 #define LINK_WINDOWS 5u     /* [-] in a row */
 
-/* What holds: bits. */
+/* The conditions: bits. */
 #define LINK_LIMITS  UINT32_C(1) /* braking or driving is limited */
 #define LINK_RIPPLES UINT32_C(2)
-#define LINK_SINKS   UINT32_C(4) /* below U_under for two looks within ride_time: the bridge shall open */
-#define LINK_LOST    UINT32_C(8) /* ride_time is over, and the supply still lost */
+#define LINK_SINKS   UINT32_C(4) /* below U_under for two looks within ride_time: the bridge opens */
+#define LINK_LOST    UINT32_C(8) /* ride_time has passed, and the supply is still lost */
 
 typedef struct {
     float undervoltage; /* U_under [V] */
     float hold;         /* u_hold [V] */
     float band;         /* of the driving limit [V] */
-    float driving_from; /* [V] below which driving is limited; without ride_time 0 */
-    float ride_time;    /* [s]; 0: none */
+    float driving_from; /* [V] below which driving is limited; 0 without ride_time */
+    float ride_time;    /* [s]; 0: no ride-through */
     float period;       /* from one look to the next [s] */
 } link_watch_params_t;
 
@@ -44,16 +44,16 @@ typedef struct {
     float undervoltage;    /* U_under [V] */
     float hold;            /* u_hold [V] */
     float driving_from;    /* [V] below which driving is limited */
-    float sink_most;       /* [V] by which u_hold sinks */
-    float sink;            /* [V] a look */
+    float sink_most;       /* [V] largest decrease of u_hold */
+    float sink;            /* [V] decrease per look */
     float above;           /* [V] over u_hold */
-    float above_sum;       /* [V] of as many looks as are in LINK_FED_TIME */
+    float above_sum;       /* [V] for the sum of all looks in LINK_FED_TIME */
     uint32_t fed_looks;    /* [looks] of LINK_FED_TIME */
     uint32_t ride_looks;   /* [looks] of ride_time */
     uint32_t window_looks; /* [looks] of LINK_WINDOW */
 } link_watch_tuning_t;
 
-/* What is seen of the link in a look. */
+/* State of the link. */
 typedef struct {
     float u_dc;      /* [V] */
     uint32_t slow;   /* [-] 1: the rotor is too slow to feed the link */
@@ -63,26 +63,26 @@ typedef struct {
 typedef struct {
     uint32_t lost_looks; /* [looks] since the supply is lost; 0: it is there */
     uint32_t low_looks;  /* [looks] below U_under, up to two */
-    float sunk;          /* [V] of u_hold */
-    float fed_sum;       /* of u in this window without a sign of the loss [V] */
-    float fed_before;    /* of the window before it [V]; 0: there was none */
+    float sunk;          /* [V] decrease of u_hold */
+    float fed_sum;       /* sum of u in this window [V] */
+    float fed_before;    /* the same of the window before [V]; 0: there was none */
     uint32_t fed_looks;  /* [looks] of this window */
-    uint32_t low;        /* [-] 1: the supply is low, and delivers */
-    float largest;       /* u in this window [V] */
+    uint32_t low;        /* [-] 1: the supply is low, and delivers power */
+    float largest;       /* largest u in this window [V] */
     float smallest;      /* smallest u in this window [V] */
     uint32_t looks;      /* [looks] of this window */
     uint32_t rippled;    /* [-] windows with ripple in a row, up to LINK_WINDOWS */
     float ripple;        /* of the last window, peak to peak [V] */
-    uint32_t conditions; /* [-] LINK_... */
+    uint32_t conditions; /* [-] LINK_... bits */
 } link_watch_t;
 
-/* Coefficients. Divisions: for the background. */
+/* Computes the coefficients. Divisions: for the background. */
 link_watch_tuning_t link_watch_prepare(const link_watch_params_t *params);
 
 /* One look at the link: supply, ripple and x->conditions. No division. */
 void link_watch_step(link_watch_t *x, const link_watch_tuning_t *tuning, const link_watch_input_t *input);
 
-/* Is a link that is too low no fault yet? */
+/* True if a link voltage that is too low is no fault yet. */
 static inline bool link_watch_excuses(const link_watch_t *x, const link_watch_tuning_t *tuning)
 {
     return tuning->ride_looks != 0u && x->lost_looks <= tuning->ride_looks;

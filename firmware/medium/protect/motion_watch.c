@@ -6,14 +6,14 @@
 #include "math/filter.h"
 #include "math/periods.h"
 
-/* Of a speed, over its noise: what comes nearer. */
+/* [-] least approach to the reference over the noise of the speed. */
 #define PROGRESS_NOISE 2.0f
 #define PROGRESS_LEAST 0.5f /* [rad/s] */
 
-/* Of the speed at which a runaway has begun: so large it is at least when it is told [-]. */
+/* [-] least speed of a runaway that is reported, over the speed at its beginning. */
 #define GROWN 1.1f
 
-/* 0 only for a time of 0. */
+/* The result is 0 only for a time of 0. */
 static uint32_t judgements_in(float time, float period)
 {
     const uint32_t whole = periods_of(time, period);
@@ -31,7 +31,7 @@ motion_watch_tuning_t motion_watch_prepare(const motion_watch_params_t *params)
     const float full = params->per_ampere * params->current_limit;
     const float tau = larger(MOTION_TAU_MIN, MOTION_TAU_NOISE * params->noise / full);
     const float share = lowpass_share(1.0f / tau, period);
-    const float behind = period * (1.0f / share - 1.0f); /* of the low-pass, in a steady acceleration [s] */
+    const float behind = period * (1.0f / share - 1.0f); /* delay of the low-pass in a ramp [s] */
     return (motion_watch_tuning_t){
         .share = share,
         .per_speed = 1.0f / (params->per_ampere * behind),
@@ -52,7 +52,8 @@ void motion_watch_init(motion_watch_t *watch, const motion_watch_tuning_t *tunin
     motion_watch_take(watch, tuning);
 }
 
-/* The load that explains the motion. Does the shaft gain speed against its current by more than that? */
+/* Computes the load that explains the motion. True if the shaft gains speed against its current
+ * by more than that load explains. */
 static bool runs_away(motion_watch_t *watch, const motion_watch_input_t *input)
 {
     const motion_watch_tuning_t *tuning = &watch->tuning;
@@ -68,7 +69,8 @@ static bool runs_away(motion_watch_t *watch, const motion_watch_input_t *input)
            gained * input->omega_m > 0.0f;
 }
 
-/* Is the current at its limit, and the speed neither where it is asked for nor nearer than before? */
+/* True if the current is at its limit, and the speed is neither at its
+ * reference nor nearer to it than before. */
 static bool is_stuck(motion_watch_t *watch, const motion_watch_input_t *input)
 {
     const motion_watch_tuning_t *tuning = &watch->tuning;

@@ -7,12 +7,12 @@
 #include "math/periods.h"
 
 #define PI          3.1415927f
-#define FAST_SHARE  0.5f   /* [-] of the tracking loop's bandwidth: beyond is noise */
+#define FAST_SHARE  0.5f   /* [-] of the tracking loop's bandwidth: higher frequencies are noise */
 #define GROWS_BY    1.1f   /* [-] from block to block */
 #define GROWN_LEAST 0.005f /* [-] of the current limit */
 #define SUSTAINED   0.1f   /* [-] of the current limit */
 #define SHORTEST    3u     /* [steps] of a half-wave */
-#define IRREGULAR   3u     /* a half-wave may differ from the last by this part of it, and a step */
+#define IRREGULAR   3u     /* tolerance: this part of the last half-wave, and a step */
 
 oscillation_watch_tuning_t oscillation_watch_prepare(const oscillation_watch_params_t *params)
 {
@@ -42,7 +42,7 @@ static void begin_anew(oscillation_watch_t *watch)
     watch->blocks = 0u;
 }
 
-/* A block is complete. */
+/* Judges a complete block. */
 static bool judge_block(oscillation_watch_t *watch)
 {
     const oscillation_watch_tuning_t *tuning = &watch->tuning;
@@ -59,7 +59,7 @@ static bool judge_block(oscillation_watch_t *watch)
     return true;
 }
 
-/* A half-wave is complete: of nearly the last one's length? */
+/* True if a complete half-wave has nearly the length of the last one. */
 static bool judge_wave(oscillation_watch_t *watch)
 {
     const uint32_t usual = watch->usual;

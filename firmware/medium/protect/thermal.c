@@ -6,7 +6,7 @@
 
 #define TWO_THIRDS 0.666666667f /* i_alpha^2 + i_beta^2 of i_a^2 + i_b^2 + i_c^2, their sum being zero */
 
-#define HEAT_MOST 10.0f /* [-] of the trip: the drive has stopped long before */
+#define HEAT_MOST 10.0f /* [-] of the trip: the drive has stopped far below */
 
 /* A body whose i^2 is `share` of the sum of squares. */
 static thermal_body_t prepare_body(const thermal_params_t *params, float continuous, float time, float share)
@@ -45,14 +45,14 @@ static float less(float a, float b)
     return a < b ? a : b;
 }
 
-/* What this body leaves of the current [A]. */
+/* The current limit by this body [A]. */
 static float left_by(const thermal_tuning_t *tuning, const thermal_body_t *body, float heat)
 {
     const float beyond = heat - THERMAL_WARM;
     return tuning->current_max - (beyond > 0.0f ? body->per_heat * beyond : 0.0f);
 }
 
-/* The limit by heat and by these temperatures [degC], and what holds. */
+/* Sets the limit from the heat and these temperatures [degC], and the conditions. */
 static void judge(thermal_t *x, float sink, float motor)
 {
     const thermal_tuning_t *tuning = &x->tuning;
@@ -74,7 +74,8 @@ void thermal_take(thermal_t *x, const thermal_tuning_t *tuning)
     x->limit = limited ? less(x->limit, tuning->current_max) : tuning->current_max;
 }
 
-/* From 0 to HEAT_MOST: what is no number, by a bit that has flipped, is hot, and cools down again. */
+/* Stays between 0 and HEAT_MOST: a value that is not a number, after a bit error,
+ * counts as hot and cools down again. */
 static float warmed(const thermal_body_t *body, float heat, float sum)
 {
     const float warmer = less(lowpass_step(heat, body->share, body->per_sum * sum), HEAT_MOST);

@@ -3,7 +3,6 @@
  * The accepted range of a row is not computed by inverting each rule, but by evaluating the rules: bisection
  * between an end of the row's range that keeps a rule and one that does not, down to neighbouring numbers.
  * The reported end is therefore the last number that the judgement itself accepts. */
-#include <float.h>
 #include <string.h>
 
 #include "estimator/chosen.h"
@@ -117,12 +116,16 @@ static bool is_kept(const search_t *search, rule_number_t rule, lever_sense_t se
 static void narrow(search_t *search, rule_number_t rule, lever_sense_t sense)
 {
     const bool more = sense == MORE_HELPS;
+    const float least = rules_least_above_zero(search->param);
     uint32_t good = more ? search->max : search->min;
     uint32_t bad = more ? search->min : search->max;
+    if (!more && good == 0u) {
+        good = float_bits(least);
+    }
     put(search, good);
     search->none = search->none || !is_kept(search, rule, sense);
-    if (more && bad == 0u && rules_zero_is_apart(search->param)) {
-        bad = float_bits(FLT_MIN);
+    if (more && bad == 0u) {
+        bad = float_bits(least);
     }
     put(search, bad);
     if (search->none || is_kept(search, rule, sense)) {

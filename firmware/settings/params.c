@@ -164,13 +164,12 @@ float params_flux_most(const params_t *params, const believed_t *believed)
 #define OBSERVER_SLOPE  1.6f  /* [-] of a_f k_s T_s/L, by the rule: an error decays in two periods */
 #define OBSERVER_ERRORS 4.0f  /* [-] of a_f times the largest current error, by the rule: 96 % of k_s */
 
-#define OBSERVER_LEAST 1e-3f /* [1/A] of a_f */
-
-/* The value of a rule, at most the largest of the row. */
-static float by_rule(param_t param, float value)
+/* The value of a rule, within what the observer accepts: at most the largest of its row. */
+static float by_rule(float value, float least, param_t param)
 {
     const float most = table_max(&params_table.rows[param]);
-    return value < most ? value : most;
+    const float upper = value < most ? value : most;
+    return upper > least ? upper : least;
 }
 
 observer_rows_t params_observer(const params_t *params, const believed_t *believed)
@@ -184,16 +183,15 @@ observer_rows_t params_observer(const params_t *params, const believed_t *believ
         .current_max = params->estimate_current_max,
     };
     if (in_force.gain == 0.0f) {
-        in_force.gain =
-            by_rule(PARAM_observer_gain, OBSERVER_REACH * params_flux_most(params, &configured) * omega_most);
+        in_force.gain = by_rule(OBSERVER_REACH * params_flux_most(params, &configured) * omega_most,
+                                PARAMS_OBSERVER_GAIN_LEAST, PARAM_observer_gain);
     }
     if (in_force.slope == 0.0f) {
-        in_force.slope = by_rule(PARAM_observer_slope,
-                                 OBSERVER_SLOPE * believed->inductance_q / (in_force.gain * DRIVE_PERIOD));
+        in_force.slope = by_rule(OBSERVER_SLOPE * believed->inductance_q / (in_force.gain * DRIVE_PERIOD),
+                                 PARAMS_OBSERVER_SLOPE_LEAST, PARAM_observer_slope);
     }
-    in_force.slope = in_force.slope > OBSERVER_LEAST ? in_force.slope : OBSERVER_LEAST;
     if (in_force.current_max == 0.0f) {
-        in_force.current_max = by_rule(PARAM_estimate_current_max, OBSERVER_ERRORS / in_force.slope);
+        in_force.current_max = by_rule(OBSERVER_ERRORS / in_force.slope, 0.0f, PARAM_estimate_current_max);
     }
     return in_force;
 }

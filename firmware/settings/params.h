@@ -296,6 +296,9 @@ typedef struct {
     float current_max; /* largest current error of a valid estimate [A] */
 } observer_rows_t;
 
+#define PARAMS_OBSERVER_GAIN_LEAST  0.1f  /* [V] of k_s */
+#define PARAMS_OBSERVER_SLOPE_LEAST 1e-3f /* [1/A] of a_f */
+
 observer_rows_t params_observer(const params_t *params, const believed_t *believed);
 
 /* Above this L_q/L_d a rotor counts as salient [-]: its i_d is below zero, and L is not learnt. */

@@ -1,5 +1,7 @@
 #include "settings/rules.h"
 
+#include <float.h>
+
 #include "estimator/chosen.h"
 #include "fast/protect/link_limit.h"
 
@@ -328,10 +330,17 @@ bool rules_hold(rule_number_t rule, const params_t *params)
     return true;
 }
 
-bool rules_zero_is_apart(param_t param)
+float rules_least_above_zero(param_t param)
 {
-    return param == PARAM_observer_emf_cutoff || param == PARAM_observer_gain ||
-           param == PARAM_start_current || param == PARAM_handover_speed;
+    if (param == PARAM_observer_gain) {
+        return PARAMS_OBSERVER_GAIN_LEAST;
+    }
+    if (param == PARAM_observer_slope) {
+        return PARAMS_OBSERVER_SLOPE_LEAST;
+    }
+    const bool apart =
+        param == PARAM_observer_emf_cutoff || param == PARAM_start_current || param == PARAM_handover_speed;
+    return apart ? FLT_MIN : 0.0f;
 }
 
 lever_sense_t rules_sense(rule_number_t rule, param_t param)

@@ -66,9 +66,9 @@ extern const rule_t rules[RULES];
  * another one counts as kept where that one is broken. */
 bool rules_hold(rule_number_t rule, const params_t *params);
 
-/* True if 0 is an exception in this row, explained in the rule: off, or a value by a rule. Values near 0 may
- * be refused where 0 is accepted. */
-bool rules_zero_is_apart(param_t param);
+/* Where 0 is an exception in this row, off or a value by a rule, the least value above it that can be
+ * accepted [unit of the row]; 0: it is no exception. Values between may be refused where 0 is accepted. */
+float rules_least_above_zero(param_t param);
 
 /* Dependence of a rule on a row; IS_READ: it does not depend on it, or not in one direction. */
 lever_sense_t rules_sense(rule_number_t rule, param_t param);

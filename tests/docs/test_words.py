@@ -12,8 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 STYLE = "docs/style.md"  # quotes the phrases that it bans
 
 # Comments that are not clean yet, with the reason. A folder that has become clean must leave this table.
-NOT_YET = {
-}
+NOT_YET = {}
 LITERAL = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
 C_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 GENERATED = re.compile(r"<!-- (?:begin: written by|made by).*?<!-- end.*?-->", re.DOTALL)

@@ -212,7 +212,7 @@ static void test_a_row_without_room_is_told_with_the_one_to_change(void)
     run_put(rig, "overspeed_trip", 500.0);
     TEST_ASSERT_FALSE(rig_apply(rig));
     expect_refusal("observer_gain", REASON_CROSS_RULE, "accepted none (observer_gain >= 1.1 times");
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(rig_error(rig), "; change observer_slope, advised 0.312"),
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(rig_error(rig), "; change observer_slope, advised 0.4372"),
                                  rig_error(rig));
     double number = 0.0;
     TEST_ASSERT_FALSE(rig_error_range(rig, &number, &number, &number));

@@ -106,7 +106,7 @@ static const struct {
     double mean, sd;    /* [mrad], after that by the estimate */
 } lessons[] = {
     {0.6, 100.0, SENSORLESS, {1.3, 0.9}, 6.6, 2.7}, {1.4, 100.0, ENCODER, {0.9, 0.9}, 4.9, 3.3},
-    {1.4, 150.0, SENSORLESS, {2.0, 0.9}, 5.6, 2.3}, {0.6, 50.0, ENCODER, {2.2, 1.9}, 5.9, 4.6},
+    {1.4, 150.0, SENSORLESS, {2.0, 0.9}, 5.6, 2.8}, {0.6, 50.0, ENCODER, {2.2, 1.9}, 5.9, 4.6},
     {1.4, 50.0, ENCODER, {2.2, 1.9}, 5.9, 4.6},
 };
 

@@ -131,15 +131,15 @@
     F(2099, voltage_trim, medium.manoeuvres.run.weakening.trim, "-",                                         \
       "relative correction of the voltage by field weakening")                                               \
     F(2130, observer_gain_used, medium.background.in_force.observer_gain, "V",                               \
-      "observer_gain in force: the parameter, or its rule if that is 0")                                     \
+      "observer_gain in use: the parameter, or its rule if that is 0")                                       \
     F(2131, observer_slope_used, medium.background.in_force.observer_slope, "1/A",                           \
-      "observer_slope in force: the parameter, or its rule if that is 0")                                    \
+      "observer_slope in use: the parameter, or its rule if that is 0")                                      \
     F(2132, pll_bandwidth_used, medium.background.in_force.pll_bandwidth, "rad/s",                           \
-      "pll_bandwidth in force: the parameter, or its rule if that is 0")                                     \
+      "pll_bandwidth in use: the parameter, or its rule if that is 0")                                       \
     F(2133, feedforward_cutoff_used, medium.background.in_force.feedforward_cutoff, "rad/s",                 \
-      "feedforward_cutoff in force: the parameter, or its rule if pll_bandwidth is 0 too")                   \
+      "feedforward_cutoff in use: the parameter, or its rule if pll_bandwidth is 0 too")                     \
     F(2134, handover_speed_used, medium.background.in_force.handover_speed, "rad/s",                         \
-      "handover_speed in force: the parameter, or its rule if that is 0")                                    \
+      "handover_speed in use: the parameter, or its rule if that is 0")                                      \
     U(2095, coasting, medium.coasting, "-", "1: the bridge is off until the lost supply is back")            \
     F(2068, encoder_theta_e, fast.shaft.position.theta_e, "rad", "electrical angle of the encoder at t_k")   \
     F(2069, encoder_omega_e, fast.shaft.position.omega_e, "rad/s", "electrical speed of the encoder")

@@ -189,7 +189,7 @@ class FaultTest(unittest.TestCase):
         self.assertTrue(text.startswith("fault 20, module_fault, by show_fault < show_stop < drive_trip\n"), text)
         self.assertIn("app_trip ()", text)
         self.assertIn("fault 20, module_fault: the power module activated its fault output", why)
-        self.assertIn("remedy: look for a short circuit", why)
+        self.assertIn("remedy: search for a short circuit", why)
         self.assertIn("when: period 20000 by the drive's count, 2.0000 s", why)
         self.assertRegex(why, r"then: i_a \S+ A, i_b \S+ A, u_dc 31\d(\.\d+)? V, theta_e \S+ deg, omega_e \S+ rad/s")
         self.assertRegex(state, r"= 5$")

@@ -14,6 +14,9 @@ import chip_build
 import stand_in
 from chip_build import ROOT, run
 
+# Sources that are compiled for a board; the core is independent of it.
+OF_BOARD = re.compile(r"firmware/(fast/[^/]+|guard/.*|medium/[^/]+|medium/manoeuvre/manoeuvres.*|settings/.*|drive/.*|app/.*)$|hal/")
+
 
 class Preset(unittest.TestCase):
     maxDiff = None

@@ -175,21 +175,17 @@ static search_t accepted(const params_t *params, param_t param)
 /* The rule of thumb for a row, with the other rows unchanged, in its unit; 0: there is none. */
 static float thumb(const params_t *params, param_t param)
 {
+    if (param != PARAM_observer_gain && param != PARAM_observer_slope &&
+        param != PARAM_estimate_current_max) {
+        return 0.0f;
+    }
     const believed_t believed = params_believed(params);
     params_t by_rule = *params;
-    if (param == PARAM_observer_gain) {
-        by_rule.observer_gain = 0.0f;
-        return params_observer(&by_rule, &believed).gain;
-    }
-    if (param == PARAM_observer_slope) {
-        by_rule.observer_slope = 0.0f;
-        return params_observer(&by_rule, &believed).slope;
-    }
-    if (param == PARAM_estimate_current_max) {
-        by_rule.estimate_current_max = 0.0f;
-        return params_observer(&by_rule, &believed).current_max;
-    }
-    return 0.0f;
+    table_set(row_of(param), &by_rule, 0.0f);
+    const observer_rows_t observer = params_observer(&by_rule, &believed);
+    return param == PARAM_observer_gain    ? observer.gain
+           : param == PARAM_observer_slope ? observer.slope
+                                           : observer.current_max;
 }
 
 static float between(float value, float min, float max)

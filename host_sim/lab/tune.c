@@ -267,8 +267,7 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
     if (SPEED_LEAST_TRIP * g->speed > open) {
         warn(tune,
              "at %.0f r/min the EMF between two phases is %.4g V, and the board's link may have %.4g V once "
-             "the "
-             "bridge is off: top speed %.0f r/min",
+             "the bridge is off: top speed %.0f r/min",
              g->speed / RPM, SQRT_3 * g->psi * g->p * g->speed, BOARD_OVERVOLTAGE_MAX_MV / 1e3,
              open / SPEED_LEAST_TRIP / RPM);
         g->speed = open / SPEED_LEAST_TRIP;

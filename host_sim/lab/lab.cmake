@@ -99,6 +99,7 @@ add_library(lagless_lab STATIC
     lab/pool.c
     lab/recorder.c
     lab/recorder_csv.c
+    lab/recorder_mdf.c
     lab/recorder_text.c
     lab/recorder_vcd.c
     lab/runner.c

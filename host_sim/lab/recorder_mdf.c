@@ -15,6 +15,7 @@
 #include <string.h>
 
 #include "host_sim/lab/times.h"
+#include "host_sim/lab/xml.h"
 
 #define LINK      8u  /* [octets] */
 #define HEAD      24u /* [octets] identifier, 4 reserved, length, number of links */
@@ -120,13 +121,9 @@ static void add_text(image_t *image, const char *text, bool xml)
         char part[8];
         const uint32_t code = recorder_utf8(&text);
         size_t length;
-        if (xml && (code == '&' || code == '<' || code == '>')) {
-            length = (size_t)snprintf(part, sizeof part, "%s",
-                                      code == '&'   ? "&amp;"
-                                      : code == '<' ? "&lt;"
-                                                    : "&gt;");
-        } else if (xml && code == '"') {
-            length = (size_t)snprintf(part, sizeof part, "&quot;");
+        const char *entity = xml ? xml_entity(code) : NULL;
+        if (entity != NULL) {
+            length = (size_t)snprintf(part, sizeof part, "%s", entity);
         } else if (code == 0x7Fu || (code < 0x20u && code != '\n' && code != '\t')) {
             length = (size_t)snprintf(part, sizeof part, "\\x%02x", (unsigned)code);
         } else {

@@ -4,9 +4,11 @@ import sys
 import tempfile
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
+sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).resolve().parents[1])]
 import find_seeded_defects as defects  # noqa: E402
-import judge_campaign as judge  # noqa: E402
+import tool  # noqa: E402
+
+judge = tool.load("judge-campaign")
 
 
 class Counts(unittest.TestCase):

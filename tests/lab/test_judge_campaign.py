@@ -4,11 +4,10 @@ import sys
 import tempfile
 import unittest
 
-sys.path[:0] = [str(pathlib.Path(__file__).parent), str(pathlib.Path(__file__).resolve().parents[1])]
-import find_seeded_defects as defects  # noqa: E402
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import tool  # noqa: E402
 
-judge = tool.load("judge-campaign")
+judge, defects = tool.load("judge-campaign"), tool.load("seeded-defects")
 
 
 class Counts(unittest.TestCase):

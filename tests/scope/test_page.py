@@ -352,8 +352,11 @@ def main(text, benches, rules):
         return SKIPPED
     folder = pathlib.Path(sys.argv[2])
     folder.mkdir(parents=True, exist_ok=True)
-    codes = (go_through(lambda work: make(folder, work), [(check.__name__, check) for check in checks], programs, rules) for make, checks in benches)
-    return next(filter(None, codes), 0)
+    for make, checks in benches:
+        code = go_through(lambda work, make=make: make(folder, work), [(check.__name__, check) for check in checks], programs, rules)
+        if code != 0:
+            return code
+    return 0
 
 
 if __name__ == "__main__":

@@ -10,8 +10,8 @@ import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent / "report"), str(HERE.parent / "scope"), str(HERE.parent)]
-from test_browser import SKIPPED, Fault, expect  # noqa: E402
-from test_page import Bench, browser_programs, go_through  # noqa: E402
+from test_browser import Fault, expect  # noqa: E402
+from test_page import Bench, main  # noqa: E402
 
 FAILS = """schema = 1
 title = "a motor whose link rises for a while, and stays too high after the second time"
@@ -109,28 +109,15 @@ class Page(Bench):
         self.says("^the bridge is off already: a fault is latched$", "good")
 
 
-RUNS = ((FAILS, ("run_on_a_latched_fault_is_told_as_refused", "a_reset_that_works_is_told_as_done_and_run_as_on",
-                 "a_lost_link_greys_values_with_their_age_and_disables_commands", "a_link_that_is_back_brings_fresh_values_and_commands")),
-        (STAYS, ("a_reset_whose_cause_is_there_is_told_as_none",)))
+CHECKS = ((FAILS, (Page.run_on_a_latched_fault_is_told_as_refused, Page.a_reset_that_works_is_told_as_done_and_run_as_on,
+                   Page.a_lost_link_greys_values_with_their_age_and_disables_commands, Page.a_link_that_is_back_brings_fresh_values_and_commands)),
+          (STAYS, (Page.a_reset_whose_cause_is_there_is_told_as_none,)))
 
 
-def main():
-    if len(sys.argv) != 3:
-        print(__doc__)
-        return 2
-    programs = browser_programs()
-    if not programs:
-        print("skipped: chromium or chromedriver is missing")
-        return SKIPPED
-    folder = pathlib.Path(sys.argv[2])
-    folder.mkdir(parents=True, exist_ok=True)
-    for scenario, checks in RUNS:
-        code = go_through(lambda work: Page(sys.argv[1], folder, work, scenario), [(check, getattr(Page, check)) for check in checks], programs,
-                          "MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost")
-        if code != 0:
-            return code
-    return 0
+def made(scenario):
+    return lambda folder, work: Page(sys.argv[1], folder, work, scenario)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(__doc__, [(made(scenario), checks) for scenario, checks in CHECKS],
+                  "MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost"))

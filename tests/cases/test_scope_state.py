@@ -12,16 +12,6 @@ sys.path[:0] = [str(HERE.parent), str(HERE.parent / "scope")]
 import stuck  # noqa: E402
 import test_scope  # noqa: E402
 
-HEAD = """schema = 1
-title = "a motor that is to fail"
-[run]
-duration = "60 min"
-[params]
-position_source = "encoder"
-[rig]
-fidelity = "averaged"
-"""
-
 
 class State(stuck.TestCase):
     setUp, start, wait = (getattr(test_scope.Scope, name) for name in
@@ -29,7 +19,7 @@ class State(stuck.TestCase):
 
     def scenario_of(self, more):
         with open(self.scenario, "w") as file:
-            file.write(HEAD + more)
+            file.write(test_scope.BENCH + more)
 
     def opened(self, more=""):
         self.scenario_of(more)

@@ -341,9 +341,10 @@ def go_through(make_bench, checks, programs, rules):
     return 0
 
 
-def main():
+def main(text, benches, rules):
+    """benches: how one is made, of its folder for screenshots and a folder to work in, and its checks."""
     if len(sys.argv) != 3:
-        print(__doc__)
+        print(text)
         return 2
     programs = browser_programs()
     if not programs:
@@ -351,9 +352,12 @@ def main():
         return SKIPPED
     folder = pathlib.Path(sys.argv[2])
     folder.mkdir(parents=True, exist_ok=True)
-    return go_through(lambda work: Bench(sys.argv[1], folder, work), [(check.__name__, check) for check in Bench.CHECKS], programs,
-                      "MAP * ~NOTFOUND, EXCLUDE 127.0.0.1")
+    for make, checks in benches:
+        code = go_through(lambda work, make=make: make(folder, work), [(check.__name__, check) for check in checks], programs, rules)
+        if code != 0:
+            return code
+    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(__doc__, [(lambda folder, work: Bench(sys.argv[1], folder, work), Bench.CHECKS)], "MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"))

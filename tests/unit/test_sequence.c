@@ -349,6 +349,13 @@ static void test_no_other_fault_and_no_lasting_one_resets_itself(void)
     go(3u * RETRY_PAUSE, DRIVE_FAULT, OFF);
     is.fault_line = false;
     go(REARM, DRIVE_NOT_READY, OFF);
+    for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP;
+         wish += 2) { /* nor one without a wish for on */
+        from(DRIVE_OPERATION_ENABLED);
+        fail_the_module();
+        requests.enable = wish;
+        go(3u * RETRY_PAUSE, DRIVE_FAULT, OFF);
+    }
 }
 
 /* A minute without a fault and all retries are there again. */
@@ -455,16 +462,4 @@ static void test_no_input_leads_where_it_must_not(void)
         }
     }
     TEST_ASSERT_EQUAL_MEMORY(may, seen, sizeof may); /* and every one of them can be had */
-}
-
-static void test_without_a_wish_for_on_no_fault_of_the_module_resets_itself(void)
-{
-    static const int32_t wishes[] = {REQUEST_OFF, REQUEST_QUICK_STOP};
-    for (size_t n = 0; n < sizeof wishes / sizeof wishes[0]; n++) {
-        from(DRIVE_OPERATION_ENABLED);
-        fail_the_module();
-        requests.enable = wishes[n];
-        steps(3u * RETRY_PAUSE);
-        expect_state(DRIVE_FAULT);
-    }
 }

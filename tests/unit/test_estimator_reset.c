@@ -122,8 +122,7 @@ static void test_coast_keeps_the_error_and_the_observer_going(void)
         (void)settled(&params, &rig);
         double before = error_of(&rig, 11001, step(&rig, 11001));
         for (long k = 11002; k < 11022; k++) {
-            estimator_oracle_sample_t now;
-            estimator_oracle_sample(&rig, k, &now);
+            const estimator_oracle_sample_t now = sample_of(&rig, k);
             position_t position = estimator_coast(&est, as_float(now.voltage), as_float(now.current));
             TEST_ASSERT_DOUBLE_WITHIN(0.1, before, error_of(&rig, k, position));
             TEST_ASSERT_DOUBLE_WITHIN(0.1, rig.omega_start, (double)position.omega_e);

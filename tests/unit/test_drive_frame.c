@@ -1,11 +1,10 @@
 /* What becomes of the integrals of current control when the manoeuvre changes the frame. Speed and current
  * are zero and the currents on their references, so that nothing else moves an integral. */
-#include <complex.h>
 
 #include "math/angle.h"
 #include "math/trig.h"
-#include "tests/unit/compare.h"
 #include "tests/unit/drive_bench.h"
+#include "tests/unit/vectors.h"
 
 void setUp(void)
 {
@@ -14,8 +13,7 @@ void setUp(void)
 
 static double complex integrals(void)
 {
-    return (double)drive.fast.current_control.d.integral +
-           (double complex)I * (double)drive.fast.current_control.q.integral;
+    return (double)drive.fast.current_control.d.integral + J * (double)drive.fast.current_control.q.integral;
 }
 
 #define OMEGA_E 400.0f /* [rad/s] that the loop claims: well above the hand-over's */
@@ -23,7 +21,7 @@ static double complex integrals(void)
 /* In the stationary frame. */
 static double complex voltage(void)
 {
-    return integrals() * cexp((double complex)I * (double)drive.fast.demand.frame.theta_e);
+    return integrals() * cexp(J * (double)drive.fast.demand.frame.theta_e);
 }
 
 static void preset(float d, float q)

@@ -5,7 +5,6 @@
 #include "tests/unit/sweep.h"
 #include "tests/unit/vectors.h"
 
-#include <complex.h>
 #include <math.h>
 #include <string.h>
 #include <unity.h>

@@ -1,5 +1,4 @@
 /* What follows what. */
-#include <complex.h>
 #include <string.h>
 #include <unity.h>
 
@@ -97,16 +96,15 @@ static void test_catch_holds_the_emf_and_hardly_a_current(void)
         if (n <= 40) {
             TEST_ASSERT_TRUE(demand.current.d == 3.0f * params.doubtful_current && demand.current.q == 0.0f);
         } else {
-            const double complex current =
-                (double)demand.current.d + (double complex)I * (double)demand.current.q;
+            const double complex current = of_dq(demand.current);
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, 3.0 * (double)params.doubtful_current,
                                       cabs(current)); /* no other */
             TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, circle(carg(current) - machine.theta));
         }
-        const double complex voltage = (double)demand.emf.d + (double complex)I * (double)demand.emf.q;
-        const double complex emf = (double)estimate.emf.alpha + (double complex)I * (double)estimate.emf.beta;
+        const double complex voltage = of_dq(demand.emf);
+        const double complex emf = of_ab(estimate.emf);
         TEST_ASSERT_EQUAL(n > 40, turned < 0.0);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, cabs(voltage - emf * cexp((double complex)I * turned)));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, cabs(voltage - emf * cexp(J * turned)));
         TEST_ASSERT_EQUAL_FLOAT(fast.catching.omega_e, reference_speed(&fast));
     }
 }
@@ -198,8 +196,8 @@ static void test_forced_frame_gets_its_share_of_the_emf(void)
     while (m.now != (int32_t)MANOEUVRE_HANDOVER) {
         step();
         TEST_ASSERT_TRUE(period < 30000u);
-        const double complex emf = (double)estimate.emf.alpha + (double complex)I * (double)estimate.emf.beta;
-        const double complex in_frame = emf * cexp(-(double complex)I * (double)demand.frame.theta_e);
+        const double complex emf = of_ab(estimate.emf);
+        const double complex in_frame = emf * cexp(-J * (double)demand.frame.theta_e);
         TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.8 * creal(in_frame), (double)demand.emf.d);
         TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.8 * cimag(in_frame), (double)demand.emf.q);
         TEST_ASSERT_EQUAL_FLOAT(demand.frame.omega_e, reference_speed(&fast));

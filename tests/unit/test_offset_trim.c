@@ -1,5 +1,4 @@
 /* EMFs made of a turning vector and a constant: the constant is what an offset leaves, and what is found. */
-#include <complex.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -63,8 +62,8 @@ static ab_t step(double complex constant)
     const double complex emf =
         constant + rotor.amplitude * J * cexp(J * rotor.theta) * (rotor.samples_per_turn > 0.0 ? 1.0 : -1.0);
     const double wrapped = rotor.theta - 2.0 * PI * floor(rotor.theta / (2.0 * PI) + 0.5);
-    const ab_t offset = offset_trim_step(&rotor.trim, (ab_t){(float)creal(emf), (float)cimag(emf)},
-                                         (float)wrapped, rotor.omega, &rotor.current);
+    const ab_t offset =
+        offset_trim_step(&rotor.trim, to_ab(emf), (float)wrapped, rotor.omega, &rotor.current);
     rotor.theta += 2.0 * PI / rotor.samples_per_turn;
     return offset;
 }

@@ -1,6 +1,5 @@
 /* A rotor that was lost and is caught again while it turns against the wish: it keeps its speed until its
  * lock has been judged, and after a second loss it is reversed in the forced frame. */
-#include <complex.h>
 #include <string.h>
 #include <unity.h>
 

@@ -1,12 +1,11 @@
-#include <complex.h>
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
 #include <unity.h>
 
 #include "medium/manoeuvre/speed_control.h"
-#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
+#include "tests/unit/vectors.h"
 
 /* The paper's gains and limit, section 2. */
 static const speed_control_params_t PARAMS = {
@@ -140,7 +139,7 @@ static void begin_loop(speed_control_t *control, double weight, float limit)
 /* Step answer of the loop in closed form: residues of the two poles. */
 static double answer(double weight, double t)
 {
-    const double complex root = (double complex)I * sqrt(KI * C - KP * KP * C * C / 4.0);
+    const double complex root = J * sqrt(KI * C - KP * KP * C * C / 4.0);
     const double complex s = -KP * C / 2.0 + root;
     const double complex residue = (weight * KP * s + KI) * C / (s * 2.0 * root);
     return 1.0 + 2.0 * creal(residue * cexp(s * t));

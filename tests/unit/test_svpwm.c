@@ -1,6 +1,5 @@
 /* Oracle: the space vector of three pole voltages d u_dc in double precision, and the hexagon it can reach.
  */
-#include <complex.h>
 #include <math.h>
 #include <unity.h>
 

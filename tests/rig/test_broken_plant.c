@@ -59,13 +59,11 @@ static void test_single_switches_and_mean_voltages_refuse_each_other(void)
     TEST_ASSERT_FALSE(rig_put(rig, "shorted_switches", 63.0));
     TEST_ASSERT_NOT_NULL(strstr(rig_error(rig), "switched"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "shorted_switches"));
-    run_put(rig, "fidelity", 0.0);
-    run_put(rig, "open_switches", 1.0);
+    run_puts(rig, "fidelity=0 open_switches=1");
     TEST_ASSERT_FALSE(rig_put(rig, "fidelity", 1.0));
     TEST_ASSERT_NOT_NULL(strstr(rig_error(rig), "open_switches"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fidelity"));
-    run_put(rig, "open_switches", 0.0);
-    run_put(rig, "fidelity", 1.0);
+    run_puts(rig, "open_switches=0 fidelity=1");
 }
 
 /* In the midst of a period, with the lower switch of a on: shoot-through, trip and open gates within that

@@ -271,8 +271,7 @@ void setUp(void)
     start(HAL_OK);
 }
 
-/* Whatever was done on a board that has started: no interrupt has seen it half done, and interrupts are on.
- */
+/* Whatever was done on a board that has started: no interrupt saw it half done, and interrupts are on. */
 void tearDown(void)
 {
     TEST_ASSERT_FALSE(status == HAL_OK && (interrupts_wrong || !interrupts_on));
@@ -414,7 +413,6 @@ static void test_a_bad_set_is_refused_and_changes_nothing(void)
     expect_refused("encoder_lines", REASON_BRIDGE_ON);
 }
 
-/* The bridge was off when the set was judged, and on when it was to be offered. */
 static void test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set(void)
 {
     app->staged.encoder_lines = 1024;
@@ -428,7 +426,6 @@ static void test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set(void)
     TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.tunings[app->drive.in_force].fast.encoder.last_count);
 }
 
-/* Sets that follow each other faster than the interrupt: the last good one counts, and whole. */
 static void test_the_last_good_set_before_an_interrupt_is_taken(void)
 {
     app->staged.speed_kp = 0.7f;
@@ -445,7 +442,6 @@ static void test_the_last_good_set_before_an_interrupt_is_taken(void)
                             app->drive.tunings[app->drive.in_force].fast.reference.catching.speed_min);
 }
 
-/* Likewise when the last was refused at the last moment: the one before it had not been taken yet. */
 static void test_a_set_offered_before_survives_one_that_came_too_late(void)
 {
     app->staged.speed_kp = 0.7f;
@@ -474,7 +470,6 @@ static void periods(uint32_t count)
     from_here();
 }
 
-/* Of the row. */
 static void expect_share(float expected, float inductance)
 {
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, expected, inductance / app->active.motor_inductance_q);
@@ -581,7 +576,6 @@ static void test_learnt_inertia_goes_into_gains_and_torque(void)
     TEST_ASSERT_EQUAL_FLOAT(1.5f * inertia->learnt.from, inertia->learnt.value);
 }
 
-/* A set that waits to be taken is not lost to what is learnt meanwhile. */
 static void test_what_is_learnt_goes_with_a_set_that_still_waits(void)
 {
     app->staged.speed_kp = 0.7f;

@@ -186,7 +186,6 @@ static void test_fault_triggers_whatever_is_waited_for(void)
     }
 }
 
-/* Before the first step: nothing to hold, and nothing kept until the reset. */
 static void test_fault_before_the_first_step_holds_an_empty_ring(void)
 {
     capture_trigger(&capture, 0u);

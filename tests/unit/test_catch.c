@@ -81,8 +81,7 @@ static void test_turning_rotor_is_caught_with_speed_direction_and_angle(void)
     }
 }
 
-/* At once after 10 ms if it has turned by 1 rad since 4 ms, else as soon as it has, after 20 ms in any case.
- */
+/* At once after 10 ms if it has turned by 1 rad since 4 ms, else as soon as it has, or after 20 ms. */
 static void test_fast_rotor_is_caught_before_the_catch_is_over(void)
 {
     static const double speeds[] = {2000.0, 500.0, 220.0, 150.0, 100.0, 60.0, 20.0};
@@ -124,8 +123,7 @@ static void test_observer_that_arrives_does_not_make_the_speed_small(void)
 
 /* What the slip leaves of a length that is wrong by `share` [rad/s]: the phase phi between the EMF and the
  * frame, and the frame's speed, in continuous time from where the speed is first believed,
- *     phi' = d - w_c phi,  d' = -q^2 sin phi,  q = min(speed - 80, 430 rad/s) or 0,  w_c = 600 rad/s
- */
+ *     phi' = d - w_c phi,  d' = -q^2 sin phi,  q = min(speed - 80, 430 rad/s) or 0, w_c = 600 rad/s */
 static double left_of(double omega, double share, double seconds)
 {
     const double natural = fmin(fmax(fabs(share * omega) - 80.0, 0.0), 430.0);

@@ -67,7 +67,6 @@ static void test_a_fault_stops_the_calibration(void)
     TEST_ASSERT_EQUAL_UINT32(0u, drive.fast.measure.calibrated);
 }
 
-/* What the start asks of the samples. */
 static void test_a_low_link_and_the_fault_line_refuse_the_start(void)
 {
     bring_to_ready();
@@ -85,7 +84,6 @@ static void test_a_low_link_and_the_fault_line_refuse_the_start(void)
     expect_state(DRIVE_SWITCHED_ON);
 }
 
-/* The gates are off with the first period in which the request acts. */
 static void test_off_leaves_nothing_on_when_it_acts(void)
 {
     bring_to_run();

@@ -83,7 +83,6 @@ static void test_voltage_stays_when_the_frame_turns(void)
     }
 }
 
-/* And only then: as long as the frame goes on, the integrals stay in it. */
 static void test_integrals_go_on_with_the_frame(void)
 {
     given_operation(700u);

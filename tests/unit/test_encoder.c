@@ -15,8 +15,7 @@
 static const encoder_params_t PARAMS = {
     .count_per_turn = 10000.0f, .pole_pairs = 4.0f, .offset = 0.0f, .bandwidth = 200.0f, .period = 1e-4f};
 
-/* Rounding of the angle: 2^-23 of the product (numbers up to pi), 2^-24 of the angle of one count times pi.
- */
+/* Rounding of the angle: 2^-23 of the product (numbers up to pi), 2^-24 of a count's angle times pi. */
 #define ANGLE_ROUNDING 4e-7
 
 static uint32_t count_at(double turns, double steps)

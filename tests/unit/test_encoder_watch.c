@@ -163,8 +163,7 @@ static void test_an_encoder_that_is_off_puts_the_emf_beside_all_axes(void)
     }
 }
 
-/* What a broken wire adds to the EMF is along its phase's axis, here that of b; and at rest nothing is known.
- */
+/* What a broken wire adds to the EMF is along its phase's axis, here b's; and at rest nothing is known. */
 static void test_an_emf_that_is_wrong_along_a_phase_is_not_elsewhere(void)
 {
     settle(240.0);
@@ -181,7 +180,7 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_not_elsewhere(void)
     TEST_ASSERT_EQUAL_UINT32(0u, watch.elsewhere);
 }
 
-/* Likewise, of those that are not put off. */
+/* The same, of those that are not put off. */
 static uint32_t counted(double omega, double share, double said)
 {
     uint32_t put_off = 0;
@@ -401,8 +400,7 @@ static uint32_t judge_with(double omega, double volts, double axis)
 }
 
 /* 100 V beside the 44 V of 240 rad/s: along the axis of each phase, either way and up to 7 degrees beside it
- * they are a wire or a leg, and put off for half a second; a sixth of a turn between two axes they are not.
- */
+ * they are a wire or a leg, and put off for half a second; half way between two axes they are not. */
 static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
 {
     for (int n = 0; n < 12; n++) {

@@ -54,7 +54,6 @@ static void test_speed_that_is_told_undoes_the_lag(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, emf_error(&rig, 300));
 }
 
-/* Frame, speed and loop as they were; judged is nothing. */
 static void test_frame_and_speed_stay_meanwhile(void)
 {
     const estimator_params_t params = params_of(0);
@@ -134,7 +133,6 @@ static void test_lock_on_the_observed_emf_goes_on_without_a_bump(void)
     }
 }
 
-/* What was found wrong before does not count. */
 static void test_lock_begins_validity_anew(void)
 {
     estimator_params_t params = params_of(0);

@@ -129,7 +129,6 @@ static void test_check_refuses_what_rules_between_fields_forbid(void)
     }
 }
 
-/* What is no mode of the lag and no switching. */
 static void test_check_refuses_what_is_no_choice(void)
 {
     for (int n = -1; n <= 4; n++) {

@@ -20,8 +20,7 @@ static void check_finite(position_t position)
                      fabsf(est.tracker.pll.integral) <= 2.0f * limit);
 }
 
-/* Current without any voltage or EMF, voltage that only drives it (no error vector, no EMF), nothing at all.
- */
+/* Current without any voltage or EMF, voltage that only drives it (no error, no EMF), nothing at all. */
 static void test_zero_inputs_stay_finite_and_are_not_valid(void)
 {
     for (int n = 0; n < 48 * 3; n += SWEEP_FEW) {

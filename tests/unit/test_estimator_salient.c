@@ -132,8 +132,7 @@ static void test_right_data_leave_no_error_whatever_the_saliency(void)
 }
 
 /* Steady angle with wrong data and this current in the loop's frame:
- *     psi_a(err) sin(err) = -dL_q i_q + dR i_d/omega,    psi_a(err) = psi_f - D (i_d cos err - i_q sin err)
- */
+ *     psi_a(err) sin(err) = -dL_q i_q + dR i_d/omega,  psi_a(err) = psi_f - D (i_d cos err - i_q sin err) */
 static double by_law(const belief_t *belief, double i_d, double i_q)
 {
     const double saliency = rotor.inductance_q - rotor.inductance_d;

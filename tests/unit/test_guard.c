@@ -366,8 +366,7 @@ static void test_every_row_counts_anew_after_a_break(void)
 }
 
 /* Of the moments that there can be: with the gates off only lasting dangers count, the encoder's and the
- * estimate's only while control turns with them; what was there before the moment is counted from then.
- */
+ * estimate's only while control turns with them; what was there before it is counted from then. */
 static void test_every_row_is_silent_until_its_moment(void)
 {
     for (uint32_t row = 0; row < ROWS; row += SWEEP_FEW) {
@@ -451,8 +450,7 @@ static void test_reactions_are_as_fast_as_the_danger(void)
     }
 }
 
-/* A row's place is its bit, and its number permanent: append only. Each number is a reason that can be read.
- */
+/* A row's place is its bit, and its number permanent: append only. Each is a reason that can be read. */
 static void test_rows_keep_their_places_and_numbers(void)
 {
     static const int32_t numbers[] = {20, 21, 30, 22, 26, 29, 23, 28, 24, 25, 32, 33, 34, 35, 37,

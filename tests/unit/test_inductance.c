@@ -129,8 +129,7 @@ static void run(const motor_t *motor, double seconds)
         const double l_q = (double)x.tuning.inductance_q;
         const double emf = PSI * omega + (motor->l_d - l_q) * omega * i_d + motor->resistance * i_q +
                            motor->ripple * sin(motor->ripple_omega * time_now) + motor->noise * random_pm1();
-        /* the loop turns until the EMF's d axis is gone: psi_f omega (its angle before the rotor's) + dR i_d
-         */
+        /* the loop turns until the EMF's d axis is gone: psi_f omega (its angle ahead) + dR i_d */
         const double drop = PSI * omega * ahead + (motor->r - (double)x.tuning.resistance) * i_d +
                             motor->noise * random_pm1();
         ahead -= PERIOD * motor->loop * drop / (PSI * omega);

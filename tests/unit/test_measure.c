@@ -204,8 +204,7 @@ static void test_offsets_are_the_mean(void)
     expect_abc(0.4f, -0.2f, 0.15f, measure.offset);
 }
 
-/* Neither counted nor averaged, while settling and after: with every third bad it takes half as long again.
- */
+/* Neither counted nor averaged, while settling and after: with each third bad it takes half as long again. */
 static void test_bad_samples_are_left_out(void)
 {
     calibration_t last = CALIBRATION_GOES_ON;

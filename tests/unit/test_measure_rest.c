@@ -54,8 +54,7 @@ static void expect_offset(double a, double b)
     TEST_ASSERT_FLOAT_WITHIN(2e-4f * SHARE, (float)(-a - b) * SHARE, measure.offset.c);
 }
 
-/* After 64 periods of settling and 512 of the block, and again 512 later: no sooner, and nothing in between.
- */
+/* After 64 periods of settling and 512 of the block, and again 512 later: no sooner, and none between. */
 static void test_an_offset_that_has_moved_is_taken_at_the_end_of_a_block(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.5, -0.2, SETTLE + BLOCK - 1u));

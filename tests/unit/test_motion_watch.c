@@ -151,8 +151,7 @@ static void test_only_a_sensor_sees_a_runaway(void)
 }
 
 /* An elastic shaft throws the rotor on against its current: while the EMF is where the encoder puts the
- * rotor, the torque has the right sign. A runaway that begins once it is no more has to last its whole time.
- */
+ * rotor, the torque has the right sign. A runaway that begins afterwards has to last its whole time. */
 static void test_a_shaft_whose_emf_confirms_the_encoder_does_not_run_away(void)
 {
     motion_watch_input_t input = input_of(LIMIT, 60.0);

@@ -320,7 +320,6 @@ static void test_a_start_goes_by_the_rows_where_they_are_not_0(void)
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
-/* By rule what is caught is slower than the hand-over, whatever that is. */
 static void test_by_rule_a_start_catches_below_its_hand_over(void)
 {
     for (params.handover_speed = 110.0f; params.handover_speed > 1e-3f; params.handover_speed *= 0.1f) {

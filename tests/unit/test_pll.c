@@ -482,7 +482,6 @@ static void test_split_of_the_speed_keeps_to_the_loop(void)
     }
 }
 
-/* Nothing that is added while it coasts takes F beyond its limit, or makes it no number. */
 static void test_coasting_keeps_its_limits(void)
 {
     static const float bad[] = {3e8f, -3e8f, INFINITY, NAN};
@@ -512,7 +511,6 @@ static void test_feedforward_takes_the_signed_emf_below_its_speed(void)
     }
 }
 
-/* After a reset the direction is that of the start; on the way it is soft around zero. */
 static void test_sign_is_soft_around_zero_speed_and_hard_after_a_reset(void)
 {
     static const double speed[] = {-25.0, -20.1, -20.0, -19.0, -5.0, -1.0, 0.0,

@@ -21,8 +21,7 @@ void setUp(void)
     proof_init(&proof, &tuning);
 }
 
-/* A loop at this speed [rad/s] whose rotor is ahead by `off` [rad], with an EMF of this share of psi_f omega.
- */
+/* A loop at this speed [rad/s] whose rotor is ahead by `off` [rad], with this share of psi_f omega as EMF. */
 static void given(double omega, double off, double share)
 {
     const double emf = share * PSI * omega;

@@ -342,8 +342,7 @@ static void test_park_turns(void)
     TEST_ASSERT_INT32_WITHIN(4, INT32_C(-1518500250), frames_park_q((ab_q_t){-most, -most}, eighth).d);
 }
 
-/* The smallest coefficient still reaches its input: there is no dead zone. 1 - (1 - 2^-20)^n of 1000 counts.
- */
+/* The smallest coefficient still reaches its input, without dead zone. 1 - (1 - 2^-20)^n of 1000 counts. */
 static void test_filter_has_no_dead_zone(void)
 {
     lowpass_q_t filter = {.alpha = INT32_C(1) << 11};

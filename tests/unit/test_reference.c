@@ -25,8 +25,7 @@ void setUp(void)
     setpoint.change = (int32_t)FRAME_ANEW;
 }
 
-/* A window begins: its setpoint makes this i_q at its end with the speed at zero, less so much for the speed.
- */
+/* A window begins: its setpoint makes this i_q at its end at speed zero, less so much for the speed. */
 static void begin(float standing, float stiffness)
 {
     setpoint.current.q = standing;

@@ -297,8 +297,7 @@ static void test_a_gain_without_room_asks_for_another_slope(void)
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
-/* A row beyond its own range is told what all rules leave of it: 200 V/(1.1 x 0.183 Wb x 4) = 248.385 rad/s.
- */
+/* A row beyond its own range is told what all rules leave: 200 V/(1.1 x 0.183 Wb x 4) = 248.385 rad/s. */
 static void test_a_row_out_of_range_is_told_what_the_rules_leave_of_it(void)
 {
     given_observer();

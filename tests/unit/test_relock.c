@@ -1,8 +1,5 @@
 /* A rotor that was lost and is caught again while it turns against the wish: it keeps its speed until its
  * lock has been judged, and after a second loss it is reversed in the forced frame. */
-#include <string.h>
-#include <unity.h>
-
 #include "tests/unit/manoeuvres_bench.h"
 
 #define JUDGED 76u /* [windows] of proving: 50 ms in which the scatter is not judged, 63, and 10 ms, 13 */

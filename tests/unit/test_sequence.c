@@ -27,7 +27,6 @@ static void test_a_calibration_ends_in_ready_or_in_a_fault(void)
 
 /* ---- ready ---- */
 
-/* Switched on until the fast task has the bridge on, and its gates are charged. */
 static void test_on_goes_through_switched_on_until_the_bridge_is_on(void)
 {
     from(DRIVE_READY);
@@ -157,7 +156,6 @@ static void test_the_first_fault_stays_and_later_ones_are_added(void)
     expect_later(NOTHING); /* nothing of the one before */
 }
 
-/* What stopped the drive goes on, or comes again: that is known already. */
 static void test_the_latched_fault_is_no_later_one(void)
 {
     from(DRIVE_FAULT);
@@ -197,7 +195,6 @@ static void test_reset_needs_quiet_for_its_whole_time(void)
     }
 }
 
-/* A request that came too early must go and come again. */
 static void test_reset_needs_an_edge(void)
 {
     from(DRIVE_FAULT);
@@ -358,7 +355,6 @@ static void test_no_other_fault_and_no_lasting_one_resets_itself(void)
     }
 }
 
-/* A minute without a fault and all retries are there again. */
 static void test_retries_are_forgotten_after_a_quiet_minute(void)
 {
     from(DRIVE_OPERATION_ENABLED);

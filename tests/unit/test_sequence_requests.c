@@ -101,7 +101,6 @@ static void test_enable_that_is_not_on_over_the_reset_starts_with_on(void)
     }
 }
 
-/* A reset that is refused holds nothing back. */
 static void test_a_refused_reset_leaves_enable_as_it_is(void)
 {
     bring_to_operation();

@@ -211,7 +211,6 @@ static void test_any_bits_of_a_value_are_kept(void)
     TEST_ASSERT_EQUAL_HEX32(set.b, found.b);
 }
 
-/* One erase for as many sets as a page holds. */
 static void test_a_page_is_filled_before_the_other_is_erased(void)
 {
     for (uint32_t n = 0; n < FIT; n++) {
@@ -322,7 +321,6 @@ static void test_cut_while_a_page_is_left_for_the_other_leaves_old_or_new(void)
     TEST_ASSERT_EQUAL_UINT32(all, cut_everywhere(&before, false)); /* into one full of older sets */
 }
 
-/* Cut after cut, also in the saving that follows one. */
 static void test_cuts_in_a_row_leave_old_or_new(void)
 {
     params_t before = defaults();
@@ -369,7 +367,6 @@ static void test_each_wrong_word_of_the_set_in_force_is_told(void)
     expect_stored(&set);
 }
 
-/* The only set there ever was. */
 static void test_each_wrong_word_of_an_only_set_is_told(void)
 {
     save_random();

@@ -1,4 +1,4 @@
-/* Oracle: the space vector of three pole voltages d u_dc in double precision, and the hexagon it can reach.
+/* Oracle: the space vector of three pole voltages d u_dc in double precision, and the hexagon of its reach.
  */
 #include <math.h>
 #include <unity.h>

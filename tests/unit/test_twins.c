@@ -181,7 +181,6 @@ static void test_constants_that_do_not_fit_are_refused_by_name(void)
     }
 }
 
-/* A limit that is just kept, and just not: the rule says which. */
 static void test_the_limit_of_a_refusal_is_accepted(void)
 {
     params_error_t why;

@@ -168,7 +168,6 @@ static void send(const uint16_t *octets, uint32_t count)
     length = xcp_command(&xcp, &daq, &access, (frame_packet_t){octets, count}, answer);
 }
 
-/* A command and its answer. */
 static void ask(const char *command, const char *expected)
 {
     uint16_t octets[FRAME_MAX_DTO];
@@ -270,8 +269,7 @@ static void test_short_commands_are_told_so(void)
     }
 }
 
-/* Mode 1: the text stands in the answer. Mode 0: it is to be uploaded from where the transfer address now is.
- */
+/* Mode 1: the text stands in the answer. Mode 0: it is uploaded from where the transfer address now is. */
 static void test_identification(void)
 {
     ask("FA 00", "FF 01 00 00 07 00 00 00 'lagless'");
@@ -562,7 +560,6 @@ static void test_what_cannot_be_measured_is_refused(void)
     ask("E0 10 01 00 00 00 01 00", "FE 22"); /* another list */
 }
 
-/* One of the lists that shall start is not complete: neither does. */
 static void test_a_common_start_is_all_or_nothing(void)
 {
     prepare("D5 00 02 00, D4 00 00 00 01, D4 00 01 00 01, D3 00 00 00 00 01, D3 00 01 00 00 01");

@@ -7,8 +7,6 @@
  * time, delays and drops of the module; sensors exact, so that nothing but the model of the inverter is left.
  */
 #include <complex.h>
-#include <math.h>
-#include <string.h>
 
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"

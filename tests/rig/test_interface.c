@@ -1,8 +1,4 @@
 /* The rig's C interface: tables, staged parameters, refusals as data and as text. */
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "settings/reasons.h"
 #include "tests/rig/run.h"

@@ -10,11 +10,7 @@
 #ifndef TESTS_UNIT_ESTIMATOR_BENCH_H
 #define TESTS_UNIT_ESTIMATOR_BENCH_H
 
-#include <math.h>
-#include <stddef.h>
-#include <stdio.h>
 #include <string.h>
-#include <unity.h>
 
 #include "estimator/estimator.h"
 #include "medium/adapt/flux.h"

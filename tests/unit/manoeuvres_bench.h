@@ -5,7 +5,6 @@
 #define TESTS_UNIT_MANOEUVRES_BENCH_H
 
 #include <string.h>
-#include <unity.h>
 
 #include "medium/manoeuvre/manoeuvres.h"
 #include "tests/unit/vectors.h"

@@ -3,10 +3,9 @@
 #define TESTS_UNIT_ROWS_H
 
 #include <stdlib.h>
-#include <string.h>
-#include <unity.h>
 
 #include "settings/params.h"
+#include "tests/unit/compare.h"
 
 static inline const table_row_t *row_of(const char *name)
 {

@@ -2,12 +2,10 @@
  * whole of the drive's is for tests/line. */
 #include "talk/a2l.h"
 
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unity.h>
 
 #include "math/float_bits.h"
+#include "tests/unit/compare.h"
 
 static uint16_t octets[8192];
 static char string[8192];

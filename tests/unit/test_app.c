@@ -1,10 +1,8 @@
 /* The application above a board that writes down what it is asked: the start and a start that fails, what
  * goes to the registers when parameters change, and that the interrupt sees no change half done. */
-#include <string.h>
-#include <unity.h>
-
 #include "app/app.h"
 #include "settings/reasons.h"
+#include "tests/unit/compare.h"
 
 /* ---- the board ---- */
 

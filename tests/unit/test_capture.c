@@ -2,11 +2,8 @@
  * told from every other. */
 #include "contract/capture.h"
 
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "math/float_bits.h"
+#include "tests/unit/compare.h"
 
 #define SLOTS 16
 

@@ -1,7 +1,4 @@
 /* The catch on an EMF of known course: e = j omega psi_f exp(j theta). */
-#include <string.h>
-#include <unity.h>
-
 #include "fast/reference/catch.h"
 #include "tests/unit/vectors.h"
 

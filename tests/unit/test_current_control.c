@@ -1,9 +1,5 @@
 /* Closed loop with an exact winding in double precision: i(k+1) = a i(k) + b u(k), a = exp(-R T/L), b = (1 -
  * a)/R, and u(k) what the controller computed at k-1 (it acts from t_k+1 to t_k+2). */
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "fast/control/current_control.h"
 #include "tests/unit/vectors.h"
 

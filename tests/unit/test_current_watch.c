@@ -2,11 +2,7 @@
  * L di = T (u - R i), the rotor standing. Expected times and limits follow from the coefficients by hand. */
 #include "medium/protect/current_watch.h"
 
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-
-#include "unity.h"
+#include "tests/unit/compare.h"
 
 #define PERIOD     1e-4
 #define RESISTANCE 0.95

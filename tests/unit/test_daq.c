@@ -1,8 +1,7 @@
 /* The queue between interrupt and background: what it keeps and loses, and that what it gives is whole. */
 #include "talk/daq.h"
 
-#include <string.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 #define SLOTS 20u
 

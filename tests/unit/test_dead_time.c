@@ -1,8 +1,5 @@
 /* Numbers of docs/theory.md, 12, and of the stand-in power module: 311 V, 100 us, turn-on 0.7 us, turn-off
  * 0.9 us; and its six-vector picture, integrated here in double precision. */
-#include <math.h>
-#include <unity.h>
-
 #include "fast/inverter/dead_time.h"
 #include "tests/unit/vectors.h"
 

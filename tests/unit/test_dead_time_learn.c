@@ -1,10 +1,5 @@
 /* EMFs made of a turning rotor and of what three legs with their signs leave when another dead time is
  * believed than there is: expected values from that algebra alone. */
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/adapt/dead_time_learn.h"
 #include "tests/unit/vectors.h"
 

@@ -5,11 +5,8 @@
  * foreseen by as much. */
 #include "fast/inverter/doubt.h"
 
-#include <math.h>
-#include <stddef.h>
-#include <unity.h>
-
-#include "sweep.h"
+#include "tests/unit/compare.h"
+#include "tests/unit/sweep.h"
 
 #define ZONE 0.1f /* [A] */
 #define LEG  8.0f /* [V] */

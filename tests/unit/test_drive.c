@@ -1,8 +1,4 @@
 /* The rooms together: what goes from one to the next, and when. Each by itself has its own test. */
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "drive/drive.h"
 #include "math/float_bits.h"
 #include "settings/reasons.h"

@@ -1,6 +1,5 @@
 /* What becomes of the integrals of current control when the manoeuvre changes the frame. Speed and current
  * are zero and the currents on their references, so that nothing else moves an integral. */
-
 #include "math/angle.h"
 #include "math/trig.h"
 #include "tests/unit/drive_bench.h"

@@ -1,9 +1,4 @@
 /* The drive on its estimator, with a machine at its terminals. */
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
 #include "drive/drive.h"
 #include "settings/reasons.h"
 #include "settings/signals.h"

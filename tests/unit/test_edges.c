@@ -3,8 +3,7 @@
  * stands half way. Currents are the integrals of these voltages and of an EMF that stands still. */
 #include "fast/inverter/edges.h"
 
-#include <math.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 #define PERIOD     1e-4    /* [s] */
 #define INDUCTANCE 12.5e-3 /* [H] */

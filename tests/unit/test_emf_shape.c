@@ -1,8 +1,4 @@
 /* EMFs with a fifth and a seventh harmonic, made by algebra; expected is the sum of the two. */
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/adapt/emf_shape.h"
 #include "tests/unit/vectors.h"
 

@@ -2,10 +2,6 @@
  * the module; the true angle and speed are known. All expectations are closed forms of the loop of the
  * header. */
 #include <float.h>
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-#include <unity.h>
 
 #include "estimator/encoder.h"
 #include "math/angle.h"

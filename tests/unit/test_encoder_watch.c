@@ -3,10 +3,7 @@
  * lasts 8 ms, ten judgements, at larger EMFs as much shorter, three at least. Below five times that EMF
  * the mean of two windows is judged: one half turned comes to nothing, and that is a sign too. A judgement
  * whose EMF happens to be wrong along a phase's axis is put off: expect() counts the others. */
-#include <math.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unity.h>
 
 #include "estimator/encoder.h"
 #include "medium/protect/encoder_watch.h"

@@ -2,10 +2,8 @@
  * of a tracked, a caught and a lost rotor confirms, and what it does not. */
 #include "drive/drive.h"
 
-#include <string.h>
-#include <unity.h>
-
 #include "settings/reasons.h"
+#include "tests/unit/compare.h"
 
 static drive_t drive;
 

@@ -4,7 +4,6 @@
  *
  * Family F(s): p 4, R 0.95 ohm, L_q 20 mH, L_d = L_q/s, psi_f 0.1 Wb, 10 A; tracking loop by the rule for J
  * 0.01 kg m^2 and 800 rad/s. */
-
 #include "math/frames.h"
 #include "tests/oracle/salient_oracle.h"
 #include "tests/unit/estimator_bench.h"

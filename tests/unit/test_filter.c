@@ -1,7 +1,6 @@
-#include <math.h>
-#include <unity.h>
 
 #include "math/filter.h"
+#include "tests/unit/compare.h"
 
 static const float CUTOFF = 2000.0f;
 static const float PERIOD = 1e-4f;

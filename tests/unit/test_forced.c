@@ -4,9 +4,6 @@
  * gamma
  *
  * so that for small swings  s^2 + (K_t k psi_f p/J) H(s) s + w_n^2 = 0,  H: high-pass and low-pass of e_q. */
-#include <string.h>
-#include <unity.h>
-
 #include "fast/reference/forced.h"
 #include "tests/unit/vectors.h"
 

@@ -1,8 +1,7 @@
 /* Frames of XCP on TCP and SxI: LEN and CTR of 16 bits each, Intel order, then the packet. */
 #include "talk/frame.h"
 
-#include <string.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 #define SILENCE 50u
 

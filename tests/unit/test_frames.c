@@ -1,8 +1,5 @@
 /* Clarke and Park against complex numbers in double precision: the space vector 2/3 (a + b w + c w^2), w =
  * exp(j 2 pi/3), and its product with exp(-j theta). */
-#include <math.h>
-#include <unity.h>
-
 #include "math/frames.h"
 #include "tests/unit/vectors.h"
 

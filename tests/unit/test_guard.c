@@ -2,13 +2,8 @@
  * that reads the same rows one at a time. */
 #include "guard/guard.h"
 
-#include <math.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
-#include "sweep.h"
+#include "tests/unit/compare.h"
+#include "tests/unit/sweep.h"
 
 #include "estimator/chosen.h"
 #include "fast/measure.h"

@@ -1,11 +1,5 @@
 /* The learnt inductance on an EMF made by algebra: e_q = psi_f omega + (L_d,true - L_q,believed) omega i_d
  * and what else is asked, with a current control that follows by a low-pass. */
-#include <math.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/adapt/inductance.h"
 #include "tests/unit/compare.h"
 

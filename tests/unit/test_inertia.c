@@ -1,10 +1,7 @@
 /* The learnt inertia on a shaft made by algebra: domega/dt = K (i_q - i_L), the motor's current given, and
  * what of it is held back for the load. */
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/adapt/inertia.h"
+#include "tests/unit/compare.h"
 
 #define PERIOD     1e-4
 #define PSI        0.183

@@ -5,10 +5,6 @@
 #include "tests/unit/sweep.h"
 #include "tests/unit/vectors.h"
 
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #define COUNTS     7500
 #define DUTY_MIN   0.04
 #define DUTY_MAX   0.96

@@ -1,8 +1,6 @@
 #include "fast/measure.h"
 
-#include <math.h>
-#include <string.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 #define SETTLE  64u
 #define PERIODS 16 /* of the mean: a power of two, so that means of equal samples are exact */

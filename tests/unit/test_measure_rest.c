@@ -2,14 +2,11 @@
  * moved, left alone where a current flows, refused where they are too large. */
 #include "fast/measure.h"
 
-#include <math.h>
-#include <string.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 #define SETTLE 64u
 #define BLOCK  512u
 #define SHARE  ((float)DRIVE_CURRENT_RANGE / 20.0f) /* [-] of the board whose sensors see 20 A */
-#define PI     3.14159265358979323846
 
 static measure_t measure;
 static measure_tuning_t tuning;

@@ -1,9 +1,6 @@
 /* Shafts whose motion is algebra: J domega/dt = K_t (i - i_L). T_j is 0.8 ms, the limit 10 A. */
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/protect/motion_watch.h"
+#include "tests/unit/compare.h"
 
 #define LOOK       0.8e-3 /* [s] T_j */
 #define PER_AMPERE 17.0   /* K_t/J [rad/s^2 per A] */

@@ -1,9 +1,4 @@
 /* EMFs made of a turning vector and a constant: the constant is what an offset leaves, and what is found. */
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/adapt/offset_trim.h"
 #include "tests/unit/sweep.h"
 #include "tests/unit/vectors.h"

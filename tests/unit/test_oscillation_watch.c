@@ -1,10 +1,8 @@
 /* Does the speed loop swing a shaft? Sines of the torque reference, as they grow, stay or fade, and noise. */
-#include <math.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unity.h>
 
 #include "medium/protect/oscillation_watch.h"
+#include "tests/unit/compare.h"
 
 #define LIMIT 5.0    /* [A] */
 #define STEP  0.8e-3 /* [s] */

@@ -1,8 +1,6 @@
 #include "estimator/chosen.h"
 #include "settings/params.h"
 
-#include <math.h>
-
 #include "settings/reasons.h"
 #include "settings/requests.h"
 #include "tests/unit/rows.h"

@@ -1,8 +1,6 @@
-#include <math.h>
-#include <stdint.h>
-#include <unity.h>
 
 #include "math/pi.h"
+#include "tests/unit/compare.h"
 
 static const float PERIOD = 1e-4f;
 

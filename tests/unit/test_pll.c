@@ -6,12 +6,6 @@
  * 0.005) turns into less than 1e-5 rad in the mean. An integrator that carries the whole speed (conventional
  * loop) moves only when ki T eps exceeds half of its last digit, 1.6e-5 rad/s below 512 rad/s: it may rest
  * STALL/(ki T) off. */
-#include <math.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
 #include "estimator/pll.h"
 #include "math/angle.h"
 #include "math/bounds.h"

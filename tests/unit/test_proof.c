@@ -1,9 +1,6 @@
 /* The proof of a lock: several windows of the EMF agree, one after the other, or it fails in time. */
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/manoeuvre/proof.h"
+#include "tests/unit/compare.h"
 
 #define T      1e-4f
 #define PSI    0.183

@@ -1,10 +1,5 @@
 /* Integer arithmetic against 128-bit integers and double libm: exhaustive where the domain is small, else by
  * a dense sweep and a fixed-seed draw. */
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <unity.h>
-
 #include "math/filter_q.h"
 #include "math/frames_q.h"
 #include "math/q.h"

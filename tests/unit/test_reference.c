@@ -1,7 +1,6 @@
 #include "fast/reference/reference.h"
 
-#include <string.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 /* References in the rotor's frame, from the setpoints of windows of eight periods. Powers of two where the
  * sums shall be exact. */

@@ -1,7 +1,5 @@
 /* What a refusal of the parameters tells is true: every value of the told range is accepted as far as the row
  * is concerned, one number beyond it is not, and where nothing is accepted the row to change makes room. */
-#include <math.h>
-
 #include "settings/reasons.h"
 #include "settings/requests.h"
 #include "tests/unit/rows.h"

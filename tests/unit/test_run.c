@@ -1,10 +1,7 @@
 #include "medium/manoeuvre/run.h"
 
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "fast/reference/demand.h"
+#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 
 /* The paper's speed control; powers of two where the sums shall be exact. */

@@ -1,6 +1,3 @@
-#include <math.h>
-#include <string.h>
-#include <unity.h>
 
 #include "tests/unit/sequence_bench.h"
 #include "tests/unit/sweep.h"

@@ -1,7 +1,5 @@
 /* What a request leads to: on after a quick stop, on after a reset, and that no request stays without an
  * effect and without a refusal. */
-#include <unity.h>
-
 #include "tests/unit/sequence_bench.h"
 
 /* So many windows with this value of `enable`; then the machine is there and says this of the request. */

@@ -1,7 +1,3 @@
-#include <math.h>
-#include <stdbool.h>
-#include <string.h>
-#include <unity.h>
 
 #include "medium/manoeuvre/speed_control.h"
 #include "tests/unit/sweep.h"

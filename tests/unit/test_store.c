@@ -3,12 +3,9 @@
  * some of its bits, and from there on nothing happens until the power is back. */
 #include "talk/store.h"
 
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "settings/params.h"
-#include "sweep.h"
+#include "tests/unit/compare.h"
+#include "tests/unit/sweep.h"
 
 #define PAGE  2048u                                          /* [words] eight sets of the parameters */
 #define EVERY (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u) /* cut of the power; all of them on the desk */

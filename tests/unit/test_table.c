@@ -1,13 +1,10 @@
 #include "contract/table.h"
 
-#include <math.h>
-#include <string.h>
-
 #include "settings/params.h"
 #include "settings/reasons.h"
 #include "settings/requests.h"
 #include "settings/signals.h"
-#include "unity.h"
+#include "tests/unit/compare.h"
 
 typedef struct {
     float f;

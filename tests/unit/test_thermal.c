@@ -3,10 +3,6 @@
 #include "medium/protect/thermal.h"
 #include "tests/unit/compare.h"
 
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #define PERIOD  1e-4 /* [s] of the carrier */
 #define EVERY   16   /* periods from one square to the next */
 #define WITHIN  0.02 /* of the largest heat */

@@ -1,9 +1,5 @@
 /* What three legs that lose different voltages and have different resistances leave in an EMF, summed leg by
  * leg; expected are the differences from their mean. */
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/adapt/unequal_legs.h"
 #include "tests/unit/vectors.h"
 

@@ -1,7 +1,6 @@
 #include "medium/manoeuvre/weakening.h"
 
-#include <math.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 /* A family of rotors: L_q 20 mH, psi_f 0.1 Wb, 15 A; without R, so that voltage is speed times flux. */
 #define FLUX    0.1

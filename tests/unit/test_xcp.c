@@ -4,10 +4,8 @@
  * extensions 5 and 6. */
 #include "talk/xcp.h"
 
-#include <stdio.h>
+#include "tests/unit/compare.h"
 #include <stdlib.h>
-#include <string.h>
-#include <unity.h>
 
 #define SLOTS 9u /* slot 0 is none */
 

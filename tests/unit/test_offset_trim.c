@@ -157,18 +157,13 @@ static void test_a_slow_window_is_a_whole_turn(void)
 /* ---- when nothing may be concluded ---- */
 
 /* One window in which the trim is told these speeds at its beginning and end. */
-static ab_t window_of_speeds(float begin, float end)
+static void expect_window_of_speeds(float begin, float end, bool counts)
 {
     setUp();
     rotor.omega = begin;
     begin_window();
     rotor.omega = end;
-    return steps(CONSTANT, WINDOW);
-}
-
-static void expect_window_of_speeds(float begin, float end, bool counts)
-{
-    const ab_t offset = window_of_speeds(begin, end);
+    const ab_t offset = steps(CONSTANT, WINDOW);
     expect_offset(counts ? -0.05 * CONSTANT : 0.0, counts ? ROUNDING : 0.0, offset);
 }
 

@@ -1,4 +1,3 @@
-
 #include "math/pi.h"
 #include "tests/unit/compare.h"
 

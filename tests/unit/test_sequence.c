@@ -1,4 +1,3 @@
-
 #include "tests/unit/sequence_bench.h"
 #include "tests/unit/sweep.h"
 
@@ -199,11 +198,7 @@ static void test_reset_needs_an_edge(void)
     go(3u * REARM, DRIVE_FAULT, OFF);
     reset_edge();
     expect_state(DRIVE_NOT_READY);
-}
-
-static void test_a_reset_from_before_the_fault_is_no_edge(void)
-{
-    from(DRIVE_OPERATION_ENABLED);
+    from(DRIVE_OPERATION_ENABLED); /* one from before the fault is none */
     requests.fault_reset = 1;
     steps(1);
     sequence_fault(&sequence, REASON_MODULE_FAULT);

@@ -1,4 +1,3 @@
-
 #include "medium/manoeuvre/speed_control.h"
 #include "tests/unit/sweep.h"
 #include "tests/unit/vectors.h"

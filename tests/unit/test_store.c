@@ -174,13 +174,9 @@ static void expect_defaults(store_found_t what)
 
 /* ---- saving ---- */
 
-static void test_nothing_stored_gives_defaults(void)
+static void test_nothing_stored_gives_defaults_and_random_sets_survive(void)
 {
     expect_defaults(STORE_EMPTY);
-}
-
-static void test_random_sets_survive(void)
-{
     const uint32_t sets = 10000u / SWEEP_LONG;
     for (uint32_t n = 0; n < sets; n++) {
         save_and_expect_it();
@@ -285,16 +281,13 @@ static uint32_t cut_everywhere(const params_t *before, bool is_empty)
     }
 }
 
-static void test_cut_in_the_first_set_leaves_none_or_it(void)
-{
-    const params_t before = defaults();
-    TEST_ASSERT_EQUAL_UINT32(WORDS, cut_everywhere(&before, true));
-}
-
 static void test_cut_while_a_set_is_added_leaves_old_or_new(void)
 {
+    params_t before = defaults(); /* the first set: none or it */
+    TEST_ASSERT_EQUAL_UINT32(WORDS, cut_everywhere(&before, true));
+    size_of_page(PAGE);
     save_random();
-    const params_t before = save_random();
+    before = save_random();
     TEST_ASSERT_EQUAL_UINT32(WORDS, cut_everywhere(&before, false));
 }
 
@@ -413,6 +406,10 @@ static void test_content_that_is_no_store_is_told(void)
         expect_defaults(STORE_CORRUPT);
         save_and_expect_it(); /* and is no more once a set is stored */
     }
+    size_of_page(PAGE);
+    save_random();
+    content.page[0][1] = STORE_VERSION + 1u; /* another format */
+    expect_defaults(STORE_CORRUPT);
 }
 
 /* A set stored over a corrupt one is in force, though the corrupt one has a serial, too. */
@@ -428,13 +425,6 @@ static void test_a_set_stored_over_a_corrupt_store_is_in_force(void)
     expect_defaults(STORE_CORRUPT);
     save_and_expect_it();
     save_and_expect_it();
-}
-
-static void test_a_record_of_another_format_is_told(void)
-{
-    save_random();
-    content.page[0][1] = STORE_VERSION + 1u;
-    expect_defaults(STORE_CORRUPT);
 }
 
 /* ---- another table ---- */

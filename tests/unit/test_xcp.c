@@ -233,14 +233,11 @@ static void test_a_new_connection_begins_anew(void)
     TEST_ASSERT_EQUAL_UINT32(0u, daq.lists);
 }
 
-static void test_synch_is_answered_by_its_error_and_comm_mode_info_by_octets(void)
+/* Synchronisation is answered by its error, the mode of communication by octets. */
+static void test_unknown_commands_are_told_so(void)
 {
     ask("FC", "FE 00");
     ask("FB", "FF 00 00 00 00 00 00 10");
-}
-
-static void test_unknown_commands_are_told_so(void)
-{
     static const uint16_t unknown[] = {0xF8, 0xF7, 0xF2, 0xF1, 0xEF, 0xEE, 0xED, 0xEC, 0xE6,
                                        0xE3, 0xDF, 0xDB, 0xD8, 0xD2, 0xC7, 0xC0, 0x80, 0x00};
     for (uint32_t n = 0; n < sizeof unknown / sizeof unknown[0]; n++) {

@@ -1,7 +1,6 @@
 /* What rig and plant can break, set on a running drive: that it acts at its instant, reaches the drive
  * through the chip as it would on a board, can be taken back, and costs no bit while it is none. What the
  * drive does about it is judged elsewhere. */
-
 #include "hal/f28335/qep.h"
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/run.h"

@@ -1,6 +1,5 @@
 /* Encoder tracks that jump, a quick stop without the encoder, and a bridge that comes on at speed. What the
  * fault matrix asks of every fault and manoeuvre (host_sim/lab/matrix_table.h) is not asked here. */
-
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 

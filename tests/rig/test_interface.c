@@ -1,5 +1,4 @@
 /* The rig's C interface: tables, staged parameters, refusals as data and as text. */
-
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 

@@ -1,5 +1,4 @@
 /* The serial line, the stored pages and the restart through the whole ring: HAL, virtual chip, rig. */
-
 #include "hal/hal.h"
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/run.h"

@@ -5,11 +5,8 @@
  * foreseen by as much. */
 #include "fast/inverter/doubt.h"
 
-#include <math.h>
-#include <stddef.h>
-#include <unity.h>
-
-#include "sweep.h"
+#include "tests/unit/compare.h"
+#include "tests/unit/sweep.h"
 
 #define ZONE 0.1f /* [A] */
 #define LEG  8.0f /* [V] */
@@ -85,12 +82,6 @@ static void expect_around_amount(float *value, float limit, bool below, bool at,
 
 /* ---- the voltage ---- */
 
-static void test_smallest_current_below_at_above_the_limit(void)
-{
-    input.current = smallest_of(0.0f);
-    expect_around_amount(&input.current.alpha, ZONE, true, false, false);
-}
-
 /* Where one zone, 0.1 A, is a fifth of the largest current. By the slowest, for the memory of a crossing
  * counts into the part of a turn, too. */
 static void test_largest_current_below_at_above_what_makes_one_zone_a_part_of_the_turn(void)
@@ -116,18 +107,21 @@ static void test_every_phase_counts_as_the_largest(void)
     }
 }
 
-static void test_emf_below_at_above_four_leg_losses(void)
+/* Smallest current and EMF; with |e| largest = 128 VA and a leg of 8 V the zone's limit is 0.005 128/8 = 0.08
+ * A; detector and speed of a steady drive. */
+static void test_each_condition_of_a_steady_drive_below_at_above(void)
 {
     expect_around(&input.amplitude, 4.0f * LEG, true, false, false);
-}
-
-/* With |e| largest = 128 VA and a leg of 8 V the zone's limit is 0.005 128/8 = 0.08 A. */
-static void test_flux_lost_in_the_zone_below_at_above_the_angle_that_matters(void)
-{
-    static const float limit = 0.005f * 16.0f;
     input.amplitude = 16.0f;
     input.current = largest_of(8.0f);
-    expect_around(&tuning.current, limit, false, false, true);
+    expect_around(&tuning.current, 0.005f * 16.0f, false, false, true);
+    setUp();
+    input.current = smallest_of(0.0f);
+    expect_around_amount(&input.current.alpha, ZONE, true, false, false);
+    setUp();
+    expect_around_amount(&input.detector, 0.1f, true, false, false);
+    input.detector = 0.0f;
+    expect_around_amount(&input.omega_e, 8.0f, false, true, true);
 }
 
 static void test_no_limit_is_no_doubt(void)
@@ -144,13 +138,6 @@ static void test_no_limit_is_no_doubt(void)
 
 /* ---- when the loop may coast: a steady drive ---- */
 
-static void test_detector_and_speed_of_a_steady_drive_below_at_above(void)
-{
-    expect_around_amount(&input.detector, 0.1f, true, false, false);
-    input.detector = 0.0f;
-    expect_around_amount(&input.omega_e, 8.0f, false, true, true);
-}
-
 static void expect_around_miss(float acceleration, float share)
 {
     doubt_params_t params = PARAMS;
@@ -162,9 +149,8 @@ static void expect_around_miss(float acceleration, float share)
     }
 }
 
-/* A fifth, and of a light rotor a tenth: in 5 ms the limit of current turns it by 20 mrad, which takes 1600
- * rad/s^2.
- */
+/* A fifth, and of a light rotor a tenth: in 5 ms the limit of current turns it by 20 mrad, by 1600
+ * rad/s^2. */
 static void test_speed_miss_below_at_above_a_fifth_or_a_tenth(void)
 {
     expect_around_miss(PARAMS.acceleration, 0.2f);
@@ -186,16 +172,12 @@ static void given_known_acceleration(void)
     input.omega_e = 5.0f;
 }
 
-static void test_a_known_acceleration_needs_no_steady_drive(void)
+static void test_known_acceleration_needs_no_steady_drive_but_a_large_current_and_a_speed(void)
 {
     given_known_acceleration();
     TEST_ASSERT_TRUE(doubted());
     begin(&PARAMS);
     TEST_ASSERT_FALSE(doubted());
-}
-
-static void test_known_acceleration_needs_a_large_current_and_a_speed_below_at_above(void)
-{
     given_known_acceleration();
     expect_around_amount(&input.omega_e, 3.0f, false, true, true);
     tuning.current = 0.1f * 4.0f;
@@ -256,8 +238,7 @@ static uint32_t coasted(void)
     return count;
 }
 
-/* Three periods of the observer, and two time constants of an EMF filter faster than 200 rad/s: 2/(cutoff T).
- */
+/* Three periods of the observer, and two time constants of an EMF filter above 200 rad/s: 2/(cutoff T). */
 static void test_is_remembered_as_long_as_the_filter_does(void)
 {
     static const struct {
@@ -300,21 +281,23 @@ static void test_of_a_turn_no_more_than_a_third_is_coasted(void)
     }
 }
 
-static void test_a_new_doubt_begins_the_memory_anew(void)
+static void given_remembered_doubt(void)
 {
     TEST_ASSERT_TRUE(doubt_step(&doubt, &tuning, &input));
     input.amplitude = 100.0f;
     TEST_ASSERT_TRUE(doubt_step(&doubt, &tuning, &input));
+}
+
+static void test_a_new_doubt_begins_the_memory_anew(void)
+{
+    given_remembered_doubt();
     input.amplitude = 7.0f;
     TEST_ASSERT_EQUAL_UINT32(3u, coasted());
 }
 
-/* An error to work off ends the coasting at once, and what was remembered with it. */
 static void test_memory_ends_with_the_steady_drive(void)
 {
-    TEST_ASSERT_TRUE(doubt_step(&doubt, &tuning, &input));
-    input.amplitude = 100.0f;
-    TEST_ASSERT_TRUE(doubt_step(&doubt, &tuning, &input));
+    given_remembered_doubt();
     input.detector = 0.5f;
     TEST_ASSERT_FALSE(doubt_step(&doubt, &tuning, &input));
     input.detector = 0.0f;

@@ -52,11 +52,12 @@ static void print_bash(void)
     printf("\" -- \"$word\")); return ;;\n"
            "    --record) COMPREPLY=($(compgen -W \"");
     print_rows(false, "");
-    printf("\" -- \"$word\")); return ;;\n"
-           "    --format) COMPREPLY=($(compgen -W \"csv mat vcd mdf html png svg\" -- \"$word\")); return ;;\n"
-           "    --out) COMPREPLY=($(compgen -d -- \"$word\")); return ;;\n"
-           "    esac\n"
-           "    case $command in\n");
+    printf(
+        "\" -- \"$word\")); return ;;\n"
+        "    --format) COMPREPLY=($(compgen -W \"csv mat vcd mdf html png svg\" -- \"$word\")); return ;;\n"
+        "    --out) COMPREPLY=($(compgen -d -- \"$word\")); return ;;\n"
+        "    esac\n"
+        "    case $command in\n");
     for (size_t n = 0; n < cli_command_count; n++) {
         const cli_command_t *command = &cli_commands[n];
         printf("    %s)\n        COMPREPLY=($(compgen -W \"", command->name);

@@ -72,6 +72,7 @@ void app_write(const drive_command_t *command)
 
 HAL_INTERRUPT void app_interrupt(void)
 {
+    const uint32_t begin = hal_time();
     drive_samples_t samples;
     drive_command_t command;
     app_read(&samples);
@@ -80,13 +81,16 @@ HAL_INTERRUPT void app_interrupt(void)
     }
     daq_sample(&app->talk.daq, &app->drive, app->drive.fast.period);
     talk_exchange();
+    drive_took(&app->drive.fast_took, hal_time() - begin);
     app_write(&command);
 }
 
 HAL_INTERRUPT void app_medium(void)
 {
     hal_begin_medium();
+    const uint32_t begin = hal_time();
     drive_medium_step(&app->drive);
+    drive_medium_took(&app->drive, hal_time() - begin);
     hal_end_medium();
 }
 

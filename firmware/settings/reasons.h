@@ -38,6 +38,9 @@
     R(74, STORE_FAILED, "store_failed",                                                                      \
       "the flash did not accept the parameters: those stored before are unchanged",                          \
       "switch the bridge off and save again; if this repeats, replace the controller")                       \
+    R(116, STORE_FOREIGN, "store_foreign",                                                                   \
+      "the memory for parameters holds data of another program: nothing is saved into it",                   \
+      "if nothing in it is needed, erase it with `erase yes`, then save")                                    \
     R(80, ENABLE_HELD, "enable_held",                                                                        \
       "`enable` was on while a fault was reset: a reset alone starts nothing",                               \
       "set `enable` to off, then to on")                                                                     \

@@ -49,6 +49,8 @@ const connect_command_t connect_commands[] = {
      "stores the active parameters in the drive's flash; the bridge must be off"},
     {"load", "", 0u, "", connect_load, "stages the saved parameters"},
     {"defaults", "", 0u, "", connect_defaults, "stages the default parameters"},
+    {"erase", "yes", 0u, "yes", connect_erase,
+     "erases all saved parameters, or what another program has left in their place; the active ones stay"},
     {"restart", "", 0u, "", connect_restart, "resets the controller, and connects again"},
     {"record", "NAME... for TIME --out FOLDER [every PERIODS] " WHERE, COMPLETE_SIGNALS,
      "for every --out --name --format", connect_record,

@@ -7,7 +7,8 @@ static uint32_t drive_flags(uint16_t hal_flags)
     return ((hal_flags & HAL_FLAG_TRIPPED) != 0u ? DRIVE_SAMPLE_TRIPPED : 0u) |
            ((hal_flags & HAL_FLAG_FAULT_PIN) != 0u ? DRIVE_SAMPLE_FAULT_LINE : 0u) |
            ((hal_flags & HAL_FLAG_ENCODER) != 0u ? DRIVE_SAMPLE_ENCODER : 0u) |
-           ((hal_flags & HAL_FLAG_LATE) != 0u ? DRIVE_SAMPLE_LATE : 0u);
+           ((hal_flags & HAL_FLAG_LATE) != 0u ? DRIVE_SAMPLE_LATE : 0u) |
+           ((hal_flags & HAL_FLAG_NOT_ENABLED) != 0u ? DRIVE_SAMPLE_NOT_ENABLED : 0u);
 }
 
 static float current_of(uint16_t code)

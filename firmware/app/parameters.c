@@ -23,10 +23,8 @@ static void tell(parameters_state_t state, uint32_t unknown, uint32_t defaulted)
 static bool load(params_t *params)
 {
     static const parameters_state_t states[(uint32_t)STORE_FOREIGN + 1u] = {
-        [STORE_EMPTY] = PARAMETERS_EMPTY,
-        [STORE_LOADED] = PARAMETERS_LOADED,
-        [STORE_MIGRATED] = PARAMETERS_MIGRATED,
-        [STORE_CORRUPT] = PARAMETERS_CORRUPT,
+        [STORE_EMPTY] = PARAMETERS_EMPTY,       [STORE_LOADED] = PARAMETERS_LOADED,
+        [STORE_MIGRATED] = PARAMETERS_MIGRATED, [STORE_CORRUPT] = PARAMETERS_CORRUPT,
         [STORE_FOREIGN] = PARAMETERS_FOREIGN,
     };
     store_told_t told;

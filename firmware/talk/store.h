@@ -22,8 +22,8 @@
  * failure: that of the header of the first and only record of a page, while the other page still holds
  * older records; these are loaded then.
  *
- * Contents without any trace of a record are not ours: a chip that another program has used. They are foreign,
- * not corrupt, and stay until store_erase().
+ * Contents without any trace of a record are not ours: a chip that another program has used. They are
+ * foreign, not corrupt, and stay until store_erase().
  *
  * A set is stored by ids, so that another version of the program can read it: see store_load(). */
 #ifndef TALK_STORE_H

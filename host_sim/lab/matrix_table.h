@@ -100,7 +100,10 @@
     F(FLIP_FLASH,       "flip_flash",       LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 1.0),               "a bit of the program in flash turns over") \
     F(FLIP_CODE,        "flip_code",        LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 2.0),               "a bit of the interrupt's code in RAM turns over") \
     F(FLIP_STACK_END,   "flip_stack_end",   LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 3.0),               "a bit at the end of the stack turns over") \
-    F(FLIP_PARAMS,      "flip_params",      LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 4.0),               "a bit of the active parameters turns over")
+    F(FLIP_PARAMS,      "flip_params",      LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 4.0),               "a bit of the active parameters turns over") \
+    /* enable input */ \
+    F(ENABLE_LOST,      "enable_lost",      LATER, 1.0, FOR_GOOD, SET("rig.enable_input", 1.0),              "the board's enable input is lost, for good") \
+    F(ENABLE_BOUNCES,   "enable_bounces",   LATER, 3.0, 2e-3,     SET("rig.enable_input", 1.0),              "the board's enable input is lost for 2 ms")
 
 /* ---- manoeuvres ----
  *
@@ -194,6 +197,9 @@
 #define TWO_WINDOWS      "a value is suspected in the first whole window in which it is constant, and reported in the next one (docs/theory.md, 27)"
 #define WITHOUT_CURRENT  "3.2 ms of the time in which current is commanded, plus its zero crossing of 2 ms and a window (docs/theory.md, 27)"
 #define EIGHT_MS_OF_EMF  "10.3 ms to 37 degrees, 8 ms of the EMF at this speed, and three looks (docs/theory.md, 28)"
+#define NO_ENABLE_INPUT  "the board has no enable input"
+#define BOARD_HAS_INPUT(reactions) (BOARD_ENABLE_INPUT != BOARD_NONE ? (reactions) : NEVER)
+#define INPUT_DEBOUNCED  ((double)BOARD_ENABLE_DEBOUNCE_US * 1e-6 + 4e-3) /* [s] and the windows of the medium task */
 #define BOARD_HAS_C(reactions) (BOARD_CURRENT_SENSORS == 3 ? (reactions) : NEVER)
 
 #define MATRIX_PROMISES(P) \
@@ -342,7 +348,11 @@
     P(FLIP_FLASH,       EVERYWHERE, BOTH, OPENS, "program_corrupt", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND) \
     P(FLIP_CODE,        EVERYWHERE, BOTH, OPENS, "program_corrupt", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND) \
     P(FLIP_STACK_END,   EVERYWHERE, BOTH, OPENS, "stack_low", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND) \
-    P(FLIP_PARAMS,      EVERYWHERE, BOTH, OPENS, "params_corrupt", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND)
+    P(FLIP_PARAMS,      EVERYWHERE, BOTH, OPENS, "params_corrupt", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND) \
+    \
+    P(ENABLE_LOST,      EVERYWHERE, BOTH, BOARD_HAS_INPUT(STOPS), "enable_input", INPUT_DEBOUNCED, LIMIT, OUT, NO_ENABLE_INPUT) \
+    P(ENABLE_LOST,      AT(OFF),    BOTH, BOARD_HAS_INPUT(REFUSES), "enable_input enable_held", INPUT_DEBOUNCED, LIMIT, OUT, NO_ENABLE_INPUT) \
+    P(ENABLE_BOUNCES,   EVERYWHERE, BOTH, BOARD_HAS_INPUT(RIDES), "", ANY_TIME, LIMIT, FOLLOWS, NO_ENABLE_INPUT)
 
 /* ---- not yet kept ----
  *

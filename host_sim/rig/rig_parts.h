@@ -52,7 +52,8 @@ const char *rig_advice_text(char to[RIG_NUMBER_SIZE], double advice, double min,
 
 /* rig_world.c */
 chip_world_t rig_world(rig_t *rig);
-void rig_follow_fault_line(rig_t *rig); /* the plant has changed beside a gate edge */
+void rig_drive_enable_input(rig_t *rig); /* the pin as its row says */
+void rig_follow_fault_line(rig_t *rig);  /* the plant has changed beside a gate edge */
 
 /* rig_software.c */
 void rig_software_bind(rig_t *rig);

@@ -406,7 +406,8 @@ static void test_each_flag_of_the_board_is_the_drive_s(void)
     } flags[] = {{HAL_FLAG_TRIPPED, DRIVE_SAMPLE_TRIPPED},
                  {HAL_FLAG_FAULT_PIN, DRIVE_SAMPLE_FAULT_LINE},
                  {HAL_FLAG_ENCODER, DRIVE_SAMPLE_ENCODER},
-                 {HAL_FLAG_LATE, DRIVE_SAMPLE_LATE}};
+                 {HAL_FLAG_LATE, DRIVE_SAMPLE_LATE},
+                 {HAL_FLAG_NOT_ENABLED, DRIVE_SAMPLE_NOT_ENABLED}};
     for (size_t n = 0; n < sizeof flags / sizeof flags[0]; n++) {
         drive_samples_t samples;
         conversion.flags = flags[n].of_board;

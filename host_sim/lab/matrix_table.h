@@ -198,6 +198,7 @@
 #define WITHOUT_CURRENT  "3.2 ms of the time in which current is commanded, plus its zero crossing of 2 ms and a window (docs/theory.md, 27)"
 #define EIGHT_MS_OF_EMF  "10.3 ms to 37 degrees, 8 ms of the EMF at this speed, and three looks (docs/theory.md, 28)"
 #define NO_ENABLE_INPUT  "the board has no enable input"
+#define INPUT_COMES_LATER "with the bridge off the loss lasts until `enable` is on: an input that comes back starts nothing"
 #define BOARD_HAS_INPUT(reactions) (BOARD_ENABLE_INPUT != BOARD_NONE ? (reactions) : NEVER)
 #define INPUT_DEBOUNCED  ((double)BOARD_ENABLE_DEBOUNCE_US * 1e-6 + 4e-3) /* [s] and the windows of the medium task */
 #define BOARD_HAS_C(reactions) (BOARD_CURRENT_SENSORS == 3 ? (reactions) : NEVER)
@@ -352,7 +353,8 @@
     \
     P(ENABLE_LOST,      EVERYWHERE, BOTH, BOARD_HAS_INPUT(STOPS), "enable_input", INPUT_DEBOUNCED, LIMIT, OUT, NO_ENABLE_INPUT) \
     P(ENABLE_LOST,      AT(OFF),    BOTH, BOARD_HAS_INPUT(REFUSES), "enable_input enable_held", INPUT_DEBOUNCED, LIMIT, OUT, NO_ENABLE_INPUT) \
-    P(ENABLE_BOUNCES,   EVERYWHERE, BOTH, BOARD_HAS_INPUT(RIDES), "", ANY_TIME, LIMIT, FOLLOWS, NO_ENABLE_INPUT)
+    P(ENABLE_BOUNCES,   EVERYWHERE, BOTH, BOARD_HAS_INPUT(RIDES), "", ANY_TIME, LIMIT, FOLLOWS, NO_ENABLE_INPUT) \
+    P(ENABLE_BOUNCES,   AT(OFF),    BOTH, BOARD_HAS_INPUT(REFUSES), "enable_held", ANY_TIME, LIMIT, OUT, INPUT_COMES_LATER)
 
 /* ---- not yet kept ----
  *

@@ -35,7 +35,7 @@
     {{"plant.dc_capacitance", 0.0, 1e-3}, {"plant.dc_resistance", 0.0, 0.2}, {row, 0.0, value}}
 
 /* The code that the ADC gives for so many amperes. */
-#define CODE(amperes) floor(((amperes) - (double)BOARD_CURRENT_AT_0V) / (double)BOARD_CURRENT_PER_CODE + 0.5)
+#define CODE(amperes) (double)(int32_t)(((amperes) - (double)BOARD_CURRENT_AT_0V) / (double)BOARD_CURRENT_PER_CODE + 0.5)
 
 #define HALF_A_TURN 0.785398 /* [rad] electrical, of four pole pairs */
 
@@ -112,20 +112,21 @@
 
 #define NOT_WITH_ENCODER "with the encoder control turns with its angle at every speed: there is nothing but run"
 #define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
+#define NO_SPEED (double)NAN
 #define ENABLED true
 #define OFF_YET false
 
 #define MATRIX_MANOEUVRES(M) \
-    M(OFF,      "off",      NULL,             OFF_YET, 0.0,    300.0,  0.0, 0.0, NAN,    NULL,           NULL,                0.0,          0.05, "ready, the bridge off; 0.1 s after the fault it is asked to come on, at 300 r/min") \
-    M(ALIGN,    "align",    NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NAN,    "manoeuvre",    "align",             0.0,          0.05, "start: the forced frame turns slowly and takes the rotor along") \
-    M(RAMP,     "ramp",     NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NAN,    "manoeuvre",    "ramp",              0.0,          0.05, "start: the forced frame goes faster") \
-    M(HANDOVER, "handover", NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NAN,    "manoeuvre",    "handover",          0.0,          0.0,  "start: the current comes down, then the frame is that of the estimate") \
-    M(RUN_SLOW, "run_slow", NULL,             ENABLED, 150.0,  150.0,  2.5, 1.0, NAN,    NULL,           NULL,                0.0,          0.0,  "150 r/min, 2.5 N m") \
-    M(RUN_FAST, "run_fast", NULL,             ENABLED, 1200.0, 1200.0, 2.5, 1.0, NAN,    NULL,           NULL,                0.0,          0.0,  "1200 r/min, 2.5 N m") \
+    M(OFF,      "off",      NULL,             OFF_YET, 0.0,    300.0,  0.0, 0.0, NO_SPEED,NULL,           NULL,                0.0,          0.05, "ready, the bridge off; 0.1 s after the fault it is asked to come on, at 300 r/min") \
+    M(ALIGN,    "align",    NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NO_SPEED,"manoeuvre",    "align",             0.0,          0.05, "start: the forced frame turns slowly and takes the rotor along") \
+    M(RAMP,     "ramp",     NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NO_SPEED,"manoeuvre",    "ramp",              0.0,          0.05, "start: the forced frame goes faster") \
+    M(HANDOVER, "handover", NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NO_SPEED,"manoeuvre",    "handover",          0.0,          0.0,  "start: the current comes down, then the frame is that of the estimate") \
+    M(RUN_SLOW, "run_slow", NULL,             ENABLED, 150.0,  150.0,  2.5, 1.0, NO_SPEED,NULL,           NULL,                0.0,          0.0,  "150 r/min, 2.5 N m") \
+    M(RUN_FAST, "run_fast", NULL,             ENABLED, 1200.0, 1200.0, 2.5, 1.0, NO_SPEED,NULL,           NULL,                0.0,          0.0,  "1200 r/min, 2.5 N m") \
     M(FORCED,   "forced",   NOT_WITH_ENCODER, ENABLED, 300.0,  300.0,  0.0, 0.5, 20.0,   "manoeuvre",    "forced",            0.0,          0.2,  "20 r/min: too slow to track, the rotor follows a forced frame") \
     M(REVERSAL, "reversal", NULL,             ENABLED, 500.0,  500.0,  0.0, 0.5, -500.0, "true_omega_m", NULL,                3.0,          0.0,  "500 to -500 r/min, at zero speed") \
     M(BRAKING,  "braking",  NULL,             ENABLED, 1500.0, 1500.0, 0.0, 0.5, 300.0,  "true_omega_m", NULL,                1200.0 * RPM, 0.0,  "1500 to 300 r/min at the current limit, at 1200 r/min") \
-    M(CATCH,    "catch",    NULL,             ENABLED, 600.0,  600.0,  0.0, 0.0, NAN,    "state",        "operation_enabled", 0.0,          2e-3, "the bridge has come on 2 ms ago at a rotor that turns at 600 r/min")
+    M(CATCH,    "catch",    NULL,             ENABLED, 600.0,  600.0,  0.0, 0.0, NO_SPEED,"state",        "operation_enabled", 0.0,          2e-3, "the bridge has come on 2 ms ago at a rotor that turns at 600 r/min")
 
 /* ---- promises ----
  *
@@ -159,7 +160,7 @@
 #define SOON_IN_ITS_HALF MATRIX_NOTICED_LATER
 #define AT_ONCE  1e-3
 #define ONE_CHECK 0.05 /* [s] two rounds of the background's look at the memory of the simulated chip */
-#define ANY_TIME NAN
+#define ANY_TIME (double)NAN
 
 /* Reactions that take windows of the medium task: a value is suspected in the first whole window in which it is constant,
  * is reported in the next one, and the gates are off a period later. */

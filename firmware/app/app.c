@@ -73,9 +73,9 @@ void app_write(const drive_command_t *command)
 
 HAL_INTERRUPT void app_interrupt(void)
 {
-    const uint32_t begin = hal_time();
     drive_samples_t samples;
     drive_command_t command;
+    const uint32_t begin = hal_time();
     app_read(&samples);
     if (drive_step(&app->drive, &samples, &command)) {
         hal_request_medium();

@@ -121,8 +121,9 @@ COMPILER = {"_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__tls_get_addr"}
 LIBRARIES = {
     "core": {"extern": r"sqrtf|str(?:len|chr|n?cmp)|check_failed", "uses": (), "data": None},
     "firmware": {"extern": r"sqrtf|str(?:len|chr|n?cmp)|check_failed", "uses": ("core",), "data": None},
-    # desk_drive_...: what the desk's build puts in the place of drive_step and drive_medium_step (host_sim/rig/rig.cmake)
-    "app": {"extern": r"desk_drive_(medium_)?step", "uses": ("core", "firmware", "hal"), "data": r"app|talk_line"},
+    # desk_drive_...: what the desk's build puts in the place of drive_step, drive_medium_step and drive_medium_took
+    # (host_sim/rig/rig.cmake)
+    "app": {"extern": r"desk_drive_(step|medium_step|medium_took)", "uses": ("core", "firmware", "hal"), "data": r"app|talk_line"},
     "hal": {"extern": r"bus_\w+|f28335_base", "uses": (), "data": None},
     "chip": {},
     "plant": {},

@@ -364,7 +364,7 @@ static uint32_t key_of(const char *text, struct argp_state *state)
     if (text[0] < '0' || text[0] > '9' || *end != '\0' || key == 0u ||
         key > (unsigned long)table_whole_max(rig_row_by_name("line_key"))) {
         argp_error(state,
-                   "--key %s: accepted is the drive's parameter line_key, a whole number from 1 to 9999999",
+                   "--key %s: accepted is the drive's parameter line_key, a whole number from 1 to 999999",
                    text);
     }
     return (uint32_t)key;

@@ -232,8 +232,7 @@
 /* ---- Line 19: enable input ---- */
 
 /* Without an input nothing is debounced. */
-#if BOARD_ENABLE_INPUT == BOARD_NONE
-#undef BOARD_ENABLE_DEBOUNCE_US
+#if !defined(BOARD_ENABLE_DEBOUNCE_US)
 #define BOARD_ENABLE_DEBOUNCE_US 0
 #endif
 

@@ -125,7 +125,8 @@ SECTIONS
                       /* hal/f28335/adc.c */
                       *(.text:adc_rearm)
                       /* hal/f28335/board.c */
-                      *(.text:hal_end_of_sample) *(.text:hal_read) *(.text:hal_time) *(.text:zero_after_late)
+                      *(.text:hal_end_of_sample) *(.text:hal_read) *(.text:hal_time) *(.text:is_enabled)
+                      *(.text:zero_after_late)
                       /* hal/f28335/clock.c */
                       *(.text:clock_carrier_runs) *(.text:set_flash_waits)
                       /* hal/f28335/interrupts.c */

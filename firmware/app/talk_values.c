@@ -24,8 +24,8 @@ static const void *base_of(uint32_t table)
 /* The key is shown to those only who have it. */
 static bool is_hidden(uint32_t number, const table_row_t *row)
 {
-    return number == (uint32_t)APP_TABLE_PARAMS && row->offset == offsetof(params_t, line_key) &&
-           app->talk.xcp.locked != 0u;
+    const size_t line_key = offsetof(params_t, line_key);
+    return number == (uint32_t)APP_TABLE_PARAMS && row->offset == line_key && app->talk.xcp.locked != 0u;
 }
 
 /* Numbers between the first and the last id that are no ids read 0: a client

@@ -112,6 +112,17 @@ static void connect_enable(void)
 }
 #endif
 
+/* Level of the enable input; a board without one is always enabled. */
+static inline bool is_enabled(void)
+{
+#if BOARD_ENABLE_INPUT != BOARD_NONE
+    const bool high = (GPIO_DATA(ENABLE_PIN / 32u)->DAT & GPIO_PIN(ENABLE_PIN)) != 0u;
+    return high == (BOARD_ENABLE_ACTIVE_HIGH != 0);
+#else
+    return true;
+#endif
+}
+
 #if LEDS
 static void set_led(uint16_t pin, bool on)
 {
@@ -232,12 +243,9 @@ void hal_read(hal_samples_t *samples)
     if (qep_take_error()) {
         flags |= HAL_FLAG_ENCODER;
     }
-#if BOARD_ENABLE_INPUT != BOARD_NONE
-    if (((GPIO_DATA(ENABLE_PIN / 32u)->DAT & GPIO_PIN(ENABLE_PIN)) != 0u) !=
-        (BOARD_ENABLE_ACTIVE_HIGH != 0)) {
+    if (!is_enabled()) {
         flags |= HAL_FLAG_NOT_ENABLED;
     }
-#endif
     samples->current_a = RESULT(BOARD_CURRENT_A_INPUT, ADC_PLACE_A);
     samples->current_b = RESULT(BOARD_CURRENT_B_INPUT, ADC_PLACE_A);
     samples->current_c = RESULT(BOARD_CURRENT_C_INPUT, ADC_PLACE_C);

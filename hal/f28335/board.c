@@ -115,11 +115,12 @@ static void connect_enable(void)
 /* Level of the enable input; a board without one is always enabled. */
 static inline bool is_enabled(void)
 {
-#if BOARD_ENABLE_INPUT != BOARD_NONE
-    const bool high = (GPIO_DATA(ENABLE_PIN / 32u)->DAT & GPIO_PIN(ENABLE_PIN)) != 0u;
-    return high == (BOARD_ENABLE_ACTIVE_HIGH != 0);
-#else
+#if BOARD_ENABLE_INPUT == BOARD_NONE
     return true;
+#elif BOARD_ENABLE_ACTIVE_HIGH
+    return (GPIO_DATA(ENABLE_PIN / 32u)->DAT & GPIO_PIN(ENABLE_PIN)) != 0u;
+#else
+    return (GPIO_DATA(ENABLE_PIN / 32u)->DAT & GPIO_PIN(ENABLE_PIN)) == 0u;
 #endif
 }
 

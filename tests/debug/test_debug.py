@@ -176,7 +176,7 @@ class TravelTest(unittest.TestCase):
     def test_stop_by_environment_needs_no_command(self, sensors):
         _, text = session("set environment LAGLESS_STOP 77", "run", arguments=("100", *sensors))
         self.assertIn("period 77, 0.0077 s", text)
-        self.assertIn("app_interrupt ()" if sensors else "app_read(&samples);", text)
+        self.assertIn("app_interrupt ()" if sensors else "const uint32_t begin = hal_time();", text)
 
 
 class FaultTest(unittest.TestCase):

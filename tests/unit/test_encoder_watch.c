@@ -514,8 +514,8 @@ static void test_an_emf_denies_a_speed_for_which_it_is_too_short(void)
     for (int n = 0; n < 10; n++) {
         (void)judge(200.0, 0.5, 200.0);
     }
-    TEST_ASSERT_FALSE(encoder_watch_denies(&watch, 200.0f));
-    TEST_ASSERT_TRUE(encoder_watch_denies(&watch, 240.0f));
+    TEST_ASSERT_FALSE(encoder_watch_denies(&watch, 280.0f));
+    TEST_ASSERT_TRUE(encoder_watch_denies(&watch, 290.0f));
     setUp(); /* at 2500 rad/s the EMF turns by 2 rad in a window, and sin(1)/1 of its length is left */
     for (int n = 0; n < 10; n++) {
         (void)judge(2500.0, 1.0 / 1.3, 2500.0);

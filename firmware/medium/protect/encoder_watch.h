@@ -60,7 +60,7 @@
 #define ENCODER_WATCH_AXIS   0.8f  /* [-] cosine of the largest angle between EMF and q axis */
 #define ENCODER_WATCH_GONE   0.25f /* [-] of psi_f |omega|: a smaller EMF counts as missing */
 #define ENCODER_WATCH_SPEED  0.6f  /* [-] of psi_f |omega|: least EMF of a rotor at that speed ... */
-#define ENCODER_WATCH_TURNS  0.9f  /* [-] of |omega|: ... whose EMF turns more slowly */
+#define ENCODER_WATCH_TURNS  0.7f  /* [-] of |omega|: ... whose EMF turns more slowly, behind the low-pass */
 #define ENCODER_WATCH_SIXTH  0.16666667f
 #define ENCODER_WATCH_ALONE  5.0f   /* [-] of psi_f omega_least: EMF of a window above the noise */
 #define ENCODER_WATCH_SIGNS  2.0f   /* [-] of psi_f omega_least, if the signs of the currents are uncertain */

@@ -69,7 +69,7 @@ SECTIONS
                       /* firmware/fast/fast.c */
                       *(.text:begin_estimate) *(.text:begin_window) *(.text:bounds_between) *(.text:bounds_span)
                       *(.text:calibrate) *(.text:comes_on) *(.text:control) *(.text:current_control_applied)
-                      *(.text:current_control_step) *(.text:current_control_take) *(.text:current_control_turn)
+                      *(.text:current_control_shift) *(.text:current_control_step) *(.text:current_control_take) *(.text:current_control_turn)
                       *(.text:dead_time_edge_signs) *(.text:dead_time_leg) *(.text:dead_time_signs)
                       *(.text:dead_time_voltage) *(.text:demand) *(.text:doubt_may_be) *(.text:doubt_small)
                       *(.text:doubt_step) *(.text:edges_ahead) *(.text:edges_swing) *(.text:encoder_step) *(.text:estimate)

@@ -205,6 +205,8 @@ static void demand(fast_t *fast, fast_orders_t orders, bool left)
     };
     reference_t *reference = &fast->reference;
     const frame_t last = fast->demand.frame;
+    dq_t emf = fast->demand.emf;
+    const int32_t origin = fast->demand.origin;
     reference_step(reference, &orders.tuning->reference, orders.setpoint, &input, &fast->demand);
     if (reference->locking != 0u) {
         chosen_lock(&fast->estimator, reference->locked, reference->locked_emf);
@@ -216,9 +218,17 @@ static void demand(fast_t *fast, fast_orders_t orders, bool left)
     const rotation_t now = fast->demand.frame.rotation;
     if (fast->demand.change == (int32_t)FRAME_TURNS) {
         const rotation_t before = trig_advance(last.rotation, DRIVE_PERIOD * last.omega_e);
-        current_control_turn(&fast->current_control, frames_between(before, now));
+        const rotation_t turn = frames_between(before, now);
+        current_control_turn(&fast->current_control, turn);
+        emf = frames_park((ab_t){emf.d, emf.q}, turn);
     } else if (fast->demand.change == (int32_t)FRAME_ANEW) {
         current_control_reset(&fast->current_control, (dq_t){0.0f, 0.0f});
+    }
+    /* psi_f omega and the observed EMF differ by what is wrong of psi_f, which the integrals have held */
+    if (fast->demand.origin != origin && origin != (int32_t)EMF_OTHER &&
+        fast->demand.origin != (int32_t)EMF_OTHER) {
+        current_control_shift(&fast->current_control,
+                              (dq_t){fast->demand.emf.d - emf.d, fast->demand.emf.q - emf.q});
     }
     fast->control.current = frames_park(measured->current, now);
 }
@@ -362,7 +372,7 @@ static void rest(fast_t *fast, fast_orders_t orders, const drive_samples_t *samp
     fast->estimating = 0u;
     reference_rest(&fast->reference, (int32_t)(encoder ? SOURCE_ENCODER : SOURCE_NONE));
     fast_update_rotor(fast, orders.tuning);
-    fast->demand = (demand_t){fast->rotor, (int32_t)FRAME_GOES_ON, none, none, 0.0f};
+    fast->demand = (demand_t){fast->rotor, (int32_t)FRAME_GOES_ON, none, none, (int32_t)EMF_OTHER, 0.0f};
     current_control_reset(&fast->current_control, none);
     fast->control.current = frames_park(fast->measure.measured.current, fast->rotor.rotation);
     fast->control.voltage = none;

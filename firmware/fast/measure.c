@@ -9,6 +9,10 @@
 #define RECENT_SHARE   0.015f /* [-] weight of a sample in the low-pass of the sensors' values, 7 ms */
 #define UNSURE_SHARE   0.25f  /* [-] of MEASURE_MOVED: largest error of unsure offsets at a start */
 
+/* [periods] between two changes by more than MEASURE_QUIET, of a current that flows; offsets step less often.
+ */
+#define FLOWS_PERIODS 128u
+
 measure_tuning_t measure_prepare(const params_t *params)
 {
     return (measure_tuning_t){
@@ -97,6 +101,7 @@ calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuni
 void measure_begin_rest(measure_t *measure)
 {
     measure->rest.periods = 0u;
+    measure->rest.flows = 0u;
     measure->rest.recent = (ab_t){0.0f, 0.0f};
     measure->rest.found = (int32_t)CALIBRATION_GOES_ON;
 }
@@ -120,8 +125,24 @@ calibration_t measure_found(const measure_t *measure)
     const measure_rest_t *rest = &measure->rest;
     const calibration_t found = (calibration_t)rest->found;
     const float most = rest->unsure != 0u ? UNSURE_SHARE * MEASURE_MOVED : MEASURE_MOVED;
-    const bool due = found != CALIBRATION_FAILED && is_quiet(rest) && is_longer(rest->recent, most);
+    const bool due = found != CALIBRATION_FAILED && rest->flows == 0u && is_longer(rest->recent, most);
     return due ? CALIBRATION_DUE : found;
+}
+
+/* Adds a sample to the block. A step of the offsets spoils what was collected before it, and the block begins
+ * again with this sample; a current that flows does so again and again. */
+static void add(measure_rest_t *rest, const drive_samples_t *samples, float weight)
+{
+    collect(rest, samples, weight, rest->periods == SETTLE_PERIODS + 1u);
+    const uint32_t lasted = rest->periods - SETTLE_PERIODS;
+    if (!is_quiet(rest)) {
+        rest->flows = lasted <= FLOWS_PERIODS ? UINT32_C(1) : UINT32_C(0);
+        rest->periods = SETTLE_PERIODS + 1u;
+        rest->again = 1u;
+        collect(rest, samples, weight, true);
+    } else if (lasted > FLOWS_PERIODS) {
+        rest->flows = 0u;
+    }
 }
 
 bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const drive_samples_t *samples,
@@ -138,22 +159,22 @@ bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const driv
     const ab_t now = measure->measured.current;
     rest->recent.alpha = lowpass_step(rest->recent.alpha, RECENT_SHARE, now.alpha);
     rest->recent.beta = lowpass_step(rest->recent.beta, RECENT_SHARE, now.beta);
-    collect(rest, samples, tuning->weight, rest->periods == SETTLE_PERIODS + 1u);
+    add(rest, samples, tuning->weight);
     if (rest->periods < tuning->periods) {
         return false;
     }
     rest->periods = SETTLE_PERIODS;
-    if (!is_quiet(rest)) {
-        return false;
-    }
     const calibration_t found = judged(tuning, rest->mean);
     rest->found = (int32_t)found;
     const bool moved = has_moved(measure, trim);
+    const bool again = rest->again != 0u;
+    rest->again = 0u;
     if (found != CALIBRATION_GOOD || (rest->unsure == 0u && !moved)) {
         return false;
     }
     measure->offset = rest->mean;
     rest->recent = (ab_t){0.0f, 0.0f};
-    rest->unsure = moved ? UINT32_C(1) : UINT32_C(0); /* a step in this block leaves its mean halfway */
+    /* a step in this block leaves its mean halfway, and a current may have flowed in one that began again */
+    rest->unsure = moved || again ? UINT32_C(1) : UINT32_C(0);
     return true;
 }

@@ -4,9 +4,10 @@
  *
  * While the bridge is off and the drive is ready, the offsets are measured repeatedly, block by block, so
  * that they are known at a start. The span of a block shows whether a current flows (a rotor whose EMF is
- * higher than the link feeds it through the diodes); such a block is discarded. Offsets that have moved by
- * less than MEASURE_MOVED stay, and so does the trim that was found while running. A start waits for the end
- * of the present block only if the sensors have just moved by more. */
+ * higher than the link feeds it through the diodes), or whether an offset has stepped: the block begins
+ * again. Offsets that have moved by less than MEASURE_MOVED stay, and so does the trim that was found while
+ * running. A start waits for the end of the present block only if the sensors have just moved by more, and no
+ * current flows, which moves them again and again. */
 #ifndef FAST_MEASURE_H
 #define FAST_MEASURE_H
 
@@ -70,6 +71,8 @@ typedef struct {
     abc_t smallest;   /* [A] */
     abc_t largest;    /* [A] */
     uint32_t periods; /* [periods] of settling and block so far */
+    uint32_t flows;   /* [-] 1: the sensors have moved several times in a short time, by a current */
+    uint32_t again;   /* [-] 1: the present block has begun again */
     uint32_t unsure;  /* [-] 1: a current may have flowed in the calibration; the first block without current
                          replaces it */
     int32_t found;    /* [-] calibration_t of the last block that was not discarded; GOES_ON: none yet */

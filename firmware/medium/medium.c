@@ -33,18 +33,17 @@ static bool is_caught(const medium_t *medium, const window_t *window)
 }
 
 /* True if the EMF confirms the speed. In a loop that tracks the rotor the EMF lies on the q axis and has the
- * expected length; a relock is excluded, because its loop did not follow the rotor at the beginning. The
- * encoder needs no confirmation. */
-static bool is_confirmed(const medium_t *medium, const window_t *window)
+ * expected length, also that of the speed at the stop, to which the estimate may have run within a window; a
+ * relock is excluded, because its loop did not follow the rotor at the beginning. */
+static bool is_confirmed(const medium_t *medium, const window_t *window, float omega_e)
 {
     const manoeuvres_t *m = &medium->manoeuvres;
-    if (m->sensorless == 0u) {
-        return true;
-    }
+    const float now = medium->estimate.flux * bounds_magnitude(omega_e);
+    const float expected = now > m->lock.expected ? now : m->lock.expected;
     if (m->tracking == 0u) {
         return is_caught(medium, window);
     }
-    return m->now != (int32_t)MANOEUVRE_RELOCK && m->lock.projection >= CONFIRMED_LEAST * m->lock.expected &&
+    return m->now != (int32_t)MANOEUVRE_RELOCK && m->lock.projection >= CONFIRMED_LEAST * expected &&
            m->lock.projection <= CONFIRMED_MOST * m->lock.expected;
 }
 
@@ -71,16 +70,29 @@ drive_fault_t medium_seen_in(const window_t *window, int32_t reason)
     };
 }
 
-/* The drive has stopped with a fault; stores the measurements. A fault of the shaft's speed that only the
- * estimate shows is reported as a fault of the estimate. */
+/* A fault of the shaft's speed that only the estimate shows is one of the estimate; one that only the encoder
+ * shows, while the EMF is that of a slower rotor, is one of the encoder. */
+static int32_t true_reason(const medium_t *medium, const window_t *window, const drive_fault_t *stop)
+{
+    const int32_t reason = medium->sequence.fault_reason;
+    const bool overspeed = reason == (int32_t)REASON_OVERSPEED;
+    if (!overspeed && reason != (int32_t)REASON_ROTOR_TOO_FAST) {
+        return reason;
+    }
+    if (medium->manoeuvres.sensorless == 0u) {
+        const bool denied = overspeed && encoder_watch_denies(&medium->encoder_watch, stop->omega_e);
+        return denied ? (int32_t)REASON_ENCODER_MISMATCH : reason;
+    }
+    const bool sure =
+        is_confirmed(medium, window, stop->omega_e) && !(overspeed && is_by_length(medium, window));
+    return sure ? reason : (int32_t)REASON_ESTIMATE_ASTRAY;
+}
+
+/* The drive has stopped with a fault; stores the measurements. */
 static void note(medium_t *medium, const window_t *window, drive_fault_t stop)
 {
     sequence_t *sequence = &medium->sequence;
-    const bool overspeed = sequence->fault_reason == (int32_t)REASON_OVERSPEED;
-    const bool of_speed = overspeed || sequence->fault_reason == (int32_t)REASON_ROTOR_TOO_FAST;
-    if (of_speed && (!is_confirmed(medium, window) || (overspeed && is_by_length(medium, window)))) {
-        sequence->fault_reason = (int32_t)REASON_ESTIMATE_ASTRAY;
-    }
+    sequence->fault_reason = true_reason(medium, window, &stop);
     medium->fault = stop;
     medium->fault.reason = sequence->fault_reason;
     medium->fault.manoeuvre = medium->manoeuvres.now;

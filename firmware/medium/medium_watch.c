@@ -119,7 +119,7 @@ static void forget_encoder(medium_t *medium)
 
 static void rest(medium_t *medium)
 {
-    encoder_watch_rest(&medium->encoder_watch);
+    encoder_watch_forget(&medium->encoder_watch);
     motion_watch_rest(&medium->motion_watch);
     oscillation_watch_rest(&medium->oscillation_watch);
     medium->found.moves_wrong = 0u;
@@ -156,6 +156,9 @@ void medium_watch_motion(medium_t *medium, const window_t *window, const request
         .doubtful = doubts_emf(medium, window),
     };
     medium->found.encoder_wrong = encoder_watch_step(&medium->encoder_watch, &input);
+    if ((medium->found.encoder_wrong & ENCODER_WATCH_WIRE) != 0u) {
+        medium->found.current_faults |= CURRENT_WATCH_LOSS;
+    }
     if ((medium->found.encoder_wrong & ENCODER_WATCH_MISMATCH) != 0u &&
         m->limits.encoder_fault == (int32_t)ENCODER_FAULT_SENSORLESS) {
         const manoeuvres_input_t now = medium_manoeuvres_input(medium, window, none);

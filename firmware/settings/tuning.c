@@ -7,6 +7,10 @@
 /* Standard deviation of a measured current over the range: three codes [-]. */
 #define CURRENT_NOISE 1.5e-3f
 
+/* [-] of the sensors' range: with smaller currents the current watch, which needs 2 % in a phase and a
+ * quarter of the largest more, may not report a broken wire. */
+#define UNSEEN_SHARE 0.04f
+
 /* Multiple of the hand-over's speed from which the EMF judges the encoder [-]. */
 #define ENCODER_JUDGED_FROM 1.0f
 
@@ -211,6 +215,7 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .speed_least = pole_pairs * ENCODER_JUDGED_FROM * start.handover_speed,
         .noise = CURRENT_NOISE * DRIVE_CURRENT_RANGE,
         .doubtful = 2.0f * MEASURE_MOVED,
+        .unseen = UNSEEN_SHARE * DRIVE_CURRENT_RANGE,
         .step = pole_pairs * step,
         .period = DRIVE_PERIOD,
         .every = DRIVE_WINDOW,

@@ -225,12 +225,13 @@ static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t
     }
 }
 
-/* The interrupt of the period that latches a fault opens the bridge itself. */
+/* The interrupt of the period that latches a fault opens the bridge itself. A state that a flipped bit has
+ * made one of a fault has no reason, and the bridge opens with the next setpoint, as after `enable` = off. */
 static void judge_gates(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     const bool latched = rows[CAMPAIGN_AT_state] == watch->fault;
-    if (latched && watch->gates_seen &&
-        (double)watch->latched >= campaign_invariants[CAMPAIGN_I_GATES].limit) {
+    const campaign_invariant_t as = rows[CAMPAIGN_AT_fault_reason] != 0u ? CAMPAIGN_I_GATES : CAMPAIGN_I_OFF;
+    if (latched && watch->gates_seen && (double)watch->latched >= campaign_invariants[as].limit) {
         violated(watch, CAMPAIGN_I_GATES, period, 1u, rig_row_by_name("state")->id);
     }
     watch->latched = latched ? watch->latched + 1u : 0u;

@@ -162,11 +162,14 @@ typedef struct {
     double fast, over, high, low, under; /* [rad/s], [A], [V]: from there on a reason is true */
     uint32_t fast_at, over_at, high_at, low_at, wrong_at; /* [periods] when it was so last; 0: never */
     uint32_t starved;                                     /* [periods] so long has the link been too low */
-    uint32_t asked[CAMPAIGN_FAULTS_MAX];                  /* [periods] in which the fault could be noticed */
-    double turned[CAMPAIGN_FAULTS_MAX];                   /* [rad] electrical, in those */
-    int32_t reason;                                       /* [-] that was compared last */
-    int32_t shown;                                        /* [-] of the last period ... */
-    uint32_t shown_at;                                    /* [periods] ... and when it came */
+    uint32_t quiet; /* [periods] so long has no current flowed, with all gates off */
+    bool drifted;   /* the offsets have moved since the last time that was long enough to measure them ... */
+    bool fed;       /* ... and the rotor has fed the link since, so that they could not be measured */
+    uint32_t asked[CAMPAIGN_FAULTS_MAX]; /* [periods] in which the fault could be noticed */
+    double turned[CAMPAIGN_FAULTS_MAX];  /* [rad] electrical, in those */
+    int32_t reason;                      /* [-] that was compared last */
+    int32_t shown;                       /* [-] of the last period ... */
+    uint32_t shown_at;                   /* [periods] ... and when it came */
 } campaign_truth_t;
 
 /* campaign_pair.c: the angle of a run, to be compared with that of the same run without learning. */

@@ -18,6 +18,8 @@
 #define LATE_MARGIN   1.2                 /* [-] periods */
 #define SLIP_SEEN     0.3                 /* [-] share of the motion that the matrix has missed */
 #define CODES         4095.0
+#define FLOWS         0.02 /* [A] with a smaller current the offsets can be measured ... */
+#define MEASURED      640u /* [periods] ... within so many, settling included */
 
 /* What is wrong, as far as a reason speaks of it; several bits. */
 enum {
@@ -105,7 +107,8 @@ static const struct {
     /* an interrupt that misses periods counts the motion of several in one */
     {REASON_OVERSPEED, IN_TIME, BY_SPEED},
     {REASON_LATE, IN_TIME, BY_FAULT},
-    {REASON_BAD_SAMPLE, IN_STUCK | IN_CURRENT, BY_FAULT},
+    /* a current beyond the range of the sensors puts one at its limit */
+    {REASON_BAD_SAMPLE, IN_STUCK | IN_CURRENT, BY_CURRENT},
     {REASON_ENCODER_PHASE, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_JUMP, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_DIRECTION, IN_ENCODER | IN_CURRENT | IN_LEG, BY_FAULT},
@@ -115,8 +118,9 @@ static const struct {
     {REASON_CURRENT_STUCK, IN_STUCK | IN_LEG, BY_FAULT},
     {REASON_CURRENT_GAIN, IN_STUCK | IN_CURRENT | IN_LEG, BY_FAULT},
     /* a frame that is not the rotor's makes currents that seem to be those of a broken wire, one time in
-       twenty */
-    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG | IN_ENCODER | IN_LINK, BY_FAULT},
+       twenty; a sensor whose zero has moved shows none while its phase carries one, and what the dead time of
+       the wrong sign makes of the EMF is less than a wrong psi_f would */
+    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG | IN_ENCODER | IN_LINK | IN_CURRENT, BY_FAULT},
     {REASON_BACKGROUND_STALLED, IN_TIME, BY_FAULT},
     {REASON_PROGRAM_CORRUPT, 0u, BY_FAULT},
     {REASON_PARAMS_CORRUPT, 0u, BY_FAULT},
@@ -206,7 +210,7 @@ static bool witnessed(const campaign_truth_t *truth, witness_t witness, uint32_t
 /* Is a reason true that has been shown since this period? */
 static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t since, uint32_t period)
 {
-    uint32_t what = 0u;
+    uint32_t what = watch->truth.fed ? IN_CURRENT : 0u;
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         what |= campaign_is_there(watch, n, since) ? what_of(&watch->drawn->faults[n]) : 0u;
     }
@@ -217,6 +221,45 @@ static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t sinc
         }
     }
     return true;
+}
+
+/* Do the offsets move in this period? */
+static bool drifts(const campaign_case_t *drawn, uint32_t period)
+{
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        if (drawn->events[n].kind == CAMPAIGN_V_DRIFT && campaign_periods(drawn->events[n].time) == period) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Is a current sensor wrong while its offset is measured? */
+static bool errs_at_rest(const campaign_watch_t *watch, uint32_t period)
+{
+    uint32_t what = 0u;
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        what |= campaign_is_there(watch, n, period) ? what_of(&watch->drawn->faults[n]) : 0u;
+    }
+    return !watch->gates_seen && (what & (IN_STUCK | IN_CURRENT)) != 0u;
+}
+
+/* Offsets are measured while no current flows. A rotor whose EMF is beyond the link drives one through the
+ * diodes, and what has moved meanwhile is unknown at the next start; so is what was measured with a sensor
+ * that was wrong. It is the offset of a sensor that errs, until no current has flowed for as long as a
+ * measurement takes. */
+static void watch_offsets(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
+{
+    campaign_truth_t *truth = &watch->truth;
+    double largest = 0.0;
+    for (uint32_t phase = 0; phase < 3u; phase++) {
+        largest = fmax(largest, fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase)));
+    }
+    const bool errs = errs_at_rest(watch, period);
+    const bool moves = errs || drifts(watch->drawn, period);
+    truth->quiet = !watch->gates_seen && largest < FLOWS && !moves ? truth->quiet + 1u : 0u;
+    truth->drifted = truth->quiet < MEASURED && (truth->drifted || moves);
+    truth->fed = truth->drifted && (truth->fed || errs || (!watch->gates_seen && largest >= FLOWS));
 }
 
 static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
@@ -385,6 +428,7 @@ void campaign_judge_reasons(campaign_watch_t *watch, uint32_t period, const uint
         return;
     }
     bear_witness(watch, period, rows);
+    watch_offsets(watch, period, rows);
     judge_reason(watch, period, rows);
     judge_starved(watch, period, rows);
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {

@@ -223,9 +223,15 @@ static const course_t courses[] = {
      .violated = CAMPAIGN_I_ANGLE, .row = "theta_err", .periods = 500u},
     /* before it opened, gates were on */
     {"a gate that is on a period after the fault was latched", "",
-     .steps = {{"state=fault", PERIOD}, {"", PERIOD}}, .violated = CAMPAIGN_I_GATES, .row = "state"},
+     .steps = {{"state=fault fault_reason=52", PERIOD}, {"", PERIOD}}, .violated = CAMPAIGN_I_GATES,
+     .row = "state"},
+    /* a flipped bit has made it; two windows and two periods */
+    {"a state of a fault that has no reason, for eighteen periods", "",
+     .steps = {{"state=fault", 18.0 * PERIOD}}, .violated = HELD},
+    {"a state of a fault that has no reason, for a period more", "",
+     .steps = {{"state=fault", 19.0 * PERIOD}}, .violated = CAMPAIGN_I_GATES, .row = "state"},
     {"a spike within one period", "",
-     .steps = {{"state=fault gates=0", 100.0 * PERIOD}, {"gates=1 gates=0", PERIOD}},
+     .steps = {{"state=fault fault_reason=52 gates=0", 100.0 * PERIOD}, {"gates=1 gates=0", PERIOD}},
      .violated = CAMPAIGN_I_GATES, .row = "state"},
     {"a late sample", "", .steps = {{"sample_flags=7", PERIOD}, {"sample_flags=8", PERIOD}},
      .violated = CAMPAIGN_I_LATE, .row = "sample_flags"},

@@ -10,6 +10,16 @@ import tool  # noqa: E402
 judge, defects = tool.load("judge-campaign"), tool.load("seeded-defects")
 
 
+class Document(unittest.TestCase):
+    def test_the_document_lists_the_excuses_of_the_pinned_campaign(self):
+        here = pathlib.Path(__file__).parent
+        _, runs, _, found = judge.read(here / "campaign_not_yet.txt")
+        text = (here.parents[1] / "docs" / "faults.md").read_text(encoding="utf-8")
+        rows = text.split(f"| excuse | runs of {runs} |\n|---|---|\n")[1].split("\n\n")[0].splitlines()
+        pinned = [f"| {name.removeprefix('excuse ')} | {count} |" for name, count in found.items() if name.startswith("excuse ")]
+        self.assertEqual(sorted(pinned), sorted(rows))
+
+
 class Counts(unittest.TestCase):
     def test_the_tails_are_those_of_the_hypergeometric_distribution(self):
         # one violation in both: it falls on 60 of 660 runs

@@ -101,7 +101,8 @@ void setUp(void)
     machine.inertia = 0.003;
     machine.friction = 0.05;
     wish = (run_wish_t){RUN_SPEED, 50.0f, {0.0f, 0.0f}, 0.0f};
-    demand = (demand_t){{0.0f, 0.0f, {0.0f, 1.0f}}, FRAME_GOES_ON, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f};
+    demand =
+        (demand_t){{0.0f, 0.0f, {0.0f, 1.0f}}, FRAME_GOES_ON, {0.0f, 0.0f}, {0.0f, 0.0f}, EMF_OTHER, 0.0f};
     lost = false;
     again = false;
     period = 0u;

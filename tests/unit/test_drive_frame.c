@@ -17,10 +17,17 @@ static double complex integrals(void)
 
 #define OMEGA_E 400.0f /* [rad/s] that the loop claims: well above the hand-over's */
 
+/* Integrals and feed-forward, of which the voltage is made without a current. */
+static double complex made(void)
+{
+    return integrals() + (double)drive.fast.demand.emf.d +
+           (double complex)I * (double)drive.fast.demand.emf.q;
+}
+
 /* In the stationary frame. */
 static double complex voltage(void)
 {
-    return integrals() * cexp(J * (double)drive.fast.demand.frame.theta_e);
+    return made() * cexp(J * (double)drive.fast.demand.frame.theta_e);
 }
 
 static void preset(float d, float q)
@@ -78,10 +85,35 @@ static void test_voltage_stays_when_the_frame_turns(void)
         TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, drive.fast.demand.change);
         TEST_ASSERT_TRUE(fabs(circle((double)drive.fast.demand.frame.theta_e - from)) > 0.3);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, cabs(voltage() - before));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 5.0, cabs(integrals()));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 5.0, cabs(made()));
     }
 }
 
+/* An encoder that stands has no EMF, the estimate one of 400 rad/s: the integrals have held what the
+ * encoder's does not explain, and give it back in the period in which the estimate's takes its place. */
+static void test_the_observed_emf_takes_the_place_of_the_integral(void)
+{
+    given_operation(700u);
+    chosen_lock(&drive.fast.estimator, (position_t){drive.fast.demand.frame.theta_e, OMEGA_E},
+                drive.fast.estimator.estimate.amplitude);
+    params.position_source = POSITION_SENSORLESS;
+    offer_params();
+    for (uint32_t k = 0; k < 3u * DRIVE_WINDOW; k++) {
+        claim();
+        const double complex before = made();
+        const int32_t origin = drive.fast.demand.origin;
+        preset(crealf((float complex)before), cimagf((float complex)before));
+        steps(1);
+        if (origin == (int32_t)EMF_MODEL && drive.fast.demand.origin == (int32_t)EMF_OBSERVED) {
+            TEST_ASSERT_TRUE(fabs((double)drive.fast.demand.emf.q) > 30.0);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3, cabs(before), cabs(made()));
+            return;
+        }
+    }
+    TEST_FAIL_MESSAGE("the source of the EMF has not changed");
+}
+
+/* And only then: as long as the frame goes on, the integrals stay in it. */
 static void test_integrals_go_on_with_the_frame(void)
 {
     given_operation(700u);

@@ -155,6 +155,34 @@ static void test_a_step_is_due_until_it_is_measured(void)
     expect_offset(0.3, -0.15);
 }
 
+/* A step of more than the span of a quiet block, 0.4 A: the block begins again with it, so that a whole block
+ * later the offset is the one behind the step, and until then no start. */
+static void test_a_step_beyond_the_span_of_a_block_begins_it_again(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        setUp();
+        (void)periods(0.0, 0.0, SETTLE + BLOCK + 300u);
+        TEST_ASSERT_EQUAL_UINT32(0u, periods(way * 0.5, 0.0, BLOCK - 1u));
+        TEST_ASSERT_EQUAL_INT32(CALIBRATION_DUE, measure_found(&measure));
+        TEST_ASSERT_EQUAL_UINT32(1u, periods(way * 0.5, 0.0, 1u));
+        TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure_found(&measure));
+        expect_offset(way * 0.5, 0.0);
+    }
+}
+
+/* A current changes by so much again and again, and is seen by others: nothing is due then, until it has been
+ * constant for 12.8 ms. */
+static void test_two_steps_in_a_short_time_are_a_current(void)
+{
+    (void)periods(0.0, 0.0, SETTLE + BLOCK + 300u);
+    (void)periods(0.5, 0.0, 100u);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_DUE, measure_found(&measure));
+    (void)periods(1.0, 0.0, 128u);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure_found(&measure));
+    (void)periods(1.0, 0.0, 1u);
+    TEST_ASSERT_EQUAL_INT32(CALIBRATION_DUE, measure_found(&measure));
+}
+
 static void test_what_is_left_to_the_trim_is_not_due(void)
 {
     trim.alpha = 0.2f * SHARE;

@@ -77,6 +77,14 @@ static inline void current_control_turn(current_control_t *control, rotation_t t
     control->q.integral = integral.q;
 }
 
+/* The feed-forward of the EMF changes by this [V] because it has another origin: the integrals give it back,
+ * so that the voltage has no step. */
+static inline void current_control_shift(current_control_t *control, dq_t change)
+{
+    control->d.integral -= change.d;
+    control->q.integral -= change.q;
+}
+
 /* Required voltage [V], not limited, from reference and current [A] at t_k, electrical speed of the frame
  * [rad/s] and EMF [V]. The integrals change only in current_control_applied(). Six multiplications. */
 static inline dq_t current_control_step(current_control_t *control, dq_t reference, dq_t current,

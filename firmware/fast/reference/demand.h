@@ -13,11 +13,19 @@ typedef enum {
     FRAME_ANEW     /* another frame that is not related to the old one: integrals zero */
 } frame_change_t;
 
+/* Origin of the EMF in the feed-forward. */
+typedef enum {
+    EMF_OTHER,   /* of a manoeuvre that begins anew */
+    EMF_MODEL,   /* psi_f omega of the encoder */
+    EMF_OBSERVED /* of the estimator */
+} demand_emf_t;
+
 typedef struct {
     frame_t frame;     /* of current control, at t_k */
     int32_t change;    /* [-] frame_change_t */
     dq_t current;      /* reference in this frame [A] */
     dq_t emf;          /* known voltage for the feed-forward, in the same frame [V] */
+    int32_t origin;    /* [-] demand_emf_t */
     float omega_m_ref; /* present speed reference, mechanical [rad/s] */
 } demand_t;
 

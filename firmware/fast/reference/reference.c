@@ -195,11 +195,12 @@ static void run_on_estimate(reference_t *reference, const reference_tuning_t *tu
         const position_t at = reference->locked;
         const frame_t frame = {at.theta_e, at.omega_e, trig_turn(at.theta_e)};
         run(reference, setpoint, &frame, at.omega_e * tuning->pole_pairs_inverse,
-            (dq_t){0.0f, at.omega_e * setpoint->models.flux_linkage}, demand);
+            (dq_t){0.0f, at.omega_e * setpoint->models.flux_linkage}, demand); /* the origin stays */
     } else {
         const float of_axes = estimate->frame.omega_e * tuning->saliency * reference->current.d;
         run(reference, setpoint, &estimate->frame, input->omega_m,
             (dq_t){estimate->emf_loop.d, estimate->emf_loop.q + of_axes}, demand);
+        demand->origin = (int32_t)EMF_OBSERVED;
     }
 }
 
@@ -217,15 +218,18 @@ void reference_step(reference_t *reference, const reference_tuning_t *tuning, co
     case SOURCE_ENCODER:
         run(reference, setpoint, input->encoder, input->omega_m,
             (dq_t){0.0f, input->encoder->omega_e * tuning->flux_linkage}, demand);
+        demand->origin = (int32_t)EMF_MODEL;
         break;
     case SOURCE_ESTIMATE:
         run_on_estimate(reference, tuning, setpoint, input, demand);
         break;
     case SOURCE_FORCED:
+        demand->origin = (int32_t)EMF_OTHER;
         force(reference, tuning, input, demand);
         break;
     case SOURCE_NONE:
     case SOURCE_CATCH:
+        demand->origin = (int32_t)EMF_OTHER;
         follow_catch(reference, tuning, input, demand);
         break;
     }

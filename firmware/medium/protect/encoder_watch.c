@@ -7,7 +7,8 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-/* [windows] after a rest until two are known: the turn of the EMF is measured from one to the next. */
+/* [windows] after a rest until two are known: the turn of the EMF is measured from one to the next. So many
+ * windows may be part of the step with which a sign begins, which is no turn. */
 #define FOR_A_TURN 2u
 
 /* Limits for a rotor that turns the other way: its speed over that of the encoder, and
@@ -16,8 +17,8 @@
 #define BACKWARD_MOST  300.0f /* [rad/s] at higher speeds the sine of its turn is less accurate */
 #define BACKWARD_ERROR 0.3f   /* [-] of psi_f |omega| */
 
-/* Of psi_f |omega|, for a rotor that turns the other way: a longer EMF may come from an uncontrolled
- * current and must last twice as long. */
+/* Of psi_f |omega| of an encoder that turns: a longer EMF may come from a current that is not controlled,
+ * which the next periods report, and must last twice as long. */
 #define TOO_LONG 1.5f /* [-] */
 
 #define MUCH_BESIDE 0.3f /* [-] of the EMF: above the effect of a wrong psi_f */
@@ -26,7 +27,23 @@
 #define EMF_NOISE                                                                                            \
     2.12f /* [-] three standard deviations of the mean of two windows: of both ends, sqrt(2)/2 each */
 
+/* [-] noise of the EMF's speed over that of a window's EMF, times |e| T_j: a second difference of the
+ * currents' noise behind the low-pass, whose share is a third. */
+#define TURN_NOISE 0.39f
+
 #define SAME_AXIS 0.01f /* [-] square of the sine since it reached an axis: 6 degrees */
+
+/* The mean difference: over so many windows the noise, which has opposite signs from one window to the next,
+ * falls to a fifth of a single window's, and a difference that turns at 100 rad/s lags by 14 degrees. */
+#define OFF_WINDOWS 4u
+/* Of the least EMF that is judged: so large a difference across the axis the dead time of the two other
+ * phases may make, whose currents are opposite and small, or noise. */
+#define OFF_BESIDE 0.5f /* [-] */
+
+/* [windows] on one axis, less ALONG_MISSED for each beside it, after which a wire is the cause: a rotor at
+ * the lowest speed that is judged, 12 rad/s or more, leaves the axis within 20. */
+#define ALONG_WINDOWS 32u
+#define ALONG_MISSED  8u
 
 encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *params)
 {
@@ -43,6 +60,9 @@ encoder_watch_tuning_t encoder_watch_prepare(const encoder_watch_params_t *param
         .doubtful = params->doubtful * params->doubtful,
         .alone = alone * alone,
         .noise = 4.0f * noise * noise,
+        .unseen = params->unseen * params->unseen,
+        .beside = OFF_BESIDE * OFF_BESIDE * least * least,
+        .turn_noise = TURN_NOISE * TURN_NOISE * 4.0f * noise * noise * rate * rate,
         .leap = ENCODER_WATCH_LEAP + 2.0f * params->step,
         .share = lowpass_share(ENCODER_WATCH_CUTOFF, window),
         .winding = winding_prepare(params->resistance, params->inductance, params->period),
@@ -78,6 +98,7 @@ typedef struct {
     float along;       /* e_q in the direction of rotation [V] */
     float length;      /* |e| [V] */
     float expected;    /* psi_f |omega| [V] */
+    float off;         /* square of the difference to psi_f omega on the q axis [V^2] */
     rotation_t middle; /* the encoder's angle in the middle of the window */
 } seen_t;
 
@@ -106,11 +127,14 @@ static seen_t see(encoder_watch_t *watch, const encoder_watch_input_t *input)
     watch->omega_emf = lowpass_step(watch->omega_emf, watch->windows >= FOR_A_TURN ? tuning->share : 1.0f,
                                     backward ? -omega_emf : omega_emf);
     watch->last = emf;
+    watch->known = 1u;
     const float share = emf.d * emf.d + emf.q * emf.q > tuning->alone ? 0.0f : 0.5f;
     const dq_t judged = {emf.d + share * (last.d - emf.d), emf.q + share * (last.q - emf.q)};
     const float square = judged.d * judged.d + judged.q * judged.q;
+    const float off = judged.q - tuning->flux_linkage * omega_e;
     return (seen_t){backward ? -judged.q : judged.q, square * inverse_root(square),
-                    tuning->flux_linkage * bounds_magnitude(omega_e), middle};
+                    tuning->flux_linkage * bounds_magnitude(omega_e), judged.d * judged.d + off * off,
+                    middle};
 }
 
 /* The window's EMF less that of the rotor at the encoder's angle [V]. */
@@ -138,61 +162,120 @@ static inline float noise_of(const encoder_watch_t *watch)
 }
 
 /* True if it lies along the axis of one phase, in either direction. On each axis the sine of three times its
- * angle is 0; with noise, that sine is three times the noise over its length. */
-static bool is_along(const encoder_watch_t *watch, ab_t off)
+ * angle is 0; a part `beside` it [V^2] makes that sine up to three times its share. */
+static bool is_along(ab_t off, float beside)
 {
     const float square = square_of(off);
     const float sine = off.beta * (3.0f * off.alpha * off.alpha - off.beta * off.beta);
-    const float beside = PHASE_SINE * PHASE_SINE * square + 9.0f * noise_of(watch);
-    return sine * sine < beside * square * square;
+    return sine * sine < (PHASE_SINE * PHASE_SINE * square + 9.0f * beside) * square * square;
 }
 
-/* True if it lies along the axis of one phase alone. The EMF of a rotor that turns the other way is constant
- * and may lie there; that of a rotor whose encoder does not turn has moved one window later. */
-static bool is_of_a_phase(encoder_watch_t *watch, float omega_e, rotation_t middle)
+/* True if the currents are too small for the current watch to report a wire. */
+static inline bool is_unseen(const encoder_watch_t *watch)
 {
-    const ab_t off = beside(watch, omega_e, middle);
-    const ab_t before = watch->off;
-    watch->off = watch->of_a_phase != 0u ? before : off;
-    const float cross = off.alpha * before.beta - off.beta * before.alpha;
+    return square_of(watch->current) < watch->tuning.unseen;
+}
+
+/* True if noise may turn the difference of a single window off the axis of its phase. */
+static inline bool is_noisy(const encoder_watch_t *watch, ab_t off)
+{
+    return 9.0f * watch->tuning.noise > PHASE_SINE * PHASE_SINE * square_of(off);
+}
+
+/* Takes the difference of a wrong window into the mean of those in a row; where neither noise nor the dead
+ * time matters the last window alone counts. */
+static void add_off(encoder_watch_t *watch, bool wrong, ab_t off)
+{
+    if (!wrong) {
+        watch->wrong >>= 1;
+        return;
+    }
+    static const float shares[OFF_WINDOWS] = {1.0f, 1.0f / 2.0f, 1.0f / 3.0f, 1.0f / 4.0f};
+    const uint32_t last = watch->wrong < OFF_WINDOWS ? watch->wrong : OFF_WINDOWS - 1u;
+    const float share = is_unseen(watch) || is_noisy(watch, off) ? shares[last] : 1.0f;
+    watch->wrong += watch->wrong < OFF_WINDOWS ? 1u : 0u;
+    watch->off.alpha += share * (off.alpha - watch->off.alpha);
+    watch->off.beta += share * (off.beta - watch->off.beta);
+}
+
+/* True if the mean difference of at least two windows lies along the axis of one phase alone, and where it
+ * was when it reached this axis. The EMF of a rotor that turns the other way is constant and may lie there;
+ * that of a rotor whose encoder does not turn leaves it. */
+static bool is_of_a_phase(encoder_watch_t *watch)
+{
+    const ab_t off = watch->off;
+    watch->axis = watch->of_a_phase != 0u ? watch->axis : off;
+    const ab_t axis = watch->axis;
+    const float beside = (is_unseen(watch) ? watch->tuning.beside : 0.0f) + noise_of(watch);
+    const float cross = off.alpha * axis.beta - off.beta * axis.alpha;
     const float a = square_of(off);
-    const float b = square_of(before);
-    return is_along(watch, off) && cross * cross < SAME_AXIS * a * b + noise_of(watch) * (a + b);
+    const float b = square_of(axis);
+    return watch->wrong >= 2u && is_along(off, beside) &&
+           cross * cross < SAME_AXIS * a * b + beside * (a + b);
+}
+
+/* Counts for how long the difference has stayed on one axis. */
+static void count_along(encoder_watch_t *watch)
+{
+    if (watch->of_a_phase == 0u) {
+        watch->along -= watch->along < ALONG_MISSED ? watch->along : ALONG_MISSED;
+    } else if (watch->along < 2u * ALONG_WINDOWS) {
+        watch->along++;
+    }
 }
 
 /* True if it is large and lies along no phase axis. */
-static bool is_elsewhere(const encoder_watch_t *watch, const encoder_watch_input_t *input, rotation_t middle)
+static bool is_elsewhere(const encoder_watch_t *watch, ab_t off)
 {
-    const ab_t off = beside(watch, input->omega_e, middle);
     const dq_t emf = watch->last;
     return square_of(off) > MUCH_BESIDE * MUCH_BESIDE * (emf.d * emf.d + emf.q * emf.q) &&
-           !is_along(watch, off);
+           !is_along(off, noise_of(watch));
+}
+
+/* True if noise alone does not make the EMF's speed. */
+static bool is_beyond_noise(const encoder_watch_t *watch, float length)
+{
+    const float turn = watch->omega_emf * length;
+    return turn * turn > watch->tuning.turn_noise;
+}
+
+/* The step with which a sign begins is no turn: the EMF's speed stays what it was. */
+static inline void hold_speed(encoder_watch_t *watch, bool wrong, float omega_emf)
+{
+    if (wrong && watch->wrong < FOR_A_TURN && watch->windows >= watch->tuning.settles) {
+        watch->omega_emf = omega_emf;
+    }
 }
 
 uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t *input)
 {
     const encoder_watch_tuning_t *tuning = &watch->tuning;
+    const float omega_emf = watch->omega_emf;
     const seen_t seen = see(watch, input);
     const float least =
         hardly_flows(tuning, input->current) ? ENCODER_WATCH_SIGNS * tuning->emf_least : tuning->emf_least;
     const bool aside = seen.length > least && seen.along < ENCODER_WATCH_AXIS * seen.length;
     const bool gone = seen.expected > least && seen.length < ENCODER_WATCH_GONE * seen.expected;
-    const bool wrong = aside || gone;
+    const bool wrong = (aside || gone) && seen.off > least * least;
+    hold_speed(watch, wrong, omega_emf);
     const bool turns = seen.expected > 0.5f * tuning->emf_least;
     const bool opposite =
-        turns && watch->omega_emf < -bounds_clamp(BACKWARD * bounds_magnitude(input->omega_e), BACKWARD_MOST);
+        turns && is_beyond_noise(watch, seen.length) &&
+        watch->omega_emf < -bounds_clamp(BACKWARD * bounds_magnitude(input->omega_e), BACKWARD_MOST);
     const bool backward =
         opposite && bounds_within(seen.length - seen.expected, BACKWARD_ERROR * seen.expected);
-    const bool of_a_phase = wrong && !backward && is_of_a_phase(watch, input->omega_e, seen.middle);
-    watch->elsewhere = watch->windows > 0u && seen.length > least && is_elsewhere(watch, input, seen.middle)
-                           ? UINT32_C(1)
-                           : UINT32_C(0);
+    const ab_t off = beside(watch, input->omega_e, seen.middle);
+    add_off(watch, wrong, off);
+    const bool of_a_phase = wrong && !backward && is_of_a_phase(watch);
+    watch->elsewhere =
+        watch->windows > 0u && seen.length > least && is_elsewhere(watch, off) ? UINT32_C(1) : UINT32_C(0);
     watch->confirmed = 0u;
     if (watch->windows < tuning->settles) {
         watch->windows++;
         return 0u;
     }
     watch->of_a_phase = of_a_phase ? UINT32_C(1) : UINT32_C(0);
+    count_along(watch);
     if (watch->waited < tuning->waits && (input->doubtful || of_a_phase)) {
         watch->waited++;
         return 0u;
@@ -211,10 +294,14 @@ uint32_t encoder_watch_step(encoder_watch_t *watch, const encoder_watch_input_t 
     }
     const bool against =
         aside && opposite && watch->omega_emf * tuning->flux_linkage < -0.5f * tuning->emf_least;
-    if (against && seen.length > TOO_LONG * seen.expected && watch->count < 2u * ENCODER_WATCH_LEAST) {
+    const bool too_long = (turns || against) && seen.length > TOO_LONG * seen.expected;
+    if (too_long && watch->count < 2u * ENCODER_WATCH_LEAST) {
         return 0u;
     }
     watch->held = tuning->holds;
-    watch->count = ENCODER_WATCH_LEAST;
+    watch->count = 2u * ENCODER_WATCH_LEAST;
+    if (watch->along >= ALONG_WINDOWS) {
+        return ENCODER_WATCH_WIRE;
+    }
     return against ? ENCODER_WATCH_DIRECTION : ENCODER_WATCH_MISMATCH;
 }

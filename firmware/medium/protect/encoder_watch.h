@@ -17,15 +17,25 @@
  *
  *     mismatch    e_q sign(omega) < 0.8 |e|    while |e| > psi_f omega_least    37 degrees, or it turns
  *                 |e| < psi_f |omega|/4        while |omega| > omega_least
+ *                 and |e - psi_f omega| > psi_f omega_least   a smaller difference may be a voltage error
  *     direction   the same, and LP(omega + (e_last x e)/(|e_last||e| T_j)), the EMF's speed, is against omega
  *                 with at least half of its amount
  *
  * A sign must last until the EMF that causes it, or that is missing, has made ENCODER_WATCH_TIME psi_f
  * omega_least of volt seconds, and for at least three judgements: the larger the EMF, the smaller the effect
  * of a voltage error. A judgement without the sign halves these sums. The EMF is doubtful while a wire or a
- * current sensor may be wrong. The difference to psi_f omega is also doubtful while it lies along the axis of
- * one phase, like that of an open wire or switch, within 6 degrees and the noise. The judgement is then
- * postponed until one without the sign, by ENCODER_WATCH_WAIT in total, and the sums are kept.
+ * current sensor may be wrong. The judgement is then postponed until one without the sign, by
+ * ENCODER_WATCH_WAIT in total, and the sums are kept.
+ *
+ * The difference to psi_f omega is also doubtful while it lies along the axis of one phase and stays there,
+ * like that of an open wire or switch: the voltage of that phase does not reach the winding. A rotor's EMF
+ * that control does not know leaves the axis when the rotor turns. In a single window the noise of the
+ * currents may turn the difference by more than the angle between two axes; from one window to the next this
+ * noise has opposite signs, so that with small currents the mean difference of the windows with the sign is
+ * compared. If it stays on the axis for ENCODER_WATCH_WAIT, the wire or the switch is reported: the currents
+ * of a motor that is small for the sensors do not show it.
+ *
+ *     wire        the same sign, all the time along the axis of one phase
  *
  * Below omega_least the EMF is not judged, because the errors by dead time and R i are larger, and with a
  * large inductance also the noise of the current: if three standard deviations of the mean of two windows, 3
@@ -47,8 +57,11 @@
 #include "math/frames.h"
 #include "math/winding.h"
 
-#define ENCODER_WATCH_AXIS   0.8f   /* [-] cosine of the largest angle between EMF and q axis */
-#define ENCODER_WATCH_GONE   0.25f  /* [-] of psi_f |omega|: a smaller EMF counts as missing */
+#define ENCODER_WATCH_AXIS   0.8f  /* [-] cosine of the largest angle between EMF and q axis */
+#define ENCODER_WATCH_GONE   0.25f /* [-] of psi_f |omega|: a smaller EMF counts as missing */
+#define ENCODER_WATCH_SPEED  0.6f  /* [-] of psi_f |omega|: least EMF of a rotor at that speed ... */
+#define ENCODER_WATCH_TURNS  0.7f  /* [-] of |omega|: ... whose EMF turns more slowly, behind the low-pass */
+#define ENCODER_WATCH_SIXTH  0.16666667f
 #define ENCODER_WATCH_ALONE  5.0f   /* [-] of psi_f omega_least: EMF of a window above the noise */
 #define ENCODER_WATCH_SIGNS  2.0f   /* [-] of psi_f omega_least, if the signs of the currents are uncertain */
 #define ENCODER_WATCH_LEAP   0.5f   /* [rad] electrical: largest change per period beyond the speed */
@@ -62,6 +75,7 @@
 #define ENCODER_WATCH_MISMATCH  UINT32_C(1)
 #define ENCODER_WATCH_DIRECTION UINT32_C(2)
 #define ENCODER_WATCH_JUMP      UINT32_C(4) /* from the fast task, by encoder_jumped() */
+#define ENCODER_WATCH_WIRE      UINT32_C(8) /* the voltage of one phase does not reach the winding */
 
 typedef struct {
     float resistance;   /* R [ohm] */
@@ -70,9 +84,10 @@ typedef struct {
     float speed_least;  /* omega_least [rad/s] electrical, > 0 */
     float noise;        /* of a measured current, standard deviation [A], >= 0 */
     float doubtful;     /* length of a current whose phases may have any sign [A], >= 0 */
-    float step;         /* a count of the encoder [rad] electrical */
-    float period;       /* T [s] */
-    uint32_t every;     /* n, periods of a window [-] */
+    float unseen;   /* length of a current with which no wire is reported by the current itself [A], >= 0 */
+    float step;     /* a count of the encoder [rad] electrical */
+    float period;   /* T [s] */
+    uint32_t every; /* n, periods of a window [-] */
 } encoder_watch_params_t;
 
 typedef struct {
@@ -81,8 +96,11 @@ typedef struct {
     float doubtful;     /* square of the length of a current whose phases may have any sign [A^2] */
     float alone;        /* square of the EMF from which a single window is judged [V^2] */
     float noise;        /* square of three standard deviations of the EMF of a single window [V^2] */
-    float leap;         /* [rad] electrical; more than half a turn: not judged */
-    float share;        /* of the low-pass [-] */
+    float unseen;       /* square of the length of a current that does not show a wire [A^2] */
+    float turn_noise; /* square of three standard deviations of the EMF's speed times its length [V^2/s^2] */
+    float beside;     /* square of the part of a mean difference beside the axis of its phase [V^2] */
+    float leap;       /* [rad] electrical; more than half a turn: not judged */
+    float share;      /* of the low-pass [-] */
     winding_t winding;
     float periods;    /* n [-] */
     float volts;      /* L/T_j [V/A] */
@@ -103,9 +121,13 @@ typedef struct {
     uint32_t count;      /* judgements with the sign [-] */
     uint32_t windows;    /* since a rest [-], up to the number that a judgement needs */
     uint32_t waited;     /* postponed judgements [-]; each one without the sign halves them */
-    ab_t off;            /* EMF less the rotor's in the last wrong window [V] */
+    ab_t off;            /* EMF less the rotor's, mean of the wrong windows in a row [V] */
+    ab_t axis;           /* the same when it first lay along the axis of a phase [V] */
+    uint32_t wrong;      /* windows in this mean, at most [-] */
+    uint32_t along;      /* windows for which it has stayed on one axis, less those beside it [-] */
     uint32_t of_a_phase; /* 1: the EMF of the last window is wrong along the axis of one phase [-] */
     uint32_t elsewhere;  /* 1: its error is large, and along no phase axis [-] */
+    uint32_t known;      /* 1: `last` is of a window in which the rotor was driven */
     uint32_t confirmed;  /* 1: it is above the noise and agrees with the encoder [-] */
 } encoder_watch_t;
 
@@ -136,6 +158,8 @@ static inline void encoder_watch_rest(encoder_watch_t *watch)
     watch->held = 0.0f;
     watch->count = 0u;
     watch->waited = 0u;
+    watch->wrong = 0u;
+    watch->along = 0u;
     watch->of_a_phase = 0u;
     watch->elsewhere = 0u;
     watch->confirmed = 0u;
@@ -153,6 +177,26 @@ static inline void encoder_watch_add(encoder_watch_t *watch, ab_t voltage)
 {
     watch->voltage.alpha += voltage.alpha;
     watch->voltage.beta += voltage.beta;
+}
+
+/* The shaft is not driven: nothing is known of the EMF any more. */
+static inline void encoder_watch_forget(encoder_watch_t *watch)
+{
+    encoder_watch_rest(watch);
+    watch->known = 0u;
+}
+
+/* True if the EMF of the last complete window is too short for a rotor with this speed [rad/s] electrical,
+ * and does not turn as fast: it is the encoder that has this speed. The mean of an EMF that turns by 2x in
+ * the window is sin(x)/x, 1 - x^2/6 or more of its length. */
+static inline bool encoder_watch_denies(const encoder_watch_t *watch, float omega_e)
+{
+    const dq_t emf = watch->last;
+    const float x = watch->tuning.middle * omega_e;
+    const float mean = 1.0f - bounds_clamp(ENCODER_WATCH_SIXTH * x * x, 1.0f);
+    const float least = ENCODER_WATCH_SPEED * mean * watch->tuning.flux_linkage * omega_e;
+    return watch->known != 0u && emf.d * emf.d + emf.q * emf.q < least * least &&
+           watch->omega_emf < ENCODER_WATCH_TURNS * bounds_magnitude(omega_e);
 }
 
 /* The end of a window: ENCODER_WATCH_... bits, 0 or one of them. No division. */

@@ -285,7 +285,7 @@ static void connect_locked(void)
 /* CAL/PAG: the octets of the seed. */
 static uint32_t seed_of_drive(void)
 {
-    ask("F8 00 01", NULL);
+    send((const uint16_t[]){0xF8, 0u, 1u}, 3u);
     TEST_ASSERT_EQUAL_UINT32(6u, length);
     TEST_ASSERT_EQUAL_HEX16(0xFF, answer[0]);
     TEST_ASSERT_EQUAL_HEX16(4u, answer[1]);
@@ -357,7 +357,7 @@ static void test_the_right_answer_opens_the_session_and_no_other_one(void)
     TEST_ASSERT_EQUAL_HEX32(0x12345678u, memory[1]);
     ask("EB 01 00 00", "FF");
     answer_seed(0u, "FF 00"); /* repeated, its answer was lost */
-    ask("FF 00", NULL);
+    ask("FF 00", CONNECTED);
     ask("FD", "FF 00 01 00 00 00");
     ask("F6 00 00 01 04 00 00 00", "FF");
     ask("F0 04 00 00 00 00", "FE 25");

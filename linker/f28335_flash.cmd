@@ -69,14 +69,14 @@ SECTIONS
                       /* firmware/fast/fast.c */
                       *(.text:begin_estimate) *(.text:begin_window) *(.text:bounds_between) *(.text:bounds_span)
                       *(.text:calibrate) *(.text:comes_on) *(.text:control) *(.text:current_control_applied)
-                      *(.text:current_control_shift) *(.text:current_control_step) *(.text:current_control_take) *(.text:current_control_turn)
-                      *(.text:dead_time_edge_signs) *(.text:dead_time_leg) *(.text:dead_time_signs)
-                      *(.text:dead_time_voltage) *(.text:demand) *(.text:doubt_may_be) *(.text:doubt_small)
-                      *(.text:doubt_step) *(.text:edges_ahead) *(.text:edges_swing) *(.text:encoder_step) *(.text:estimate)
-                      *(.text:estimate_load) *(.text:estimate_position) *(.text:estimator_set_flux)
-                      *(.text:estimator_set_load) *(.text:estimator_take) *(.text:fast_step) *(.text:fast_turn)
-                      *(.text:fast_update_rotor) *(.text:forced_advance) *(.text:frames_between) *(.text:frames_clarke)
-                      *(.text:frames_inverse_clarke) *(.text:inject_dither) *(.text:inverter_acted)
+                      *(.text:current_control_shift) *(.text:current_control_step) *(.text:current_control_take)
+                      *(.text:current_control_turn) *(.text:dead_time_edge_signs) *(.text:dead_time_leg)
+                      *(.text:dead_time_signs) *(.text:dead_time_voltage) *(.text:demand) *(.text:doubt_may_be)
+                      *(.text:doubt_small) *(.text:doubt_step) *(.text:edges_ahead) *(.text:edges_swing)
+                      *(.text:encoder_step) *(.text:estimate) *(.text:estimate_load) *(.text:estimate_position)
+                      *(.text:estimator_set_flux) *(.text:estimator_set_load) *(.text:estimator_take) *(.text:fast_step)
+                      *(.text:fast_turn) *(.text:fast_update_rotor) *(.text:forced_advance) *(.text:frames_between)
+                      *(.text:frames_clarke) *(.text:frames_inverse_clarke) *(.text:inject_dither) *(.text:inverter_acted)
                       *(.text:inverter_effective) *(.text:inverter_make) *(.text:inverter_remember)
                       *(.text:inverter_set_dead_time) *(.text:inverter_take) *(.text:inverter_whole_counts) *(.text:limit)
                       *(.text:limit_by_link) *(.text:limit_reference) *(.text:link_limit_is_near)
@@ -108,6 +108,8 @@ SECTIONS
                       /* firmware/fast/fast_window.c */
                       *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:snapshot)
                       *(.text:snapshot_catch) *(.text:still_watch_moved)
+                      /* firmware/fast/measure.c */
+                      *(.text:add)
                       /* firmware/fast/reference/catch.c */
                       *(.text:catch_step) *(.text:is_steady) *(.text:slip_of) *(.text:turned_on)
                       /* firmware/fast/reference/reference.c */

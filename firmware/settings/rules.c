@@ -185,10 +185,9 @@ static estimator_params_t harmless(void)
     };
 }
 
-/* The values that RULE_REACH reads. */
+/* The values that RULE_REACH reads beside the gain. */
 static void take_reach(estimator_params_t *alone, const estimator_params_t *all)
 {
-    alone->smo.gain = all->smo.gain;
     alone->flux_linkage = all->flux_linkage;
     alone->flux_most = all->flux_most;
     alone->validity.speed_max = all->validity.speed_max;
@@ -230,6 +229,7 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
         alone.pll = all.pll;
         break;
     case RULE_REACH:
+        observer->gain = of_all->gain;
         take_reach(&alone, &all);
         break;
     case RULE_TRIP:

@@ -93,10 +93,20 @@ static float salient_cutoff(float bandwidth, float omega_max)
     return least < SALIENT_MOST ? least : SALIENT_MOST;
 }
 
+/* The torque at current_limit [N m] on which the loop is designed; of a salient rotor with that of the
+ * reluctance, because a load step of it, or the same torque made with a wrong angle in a weakened field,
+ * moves the rotor by as much (docs/theory.md, 30). */
+static float loop_torque(const params_t *params, const believed_t *believed)
+{
+    return params_salient(believed)
+               ? params_torque_most(params, believed)
+               : 1.5f * (float)params->motor_pole_pairs * believed->flux_linkage * params->current_limit;
+}
+
 loop_params_t params_loop(const params_t *params, const believed_t *believed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const float torque = LOOP_TORQUE * 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
+    const float torque = LOOP_TORQUE * loop_torque(params, believed);
     const float square = LOOP_CUTOFF * LOOP_CUTOFF * pole_pairs * torque / believed->inertia;
     const float cutoff = square * inverse_root(square);
     const float most = LOOP_MOST / DRIVE_PERIOD;

@@ -154,14 +154,12 @@ const rule_t rules[RULES] = {
     [RULE_SALIENT] =
         {"motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d where position_source or "
          "encoder_fault_reaction is sensorless, because the estimator loses the rotor beyond that; use "
-         "an encoder; with motor_saturation_current the inductance at 0.8 current_limit counts",
-         6,
+         "an encoder; saturated: at 0.8 current_limit",
+         4,
          {{PARAM_motor_inductance_q, LESS_HELPS},
           {PARAM_position_source, LESS_HELPS},
           {PARAM_motor_inductance_d, MORE_HELPS},
-          {PARAM_encoder_fault_reaction, IS_READ},
-          {PARAM_current_limit, IS_READ},
-          {PARAM_motor_saturation_current, IS_READ}}},
+          {PARAM_encoder_fault_reaction, IS_READ}}},
 };
 
 /* A set of the estimator that keeps all of its rules, and of which each part keeps

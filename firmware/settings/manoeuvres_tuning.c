@@ -54,7 +54,7 @@ static float torque_slew(const params_t *params, const believed_t *believed)
 
 static run_tuning_t prepare_run(const params_t *params, const believed_t *believed, float handover_speed)
 {
-    const float fast = params_loop(params, believed).bandwidth / PARAMS_SPEED_BELOW_LOOP;
+    const float fast = params_loop(params, believed).speed;
     const float per_ampere =
         1.5f * (float)params->motor_pole_pairs * believed->flux_linkage / believed->inertia;
     const float kp = params->speed_kp > 0.0f ? params->speed_kp : fast / per_ampere;

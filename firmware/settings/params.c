@@ -93,33 +93,46 @@ static float salient_cutoff(float bandwidth, float omega_max)
     return least < SALIENT_MOST ? least : SALIENT_MOST;
 }
 
-/* The torque at current_limit [N m] on which the loop is designed; of a salient rotor with that of the
- * reluctance, because a load step of it, or the same torque made with a wrong angle in a weakened field,
- * moves the rotor by as much (docs/theory.md, 30). */
-static float loop_torque(const params_t *params, const believed_t *believed)
+/* Cutoff of the feed-forward for half of this torque at current_limit [N m], at most LOOP_MOST [rad/s]. */
+static float loop_cutoff(const params_t *params, const believed_t *believed, float torque)
 {
-    return params_salient(believed)
-               ? params_torque_most(params, believed)
-               : 1.5f * (float)params->motor_pole_pairs * believed->flux_linkage * params->current_limit;
+    const float half = LOOP_TORQUE * torque;
+    const float square =
+        LOOP_CUTOFF * LOOP_CUTOFF * (float)params->motor_pole_pairs * half / believed->inertia;
+    const float cutoff = square * inverse_root(square);
+    const float most = LOOP_MOST / DRIVE_PERIOD;
+    return cutoff < most ? cutoff : most;
 }
 
+static float at_least(float cutoff)
+{
+    return cutoff > LOOP_LEAST ? cutoff : LOOP_LEAST;
+}
+
+/* The loop of a salient rotor is designed for all of its torque, that of the reluctance among it, because a
+ * load step of it moves the rotor as much, and in a weakened field an angle error does (docs/theory.md, 30).
+ * The speed control keeps to the torque of the magnets. */
 loop_params_t params_loop(const params_t *params, const believed_t *believed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const float torque = LOOP_TORQUE * loop_torque(params, believed);
-    const float square = LOOP_CUTOFF * LOOP_CUTOFF * pole_pairs * torque / believed->inertia;
-    const float cutoff = square * inverse_root(square);
-    const float most = LOOP_MOST / DRIVE_PERIOD;
-    const float within = cutoff < most ? cutoff : most;
+    const float magnets = 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
+    const bool salient = params_salient(believed);
+    const float by_magnets = loop_cutoff(params, believed, magnets);
+    const float within =
+        salient ? loop_cutoff(params, believed, params_torque_most(params, believed)) : by_magnets;
     if (params->pll_bandwidth == 0.0f && params->feedforward_cutoff == 0.0f) {
-        const float by_rule = within > LOOP_LEAST ? within : LOOP_LEAST;
+        const float by_rule = at_least(within);
         const float bandwidth = LOOP_BANDWIDTHS * by_rule;
-        const float apart = pole_pairs * params->overspeed_trip;
-        return (loop_params_t){bandwidth,
-                               params_salient(believed) ? salient_cutoff(bandwidth, apart) : by_rule, false};
+        return (loop_params_t){
+            .bandwidth = bandwidth,
+            .cutoff = salient ? salient_cutoff(bandwidth, pole_pairs * params->overspeed_trip) : by_rule,
+            .speed = LOOP_BANDWIDTHS * at_least(by_magnets) / PARAMS_SPEED_BELOW_LOOP,
+            .slow = false};
     }
-    return (loop_params_t){params->pll_bandwidth, params->feedforward_cutoff,
-                           params->pll_bandwidth < LOOP_SLOW * LOOP_BANDWIDTHS * within};
+    return (loop_params_t){.bandwidth = params->pll_bandwidth,
+                           .cutoff = params->feedforward_cutoff,
+                           .speed = params->pll_bandwidth / PARAMS_SPEED_BELOW_LOOP,
+                           .slow = params->pll_bandwidth < LOOP_SLOW * LOOP_BANDWIDTHS * within};
 }
 
 /* L_q at this i_q minus L_d [H]: apparent, and incremental. */

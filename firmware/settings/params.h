@@ -288,6 +288,7 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
 typedef struct {
     float bandwidth; /* [rad/s] */
     float cutoff;    /* of the feed-forward [rad/s] */
+    float speed;     /* of the speed control, by its rule [rad/s] */
     bool slow;       /* true: a torque step of the current limit exceeds the range of the loop */
 } loop_params_t;
 

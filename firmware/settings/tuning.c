@@ -227,10 +227,10 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .every = DRIVE_WINDOW,
     };
     tuning->medium.motion_watch = motion_watch_prepare(&motion);
-    const float bandwidth = params_loop(params, believed).bandwidth;
+    const loop_params_t loop = params_loop(params, believed);
     const oscillation_watch_params_t oscillation = {
-        .slow = bandwidth / PARAMS_SPEED_BELOW_LOOP,
-        .fast = bandwidth,
+        .slow = loop.speed,
+        .fast = loop.bandwidth,
         .current_limit = params->current_limit,
         .period = DRIVE_PERIOD,
         .every = DRIVE_WINDOW,

@@ -34,7 +34,7 @@ extern "C" {
 #define ORACLE_STEP       2e-6   /* [s] stationary frame */
 #define ORACLE_STEP_ROTOR 0.5e-6 /* [s] rotor frame */
 
-#define ORACLE_STEP_FLUX  0.5e-6 /* [s] flux */
+#define ORACLE_STEP_FLUX 0.5e-6 /* [s] flux */
 
 typedef enum { ORACLE_STATIONARY, ORACLE_ROTOR, ORACLE_FLUX } oracle_frame_t;
 
@@ -54,7 +54,8 @@ typedef struct {
 /* Runs from tick 0 with all gates off, no current, the rotor at theta_m [rad] and omega_m [rad/s], and writes
  * a sample for each of sample_ticks (ascending). An edge that acts at a sample's tick does not matter to it:
  * currents are continuous. false if the parameters need something that is not handled, L_d != L_q in the
- * stationary frame, saturation outside the flux frame, or EMF harmonics in it. Cost: about 5 us per sub-step of ORACLE_STEP or less. */
+ * stationary frame, saturation outside the flux frame, or EMF harmonics in it. Cost: about 5 us per sub-step
+ * of ORACLE_STEP or less. */
 bool oracle_run(const plant_params_t *params, oracle_frame_t frame, double theta_m, double omega_m,
                 const oracle_edge_t *edges, size_t edge_count, const uint64_t *sample_ticks,
                 size_t sample_count, oracle_sample_t *samples);

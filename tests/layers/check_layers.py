@@ -28,6 +28,7 @@ ROOMS = (
     "firmware/fast",
     "firmware/medium/adapt",
     "firmware/medium/protect",
+    "firmware/medium/commission",
     "firmware/medium/manoeuvre",
     "firmware/medium",
     "firmware/guard",
@@ -61,7 +62,7 @@ TABLES_OF_SETTINGS = ("firmware/settings/params.h", "firmware/settings/requests.
                       "firmware/settings/reasons.h")
 # What the medium task knows of the fast one: the two structs between them, and what these are made of.
 WINDOW = FAST_4 + ("firmware/fast/window.h", "firmware/fast/measure.h")
-MEDIUM_4 = MEDIUM_3 + ("firmware/medium/manoeuvre",)
+MEDIUM_4 = MEDIUM_3 + ("firmware/medium/commission", "firmware/medium/manoeuvre")
 TASKS = FAST_4 + MEDIUM_4 + ("firmware/guard", "firmware/fast", "firmware/medium")
 FIRMWARE_CORE = TASKS + ("firmware/settings", "firmware/drive")
 # The door, the shapes of the tables, what both ends of a line hold to.
@@ -78,6 +79,8 @@ MAY_INCLUDE = {
     "firmware/fast/protect": FLOOR_2,
     "firmware/medium/adapt": FLOOR_2,
     "firmware/medium/protect": FLOOR_2,
+    # The order of an excitation and its sums: data of the fast task.
+    "firmware/medium/commission": FLOOR_2 + ("firmware/fast/control/excite.h",),
     "firmware/talk": FLOOR_2,
     "firmware/fast/reference": FAST_3,
     "firmware/medium/manoeuvre": WINDOW + MEDIUM_3 + TABLES_OF_SETTINGS,

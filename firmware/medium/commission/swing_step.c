@@ -1,0 +1,215 @@
+#include "medium/commission/swing_step.h"
+
+#include <string.h>
+
+#include "math/angle.h"
+#include "math/bounds.h"
+#include "math/root.h"
+#include "math/trig.h"
+
+#define JUMPS      4u
+#define BLOCK      0.1f  /* [s] of a mean at rest */
+#define LEAST      0.25f /* [s] of a jump */
+#define SIXTH_TURN 1.04719755f /* [rad] */
+#define FLUX_LEAST 2e-4f /* [Wb] */
+#define ZONE       0.1f  /* [A] current below which the sign of a leg's loss fades */
+
+enum { BEGIN, ALIGN, JUMP, REST };
+
+void swing_step_begin(swing_step_t *step)
+{
+    memset(step, 0, sizeof *step);
+}
+
+static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
+{
+    return (uint32_t)(seconds / tuning->window + 0.5f);
+}
+
+/* The loss of the legs for this current [V]. */
+static ab_t lost(ab_t current, float leg)
+{
+    const abc_t phases = frames_inverse_clarke(current);
+    const float per_zone = 1.0f / ZONE;
+    const ab_t signs = frames_clarke((abc_t){bounds_clamp(per_zone * phases.a, 1.0f),
+                                             bounds_clamp(per_zone * phases.b, 1.0f),
+                                             bounds_clamp(per_zone * phases.c, 1.0f)});
+    return (ab_t){leg * signs.alpha, leg * signs.beta};
+}
+
+static inline float cross(ab_t a, ab_t b)
+{
+    return a.alpha * b.beta - a.beta * b.alpha;
+}
+
+/* The flux of the motion so far: Psi_m(t) - Psi_m(0). */
+static ab_t moved(const swing_motion_t *motion, float inductance)
+{
+    return (ab_t){motion->flux.alpha - inductance * (motion->last.alpha - motion->from.alpha),
+                  motion->flux.beta - inductance * (motion->last.beta - motion->from.beta)};
+}
+
+/* Speed and torque of a window into the regression. `before`: Psi_m - Psi_m(0) at its beginning. */
+static void learn(swing_step_t *step, const commission_tuning_t *tuning, ab_t before, ab_t after,
+                  ab_t current, float time)
+{
+    swing_motion_t *motion = &step->motion;
+    const ab_t middle = {motion->before.alpha + 0.5f * (before.alpha + after.alpha),
+                         motion->before.beta + 0.5f * (before.beta + after.beta)};
+    const ab_t change = {after.alpha - before.alpha, after.beta - before.beta};
+    const float length = middle.alpha * middle.alpha + middle.beta * middle.beta;
+    const float impulse = 1.5f * tuning->pole_pairs * cross(middle, current) * time;
+    if (!(length > 0.0f)) {
+        return;
+    }
+    const float omega_e = cross(middle, change) / (length * time);
+    const float omega_m = omega_e / tuning->pole_pairs;
+    const float until = motion->impulse + 0.5f * impulse; /* the speed is that of the middle */
+    swing_fit_t *fit = &step->fit;
+    motion->impulse += impulse;
+    motion->moving += omega_e > 0.0f ? time : -time;
+    step->speed_most = bounds_more(step->speed_most, bounds_magnitude(omega_e));
+    fit->ww += omega_m * omega_m;
+    fit->wt += omega_m * motion->moving;
+    fit->tt += motion->moving * motion->moving;
+    fit->wp += omega_m * until;
+    fit->tp += motion->moving * until;
+}
+
+static void add(swing_step_t *step, const commission_tuning_t *tuning, const swing_window_t *window,
+                const commission_results_t *results)
+{
+    swing_motion_t *motion = &step->motion;
+    const float share = 1.0f / window->periods;
+    const float time = window->periods * tuning->period;
+    const ab_t current = {share * window->current.alpha, share * window->current.beta};
+    const ab_t voltage = {share * window->voltage.alpha, share * window->voltage.beta};
+    const ab_t loss = lost(current, results->dead_voltage);
+    const ab_t before = moved(motion, results->inductance_d);
+    motion->flux.alpha +=
+        time * (voltage.alpha - results->resistance * current.alpha - loss.alpha - step->used.alpha);
+    motion->flux.beta +=
+        time * (voltage.beta - results->resistance * current.beta - loss.beta - step->used.beta);
+    motion->last = window->sample;
+    motion->time += time;
+    if (results->flux_first > 0.0f) {
+        learn(step, tuning, before, moved(motion, results->inductance_d), current, time);
+    }
+}
+
+/* The next direction: to and fro. */
+static void jump(swing_step_t *step, const commission_input_t *input, const commission_results_t *results,
+                 excite_order_t *order)
+{
+    const rotation_t from = trig_turn(step->angle);
+    const float psi = results->flux_first;
+    step->motion = (swing_motion_t){.from = input->current, .last = input->current};
+    step->motion.before = (ab_t){psi * from.cos, psi * from.sin};
+    const uint32_t to = 1u - step->jump % 2u;
+    step->used = step->rest[step->jump == 0u ? 0u : to];
+    step->angle = to != 0u ? 0.0f : -SIXTH_TURN;
+    order->axis = trig_turn(step->angle);
+    step->windows = 0u;
+    step->phase = JUMP;
+}
+
+/* The voltage of the rest, from the mean of a block: what R and the loss of the legs do not explain. */
+static ab_t rest_of(const swing_step_t *step, const commission_results_t *results)
+{
+    const dq_t voltage = commission_mean_of(&step->standing.mean, step->standing.mean.voltage);
+    const dq_t current = commission_mean_of(&step->standing.mean, step->standing.mean.current);
+    const rotation_t axis = trig_turn(step->angle);
+    const ab_t flows = frames_inverse_park(current, axis);
+    const ab_t stands = frames_inverse_park(voltage, axis);
+    const ab_t loss = lost(flows, results->dead_voltage);
+    return (ab_t){stands.alpha - results->resistance * flows.alpha - loss.alpha,
+                  stands.beta - results->resistance * flows.beta - loss.beta};
+}
+
+/* At rest after a jump. The current has flown in this direction for nearly all of the time: the voltage at
+ * rest that is found now corrects the flux. */
+static commission_verdict_t judge(swing_step_t *step, const commission_input_t *input,
+                                  commission_results_t *results, excite_order_t *order)
+{
+    const ab_t rest = rest_of(step, results);
+    step->motion.flux.alpha -= step->motion.time * (rest.alpha - step->used.alpha);
+    step->motion.flux.beta -= step->motion.time * (rest.beta - step->used.beta);
+    step->rest[1u - step->jump % 2u] = rest;
+    const ab_t change = moved(&step->motion, results->inductance_d);
+    const float psi = root_or_none(change.alpha * change.alpha + change.beta * change.beta);
+    const swing_fit_t *fit = &step->fit;
+    step->flux_sum += psi;
+    step->jump++;
+    results->flux_first = step->flux_sum / (float)step->jump;
+    if (results->flux_first < FLUX_LEAST) {
+        return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
+    }
+    if (step->jump < JUMPS) {
+        jump(step, input, results, order);
+        return commission_goes_on();
+    }
+    const float det = fit->ww * fit->tt - fit->wt * fit->wt;
+    results->inertia_first = det > 0.0f ? (fit->wp * fit->tt - fit->tp * fit->wt) / det : 0.0f;
+    return results->inertia_first > 0.0f ? commission_finished()
+                                         : commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
+}
+
+static swing_window_t window_of(const commission_input_t *input, rotation_t axis)
+{
+    const excite_seen_t *seen = input->seen;
+    return (swing_window_t){
+        .voltage = frames_inverse_park(seen->voltage, axis),
+        .current = frames_inverse_park(seen->current, axis),
+        .sample = input->current,
+        .periods = (float)seen->periods,
+    };
+}
+
+commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *tuning,
+                                const commission_input_t *input, excite_order_t *order,
+                                commission_results_t *results)
+{
+    if (step->phase == BEGIN) {
+        if (!(results->resistance > 0.0f && results->inductance_d > 0.0f)) {
+            return commission_failed(COMMISSION_REASON_EARLIER_STEP, 0);
+        }
+        results->flux_first = 0.0f;
+        step->current = results->current_hold;
+        step->angle = -SIXTH_TURN;
+        standing_begin(&step->standing, step->angle, input->u_dc, tuning, results, order);
+        order->current = step->current;
+        step->phase = ALIGN;
+        return commission_goes_on();
+    }
+    if (input->seen->serial != order->serial) {
+        return commission_goes_on();
+    }
+    if (step->phase == JUMP) {
+        const swing_window_t window = window_of(input, input->seen->axis);
+        add(step, tuning, &window, results);
+        step->windows++;
+        if (step->windows >= windows_of(LEAST, tuning)) {
+            standing_wait(&step->standing);
+            step->phase = REST;
+        }
+        return commission_goes_on();
+    }
+    if (step->phase == REST) {
+        const swing_window_t window = window_of(input, input->seen->axis);
+        add(step, tuning, &window, results);
+    }
+    switch (standing_step(&step->standing, windows_of(BLOCK, tuning), input->seen, order->current)) {
+    case STANDING_STEADY:
+        if (step->phase == REST) {
+            return judge(step, input, results, order);
+        }
+        step->rest[0] = rest_of(step, results);
+        jump(step, input, results, order);
+        break;
+    case STANDING_NEVER:
+        return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);
+    case STANDING_NOT_YET:
+        break;
+    }
+    return commission_goes_on();
+}

@@ -10,7 +10,9 @@
 #define JUMPS      4u
 #define BLOCK      0.1f  /* [s] of a mean at rest */
 #define LEAST      0.25f /* [s] of a jump */
-#define SIXTH_TURN 1.04719755f /* [rad] */
+#define THIRD_TURN 2.09439510f /* [rad] */
+#define SHARE_MOST  0.9f /* of the largest current [-] */
+#define HOLD_MOST   2.0f /* of the held current, for a short time [-] */
 #define FLUX_LEAST 2e-4f /* [Wb] */
 #define ZONE       0.1f  /* [A] current below which the sign of a leg's loss fades */
 
@@ -76,6 +78,26 @@ static void learn(swing_step_t *step, const commission_tuning_t *tuning, ab_t be
     fit->tp += motion->moving * until;
 }
 
+/* A point of the circle. */
+static void add_point(swing_motion_t *motion, ab_t point)
+{
+    const float square = point.alpha * point.alpha + point.beta * point.beta;
+    motion->xx += point.alpha * point.alpha;
+    motion->xy += point.alpha * point.beta;
+    motion->yy += point.beta * point.beta;
+    motion->xz += point.alpha * square;
+    motion->yz += point.beta * square;
+}
+
+/* The centre of the circle; zero: there is none. */
+static ab_t centre_of(const swing_motion_t *motion)
+{
+    const float det = motion->xx * motion->yy - motion->xy * motion->xy;
+    const float share = det > 0.0f ? 0.5f / det : 0.0f;
+    return (ab_t){share * (motion->xz * motion->yy - motion->yz * motion->xy),
+                  share * (motion->yz * motion->xx - motion->xz * motion->xy)};
+}
+
 static void add(swing_step_t *step, const commission_tuning_t *tuning, const swing_window_t *window,
                 const commission_results_t *results)
 {
@@ -92,22 +114,19 @@ static void add(swing_step_t *step, const commission_tuning_t *tuning, const swi
         time * (voltage.beta - results->resistance * current.beta - loss.beta - step->used.beta);
     motion->last = window->sample;
     motion->time += time;
+    add_point(motion, moved(motion, results->inductance_d));
     if (results->flux_first > 0.0f) {
         learn(step, tuning, before, moved(motion, results->inductance_d), current, time);
     }
 }
 
 /* The next direction: to and fro. */
-static void jump(swing_step_t *step, const commission_input_t *input, const commission_results_t *results,
-                 excite_order_t *order)
+static void jump(swing_step_t *step, const commission_input_t *input, ab_t before, excite_order_t *order)
 {
-    const rotation_t from = trig_turn(step->angle);
-    const float psi = results->flux_first;
-    step->motion = (swing_motion_t){.from = input->current, .last = input->current};
-    step->motion.before = (ab_t){psi * from.cos, psi * from.sin};
+    step->motion = (swing_motion_t){.from = input->current, .last = input->current, .before = before};
     const uint32_t to = 1u - step->jump % 2u;
     step->used = step->rest[step->jump == 0u ? 0u : to];
-    step->angle = to != 0u ? 0.0f : -SIXTH_TURN;
+    step->angle = to != 0u ? 0.0f : -THIRD_TURN;
     order->axis = trig_turn(step->angle);
     step->windows = 0u;
     step->phase = JUMP;
@@ -135,8 +154,10 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
     step->motion.flux.alpha -= step->motion.time * (rest.alpha - step->used.alpha);
     step->motion.flux.beta -= step->motion.time * (rest.beta - step->used.beta);
     step->rest[1u - step->jump % 2u] = rest;
-    const ab_t change = moved(&step->motion, results->inductance_d);
-    const float psi = root_or_none(change.alpha * change.alpha + change.beta * change.beta);
+    const ab_t end = moved(&step->motion, results->inductance_d);
+    const ab_t centre = centre_of(&step->motion);
+    const float psi = root_or_none(centre.alpha * centre.alpha + centre.beta * centre.beta);
+    const ab_t before = {end.alpha - centre.alpha, end.beta - centre.beta};
     const swing_fit_t *fit = &step->fit;
     step->flux_sum += psi;
     step->jump++;
@@ -145,7 +166,7 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
         return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
     }
     if (step->jump < JUMPS) {
-        jump(step, input, results, order);
+        jump(step, input, before, order);
         return commission_goes_on();
     }
     const float det = fit->ww * fit->tt - fit->wt * fit->wt;
@@ -174,8 +195,8 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
             return commission_failed(COMMISSION_REASON_EARLIER_STEP, 0);
         }
         results->flux_first = 0.0f;
-        step->current = results->current_hold;
-        step->angle = -SIXTH_TURN;
+        step->current = bounds_less(SHARE_MOST * tuning->current_max, HOLD_MOST * results->current_hold);
+        step->angle = -THIRD_TURN;
         standing_begin(&step->standing, step->angle, input->u_dc, tuning, results, order);
         order->current = step->current;
         step->phase = ALIGN;
@@ -204,7 +225,7 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
             return judge(step, input, results, order);
         }
         step->rest[0] = rest_of(step, results);
-        jump(step, input, results, order);
+        jump(step, input, (ab_t){0.0f, 0.0f}, order);
         break;
     case STANDING_NEVER:
         return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);

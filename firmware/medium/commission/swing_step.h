@@ -1,13 +1,14 @@
-/* A first value of psi_f and J from a rotor that is drawn to another direction by a sixth of a turn, without
- * a speed: enough for the rules by which the drive starts.
+/* A first value of psi_f and J from a rotor that is drawn to another direction by a third of a turn, without
+ * a steady speed: enough for the rules by which the drive starts.
  *
- *     Psi_m(t) = Psi_m(0) + int (u - R i - v) dt - L (i - i(0))     flux of the magnets, by the winding's law;
- *                                                                   v: loss of the dead time
- *     |Psi_m(end) - Psi_m(0)| = psi_f 2 sin(30 deg) = psi_f         at rest on both currents
- *     J d omega/dt = 1.5 p (Psi_m x i) - T_c                        regression over the motion
+ *     z(t) = int (u - R i - v) dt - L_d (i - i(0))     change of the magnets' flux, by the winding's law;
+ *                                                      v: loss of the dead time
+ *     |z|^2 = 2 c z                                    it moves on a circle through zero with the centre c:
+ *                                                      least squares, psi_f = |c|, Psi_m = z - c
+ *     J d omega/dt = 1.5 p (Psi_m x i) - T_c           regression over the motion
  *
- * The rotor is braked by the resistance across the axis. Several jumps to and fro; friction leaves the rotor
- * short of the axis on both sides, which makes the value small by its share in the torque. */
+ * The circle needs no angle at which the rotor rests: friction may leave it short of the axis. The rotor is
+ * braked by the resistance across the axis. Several jumps to and fro. */
 #ifndef MEDIUM_COMMISSION_SWING_STEP_H
 #define MEDIUM_COMMISSION_SWING_STEP_H
 
@@ -27,6 +28,7 @@ typedef struct {
     ab_t from;     /* current at the beginning [A] */
     ab_t last;     /* current at the end of the last window [A] */
     ab_t before;   /* Psi_m at the beginning, once psi_f is known [Wb] */
+    float xx, xy, yy, xz, yz; /* sums of the circle */
     float time;    /* [s] */
     float impulse; /* int of the torque [N m s] */
     float moving;  /* time forwards minus time backwards [s] */

@@ -18,14 +18,16 @@
 #define LOW_ABOVE   1.3f  /* low speed over that of the hand-over [-] */
 #define COAST_TO    0.35f /* of the way from low to high, where braking begins [-] */
 #define BRAKE       0.5f  /* braking over accelerating current [-] */
-#define PUSH_TIME   0.4f  /* [s] of the acceleration */
+#define PUSH_TIME   0.6f  /* [s] of the acceleration */
 #define PUSH_LEAST  0.08f /* of the largest current [-] */
 #define PUSH_MOST   0.8f
 #define PUSH_ADDED  0.05f /* of the largest current, for friction [-] */
 #define PUSH_GROWTH 1.4f
 #define PUSH_WAIT   3.0f  /* [s] after which a push that does not suffice grows */
 #define COAST_MOST  3.0f  /* [s] */
-#define SLICE       10u   /* [windows], even */
+#define SLICES      6.0f  /* of a push [-] */
+#define SLICE_LEAST 6.0f  /* [windows] */
+#define SLICE_MOST  250.0f
 #define SKIP        12u   /* [windows] after a change of the torque */
 #define SLICES_LEAST 12.0f
 #define STEADY_HIGH 0.9f  /* of the high speed: first steady speed [-] */
@@ -188,7 +190,23 @@ static void begin_phase(torque_test_t *step, int32_t phase)
     memset(&step->mean, 0, sizeof step->mean);
 }
 
-/* A window of a slice: speeds of its halves by the angle of the EMF, which has no lag of the loop. */
+/* The end of a slice: speed and acceleration from the parabola, mechanical. */
+static void close(torque_test_t *step, const commission_tuning_t *tuning)
+{
+    turning_slice_t *part = &step->slice;
+    const float n = (float)step->length;
+    const float of_square = n * (n * n - 1.0f) * (n * n - 4.0f) * (1.0f / 180.0f);
+    const float of_linear = n * (n * n - 1.0f) * (1.0f / 12.0f);
+    const float per_time = 1.0f / tuning->window;
+    const float x[TURNING_UNKNOWNS] = {
+        2.0f * part->square * per_time * per_time / (of_square * tuning->pole_pairs), 1.0f,
+        part->linear * per_time / (of_linear * tuning->pole_pairs)};
+    turning_fit_add(&step->fit, x, part->torque / n);
+    part->windows = 0u;
+    part->turned = part->linear = part->square = part->torque = 0.0f;
+}
+
+/* A window of a slice, with the angle of the EMF, which has no lag of the loop. */
 static void slice(torque_test_t *step, const commission_tuning_t *tuning, const turning_input_t *input,
                   float psi)
 {
@@ -200,18 +218,15 @@ static void slice(torque_test_t *step, const commission_tuning_t *tuning, const 
         part->skipped++;
         return;
     }
-    part->speeds[part->windows < SLICE / 2u ? 0u : 1u] += turned;
+    const float n = (float)step->length;
+    const float m = (float)part->windows - 0.5f * (n - 1.0f);
+    part->turned += part->windows > 0u ? turned : 0.0f;
+    part->linear += m * part->turned;
+    part->square += (m * m - (n * n - 1.0f) * (1.0f / 12.0f)) * part->turned;
     part->torque += torque_of(tuning, input, psi);
     part->windows++;
-    if (part->windows == SLICE) {
-        const float half = (float)(SLICE / 2u) * tuning->window;
-        const float per_half = 1.0f / (half * tuning->pole_pairs);
-        const float slow = per_half * part->speeds[0];
-        const float fast = per_half * part->speeds[1];
-        const float x[TURNING_UNKNOWNS] = {(fast - slow) / half, 1.0f, 0.5f * (slow + fast)};
-        turning_fit_add(&step->fit, x, part->torque / (float)SLICE);
-        part->windows = 0u;
-        part->speeds[0] = part->speeds[1] = part->torque = 0.0f;
+    if (part->windows == step->length) {
+        close(step, tuning);
     }
 }
 
@@ -219,11 +234,12 @@ static void slice(torque_test_t *step, const commission_tuning_t *tuning, const 
 static void begin_pushing(torque_test_t *step, const commission_tuning_t *tuning, float psi)
 {
     const float constant = 1.5f * tuning->pole_pairs * psi;
-    const float wanted = tuning->inertia * (step->high - step->low) / (PUSH_TIME * constant);
+    const float way = tuning->inertia * (step->high - step->low) / constant; /* [A s] */
     const float most = PUSH_MOST * tuning->current_max;
-    step->push = bounds_less(bounds_more(wanted, PUSH_LEAST * tuning->current_max) +
-                                 PUSH_ADDED * tuning->current_max,
-                             most);
+    const float wanted = bounds_more(way / PUSH_TIME, PUSH_LEAST * tuning->current_max);
+    const float windows = way / (SLICES * bounds_less(wanted, most) * tuning->window);
+    step->push = bounds_less(wanted + PUSH_ADDED * tuning->current_max, most);
+    step->length = (uint32_t)bounds_less(bounds_more(windows, SLICE_LEAST), SLICE_MOST);
     begin_phase(step, UP);
 }
 

@@ -2,8 +2,9 @@
  *
  *     psi_f      means at a steady speed, with a current on the d axis that keeps the signs of the legs
  *                certain:   psi_f = |e|/omega - (L_d - L_q) i_d       e: back-EMF of the active flux
- *     J          torque up, coast, brake, three times; over slices of a few windows
+ *     J          torque up, coast, brake, three times; over slices of N windows
  *                  1.5 p psi i_q = J a + T_c + B omega                least squares
+ *                speed and acceleration of a slice from a parabola through the angles of its EMF
  *                the current is taken across the EMF and not in the frame of the loop: its lag in an
  *                acceleration would take i_d for torque
  *     friction   the current of two steady speeds
@@ -56,8 +57,9 @@ typedef struct {
     uint32_t windows; /* [windows] so far */
     uint32_t skipped; /* [windows] after a change of the torque */
     float angle;      /* electrical angle of the EMF at the last window [rad] */
-    float turned;     /* [rad] in this slice */
-    float speeds[2];  /* mean of its first and second half [rad/s] */
+    float turned;     /* since the first window of the slice [rad] */
+    float linear;     /* sum of the angle times m [rad]; m: window from the middle of the slice */
+    float square;     /* the same times m^2 - (N^2 - 1)/12, the orthogonal polynomial of second degree */
     float torque;     /* sum [N m] */
 } turning_slice_t;
 
@@ -66,6 +68,7 @@ typedef struct {
     uint32_t cycle;   /* [-] */
     uint32_t windows; /* [windows] of this phase */
     float push;       /* i_q upwards [A] */
+    uint32_t length;  /* N: of a slice [windows] */
     float low, high;  /* speeds, mechanical [rad/s] */
     turning_slice_t slice;
     turning_fit_t fit;

@@ -10,13 +10,8 @@ abc_t fast_excite(fast_t *fast, fast_orders_t orders)
     const ab_t made = frames_clarke(fast->inverter.duty_prev[1]);
     const ab_t acted = {made.alpha * fast->acted.link, made.beta * fast->acted.link};
     const ab_t asked = excite_step(&fast->excite, &orders.setpoint->excite, measured->current, acted);
-    /* the reference that the watch of the sensors compares with the samples: a pulse has none, and a hold
-     * has one along its axis only */
-    const rotation_t axis = orders.setpoint->excite.axis;
-    const dq_t held_dq = {fast->excite.reference, frames_park(measured->current, axis).q};
-    const ab_t held = frames_inverse_park(held_dq, axis);
-    const bool pulse = orders.setpoint->excite.kind == (int32_t)EXCITE_PULSE;
-    fast->demand.current = frames_park(pulse ? measured->current : held, fast->demand.frame.rotation);
+    /* the watch of the sensors compares them with a reference that control reaches at once: here is none */
+    fast->demand.current = frames_park(measured->current, fast->demand.frame.rotation);
     current_control_reset(&fast->current_control, (dq_t){0.0f, 0.0f});
     fast->control.voltage = frames_park(asked, fast->demand.frame.rotation);
     fast->control.limited = 0u;

@@ -16,6 +16,7 @@
 #define STEP_MOST   150.0  /* [s] above the largest time of every step in the drive */
 #define OVER_TOP    1.4    /* overspeed_trip over the largest speed of tune */
 #define TRIP        1.25   /* overcurrent_trip over current_limit */
+#define START       0.6    /* start_current over current_limit, at most */
 
 /* A motor that is not known yet, for the rows of tune: shares of what plate and link allow. */
 #define GUESS_FLUX       0.6 /* of the link's voltage at the largest speed */
@@ -144,6 +145,25 @@ static bool stage_dead_time(work_t *work)
            rig_put(work->rig, "params.turn_off_delay", fmin(fmax(-delay, 0.0), most));
 }
 
+/* A row of tune. */
+static double tuned_value(const tune_t *tune, const char *name)
+{
+    for (uint32_t n = 0; n < tune->count; n++) {
+        if (strcmp(tune->rows[n].row->name, name) == 0) {
+            return tune->rows[n].value;
+        }
+    }
+    return 0.0;
+}
+
+/* A start with less current than a tuned drive uses: room below the trip for data that are not exact. */
+static double start_current(const tune_t *tune)
+{
+    const double most = START * tuned_value(tune, "current_limit");
+    const double start = tuned_value(tune, "start_current");
+    return start > 0.0 ? fmin(start, most) : most;
+}
+
 /* Parameters for the next step. */
 static bool stage(work_t *work)
 {
@@ -158,6 +178,7 @@ static bool stage(work_t *work)
             good = rig_set(work->rig, row->row->id, row->value);
         }
     }
+    good = good && rig_put(work->rig, "start_current", start_current(tune));
     free(tune);
     good = good && rig_put(work->rig, fixed[0], choice_of(fixed[0], "sensorless")) &&
            rig_put(work->rig, fixed[1], 0.0) && stage_dead_time(work) && rig_apply(work->rig);

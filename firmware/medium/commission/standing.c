@@ -14,7 +14,8 @@
 #define SLEW        0.02f  /* [s] from zero to the largest current */
 
 #define TURN      4.19f /* [rad/s] 60 degrees in 0.25 s */
-#define TURN_LAG  0.3f  /* current across over that along, above which the turn waits [-] */
+#define TURN_LAG  0.3f  /* current across over that along, above which the turn is slower [-] */
+#define TURN_SLOW 0.25f
 #define AGREE     0.003f
 #define AGREE_V   0.01f /* [V] */
 #define ACROSS_AT_REST 0.05f /* current across over that along of a rotor at rest [-] */
@@ -58,10 +59,8 @@ bool standing_turn(standing_t *standing, float angle, const commission_tuning_t 
                    const excite_seen_t *seen, excite_order_t *order)
 {
     const float rest = angle_wrap(angle - standing->angle);
-    const float step = TURN * tuning->window;
-    if (!bounds_within(seen->current.q, bounds_magnitude(TURN_LAG * seen->current.d))) {
-        return false;
-    }
+    const bool lags = !bounds_within(seen->current.q, bounds_magnitude(TURN_LAG * seen->current.d));
+    const float step = (lags ? TURN_SLOW : 1.0f) * TURN * tuning->window;
     standing->angle = angle_wrap(standing->angle + bounds_clamp(rest, step));
     order->axis = trig_turn(standing->angle);
     return bounds_within(rest, step);

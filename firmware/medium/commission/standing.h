@@ -26,7 +26,8 @@ void standing_gains(float u_dc, const commission_tuning_t *tuning, const commiss
 /* Waits anew until it is steady. */
 void standing_wait(standing_t *standing);
 
-/* One window towards an angle [rad], slower while the rotor lags. true: it has arrived. */
+/* One window towards an angle [rad], slower while a current flows across the axis: the rotor lags, or the loss
+ * of the dead time, which lies on the axis only at multiples of 60 degrees. true: it has arrived. */
 bool standing_turn(standing_t *standing, float angle, const commission_tuning_t *tuning,
                    const excite_seen_t *seen, excite_order_t *order);
 

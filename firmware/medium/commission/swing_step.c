@@ -7,12 +7,12 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-#define JUMPS      4u
+#define JUMPS      5u    /* the first one only for the voltage at rest of the second direction */
 #define BLOCK      0.1f  /* [s] of a mean at rest */
 #define LEAST      0.25f /* [s] of a jump */
 #define THIRD_TURN 2.09439510f /* [rad] */
 #define SHARE_MOST  0.9f /* of the largest current [-] */
-#define HOLD_MOST   2.0f /* of the held current, for a short time [-] */
+#define HOLD_MOST   1.3f /* of the held current, for a short time [-] */
 #define FLUX_LEAST 2e-4f /* [Wb] */
 #define ZONE       0.1f  /* [A] current below which the sign of a leg's loss fades */
 
@@ -44,20 +44,38 @@ static inline float cross(ab_t a, ab_t b)
     return a.alpha * b.beta - a.beta * b.alpha;
 }
 
-/* The flux of the motion so far: Psi_m(t) - Psi_m(0). */
-static ab_t moved(const swing_motion_t *motion, float inductance)
+/* The active flux of a motion that began with a known Psi_m. */
+static ab_t active(const swing_motion_t *motion, const commission_results_t *results)
 {
-    return (ab_t){motion->flux.alpha - inductance * (motion->last.alpha - motion->from.alpha),
-                  motion->flux.beta - inductance * (motion->last.beta - motion->from.beta)};
+    const float l_d = results->inductance_d;
+    const float l_q = results->inductance_q;
+    return (ab_t){motion->before.alpha + l_d * motion->from.alpha + motion->flux.alpha -
+                      l_q * motion->last.alpha,
+                  motion->before.beta + l_d * motion->from.beta + motion->flux.beta - l_q * motion->last.beta};
 }
 
-/* Speed and torque of a window into the regression. `before`: Psi_m - Psi_m(0) at its beginning. */
+/* Psi_m(t) - Psi_m(0). */
+static ab_t moved(const swing_motion_t *motion, bool known, const commission_results_t *results)
+{
+    const float l_d = results->inductance_d;
+    const ab_t round = {motion->flux.alpha - l_d * (motion->last.alpha - motion->from.alpha),
+                        motion->flux.beta - l_d * (motion->last.beta - motion->from.beta)};
+    const ab_t a = active(motion, results);
+    const float square = a.alpha * a.alpha + a.beta * a.beta;
+    if (!known || !(square > 0.0f)) {
+        return round;
+    }
+    const float i_d = a.alpha * motion->last.alpha + a.beta * motion->last.beta; /* times |a| */
+    const float share = 1.0f + (results->inductance_q - l_d) * i_d / square;
+    return (ab_t){share * a.alpha - motion->before.alpha, share * a.beta - motion->before.beta};
+}
+
+/* Speed and torque of a window into the regression, from the active flux at its ends. */
 static void learn(swing_step_t *step, const commission_tuning_t *tuning, ab_t before, ab_t after,
                   ab_t current, float time)
 {
     swing_motion_t *motion = &step->motion;
-    const ab_t middle = {motion->before.alpha + 0.5f * (before.alpha + after.alpha),
-                         motion->before.beta + 0.5f * (before.beta + after.beta)};
+    const ab_t middle = {0.5f * (before.alpha + after.alpha), 0.5f * (before.beta + after.beta)};
     const ab_t change = {after.alpha - before.alpha, after.beta - before.beta};
     const float length = middle.alpha * middle.alpha + middle.beta * middle.beta;
     const float impulse = 1.5f * tuning->pole_pairs * cross(middle, current) * time;
@@ -70,7 +88,6 @@ static void learn(swing_step_t *step, const commission_tuning_t *tuning, ab_t be
     swing_fit_t *fit = &step->fit;
     motion->impulse += impulse;
     motion->moving += omega_e > 0.0f ? time : -time;
-    step->speed_most = bounds_more(step->speed_most, bounds_magnitude(omega_e));
     fit->ww += omega_m * omega_m;
     fit->wt += omega_m * motion->moving;
     fit->tt += motion->moving * motion->moving;
@@ -107,16 +124,16 @@ static void add(swing_step_t *step, const commission_tuning_t *tuning, const swi
     const ab_t current = {share * window->current.alpha, share * window->current.beta};
     const ab_t voltage = {share * window->voltage.alpha, share * window->voltage.beta};
     const ab_t loss = lost(current, results->dead_voltage);
-    const ab_t before = moved(motion, results->inductance_d);
+    const bool known = results->flux_first > 0.0f;
+    const ab_t before = active(motion, results);
     motion->flux.alpha +=
         time * (voltage.alpha - results->resistance * current.alpha - loss.alpha - step->used.alpha);
     motion->flux.beta +=
         time * (voltage.beta - results->resistance * current.beta - loss.beta - step->used.beta);
     motion->last = window->sample;
-    motion->time += time;
-    add_point(motion, moved(motion, results->inductance_d));
-    if (results->flux_first > 0.0f) {
-        learn(step, tuning, before, moved(motion, results->inductance_d), current, time);
+    add_point(motion, moved(motion, known, results));
+    if (known) {
+        learn(step, tuning, before, active(motion, results), current, time);
     }
 }
 
@@ -145,26 +162,26 @@ static ab_t rest_of(const swing_step_t *step, const commission_results_t *result
                   stands.beta - results->resistance * flows.beta - loss.beta};
 }
 
-/* At rest after a jump. The current has flown in this direction for nearly all of the time: the voltage at
- * rest that is found now corrects the flux. */
+/* At rest after a jump. */
 static commission_verdict_t judge(swing_step_t *step, const commission_input_t *input,
                                   commission_results_t *results, excite_order_t *order)
 {
     const ab_t rest = rest_of(step, results);
-    step->motion.flux.alpha -= step->motion.time * (rest.alpha - step->used.alpha);
-    step->motion.flux.beta -= step->motion.time * (rest.beta - step->used.beta);
     step->rest[1u - step->jump % 2u] = rest;
-    const ab_t end = moved(&step->motion, results->inductance_d);
+    const ab_t end = moved(&step->motion, results->flux_first > 0.0f, results);
     const ab_t centre = centre_of(&step->motion);
     const float psi = root_or_none(centre.alpha * centre.alpha + centre.beta * centre.beta);
     const ab_t before = {end.alpha - centre.alpha, end.beta - centre.beta};
     const swing_fit_t *fit = &step->fit;
-    step->flux_sum += psi;
-    step->jump++;
-    results->flux_first = step->flux_sum / (float)step->jump;
-    if (results->flux_first < FLUX_LEAST) {
-        return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
+    if (step->jump > 0u) {
+        /* the first circle is only a first value: the others know the direction of the rotor */
+        step->flux_sum += step->jump > 1u ? psi : 0.0f;
+        results->flux_first = step->jump > 1u ? step->flux_sum / (float)(step->jump - 1u) : psi;
+        if (results->flux_first < FLUX_LEAST) {
+            return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
+        }
     }
+    step->jump++;
     if (step->jump < JUMPS) {
         jump(step, input, before, order);
         return commission_goes_on();

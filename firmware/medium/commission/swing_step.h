@@ -7,6 +7,9 @@
  *                                                      least squares, psi_f = |c|, Psi_m = z - c
  *     J d omega/dt = 1.5 p (Psi_m x i) - T_c           regression over the motion
  *
+ * From the second jump on Psi_m(0) is known. A salient rotor then has its direction from the active flux,
+ * Psi - L_q i, which lies on its d axis for every current, and L_d i is taken out on that axis alone.
+ *
  * The circle needs no angle at which the rotor rests: friction may leave it short of the axis. The rotor is
  * braked by the resistance across the axis. Several jumps to and fro. */
 #ifndef MEDIUM_COMMISSION_SWING_STEP_H
@@ -29,7 +32,6 @@ typedef struct {
     ab_t last;     /* current at the end of the last window [A] */
     ab_t before;   /* Psi_m at the beginning, once psi_f is known [Wb] */
     float xx, xy, yy, xz, yz; /* sums of the circle */
-    float time;    /* [s] */
     float impulse; /* int of the torque [N m s] */
     float moving;  /* time forwards minus time backwards [s] */
 } swing_motion_t;
@@ -48,10 +50,8 @@ typedef struct {
     ab_t rest[2];       /* voltage at rest that the law does not explain, of both directions [V] */
     ab_t used;          /* the one of this jump [V] */
     float flux_sum;     /* of psi_f over the jumps [Wb] */
-    float speed_most;   /* largest speed of the motion, electrical [rad/s] */
     swing_motion_t motion;
     swing_fit_t fit;
-    commission_mean_t mean;
     standing_t standing;
 } swing_step_t;
 

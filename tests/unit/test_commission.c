@@ -235,6 +235,16 @@ static void test_an_open_phase_takes_the_rank_and_is_named(void)
 
 /* ---- torque test ---- */
 
+static void test_mean_of_turning_vectors_is_as_short_as_the_kernel_of_dirichlet(void)
+{
+    for (int n = 8; n <= 16; n += 8) {
+        for (double turn = 0.001; n * turn <= 2.4; turn *= 1.3) {
+            const double expected = sin(0.5 * n * turn) / (n * sin(0.5 * turn));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3, expected, (double)turning_mean_length((float)n, (float)turn));
+        }
+    }
+}
+
 static void test_fit_separates_inertia_and_friction(void)
 {
     turning_fit_t fit;

@@ -13,6 +13,8 @@
 #define THIRD_TURN 2.09439510f /* [rad] */
 #define SHARE_MOST  0.9f /* of the largest current [-] */
 #define HOLD_MOST   1.3f /* of the held current, for a short time [-] */
+#define SEEN_SHARE  0.05f /* least share of J in the square of the impulse [-] */
+#define FREER       10.0f /* factor of the resistance across the axis where J does not show [-] */
 #define FLUX_LEAST 2e-4f /* [Wb] */
 #define ZONE       0.1f  /* [A] current below which the sign of a leg's loss fades */
 
@@ -93,6 +95,7 @@ static void learn(swing_step_t *step, const commission_tuning_t *tuning, ab_t be
     fit->tt += motion->moving * motion->moving;
     fit->wp += omega_m * until;
     fit->tp += motion->moving * until;
+    fit->pp += until * until;
 }
 
 /* A point of the circle. */
@@ -162,6 +165,14 @@ static ab_t rest_of(const swing_step_t *step, const commission_results_t *result
                   stands.beta - results->resistance * flows.beta - loss.beta};
 }
 
+/* J by the regression; 0: there is none. */
+static float inertia_of(const swing_fit_t *fit)
+{
+    const float det = fit->ww * fit->tt - fit->wt * fit->wt;
+    const float inertia = det > 0.0f ? (fit->wp * fit->tt - fit->tp * fit->wt) / det : 0.0f;
+    return bounds_more(inertia, 0.0f);
+}
+
 /* At rest after a jump. */
 static commission_verdict_t judge(swing_step_t *step, const commission_input_t *input,
                                   commission_results_t *results, excite_order_t *order)
@@ -186,8 +197,17 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
         jump(step, input, before, order);
         return commission_goes_on();
     }
-    const float det = fit->ww * fit->tt - fit->wt * fit->wt;
-    results->inertia_first = det > 0.0f ? (fit->wp * fit->tt - fit->tp * fit->wt) / det : 0.0f;
+    results->inertia_first = inertia_of(fit);
+    if (results->inertia_first * results->inertia_first * fit->ww < SEEN_SHARE * fit->pp && step->freer == 0u) {
+        step->freer = 1u;
+        step->jump = 1u; /* the voltages at rest are known */
+        step->flux_sum = 0.0f;
+        step->fit = (swing_fit_t){0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+        results->flux_first = 0.0f;
+        order->across *= FREER;
+        jump(step, input, before, order);
+        return commission_goes_on();
+    }
     return results->inertia_first > 0.0f ? commission_finished()
                                          : commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
 }

@@ -11,7 +11,8 @@
  * Psi - L_q i, which lies on its d axis for every current, and L_d i is taken out on that axis alone.
  *
  * The circle needs no angle at which the rotor rests: friction may leave it short of the axis. The rotor is
- * braked by the resistance across the axis. Several jumps to and fro. */
+ * braked by the resistance across the axis. If that holds it so much that the torque hardly accelerates it,
+ * the jumps are repeated with a larger resistance, which brakes less. Several jumps to and fro. */
 #ifndef MEDIUM_COMMISSION_SWING_STEP_H
 #define MEDIUM_COMMISSION_SWING_STEP_H
 
@@ -38,13 +39,14 @@ typedef struct {
 
 /* Sums of the regression: impulse on speed and time of the motion. */
 typedef struct {
-    float ww, wt, tt, wp, tp;
+    float ww, wt, tt, wp, tp, pp;
 } swing_fit_t;
 
 typedef struct {
     int32_t phase;      /* [-] of the step */
     uint32_t jump;      /* [-] */
     uint32_t windows;   /* [windows] of this jump */
+    uint32_t freer;     /* [-] 1: the rotor is braked less, because its J did not show */
     float current;      /* [A] */
     float angle;        /* of the axis [rad] */
     ab_t rest[2];       /* voltage at rest that the law does not explain, of both directions [V] */

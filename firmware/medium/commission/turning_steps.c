@@ -59,10 +59,25 @@ static dq_t across_emf(const turning_input_t *input)
     return frames_park((ab_t){input->current.d, input->current.q}, error);
 }
 
+float turning_mean_length(float n, float turn)
+{
+    const float y = 0.25f * turn * turn;
+    const float nn = n * n;
+    return 1.0f - (nn - 1.0f) * y * (1.0f / 6.0f - (3.0f * nn - 7.0f) * y * (1.0f / 360.0f));
+}
+
+/* Factor by which the mean of a turning vector over a window is too short, inverted. */
+static float lengthening(const commission_tuning_t *tuning, const turning_input_t *input)
+{
+    return 1.0f / turning_mean_length(tuning->window / tuning->period, tuning->period * input->omega_e);
+}
+
 /* Torque of a window [N m]. */
 static float torque_of(const commission_tuning_t *tuning, const turning_input_t *input, float psi)
 {
-    const dq_t current = across_emf(input);
+    const float longer = lengthening(tuning, input);
+    const dq_t across = across_emf(input);
+    const dq_t current = {longer * across.d, longer * across.q};
     const float reluctance = (tuning->inductance_d - tuning->inductance_q) * current.d;
     return 1.5f * tuning->pole_pairs * (psi + reluctance) * current.q;
 }
@@ -80,8 +95,9 @@ static bool is_steady(uint32_t *windows, const commission_tuning_t *tuning, cons
 static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, const turning_input_t *input,
                      float psi)
 {
-    const float reluctance = (tuning->inductance_d - tuning->inductance_q) * across_emf(input).d;
-    const float value = length(input->emf) / bounds_magnitude(input->omega_e) - reluctance;
+    const float longer = lengthening(tuning, input);
+    const float reluctance = (tuning->inductance_d - tuning->inductance_q) * longer * across_emf(input).d;
+    const float value = longer * length(input->emf) / bounds_magnitude(input->omega_e) - reluctance;
     mean->windows += 1.0f;
     mean->omega += input->omega_e;
     mean->psi += value - psi; /* about a near value, for the sum of the squares */

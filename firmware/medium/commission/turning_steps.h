@@ -22,7 +22,7 @@ typedef struct {
     uint32_t runs;     /* [-] 1: run on the estimate, which is judged as good */
     float theta_e;     /* of the estimate [rad] */
     float omega_e;     /* the same, mean of the window [rad/s] */
-    dq_t emf, current; /* means in its frame [V], [A] */
+    dq_t emf, current; /* vectors summed over the window in the stationary frame, as means in its frame [V], [A] */
     float speed;       /* requested largest speed, mechanical [rad/s] */
     float least;       /* speed of the hand-over, mechanical [rad/s] */
 } turning_input_t;
@@ -75,6 +75,10 @@ typedef struct {
     turning_mean_t mean;
     float torque[2], omega[2]; /* of the two steady speeds [N m], [rad/s] */
 } torque_test_t;
+
+/* Length of the mean of so many unit vectors, `turn` [rad] apart: sin(n turn/2)/(n sin(turn/2)), within 1e-3
+ * for n turn up to 2.4. */
+float turning_mean_length(float n, float turn);
 
 /* Adds torque = J a + T_c + B w to the fit. */
 void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float torque);

@@ -11,6 +11,7 @@
 #define CURRENT_LEAST 0.5f  /* [A] */
 #define SPREAD_MOST   0.02f /* largest relative difference of the directions [-] */
 #define SPREAD_OHM    4e-3f /* [ohm] added to it */
+#define ACROSS        0.05f /* current across over that along of a rotor at rest [-] */
 #define SIXTH_TURN    1.04719755f /* [rad] */
 #define LEG           0.75f /* V over the rest of the line [-] */
 
@@ -193,7 +194,8 @@ commission_verdict_t resistance_step(resistance_step_t *step, const commission_t
         }
         return commission_goes_on();
     }
-    switch (standing_step(&step->standing, windows_of(BLOCK, tuning), input->seen, order->current)) {
+    const standing_want_t want = {windows_of(BLOCK, tuning), order->current, ACROSS * order->current};
+    switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
         return first_value(step, tuning, input, order, results);
     case STANDING_NEVER:

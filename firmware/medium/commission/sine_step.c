@@ -19,6 +19,7 @@
 #define LESS         0.6f   /* of the current, after an unstable alignment [-] */
 #define LOWERED_MOST 2u
 #define SALIENCY_MOST 5.0f
+#define ACROSS       0.05f /* current across over that along of a rotor at rest [-] */
 #define SIXTH_TURN   1.04719755f /* [rad] */
 
 enum { BEGIN, ALIGN, TURN, STILL, RUNS };
@@ -201,7 +202,8 @@ commission_verdict_t sine_step(sine_step_t *step, const commission_tuning_t *tun
         }
         return commission_goes_on();
     }
-    switch (standing_step(&step->standing, windows_of(BLOCK, tuning), input->seen, order->current)) {
+    const standing_want_t want = {windows_of(BLOCK, tuning), order->current, ACROSS * order->current};
+    switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
         step->phase = step->phase == ALIGN ? TURN : RUNS;
         if (step->phase == RUNS) {

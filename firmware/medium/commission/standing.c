@@ -18,7 +18,7 @@
 #define TURN_SLOW 0.25f
 #define AGREE     0.003f
 #define AGREE_V   0.01f /* [V] */
-#define ACROSS_AT_REST 0.05f /* current across over that along of a rotor at rest [-] */
+#define NEAR      0.05f  /* distance of the current from its reference, relative [-] */
 #define TRIES     40u
 
 void standing_gains(float u_dc, const commission_tuning_t *tuning, const commission_results_t *results,
@@ -66,21 +66,21 @@ bool standing_turn(standing_t *standing, float angle, const commission_tuning_t 
     return bounds_within(rest, step);
 }
 
-standing_state_t standing_step(standing_t *standing, uint32_t block, const excite_seen_t *seen, float current)
+standing_state_t standing_step(standing_t *standing, standing_want_t want, const excite_seen_t *seen)
 {
     if (standing->windows == 0u) {
         commission_mean_begin(&standing->mean);
     }
     commission_mean_add(&standing->mean, seen);
     standing->windows++;
-    if (standing->windows < block) {
+    if (standing->windows < want.block) {
         return STANDING_NOT_YET;
     }
     const dq_t voltage = commission_mean_of(&standing->mean, standing->mean.voltage);
     const dq_t flows = commission_mean_of(&standing->mean, standing->mean.current);
     const float agree = AGREE * bounds_magnitude(voltage.d) + AGREE_V;
-    const bool rests = bounds_within(flows.q, ACROSS_AT_REST * current) &&
-                       bounds_within(flows.d - current, ACROSS_AT_REST * current);
+    const bool rests =
+        bounds_within(flows.q, want.across) && bounds_within(flows.d - want.current, NEAR * want.current);
     const bool steady = standing->last >= 0.0f && bounds_within(voltage.d - standing->last, agree) && rests;
     standing->last = bounds_magnitude(voltage.d);
     standing->windows = 0u;

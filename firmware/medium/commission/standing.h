@@ -31,8 +31,14 @@ void standing_wait(standing_t *standing);
 bool standing_turn(standing_t *standing, float angle, const commission_tuning_t *tuning,
                    const excite_seen_t *seen, excite_order_t *order);
 
-/* One window: blocks of this many windows, of which two in a row agree. */
-standing_state_t standing_step(standing_t *standing, uint32_t block, const excite_seen_t *seen,
-                               float current);
+/* What is steady. */
+typedef struct {
+    uint32_t block; /* [windows] of a mean; two in a row agree */
+    float current;  /* along the axis [A] */
+    float across;   /* largest current across the axis of a rotor at rest [A] */
+} standing_want_t;
+
+/* One window. */
+standing_state_t standing_step(standing_t *standing, standing_want_t want, const excite_seen_t *seen);
 
 #endif

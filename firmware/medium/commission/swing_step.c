@@ -10,11 +10,16 @@
 #define JUMPS      5u    /* the first one only for the voltage at rest of the second direction */
 #define BLOCK      0.1f  /* [s] of a mean at rest */
 #define LEAST      0.25f /* [s] of a jump */
+#define ACROSS      0.004f /* current across over that along of a rotor at rest [-] */
+#define ACROSS_LEAST 0.01f /* [A] added to it */
+#define SLOW        0.2f  /* of the largest speed of a jump: its motion ends [-] */
+#define UNDER_WAY   0.8f  /* cosine of the least angle before that [-] */
 #define THIRD_TURN 2.09439510f /* [rad] */
 #define SHARE_MOST  0.9f /* of the largest current [-] */
 #define HOLD_MOST   1.3f /* of the held current, for a short time [-] */
 #define SEEN_SHARE  0.05f /* least share of J in the square of the impulse [-] */
-#define FREER       10.0f /* factor of the resistance across the axis where J does not show [-] */
+#define FREER       7.0f  /* factor of the resistance across the axis where J does not show [-] */
+#define FREER_MOST  2u    /* [-] times */
 #define FLUX_LEAST 2e-4f /* [Wb] */
 #define ZONE       0.1f  /* [A] current below which the sign of a leg's loss fades */
 
@@ -72,6 +77,15 @@ static ab_t moved(const swing_motion_t *motion, bool known, const commission_res
     return (ab_t){share * a.alpha - motion->before.alpha, share * a.beta - motion->before.beta};
 }
 
+/* The direction has turned by more than a little. */
+static bool is_under_way(ab_t from, ab_t now)
+{
+    const float along = from.alpha * now.alpha + from.beta * now.beta;
+    const float squares =
+        (from.alpha * from.alpha + from.beta * from.beta) * (now.alpha * now.alpha + now.beta * now.beta);
+    return along < 0.0f || along * along < UNDER_WAY * UNDER_WAY * squares;
+}
+
 /* Speed and torque of a window into the regression, from the active flux at its ends. */
 static void learn(swing_step_t *step, const commission_tuning_t *tuning, ab_t before, ab_t after,
                   ab_t current, float time)
@@ -85,6 +99,13 @@ static void learn(swing_step_t *step, const commission_tuning_t *tuning, ab_t be
         return;
     }
     const float omega_e = cross(middle, change) / (length * time);
+    motion->peak = bounds_more(motion->peak, bounds_magnitude(omega_e));
+    if (bounds_within(omega_e, SLOW * motion->peak) && is_under_way(motion->begun, after)) {
+        motion->over = 1u;
+    }
+    if (motion->over != 0u) {
+        return;
+    }
     const float omega_m = omega_e / tuning->pole_pairs;
     const float until = motion->impulse + 0.5f * impulse; /* the speed is that of the middle */
     swing_fit_t *fit = &step->fit;
@@ -141,9 +162,11 @@ static void add(swing_step_t *step, const commission_tuning_t *tuning, const swi
 }
 
 /* The next direction: to and fro. */
-static void jump(swing_step_t *step, const commission_input_t *input, ab_t before, excite_order_t *order)
+static void jump(swing_step_t *step, const commission_input_t *input, ab_t before,
+                 const commission_results_t *results, excite_order_t *order)
 {
     step->motion = (swing_motion_t){.from = input->current, .last = input->current, .before = before};
+    step->motion.begun = active(&step->motion, results);
     const uint32_t to = 1u - step->jump % 2u;
     step->used = step->rest[step->jump == 0u ? 0u : to];
     step->angle = to != 0u ? 0.0f : -THIRD_TURN;
@@ -173,6 +196,33 @@ static float inertia_of(const swing_fit_t *fit)
     return bounds_more(inertia, 0.0f);
 }
 
+/* After all jumps: the values, or the jumps once more with less braking. */
+static commission_verdict_t conclude(swing_step_t *step, const commission_input_t *input, ab_t before,
+                                     commission_results_t *results, excite_order_t *order)
+{
+    const swing_fit_t *fit = &step->fit;
+    const float inertia = inertia_of(fit);
+    const float share = fit->pp > 0.0f ? inertia * inertia * fit->ww / fit->pp : 0.0f;
+    if (step->freer == 0u || share > step->share) {
+        step->flux = results->flux_first;
+        step->inertia = inertia;
+        step->share = share;
+    }
+    if (step->share < SEEN_SHARE && step->freer < FREER_MOST) {
+        step->freer++;
+        step->jump = 1u; /* the voltages at rest are known */
+        step->flux_sum = 0.0f;
+        step->fit = (swing_fit_t){0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+        results->flux_first = 0.0f;
+        order->across *= FREER;
+        jump(step, input, before, results, order);
+        return commission_goes_on();
+    }
+    results->flux_first = step->flux;
+    results->inertia_first = step->inertia;
+    return commission_finished();
+}
+
 /* At rest after a jump. */
 static commission_verdict_t judge(swing_step_t *step, const commission_input_t *input,
                                   commission_results_t *results, excite_order_t *order)
@@ -183,7 +233,6 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
     const ab_t centre = centre_of(&step->motion);
     const float psi = root_or_none(centre.alpha * centre.alpha + centre.beta * centre.beta);
     const ab_t before = {end.alpha - centre.alpha, end.beta - centre.beta};
-    const swing_fit_t *fit = &step->fit;
     if (step->jump > 0u) {
         /* the first circle is only a first value: the others know the direction of the rotor */
         step->flux_sum += step->jump > 1u ? psi : 0.0f;
@@ -194,22 +243,10 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
     }
     step->jump++;
     if (step->jump < JUMPS) {
-        jump(step, input, before, order);
+        jump(step, input, before, results, order);
         return commission_goes_on();
     }
-    results->inertia_first = inertia_of(fit);
-    if (results->inertia_first * results->inertia_first * fit->ww < SEEN_SHARE * fit->pp && step->freer == 0u) {
-        step->freer = 1u;
-        step->jump = 1u; /* the voltages at rest are known */
-        step->flux_sum = 0.0f;
-        step->fit = (swing_fit_t){0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-        results->flux_first = 0.0f;
-        order->across *= FREER;
-        jump(step, input, before, order);
-        return commission_goes_on();
-    }
-    return results->inertia_first > 0.0f ? commission_finished()
-                                         : commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
+    return conclude(step, input, before, results, order);
 }
 
 static swing_window_t window_of(const commission_input_t *input, rotation_t axis)
@@ -256,13 +293,14 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
         const swing_window_t window = window_of(input, input->seen->axis);
         add(step, tuning, &window, results);
     }
-    switch (standing_step(&step->standing, windows_of(BLOCK, tuning), input->seen, order->current)) {
+    const standing_want_t want = {windows_of(BLOCK, tuning), order->current, ACROSS * order->current + ACROSS_LEAST};
+    switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
         if (step->phase == REST) {
             return judge(step, input, results, order);
         }
         step->rest[0] = rest_of(step, results);
-        jump(step, input, (ab_t){0.0f, 0.0f}, order);
+        jump(step, input, (ab_t){0.0f, 0.0f}, results, order);
         break;
     case STANDING_NEVER:
         return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);

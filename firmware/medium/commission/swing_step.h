@@ -12,7 +12,9 @@
  *
  * The circle needs no angle at which the rotor rests: friction may leave it short of the axis. The rotor is
  * braked by the resistance across the axis. If that holds it so much that the torque hardly accelerates it,
- * the jumps are repeated with a larger resistance, which brakes less. Several jumps to and fro. */
+ * the jumps are repeated with a larger resistance, which brakes less; J may stay unknown. The regression ends
+ * where a jump becomes slow: friction then holds the rotor with a torque of unknown size. Several jumps to and
+ * fro. */
 #ifndef MEDIUM_COMMISSION_SWING_STEP_H
 #define MEDIUM_COMMISSION_SWING_STEP_H
 
@@ -32,9 +34,12 @@ typedef struct {
     ab_t from;     /* current at the beginning [A] */
     ab_t last;     /* current at the end of the last window [A] */
     ab_t before;   /* Psi_m at the beginning, once psi_f is known [Wb] */
+    ab_t begun;    /* active flux at the beginning [Wb] */
     float xx, xy, yy, xz, yz; /* sums of the circle */
     float impulse; /* int of the torque [N m s] */
     float moving;  /* time forwards minus time backwards [s] */
+    float peak;    /* largest speed, electrical [rad/s] */
+    uint32_t over; /* [-] 1: the first motion of the jump has ended, after which friction holds the rotor */
 } swing_motion_t;
 
 /* Sums of the regression: impulse on speed and time of the motion. */
@@ -46,7 +51,8 @@ typedef struct {
     int32_t phase;      /* [-] of the step */
     uint32_t jump;      /* [-] */
     uint32_t windows;   /* [windows] of this jump */
-    uint32_t freer;     /* [-] 1: the rotor is braked less, because its J did not show */
+    uint32_t freer;     /* [-] times that the braking was made less, because J did not show */
+    float flux, inertia, share; /* of the jumps in which J showed best [Wb], [kg m^2], [-] */
     float current;      /* [A] */
     float angle;        /* of the axis [rad] */
     ab_t rest[2];       /* voltage at rest that the law does not explain, of both directions [V] */

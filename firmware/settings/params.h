@@ -243,6 +243,9 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(93, command_timeout, "s", 1.0f, 0.0f, 3600.0f, TABLE_LIVE,                                             \
       "time for which a client on the serial link may be silent before a motor that it switched on stops; "  \
       "0: no limit")                                                                                         \
+    I(123, line_key, "-", 0, 0, 9999999, TABLE_LIVE,                                                       \
+      "key without which a client on the serial link reads but does not write; 0: open. It acts from the "   \
+      "next connection on")                                                                                  \
     I(91, module_fault_retries, "-", 0, 0, 100, TABLE_LIVE,                                                  \
       "number of times that a fault of the power module is reset after a second while `enable` stays on: "   \
       "the motor then starts again by itself")

@@ -142,7 +142,9 @@ bool connect_wait(session_t *session, uint32_t count, char **words)
 
 static bool watch_line(session_t *session, const table_row_t *const *rows, uint32_t count, bool first)
 {
-    printf(session->json ? "%s{\"n\": 0" : "", first ? "" : ", ");
+    if (session->json) {
+        printf("%s{\"n\": 0", first ? "" : ", ");
+    }
     for (uint32_t n = 0; n < count; n++) {
         char text[UNITS_TEXT_SIZE];
         double value;

@@ -236,8 +236,10 @@ bool output_close(FILE *file, const char *path)
         return false;
     }
     char name[PATH_SIZE + 16];
-    const bool written = ferror(file) == 0;
     forget_unfinished(partial(name, path));
+    /* on the disk before it gets its name: after a loss of power no whole name has an empty file */
+    const bool synced = strcmp(name, path) == 0 || (fflush(file) == 0 && fsync(fileno(file)) == 0);
+    const bool written = ferror(file) == 0 && synced;
     if (fclose(file) != 0 || !written) {
         fprintf(stderr, "lagless: %s is incomplete, it could not be written to its end: %s\n",
                 partial(name, path), strerror(errno));

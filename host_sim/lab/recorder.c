@@ -501,6 +501,17 @@ static bool write_file(const recorder_t *recorder, recorder_file_t *file, record
     return recorder_mat_write(recorder, file->partial_path, why);
 }
 
+/* On the disk before it gets its name: after a loss of power no whole name has an empty file. */
+static bool synced(const char *path)
+{
+    const int descriptor = open(path, O_RDONLY | O_CLOEXEC);
+    const bool good = descriptor >= 0 && fsync(descriptor) == 0;
+    if (descriptor >= 0) {
+        close(descriptor);
+    }
+    return good;
+}
+
 bool recorder_close(recorder_t *recorder, const char *ended, recorder_error_t *error)
 {
     bool good = true;
@@ -536,7 +547,7 @@ bool recorder_close(recorder_t *recorder, const char *ended, recorder_error_t *e
         } else if (lost) {
             snprintf(text, sizeof text, "what there is is in %s", file->partial_path);
             also(error, text);
-        } else if (rename(file->partial_path, file->path) != 0) {
+        } else if (!synced(file->partial_path) || rename(file->partial_path, file->path) != 0) {
             snprintf(text, sizeof text, "%s: %s: it keeps the name %s", file->path, strerror(errno),
                      file->partial_path);
             also(error, text);

@@ -217,7 +217,7 @@ size_t recorder_slot_text(char *to, slot_kind_t kind, uint32_t slot)
     case SLOT_KINDS:
         break;
     }
-    assert(!"kind of slot");
+    assert(false && "kind of slot");
     return 0;
 }
 

@@ -12,7 +12,7 @@ typedef struct {
 
 static const row_t rows[] = {
 #define ROW(name, unit, standard, minimum, maximum, text)                                                    \
-    {#name, offsetof(plant_params_t, name), standard, minimum, maximum},
+    {#name, offsetof(plant_params_t, name), (double)(standard), (double)(minimum), (double)(maximum)},
     PLANT_PARAMS(ROW)
 #undef ROW
 };
@@ -20,7 +20,7 @@ static const row_t rows[] = {
 plant_params_t plant_params_default(void)
 {
     plant_params_t params = {
-#define STANDARD(name, unit, standard, minimum, maximum, text) standard,
+#define STANDARD(name, unit, standard, minimum, maximum, text) (double)(standard),
         PLANT_PARAMS(STANDARD)
 #undef STANDARD
     };

@@ -147,6 +147,35 @@ get motor_resistance current_limit store_state
         self.assertAlmostEqual(said[0]["motor_resistance"], 0.95, places=6)
         self.assertEqual(said[0]["store_state"], "empty")
 
+    def test_saved_parameters_are_erased_when_the_word_is_given(self):
+        server = self.serve()
+        self.does(server, "wait until state == ready\nsave\nload\n")
+        result = self.fails(server, "erase\n", "erase: all saved parameters of this drive would be lost")
+        self.assertIn("erase yes", result.stderr)
+        self.fails(server, "erase no\n", "erase yes")
+        said = answers(self.does(server, "load\nget store_state\nerase yes\nget store_state\nrestart\n", "--json"))
+        self.assertEqual([said[1]["store_state"], said[3]["store_state"], said[4]["store_state"]], ["loaded", "empty", "empty"])
+        self.fails(server, "load\n", "this drive has no saved parameters")
+
+    def test_a_locked_drive_is_read_by_all_and_written_with_its_key_alone(self):
+        server = self.serve(BENCH + "[params]\nline_key = 4711\n")
+        said = answers(self.does(server, "get line_key u_dc speed_request\n", "--json"))
+        self.assertEqual(said[0]["line_key"], 0)
+        self.assertGreater(said[0]["u_dc"], 300.0)
+        for line in ("set speed_request 10 r/min", "set current_limit 8", "apply", "save", "go 300 r/min", "off"):
+            self.fails(server, line + "\n", "locked by its line_key: it can be read; to write, connect with --key KEY")
+        wrong = connect(server.target, "get u_dc\n", "--key", "4712")
+        self.assertEqual((wrong.returncode, wrong.stdout), (3, ""))
+        self.assertIn("the key is wrong", wrong.stderr)
+        script = "wait until state == ready\nset speed_request 10\nset current_limit 8\napply\nsave\nrestart\nget line_key\n"
+        said = answers(self.does(server, script + "set speed_request 5\nget speed_request\n", "--json", "--key", "4711"))
+        self.assertEqual((said[6]["line_key"], said[8]["speed_request"]), (4711, 5.0))
+        self.does(self.serve(), "set speed_request 10\n", "--key", "4711")  # one that is open
+        for key in ("0", "-1", "4711x", "10000000", ""):
+            refused = connect(server.target, "", "--key", key)
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn("a whole number from 1 to 9999999", refused.stderr)
+
     def test_recorded_is_to_the_bit_what_run_records(self):
         server = self.serve(TURNING)
         names = "omega_m i_d i_q i_a theta_e duty_a u_dc state"

@@ -1,13 +1,16 @@
 /* Recordings as files: content, names, refusals, and what happens when the disk or the memory is full. */
+#define _DEFAULT_SOURCE
 #define _XOPEN_SOURCE 700
 
 #include <dirent.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include "host_sim/lab/recorder.h"
@@ -46,6 +49,23 @@ void setUp(void)
                  .title = "Load step",
                  .seed = 7},
     };
+}
+
+/* In the place of the library's: which files were synced when they got their names. */
+static struct stat last_synced;
+static uint32_t named, named_after_sync;
+
+int fsync(int descriptor)
+{
+    return fstat(descriptor, &last_synced) == 0 ? (int)syscall(SYS_fsync, descriptor) : -1;
+}
+
+int rename(const char *from, const char *to)
+{
+    struct stat found;
+    named++;
+    named_after_sync += stat(from, &found) == 0 && found.st_ino == last_synced.st_ino && found.st_size > 0;
+    return (int)syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0);
 }
 
 static void path_of(char path[256], const char *name)
@@ -133,8 +153,11 @@ static recorder_t *opened(void)
 
 static void expect_closed(recorder_t *recorder)
 {
+    named = named_after_sync = 0u;
     TEST_ASSERT_TRUE_MESSAGE(recorder_close(recorder, "complete", &error), error.text);
     TEST_ASSERT_EQUAL_STRING("", error.text);
+    TEST_ASSERT_TRUE(named > 0u);
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(named, named_after_sync, "a name without its content on the disk");
 }
 
 static uint32_t bits_of(float value)

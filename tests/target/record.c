@@ -89,6 +89,8 @@ bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
     put_table(&requests_table, &drive->requests);
     put_words(&taken, RECORDING_SAMPLES);
     const bool due = __real_drive_step(drive, &taken, command);
+    drive->fast_took = (drive_duration_t){0u, 0u}; /* a replay measures no time */
+    drive->medium_took = (drive_duration_t){0u, 0u};
     put_table(&signals_table, drive);
     put_words(command, RECORDING_COMMAND);
     return due;

@@ -18,6 +18,8 @@ static uint32_t dead_band, encoder_max;
 static uint32_t fed;
 static bool led_run, led_fault;
 static bool medium_requested;
+static uint32_t cycles;          /* the free-running timer, */
+static uint32_t cycles_per_call; /* and what passes with each of its readings, and with that of the sample */
 
 static app_t the_app;
 static params_error_t why;
@@ -37,9 +39,16 @@ hal_status_t hal_init(const hal_config_t *with)
     return status;
 }
 
+uint32_t hal_time(void)
+{
+    cycles += cycles_per_call;
+    return cycles;
+}
+
 void hal_read(hal_samples_t *samples)
 {
     ask("read ");
+    cycles += cycles_per_call;
     *samples = conversion;
 }
 
@@ -373,6 +382,22 @@ static void test_the_interrupt_reads_first_and_acknowledges_last(void)
     TEST_ASSERT_EQUAL_STRING("end-of-trip ", asked);
 }
 
+/* From the entry, so that the reading is in it; over the end of the timer's range; the longest one stays. */
+static void test_each_task_notes_its_last_and_its_longest_duration(void)
+{
+    static const uint32_t steps[] = {40u, 700u, 5u};
+    cycles = UINT32_MAX - 50u;
+    for (size_t n = 0; n < sizeof steps / sizeof steps[0]; n++) {
+        cycles_per_call = steps[n];
+        interrupt();
+        TEST_ASSERT_EQUAL_UINT32(2u * steps[n], app->drive.fast_took.last);
+        TEST_ASSERT_EQUAL_UINT32(steps[n], app->drive.medium_took.last);
+        TEST_ASSERT_EQUAL_UINT32(2u * (n > 0u ? 700u : 40u), app->drive.fast_took.longest);
+        TEST_ASSERT_EQUAL_UINT32(n > 0u ? 700u : 40u, app->drive.medium_took.longest);
+    }
+    cycles_per_call = 0u;
+}
+
 static void test_each_flag_of_the_board_is_the_drive_s(void)
 {
     static const struct {
@@ -381,7 +406,8 @@ static void test_each_flag_of_the_board_is_the_drive_s(void)
     } flags[] = {{HAL_FLAG_TRIPPED, DRIVE_SAMPLE_TRIPPED},
                  {HAL_FLAG_FAULT_PIN, DRIVE_SAMPLE_FAULT_LINE},
                  {HAL_FLAG_ENCODER, DRIVE_SAMPLE_ENCODER},
-                 {HAL_FLAG_LATE, DRIVE_SAMPLE_LATE}};
+                 {HAL_FLAG_LATE, DRIVE_SAMPLE_LATE},
+                 {HAL_FLAG_NOT_ENABLED, DRIVE_SAMPLE_NOT_ENABLED}};
     for (size_t n = 0; n < sizeof flags / sizeof flags[0]; n++) {
         drive_samples_t samples;
         conversion.flags = flags[n].of_board;
@@ -696,6 +722,35 @@ static void test_saving_is_refused_by_memory_that_takes_nothing_and_while_the_br
     TEST_ASSERT_EQUAL_HEX16(0xFFFF, stored[0][0]);
     TEST_ASSERT_EQUAL_UINT32(0u, app->services.store_saves);
     TEST_ASSERT_FALSE(stored_with_bridge_on);
+}
+
+/* No fault: the drive may run on its defaults. Nothing is written into foreign data before it is erased. */
+static void test_a_store_of_another_program_runs_the_defaults_until_it_is_erased(void)
+{
+    params_t usual;
+    for (uint32_t at = 0; at < sizeof stored[0] / sizeof stored[0][0]; at++) {
+        stored[0][at] = (uint16_t)(at * 40503u);
+        stored[1][at] = (uint16_t)(at * 30011u + 7u);
+    }
+    start(HAL_OK);
+    expect_store(PARAMETERS_FOREIGN, 0u, 0u);
+    params_defaults(&usual);
+    TEST_ASSERT_EQUAL_MEMORY(&usual, &app->active, sizeof usual);
+    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.state);
+    TEST_ASSERT_EQUAL_INT32(REASON_NONE, app->drive.fault_reason);
+    expect_order(ORDER_SAVE, REASON_STORE_FOREIGN, SERVICE_ORDER);
+    TEST_ASSERT_EQUAL_HEX16((uint16_t)(5u * 40503u), stored[0][5]);
+    given_bridge_on();
+    expect_order(ORDER_ERASE, REASON_BRIDGE_ON, SERVICE_ORDER);
+    app->drive.state = DRIVE_READY;
+    store_refuses = true;
+    expect_order(ORDER_ERASE, REASON_STORE_FAILED, SERVICE_ORDER);
+    store_refuses = false;
+    expect_order(ORDER_ERASE, REASON_NONE, 0u);
+    expect_store(PARAMETERS_EMPTY, 0u, 0u);
+    const params_t saved = given_saved();
+    start(HAL_OK);
+    TEST_ASSERT_EQUAL_MEMORY(&saved, &app->active, sizeof saved);
 }
 
 static void test_a_corrupt_store_runs_the_defaults_behind_a_latched_fault(void)

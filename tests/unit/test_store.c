@@ -419,9 +419,52 @@ static void test_content_that_is_no_store_is_told(void)
             content.page[0][at] = (uint16_t)((pages & 1u) != 0u ? random_bits() & 0xFFFFu : 0xFFFFu);
             content.page[1][at] = (uint16_t)((pages & 2u) != 0u ? random_bits() & 0xFFFFu : 0xFFFFu);
         }
-        expect_defaults(STORE_CORRUPT);
+        expect_defaults(STORE_FOREIGN);
         const params_t set = save_random(); /* and is no more once a set is stored */
         expect_stored(&set);
+    }
+}
+
+/* Not even a word of a set that stands by chance where no record begins makes it corrupt. */
+static void test_erasing_ends_what_another_program_has_left(void)
+{
+    for (uint32_t n = 0; n < 200u; n += SWEEP_FEW) {
+        for (uint32_t at = 0; at < PAGE; at++) {
+            content.page[0][at] = (uint16_t)(random_bits() & 0xFFFFu);
+            content.page[1][at] = (uint16_t)(random_bits() & 0xFFFFu);
+        }
+        content.page[0][PAGE / 2u] = STORE_MAGIC;
+        content.page[1][PAGE - 1u] = STORE_COMMIT;
+        expect_defaults(STORE_FOREIGN);
+        TEST_ASSERT_EQUAL_UINT32(STORE_FOREIGN, store_look(&flash));
+        TEST_ASSERT_TRUE(store_erase(&flash));
+        expect_defaults(STORE_EMPTY);
+        const params_t set = save_random();
+        expect_stored(&set);
+    }
+}
+
+/* The power fails while a set, of a first or of a second page, is erased: it is still there, or none is, or
+ * the store asks to be erased once more. An older set never comes back. */
+static void test_cut_while_a_set_is_erased_leaves_it_or_none(void)
+{
+    static content_t at_first;
+    for (uint32_t pages = 1; pages <= 2u; pages++) {
+        size_of_page(PAGE);
+        params_t set = fill();
+        set = pages == 2u ? save_random() : set;
+        at_first = content;
+        for (uint32_t cut = 1; cut <= 4u * PAGE; cut += 7u * EVERY) {
+            params_t found;
+            content = at_first;
+            left = cut;
+            (void)store_erase(&flash);
+            left = NEVER;
+            const store_found_t what = load(&found);
+            TEST_ASSERT_TRUE(what == STORE_LOADED ? equal(&set, &found) : what != STORE_MIGRATED);
+            TEST_ASSERT_TRUE(store_erase(&flash));
+            expect_defaults(STORE_EMPTY);
+        }
     }
 }
 

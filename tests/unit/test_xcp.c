@@ -2,6 +2,7 @@
  * the answers that it lays out for them. Behind the addresses stands a memory of this file: extension 1,
  * slots 1 to 8, which may hold anything but 0xDEADDEAD; extension 0, which cannot be written; texts of
  * extensions 5 and 6. */
+#include "contract/line.h"
 #include "talk/xcp.h"
 
 #include <stdio.h>
@@ -20,6 +21,7 @@ static uint32_t memory[SLOTS];
 static uint32_t applied_memory[SLOTS];
 static bool set_is_bad;
 static uint32_t clock_now;
+static uint32_t key; /* 0: open */
 
 static const char *text_of(uint32_t extension)
 {
@@ -119,6 +121,11 @@ static uint32_t clock_of_drive(void)
     return clock_now;
 }
 
+static uint32_t key_of_drive(void)
+{
+    return key;
+}
+
 static xcp_access_t access = {
     .read = read_memory,
     .write = write_memory,
@@ -130,6 +137,7 @@ static xcp_access_t access = {
     .apply = apply,
     .applied = applied,
     .clock = clock_of_drive,
+    .key = key_of_drive,
     .period = 100000u,
 };
 
@@ -195,6 +203,7 @@ void setUp(void)
     set_is_bad = false;
     clock_now = UINT32_C(0x12345678);
     access.period = 100000u;
+    key = 0u;
     ask("FF 00", NULL);
 }
 
@@ -241,8 +250,8 @@ static void test_synch_is_answered_by_its_error_and_comm_mode_info_by_octets(voi
 
 static void test_unknown_commands_are_told_so(void)
 {
-    static const uint16_t unknown[] = {0xF8, 0xF7, 0xF2, 0xF1, 0xEF, 0xEE, 0xED, 0xEC, 0xE6,
-                                       0xE3, 0xDF, 0xDB, 0xD8, 0xD2, 0xC7, 0xC0, 0x80, 0x00};
+    static const uint16_t unknown[] = {0xF2, 0xF1, 0xEF, 0xEE, 0xED, 0xEC, 0xE6, 0xE3,
+                                       0xDF, 0xDB, 0xD8, 0xD2, 0xC7, 0xC0, 0x80, 0x00};
     for (uint32_t n = 0; n < sizeof unknown / sizeof unknown[0]; n++) {
         send((const uint16_t[8]){unknown[n]}, 8u);
         expect("FE 20", answer, length);
@@ -255,8 +264,8 @@ static void test_short_commands_are_told_so(void)
     static const struct {
         uint16_t code;
         uint32_t octets;
-    } needs[] = {{0xFF, 2}, {0xFA, 2}, {0xF6, 8}, {0xF5, 2}, {0xF4, 8}, {0xF3, 8}, {0xF0, 2},
-                 {0xEB, 4}, {0xEA, 3}, {0xE8, 5}, {0xE7, 4}, {0xE2, 6}, {0xE1, 8}, {0xE0, 8},
+    } needs[] = {{0xFF, 2}, {0xFA, 2}, {0xF8, 3}, {0xF7, 2}, {0xF6, 8}, {0xF5, 2}, {0xF4, 8}, {0xF3, 8},
+                 {0xF0, 2}, {0xEB, 4}, {0xEA, 3}, {0xE8, 5}, {0xE7, 4}, {0xE2, 6}, {0xE1, 8}, {0xE0, 8},
                  {0xDE, 4}, {0xDD, 2}, {0xD7, 4}, {0xD5, 4}, {0xD4, 5}, {0xD3, 6}};
     for (uint32_t n = 0; n < sizeof needs / sizeof needs[0]; n++) {
         for (uint32_t octets = 1u; octets < needs[n].octets; octets++) {
@@ -269,6 +278,131 @@ static void test_short_commands_are_told_so(void)
 
 /* Mode 1: the text stands in the answer. Mode 0: it is to be uploaded from where the transfer address now is.
  */
+/* ---- seed and key ---- */
+
+static void connect_locked(void)
+{
+    key = 4711u;
+    ask("FF 00", "FF 05 80 40 80 00 01 01");
+    ask("FD", "FF 00 01 00 00 00");
+}
+
+/* CAL/PAG: the octets of the seed. */
+static uint32_t seed_of_drive(void)
+{
+    ask("F8 00 01", NULL);
+    TEST_ASSERT_EQUAL_UINT32(6u, length);
+    TEST_ASSERT_EQUAL_HEX16(0xFF, answer[0]);
+    TEST_ASSERT_EQUAL_HEX16(4u, answer[1]);
+    return (uint32_t)answer[2] | (uint32_t)answer[3] << 8 | (uint32_t)answer[4] << 16 |
+           (uint32_t)answer[5] << 24;
+}
+
+static void answer_seed(uint32_t reply, const char *expected)
+{
+    const uint16_t unlock[] = {0xF7,
+                               4u,
+                               (uint16_t)(reply & 0xFFu),
+                               (uint16_t)(reply >> 8 & 0xFFu),
+                               (uint16_t)(reply >> 16 & 0xFFu),
+                               (uint16_t)(reply >> 24)};
+    send(unlock, 6u);
+    expect(expected, answer, length);
+}
+
+/* By another program that follows the text of docs/serial.md. */
+static void test_the_answer_to_a_seed_is_that_of_the_guide(void)
+{
+    static const struct {
+        uint32_t seed, key, reply;
+    } cases[] = {{UINT32_C(0x00000000), UINT32_C(1), UINT32_C(0x8F281456)},
+                 {UINT32_C(0x12345678), UINT32_C(9999999), UINT32_C(0xFDD00E98)},
+                 {UINT32_C(0xFFFFFFFF), UINT32_C(4711), UINT32_C(0x20D4B002)},
+                 {UINT32_C(0x00000001), UINT32_C(4711), UINT32_C(0xCDE9A026)}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        TEST_ASSERT_EQUAL_HEX32(cases[n].reply, line_unlocks(cases[n].seed, cases[n].key));
+    }
+}
+
+static void test_without_a_key_the_seed_is_empty_and_nothing_is_locked(void)
+{
+    ask("FD", "FF 00 00 00 00 00");
+    ask("F8 00 01", "FF 00");
+    ask("F7 04 01 02 03 04", "FF 00");
+    ask("F6 00 00 01 04 00 00 00", "FF");
+    ask("F0 04 78 56 34 12", "FF");
+    TEST_ASSERT_EQUAL_HEX32(0x12345678u, memory[1]);
+}
+
+static void test_a_locked_slave_is_read_and_measured_but_not_written(void)
+{
+    uint32_t before[SLOTS];
+    memcpy(before, memory, sizeof memory);
+    connect_locked();
+    ask("F4 04 00 01 04 00 00 00", "FF 04 05 06 07");
+    ask("F6 00 00 01 04 00 00 00", "FF");
+    ask("F5 04", "FF 04 05 06 07");
+    ask("EB 02 00 00", "FF"); /* the page that is read */
+    ask("D5 00 01 00", "FF");
+    ask("F6 00 00 01 04 00 00 00", "FF");
+    ask("F0 04 78 56 34 12", "FE 25");
+    ask("F0 08 78 56 34 12 78 56 34 12", "FE 25");
+    ask("EB 01 00 00", "FE 25");
+    ask("EB 83 00 00", "FE 25");
+    TEST_ASSERT_EQUAL_HEX32_ARRAY(before, memory, SLOTS);
+}
+
+static void test_the_right_answer_opens_the_session_and_no_other_one(void)
+{
+    connect_locked();
+    answer_seed(line_unlocks(seed_of_drive(), key), "FF 00");
+    ask("FD", "FF 00 00 00 00 00");
+    ask("F6 00 00 01 04 00 00 00", "FF");
+    ask("F0 04 78 56 34 12", "FF");
+    TEST_ASSERT_EQUAL_HEX32(0x12345678u, memory[1]);
+    ask("EB 01 00 00", "FF");
+    answer_seed(0u, "FF 00"); /* repeated, its answer was lost */
+    ask("FF 00", NULL);
+    ask("FD", "FF 00 01 00 00 00");
+    ask("F6 00 00 01 04 00 00 00", "FF");
+    ask("F0 04 00 00 00 00", "FE 25");
+    TEST_ASSERT_EQUAL_HEX32(0x12345678u, memory[1]);
+}
+
+static void test_a_wrong_answer_ends_the_session(void)
+{
+    for (uint32_t bit = 0; bit < 32u; bit++) {
+        connect_locked();
+        answer_seed(line_unlocks(seed_of_drive(), key) ^ UINT32_C(1) << bit, "FE 25");
+        ask("FD", "");
+    }
+    connect_locked();
+    (void)seed_of_drive();
+    ask("F7 02 00 00", "FE 25"); /* of another length */
+    ask("FD", "");
+}
+
+static void test_a_seed_is_good_for_one_answer(void)
+{
+    connect_locked();
+    answer_seed(0u, "FE 29"); /* no seed was asked for */
+    const uint32_t first = seed_of_drive();
+    const uint32_t second = seed_of_drive(); /* at the same time */
+    TEST_ASSERT_TRUE(first != second);
+    answer_seed(line_unlocks(first, key), "FE 25");
+    connect_locked();
+    answer_seed(line_unlocks(second, key), "FE 29");
+}
+
+static void test_other_resources_are_open_and_a_seed_comes_in_one_piece(void)
+{
+    connect_locked();
+    ask("F8 00 04", "FF 00"); /* DAQ */
+    ask("F8 01 00", "FE 29");
+    ask("F8 00 00", "FE 22");
+    ask("F8 00 05", "FE 22");
+}
+
 static void test_identification(void)
 {
     ask("FA 00", "FF 01 00 00 07 00 00 00 'lagless'");

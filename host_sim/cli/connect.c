@@ -24,7 +24,7 @@ static bool connect_help(session_t *session, uint32_t count, char **words);
 static bool connect_explain(session_t *session, uint32_t count, char **words);
 static bool connect_quit(session_t *session, uint32_t count, char **words);
 
-#define WHERE "[--name NAME] [--format csv,mat]"
+#define WHERE "[--name NAME] [--format csv,mat,mdf]"
 
 const connect_command_t connect_commands[] = {
     {"status", "", 0u, "", connect_status, "prints the state of the drive and the staged parameters"},

@@ -228,11 +228,9 @@ static bool read_settings(session_t *session, settings_t *settings)
 
 static bool read_formats(session_t *session, const char *text, uint32_t *formats)
 {
-    *formats = strcmp(text, "csv") == 0                                       ? RECORDER_CSV
-               : strcmp(text, "mat") == 0                                     ? RECORDER_MAT
-               : strcmp(text, "csv,mat") == 0 || strcmp(text, "mat,csv") == 0 ? RECORDER_CSV | RECORDER_MAT
-                                                                              : 0u;
-    return *formats != 0u || connect_fail(session, "--format %s: accepted csv, mat, csv,mat", text);
+    *formats = recorder_formats(text);
+    return (*formats != 0u && (*formats & ~RECORDER_SAMPLED) == 0u) ||
+           connect_fail(session, "--format %s: accepted csv, mat, mdf, separated by commas", text);
 }
 
 typedef struct {
@@ -262,8 +260,7 @@ static recorder_t *open_recorder(session_t *session, const place_t *place, const
         connect_fail(session, "--out %s: this folder cannot be made; give another one", place->out->value);
         return NULL;
     }
-    if (((formats & RECORDER_CSV) != 0u && !output_allowed_in(place->out->value, name, ".csv")) ||
-        ((formats & RECORDER_MAT) != 0u && !output_allowed_in(place->out->value, name, ".mat"))) {
+    if (!output_allowed_recording(place->out->value, name, formats)) {
         connect_fail(session, "%s/%s.*: give another --name, or start lagless connect with --force",
                      place->out->value, name);
         return NULL;

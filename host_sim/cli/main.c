@@ -28,6 +28,7 @@ const cli_command_t cli_commands[] = {
     {"matrix", command_matrix,
      "inject every fault in every manoeuvre and compare the reaction with the promise"},
     {"paper", command_paper, "measure the paper's figures again and judge them against its numbers"},
+    {"fmu", command_fmu, "write the simulation of a scenario as an FMU (FMI 2.0) for simulation programs"},
     {"bench", command_bench, "measure the speed of the simulation and the cost of interrupt and estimator"},
     {"reference", command_reference, "print all tables as Markdown"},
     {"completion", command_completion, "print shell completion, for `source`"},

@@ -3,7 +3,6 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
@@ -14,6 +13,7 @@
 
 #include "host_sim/cli/cli.h"
 #include "host_sim/lab/inputs.h"
+#include "host_sim/lab/recorder.h"
 
 double output_seconds(void)
 {
@@ -146,6 +146,17 @@ bool output_allowed_in(const char *folder, const char *name, const char *ending)
     char path[PATH_SIZE];
     snprintf(file, sizeof file, "%s%s", name, ending);
     return output_path(path, folder, file) && output_allowed(path);
+}
+
+bool output_allowed_recording(const char *folder, const char *name, uint32_t formats)
+{
+    bool good = true;
+    for (uint32_t n = 0; good && n < RECORDER_FORMATS; n++) {
+        char ending[16];
+        snprintf(ending, sizeof ending, ".%s", recorder_ending(n));
+        good = (formats >> n & 1u) == 0u || output_allowed_in(folder, name, ending);
+    }
+    return good;
 }
 
 bool output_allowed_pictures(const char *folder, const char *name, const char *formats)

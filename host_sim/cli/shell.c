@@ -53,7 +53,7 @@ static void print_bash(void)
            "    --record) COMPREPLY=($(compgen -W \"");
     print_rows(false, "");
     printf("\" -- \"$word\")); return ;;\n"
-           "    --format) COMPREPLY=($(compgen -W \"csv mat vcd html png svg\" -- \"$word\")); return ;;\n"
+           "    --format) COMPREPLY=($(compgen -W \"csv mat vcd mdf html png svg\" -- \"$word\")); return ;;\n"
            "    --out) COMPREPLY=($(compgen -d -- \"$word\")); return ;;\n"
            "    esac\n"
            "    case $command in\n");

@@ -310,7 +310,7 @@ class CommandLine(TestCase):
                 (["run", "load_stpe"], "did you mean load_step?"), (["run", path, "--seed", "-1"], "whole numbers 0 to"),
                 (["run", path, "--set", "inertai=1"], "inertia"),
                 (["run", path, "--record", "i_q"], "--out"), (["run", path, "--out", self.folder, "--record", "i_qq"], "i_q"),
-                (["run", path, "--out", self.folder, "--format", "xml"], "csv, mat, vcd"),
+                (["run", path, "--out", self.folder, "--format", "xml"], "csv, mat, vcd, mdf"),
                 (["run", path, "--out", self.folder, "--every", "0"], "whole numbers 1 to"),
                 (["run", path, "--out", self.folder, "--format", "vcd", "--set", "fidelity=averaged"], "switched"),
                 (["run", path, path], "a second scenario; accepted is one"), (["explain", "overcurent"], "did you mean overcurrent?"),

@@ -8,6 +8,7 @@ import re
 import select
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import time
@@ -198,7 +199,7 @@ get motor_resistance current_limit store_state
 restart
 go 300 r/min
 wait until omega_m > 290 r/min timeout 10 s
-record omega_m i_q u_dc for 0.5 s every 3 --out {self.folder}
+record omega_m i_q u_dc for 0.5 s every 3 --out {self.folder} --format csv,mdf
 quick_stop
 wait until state == ready
 """)
@@ -207,6 +208,11 @@ wait until state == ready
         self.assertEqual(len(times), 1667)
         for before, after in zip(times, times[1:]):
             self.assertAlmostEqual(after - before, 3e-4, places=7)
+        with open(os.path.join(self.folder, "recording.mf4"), "rb") as file:
+            mdf = file.read()
+        self.assertEqual(mdf[:16], b"MDF     4.10    ")
+        samples = mdf[-1667 * 20:]  # time as a double, three floats
+        self.assertEqual([struct.unpack_from("<d", samples, 20 * n)[0] for n in range(1667)], times)
         self.fails(server, f"record omega_m i_q u_dc for 0.2 s --out {self.folder} --name fast\n", "the line is too slow; fewer names, or every ")
 
     def test_capture_has_the_moment_before_its_trigger(self):
@@ -305,7 +311,7 @@ class WrongLines(Case):
         ("record omega_m for 1 s every 0 --out x", "accepted whole numbers of periods, 1 to 255"),
         ("record omega_m,omega_m for 1 s --out x", "given twice"),
         ("record omega_m for 1 s --out /proc/no/where", "cannot be made"),
-        ("record omega_m for 1 s --out x --format vcd", "accepted csv, mat, csv,mat"),
+        ("record omega_m for 1 s --out x --format vcd", "accepted csv, mat, mdf, separated by commas"),
         ("capture dance", "accepted: on, signals, after, arm"),
         ("capture on full moon", "accepted: fault, command, SIGNAL above VALUE"),
         ("capture read --out x", "holds nothing yet"),

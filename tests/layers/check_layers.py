@@ -44,6 +44,7 @@ ROOMS = (
     "host_sim/lab",
     "host_sim/scope",
     "host_sim/python",
+    "host_sim/fmu",
     "host_sim/cli",
     "host_sim",
     "tests",
@@ -99,6 +100,7 @@ MAY_INCLUDE = {
     "host_sim/scope": RIG_DOOR + ("host_sim/line", "host_sim/lab"),
     # The plant by itself has no other door.
     "host_sim/python": RIG_DOOR + ("host_sim/lab", "host_sim/plant"),
+    "host_sim/fmu": ("host_sim/rig/rig.h", "firmware/contract/table.h", "host_sim/lab"),
     "host_sim/cli": RIG_DOOR + ("host_sim/line", "host_sim/lab", "host_sim/scope"),
     "host_sim": ("firmware/math/check.h",),
 }

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <unity.h>
 
-#include "tests/target/recording_in.h"
+#include "tools/target/recording_in.h"
 
 static FILE *input;
 static drive_t drive;

@@ -2,7 +2,7 @@
  * program.
  *
  * usage: campaign_carrier campaign --seed S --runs N --json --as-drawn     in this order, as
- * judge_campaign.py writes it
+ * tools/judge-campaign writes it
  *
  * Exit status as of `lagless campaign`: 0 all held, 1 violated, 2 wrong use. */
 #include <inttypes.h>

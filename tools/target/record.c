@@ -12,7 +12,7 @@
 #include "app/app.h"
 #include "host_sim/rig/rig.h"
 #include "settings/reasons.h"
-#include "tests/target/recording.h"
+#include "tools/target/recording.h"
 
 #define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
 

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "tests/target/recording.h"
+#include "tools/target/recording.h"
 
 /* The next word; each program has its own. */
 static uint32_t take(void);

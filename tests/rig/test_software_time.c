@@ -1,7 +1,5 @@
 /* The software takes the time of its rows: the interrupt's writes come when its time is over, and a section
  * with interrupts off holds them up. What the chip does meanwhile, tick by tick: tests/chip/test_busy.c. */
-#include <stdio.h>
-#include <stdlib.h>
 
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"

@@ -2,9 +2,6 @@
  * runs: no period is missed and none is late, what the drive sends are whole frames in their order,
  * parameters and requests are always a set that may be, and none of them changes unless its new value was
  * sent behind the octet of a DOWNLOAD. So many octets as argument 1 says, in all. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "app/talk.h"
 #include "host_sim/rig/rig_state.h"

@@ -2,12 +2,10 @@
 #ifndef TESTS_UNIT_SEQUENCE_BENCH_H
 #define TESTS_UNIT_SEQUENCE_BENCH_H
 
-#include <string.h>
-#include <unity.h>
-
 #include "medium/sequence.h"
 #include "settings/faults.h"
 #include "settings/reasons.h"
+#include "tests/unit/compare.h"
 
 #define REARM DRIVE_WINDOWS(20e-3f) /* [windows] without a fault or its line */
 

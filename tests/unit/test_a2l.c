@@ -2,12 +2,10 @@
  * whole of the drive's is for tests/line. */
 #include "talk/a2l.h"
 
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unity.h>
 
 #include "math/float_bits.h"
+#include "tests/unit/compare.h"
 
 static uint16_t octets[8192];
 static char string[8192];
@@ -196,8 +194,7 @@ static const char expected_head[] =
     "    /begin RECORD_LAYOUT RL.SLONG FNC_VALUES 1 SLONG COLUMN_DIR DIRECT /end RECORD_LAYOUT\n"
     "    /begin RECORD_LAYOUT RL.ULONG FNC_VALUES 1 ULONG COLUMN_DIR DIRECT /end RECORD_LAYOUT\n";
 
-/* Of docs/serial.md: 64 and 128 octets, two lists, entries of 4 octets; 8 kHz are 125 us, in one octet 125.
- */
+/* Of docs/serial.md: 64 and 128 octets, two lists, entries of 4 octets; 8 kHz are 125 us, one octet. */
 static const char expected_protocol[] =
     "    /begin IF_DATA XCP\n"
     "      /begin PROTOCOL_LAYER 0x0100 1000 1000 1000 1000 1000 1000 1 64 128 BYTE_ORDER_MSB_LAST "
@@ -276,7 +273,6 @@ static void test_a_board_without_a_serial_line_is_reached_by_tcp_alone(void)
     TEST_ASSERT_EQUAL_STRING(whole(""), string_of(&text));
 }
 
-/* In pieces of any size, one behind the other or from any place, it is the same file. */
 static void test_any_window_shows_its_part_of_the_whole(void)
 {
     const uint32_t length = (uint32_t)strlen(whole(expected_serial));

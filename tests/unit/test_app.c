@@ -1,10 +1,8 @@
 /* The application above a board that writes down what it is asked: the start and a start that fails, what
  * goes to the registers when parameters change, and that the interrupt sees no change half done. */
-#include <string.h>
-#include <unity.h>
-
 #include "app/app.h"
 #include "settings/reasons.h"
+#include "tests/unit/compare.h"
 
 /* ---- the board ---- */
 
@@ -60,10 +58,19 @@ void hal_write_compare(uint16_t a, uint16_t b, uint16_t c)
     ask("compare ");
 }
 
-void hal_gates_off(void)
-{
-    ask("gates-off ");
-}
+/* What is only written down. */
+#define NOTED(function, what)                                                                                \
+    void function(void)                                                                                      \
+    {                                                                                                        \
+        ask(what " ");                                                                                       \
+    }
+NOTED(hal_gates_off, "gates-off")
+NOTED(hal_end_of_sample, "end-of-sample")
+NOTED(hal_end_of_trip, "end-of-trip")
+NOTED(hal_begin_medium, "begin-medium")
+NOTED(hal_end_medium, "end-medium")
+NOTED(hal_watchdog_start, "watchdog")
+NOTED(hal_restart, "restart")
 
 bool hal_gates_on(void)
 {
@@ -71,30 +78,10 @@ bool hal_gates_on(void)
     return true;
 }
 
-void hal_end_of_sample(void)
-{
-    ask("end-of-sample ");
-}
-
-void hal_end_of_trip(void)
-{
-    ask("end-of-trip ");
-}
-
 void hal_request_medium(void)
 {
     ask("request-medium ");
     medium_requested = true;
-}
-
-void hal_begin_medium(void)
-{
-    ask("begin-medium ");
-}
-
-void hal_end_medium(void)
-{
-    ask("end-medium ");
 }
 
 bool hal_set_dead_band(uint16_t count)
@@ -109,11 +96,6 @@ bool hal_set_encoder(uint32_t count_max)
     ask("encoder ");
     encoder_max = count_max;
     return true;
-}
-
-void hal_watchdog_start(void)
-{
-    ask("watchdog ");
 }
 
 void hal_watchdog_feed(void)
@@ -153,11 +135,6 @@ uint32_t hal_serial_write(const uint16_t *octets, uint32_t count)
 uint32_t hal_serial_errors(void)
 {
     return 0u;
-}
-
-void hal_restart(void)
-{
-    ask("restart ");
 }
 
 /* ---- memory that stays ---- */
@@ -301,8 +278,7 @@ void setUp(void)
     start(HAL_OK);
 }
 
-/* Whatever was done on a board that has started: no interrupt has seen it half done, and interrupts are on.
- */
+/* Whatever was done on a board that has started: no interrupt saw it half done, and interrupts are on. */
 void tearDown(void)
 {
     TEST_ASSERT_FALSE(status == HAL_OK && (interrupts_wrong || !interrupts_on));
@@ -461,7 +437,6 @@ static void test_a_bad_set_is_refused_and_changes_nothing(void)
     expect_refused("encoder_lines", REASON_BRIDGE_ON);
 }
 
-/* The bridge was off when the set was judged, and on when it was to be offered. */
 static void test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set(void)
 {
     app->staged.encoder_lines = 1024;
@@ -475,7 +450,6 @@ static void test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set(void)
     TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.tunings[app->drive.in_force].fast.encoder.last_count);
 }
 
-/* Sets that follow each other faster than the interrupt: the last good one counts, and whole. */
 static void test_the_last_good_set_before_an_interrupt_is_taken(void)
 {
     app->staged.speed_kp = 0.7f;
@@ -492,7 +466,6 @@ static void test_the_last_good_set_before_an_interrupt_is_taken(void)
                             app->drive.tunings[app->drive.in_force].fast.reference.catching.speed_min);
 }
 
-/* Likewise when the last was refused at the last moment: the one before it had not been taken yet. */
 static void test_a_set_offered_before_survives_one_that_came_too_late(void)
 {
     app->staged.speed_kp = 0.7f;
@@ -521,10 +494,14 @@ static void periods(uint32_t count)
     from_here();
 }
 
-/* Of the row. */
 static void expect_share(float expected, float inductance)
 {
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, expected, inductance / app->active.motor_inductance_q);
+}
+
+static void expect_offered(float share)
+{
+    expect_share(share, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
 }
 
 static void background_offers(bool offers)
@@ -543,7 +520,7 @@ static void test_what_is_learnt_is_offered_where_it_has_moved(void)
     background_offers(false);
     learnt(1.1f);
     background_offers(true);
-    expect_share(1.1f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_offered(1.1f);
     interrupt();
     sample(); /* a window begins with it */
     expect_share(1.1f, app->drive.fast.current_control.inductance_q);
@@ -551,7 +528,7 @@ static void test_what_is_learnt_is_offered_where_it_has_moved(void)
     background_offers(false);
     periods((uint32_t)(0.01 / (double)DRIVE_PERIOD + 0.5));
     background_offers(true);
-    expect_share(1.2f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_offered(1.2f);
 }
 
 /* The observer would ring: its slope goes with L, but not its resistance. */
@@ -565,7 +542,7 @@ static void test_what_the_drive_cannot_run_on_is_not_believed(void)
     background_offers(false);
     app->staged.speed_kp = 0.7f;
     apply();
-    expect_share(1.0f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_offered(1.0f);
 }
 
 /* A set that leaves L alone keeps what was learnt of it; one with another L begins with that, also while the
@@ -580,17 +557,17 @@ static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void
     app->staged.speed_kp = 0.7f;
     from_here();
     apply();
-    expect_share(1.1f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_offered(1.1f);
     interrupt();
     expect_share(1.1f, app->drive.medium.inductance.learnt.value);
 
     app->staged.motor_inductance_q = 15e-3f;
     from_here();
     apply();
-    expect_share(1.0f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_offered(1.0f);
     periods(1000u);
     background();
-    expect_share(1.0f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_offered(1.0f);
     interrupt();
     TEST_ASSERT_EQUAL_FLOAT(15e-3f, app->drive.medium.inductance.learnt.value);
     background_offers(false);
@@ -623,7 +600,6 @@ static void test_learnt_inertia_goes_into_gains_and_torque(void)
     TEST_ASSERT_EQUAL_FLOAT(1.5f * inertia->learnt.from, inertia->learnt.value);
 }
 
-/* A set that waits to be taken is not lost to what is learnt meanwhile. */
 static void test_what_is_learnt_goes_with_a_set_that_still_waits(void)
 {
     app->staged.speed_kp = 0.7f;
@@ -655,6 +631,7 @@ static params_t given_saved(void)
     app->staged.motor_pole_pairs = 3;
     app->staged.observer_gain = 300.0f;
     apply();
+    app->staged.motor_resistance = 0.25f; /* only staged it was never judged, and is not saved */
     expect_order(ORDER_SAVE, REASON_NONE, 0u);
     return app->active;
 }
@@ -689,15 +666,6 @@ static void test_a_saved_set_runs_after_the_next_start(void)
     TEST_ASSERT_EQUAL_MEMORY(&saved, &app->staged, sizeof saved);
     TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.state);
     TEST_ASSERT_EQUAL_FLOAT(0.5f + saved.device_resistance, app->believed.resistance);
-}
-
-/* What is only staged was never judged, and is not saved. */
-static void test_the_active_set_is_saved_not_the_staged_one(void)
-{
-    app->staged.motor_resistance = 0.25f;
-    expect_order(ORDER_SAVE, REASON_NONE, 0u);
-    start(HAL_OK);
-    TEST_ASSERT_EQUAL_FLOAT(0.95f, app->active.motor_resistance);
 }
 
 static void test_loading_stages_what_was_saved_and_defaults_what_the_program_has(void)

@@ -16,6 +16,7 @@
 #include "estimator/chosen.h"
 #include "estimator/encoder.h"
 #include "fast/control/current_control.h"
+#include "fast/control/excite.h"
 #include "fast/inverter/doubt.h"
 #include "fast/inverter/inverter.h"
 #include "fast/measure.h"
@@ -130,6 +131,7 @@ typedef struct {
     chosen_t estimator;
     reference_t reference;
     current_control_t current_control;
+    excite_t excite;
     link_limit_t link;
     still_watch_t still_watch;
     guard_t trips; /* the rows of the fault table that are judged in each period */

@@ -71,6 +71,9 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
     window->failed = fast->report.failed;
     window->left = fast->report.left;
     window->stop = fast->report.stop;
+    if (setpoint->excite.kind != (int32_t)EXCITE_NONE) {
+        excite_close(&fast->excite, &window->excite);
+    }
     begin_sums(&fast->sum);
     fast->report.number++;
     fast->report.offsets = 0u;

@@ -10,6 +10,7 @@
 #include "contract/measured.h"
 #include "estimator/estimate.h"
 #include "estimator/position.h"
+#include "fast/control/excite.h"
 #include "guard/fault_set.h"
 #include "math/bounds.h"
 #include "math/frames.h"
@@ -95,6 +96,7 @@ typedef struct {
     fault_set_t failed;  /* fast rows of the fault table that failed in this window */
     int32_t left;        /* [-] jump_reaction_t by which control left the encoder; else JUMP_IGNORED */
     drive_fault_t stop;  /* reason for which the fast task or the trip interrupt has opened the bridge */
+    excite_seen_t excite; /* sums of an excitation; those of the last one if none acts */
 } window_t;
 
 #endif

@@ -31,7 +31,8 @@ void medium_watch_currents(medium_t *medium, const window_t *window)
 {
     current_watch_t *watch = &medium->current_watch;
     const manoeuvres_t *m = &medium->manoeuvres;
-    if (window->estimating == 0u || watch->tuning.judged == 0u) {
+    const bool excited = m->now == (int32_t)MANOEUVRE_COMMISSION; /* its reference is not that of control */
+    if (window->estimating == 0u || watch->tuning.judged == 0u || excited) {
         medium->found.current_faults = 0u;
         return;
     }

@@ -107,6 +107,15 @@
 #error "docs/board.md, line 18: BOARD_SERIAL_PINS is missing"
 #endif
 
+#if !defined(BOARD_ENABLE_INPUT)
+#error                                                                                                       \
+    "docs/board.md, line 19: BOARD_ENABLE_INPUT is missing (BOARD_NONE: every client on the serial line may start the motor)"
+#endif
+#if BOARD_ENABLE_INPUT != BOARD_NONE &&                                                                      \
+    (!defined(BOARD_ENABLE_ACTIVE_HIGH) || !defined(BOARD_ENABLE_DEBOUNCE_US))
+#error "docs/board.md, line 19: BOARD_ENABLE_ACTIVE_HIGH or BOARD_ENABLE_DEBOUNCE_US is missing"
+#endif
+
 /* ---- Line 2: clocks ---- */
 
 #define BOARD_PLL_TIMES (2 * (BOARD_SYSCLK_HZ / 1000) / (BOARD_CRYSTAL_HZ / 1000)) /* PLLCR; then /2 */
@@ -218,6 +227,14 @@
 #define BOARD_LSPCLK_HZ (BOARD_SYSCLK_HZ / 4)
 #if BOARD_SERIAL_BAUD > 0
 #define BOARD_SERIAL_DIVIDER ((BOARD_LSPCLK_HZ + 4 * BOARD_SERIAL_BAUD) / (8 * BOARD_SERIAL_BAUD))
+#endif
+
+/* ---- Line 19: enable input ---- */
+
+/* Without an input nothing is debounced. */
+#if BOARD_ENABLE_INPUT == BOARD_NONE
+#undef BOARD_ENABLE_DEBOUNCE_US
+#define BOARD_ENABLE_DEBOUNCE_US 0
 #endif
 
 /* ---- Can it be right? ---- */

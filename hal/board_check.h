@@ -272,6 +272,27 @@
 #if BOARD_PIN_IS_SERIAL(BOARD_LED_RUN) || BOARD_PIN_IS_SERIAL(BOARD_LED_FAULT)
 #error "docs/board.md, line 18: BOARD_SERIAL_PINS are those of BOARD_LED_RUN or BOARD_LED_FAULT"
 #endif
+#else
+#define BOARD_PIN_IS_SERIAL(pin) 0
+#endif
+
+/* ---- Line 19: enable input ---- */
+
+#if BOARD_ENABLE_INPUT != BOARD_NONE
+#if BOARD_ENABLE_INPUT < 0 || BOARD_ENABLE_INPUT > 87
+#error "docs/board.md, line 19: BOARD_ENABLE_INPUT is the number of a GPIO, 0 to 87, or BOARD_NONE"
+#endif
+#if BOARD_PIN_IS_TAKEN(BOARD_ENABLE_INPUT) || BOARD_PIN_IS_SERIAL(BOARD_ENABLE_INPUT) ||                     \
+    BOARD_ENABLE_INPUT == BOARD_LED_RUN || BOARD_ENABLE_INPUT == BOARD_LED_FAULT
+#error                                                                                                       \
+    "docs/board.md, line 19: BOARD_ENABLE_INPUT is a pin of a gate, the fault line, the encoder, a light or the serial line"
+#endif
+#if BOARD_ENABLE_ACTIVE_HIGH != 0 && BOARD_ENABLE_ACTIVE_HIGH != 1
+#error "docs/board.md, line 19: BOARD_ENABLE_ACTIVE_HIGH is 0 or 1"
+#endif
+#if BOARD_ENABLE_DEBOUNCE_US < 0 || BOARD_ENABLE_DEBOUNCE_US > 20000
+#error "docs/board.md, line 19: BOARD_ENABLE_DEBOUNCE_US is accepted from 0 to 20000"
+#endif
 #endif
 
 #endif

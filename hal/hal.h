@@ -63,6 +63,8 @@ typedef enum {
  * periods. After a gap of ten periods or more, as a debugger's halt leaves it, the ten samples that follow
  * are late as well. */
 #define HAL_FLAG_LATE (1u << 3)
+/* The board's enable input is not active at this moment; never on a board without one. */
+#define HAL_FLAG_NOT_ENABLED (1u << 4)
 
 typedef struct {
     uint16_t current_a;         /* [ADC codes] phase currents at t_k */

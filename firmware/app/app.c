@@ -7,7 +7,8 @@ static uint32_t drive_flags(uint16_t hal_flags)
     return ((hal_flags & HAL_FLAG_TRIPPED) != 0u ? DRIVE_SAMPLE_TRIPPED : 0u) |
            ((hal_flags & HAL_FLAG_FAULT_PIN) != 0u ? DRIVE_SAMPLE_FAULT_LINE : 0u) |
            ((hal_flags & HAL_FLAG_ENCODER) != 0u ? DRIVE_SAMPLE_ENCODER : 0u) |
-           ((hal_flags & HAL_FLAG_LATE) != 0u ? DRIVE_SAMPLE_LATE : 0u);
+           ((hal_flags & HAL_FLAG_LATE) != 0u ? DRIVE_SAMPLE_LATE : 0u) |
+           ((hal_flags & HAL_FLAG_NOT_ENABLED) != 0u ? DRIVE_SAMPLE_NOT_ENABLED : 0u);
 }
 
 static float current_of(uint16_t code)
@@ -72,6 +73,7 @@ void app_write(const drive_command_t *command)
 
 HAL_INTERRUPT void app_interrupt(void)
 {
+    const uint32_t begin = hal_time();
     drive_samples_t samples;
     drive_command_t command;
     app_read(&samples);
@@ -80,13 +82,16 @@ HAL_INTERRUPT void app_interrupt(void)
     }
     daq_sample(&app->talk.daq, &app->drive, app->drive.fast.period);
     talk_exchange();
+    drive_took(&app->drive.fast_took, hal_time() - begin);
     app_write(&command);
 }
 
 HAL_INTERRUPT void app_medium(void)
 {
     hal_begin_medium();
+    const uint32_t begin = hal_time();
     drive_medium_step(&app->drive);
+    drive_medium_took(&app->drive, hal_time() - begin);
     hal_end_medium();
 }
 

@@ -22,11 +22,10 @@ static void tell(parameters_state_t state, uint32_t unknown, uint32_t defaulted)
  * and all rows have their defaults. */
 static bool load(params_t *params)
 {
-    static const parameters_state_t states[(uint32_t)STORE_CORRUPT + 1u] = {
-        [STORE_EMPTY] = PARAMETERS_EMPTY,
-        [STORE_LOADED] = PARAMETERS_LOADED,
-        [STORE_MIGRATED] = PARAMETERS_MIGRATED,
-        [STORE_CORRUPT] = PARAMETERS_CORRUPT,
+    static const parameters_state_t states[(uint32_t)STORE_FOREIGN + 1u] = {
+        [STORE_EMPTY] = PARAMETERS_EMPTY,       [STORE_LOADED] = PARAMETERS_LOADED,
+        [STORE_MIGRATED] = PARAMETERS_MIGRATED, [STORE_CORRUPT] = PARAMETERS_CORRUPT,
+        [STORE_FOREIGN] = PARAMETERS_FOREIGN,
     };
     store_told_t told;
     params_error_t why;
@@ -68,10 +67,25 @@ bool parameters_save(params_error_t *why)
     if (drive_bridge_on(&app->drive)) {
         return refuse(REASON_BRIDGE_ON, "the bridge must be off to save", why);
     }
+    if (store_look(&flash) == STORE_FOREIGN) {
+        return refuse(REASON_STORE_FOREIGN, "the store must be erased before the first save", why);
+    }
     if (!store_save(&flash, &params_table, &app->active)) {
         return refuse(REASON_STORE_FAILED, "the flash must take all words", why);
     }
     tell(PARAMETERS_SAVED, 0u, 0u);
     app->services.store_saves++;
+    return true;
+}
+
+bool parameters_erase(params_error_t *why)
+{
+    if (drive_bridge_on(&app->drive)) {
+        return refuse(REASON_BRIDGE_ON, "the bridge must be off to erase", why);
+    }
+    if (!store_erase(&flash)) {
+        return refuse(REASON_STORE_FAILED, "the flash must become blank", why);
+    }
+    tell(PARAMETERS_EMPTY, 0u, 0u);
     return true;
 }

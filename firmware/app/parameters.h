@@ -13,14 +13,17 @@ typedef enum {
     PARAMETERS_LOADED,
     PARAMETERS_SAVED,
     PARAMETERS_MIGRATED,
-    PARAMETERS_CORRUPT
+    PARAMETERS_CORRUPT,
+    PARAMETERS_FOREIGN
 } parameters_state_t;
-#define PARAMETERS_STATE_NAMES "empty|loaded|saved|migrated|corrupt"
+#define PARAMETERS_STATE_NAMES "empty|loaded|saved|migrated|corrupt|foreign"
 
 #define APP_STORE_SERVICES(F, I, U, E)                                                                       \
     E(1940, store_state, PARAMETERS_STATE_NAMES, TABLE_READ,                                                 \
       "last event of the stored parameters; corrupt: the defaults are active, and the bridge is refused "    \
-      "until a reset")                                                                                       \
+      "until a reset; foreign: the defaults are active, and the memory holds data of another program, "      \
+      "which "                                                                                               \
+      "order erase removes")                                                                                 \
     U(1941, store_saves, "-", 0, 0, 0, TABLE_READ, "times that parameters were saved since the start")       \
     U(1942, store_unknown, "-", 0, 0, 0, TABLE_READ,                                                         \
       "number of stored rows that this program does not have")                                               \
@@ -38,5 +41,9 @@ bool parameters_load(params_error_t *why);
 /* From the background: stores the active set. false: `why`; the previous stored set is kept. During this
  * call, some seconds if a page is erased, no interrupt runs: the bridge must be off. */
 bool parameters_save(params_error_t *why);
+
+/* From the background: erases all stored parameters, or what another program has left in their place; the
+ * active set stays. It takes some seconds like parameters_save(). false: `why`. */
+bool parameters_erase(params_error_t *why);
 
 #endif

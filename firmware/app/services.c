@@ -84,6 +84,8 @@ static bool obey(order_t order, params_error_t *why)
         return parameters_save(why);
     case ORDER_LOAD:
         return parameters_load(why);
+    case ORDER_ERASE:
+        return parameters_erase(why);
     case ORDER_CAPTURE_ARM:
         return capturing_arm(why);
     case ORDER_CAPTURE_TRIGGER:

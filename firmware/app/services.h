@@ -12,7 +12,8 @@
 #include "contract/refusal.h"
 #include "contract/table.h"
 
-#define SERVICE_ORDERS "none|apply|save|load|defaults|restart|capture_arm|capture_trigger|capture_release"
+#define SERVICE_ORDERS                                                                                       \
+    "none|apply|save|load|defaults|restart|capture_arm|capture_trigger|capture_release|erase"
 typedef enum {
     ORDER_NONE,
     ORDER_APPLY,
@@ -22,7 +23,8 @@ typedef enum {
     ORDER_RESTART,
     ORDER_CAPTURE_ARM,
     ORDER_CAPTURE_TRIGGER,
-    ORDER_CAPTURE_RELEASE
+    ORDER_CAPTURE_RELEASE,
+    ORDER_ERASE
 } order_t;
 
 /* F(id, name, unit, default, min, max, access, text): float
@@ -33,7 +35,9 @@ typedef enum {
 #define APP_SERVICES(F, I, U, E)                                                                             \
     E(1900, order, SERVICE_ORDERS, TABLE_LIVE,                                                               \
       "acts when written: apply activates the staged parameters, save stores the active ones, load and "     \
-      "defaults stage those stored and the program's defaults, restart resets the controller")               \
+      "defaults stage those stored and the program's defaults, restart resets the controller, erase "        \
+      "removes "                                                                                             \
+      "all stored parameters")                                                                               \
     I(1901, order_refusal, "-", 0, 0, 0, TABLE_READ, "reason why the last order was refused; 0: executed")   \
     U(1902, order_row, "-", 0, 0, 0, TABLE_READ, "id of the row of that refusal; 0: none")                   \
     APP_CAPTURE_SERVICES(F, I, U, E)                                                                         \

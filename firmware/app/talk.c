@@ -149,9 +149,10 @@ static void listen(talk_t *talk)
     frame_listen(&talk->receiver, now);
     while (talk->octets_at < talk->octets_count) {
         if (frame_take(&talk->receiver, talk->octets[talk->octets_at++], now)) {
-            talk->heard_at = now;
             talk->answer_count = xcp_command(&talk->xcp, &talk->daq, &talk_access,
                                              frame_packet(&talk->receiver), talk->answer);
+            /* a client that may only read has not switched anything on */
+            talk->heard_at = talk->xcp.locked == 0u ? now : talk->heard_at;
             return;
         }
     }

@@ -21,6 +21,13 @@ static const void *base_of(uint32_t table)
     return bases[table];
 }
 
+/* The key is shown to those only who have it. */
+static bool is_hidden(uint32_t number, const table_row_t *row)
+{
+    return number == (uint32_t)APP_TABLE_PARAMS && row->offset == offsetof(params_t, line_key) &&
+           app->talk.xcp.locked != 0u;
+}
+
 /* Numbers between the first and the last id that are no ids read 0: a client
  * may read a table in one block. */
 static bool row_bits(uint32_t number, uint32_t id, uint32_t *bits)
@@ -31,7 +38,7 @@ static bool row_bits(uint32_t number, uint32_t id, uint32_t *bits)
     for (uint32_t n = 0; n < table->count; n++) {
         const table_row_t *row = &table->rows[n];
         if (row->id == id) {
-            *bits = line_bits(row, table_bits(row, base_of(number)));
+            *bits = is_hidden(number, row) ? 0u : line_bits(row, table_bits(row, base_of(number)));
             return true;
         }
         below = below || row->id < id;
@@ -259,6 +266,11 @@ static uint32_t now(void)
     return app->drive.fast.period;
 }
 
+static uint32_t key(void)
+{
+    return (uint32_t)app->active.line_key;
+}
+
 const xcp_access_t talk_access = {
     .read = read,
     .write = write,
@@ -270,5 +282,6 @@ const xcp_access_t talk_access = {
     .apply = apply,
     .applied = applied,
     .clock = now,
+    .key = key,
     .period = (uint32_t)(DRIVE_PERIOD * 1e9f + 0.5f),
 };

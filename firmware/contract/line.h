@@ -44,4 +44,18 @@ static inline bool line_bits_back(const table_row_t *row, uint32_t on_line, uint
     return *bits < LINE_CHOICES && line_bits(row, *bits) == on_line;
 }
 
+/* The answer of a master to the seed of the drive: a mixture of both that shows neither the key nor another
+ * answer. It keeps stray clients from writing; it is no cryptography. */
+static inline uint32_t line_unlocks(uint32_t seed, uint32_t key)
+{
+    uint32_t mixed = (seed ^ key * LINE_ROW) & UINT32_C(0xFFFFFFFF);
+    for (uint32_t n = 0; n < 4u; n++) {
+        mixed ^= mixed >> 15;
+        mixed = mixed * UINT32_C(0x2C1B3C6D) & UINT32_C(0xFFFFFFFF);
+        mixed ^= mixed >> 12;
+        mixed = (mixed + key) & UINT32_C(0xFFFFFFFF);
+    }
+    return mixed;
+}
+
 #endif

@@ -115,6 +115,11 @@ void drive_medium_step(drive_t *drive)
     drive->done = drive->handed;
 }
 
+void drive_medium_took(drive_t *drive, uint32_t cycles)
+{
+    drive_took(&drive->medium_took, cycles);
+}
+
 /* ---- interface ---- */
 
 void drive_init(drive_t *drive, const params_t *params)

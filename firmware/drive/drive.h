@@ -42,6 +42,12 @@ typedef struct {
     drive_fault_t faults[FAULT_LOG_LENGTH]; /* number n from 0 in n mod FAULT_LOG_LENGTH */
 } drive_fault_log_t;
 
+/* Execution times of a task, as the application measures them with the free-running timer. */
+typedef struct {
+    uint32_t last;    /* [CPU cycles] */
+    uint32_t longest; /* [CPU cycles] since the start */
+} drive_duration_t;
+
 typedef struct {
     fast_t fast;
     medium_t medium;
@@ -60,6 +66,9 @@ typedef struct {
     int32_t manoeuvre;    /* [-] manoeuvre_t whose setpoint acts */
     int32_t fault_reason; /* [-] reason_t of the latched fault; REASON_NONE: no fault */
     drive_fault_t fault;  /* the last one */
+
+    drive_duration_t fast_took;   /* the sample interrupt, from its entry until its writes */
+    drive_duration_t medium_took; /* the medium task, with the interrupts during it */
 
     /* inputs */
     requests_t requests;
@@ -107,6 +116,16 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
 
 /* The medium task: makes the setpoint of the window that was closed last. */
 void drive_medium_step(drive_t *drive);
+
+/* After a task: its duration [CPU cycles]. */
+static inline void drive_took(drive_duration_t *duration, uint32_t cycles)
+{
+    duration->last = cycles;
+    if (cycles > duration->longest) {
+        duration->longest = cycles;
+    }
+}
+void drive_medium_took(drive_t *drive, uint32_t cycles);
 
 /* Called from the trip interrupt: the hardware has switched the gates off. The bridge stays off, and the next
  * window leads to the fault state if the bridge was on. If the gates were off already, an active fault line

@@ -21,6 +21,8 @@
 #define DRIVE_SAMPLE_FAULT_LINE UINT32_C(2) /* the fault line of the power module is active */
 #define DRIVE_SAMPLE_ENCODER    UINT32_C(4) /* quadrature phase error since the last sample */
 #define DRIVE_SAMPLE_LATE       UINT32_C(8) /* the interrupt of this period came too late */
+/* the enable input of the board is not active; not on a board without one */
+#define DRIVE_SAMPLE_NOT_ENABLED UINT32_C(16)
 
 /* Value of a temperature sensor that the board does not have; it is below any temperature [degC]. */
 #define DRIVE_NO_TEMPERATURE (-273.15f)

@@ -289,6 +289,7 @@ manoeuvres_input_t medium_manoeuvres_input(medium_t *medium, const window_t *win
         .encoder = window->encoder,
         .omega_m = window->omega_m,
         .wish = wish,
+        .voltage_near = dead_time_learn_is_near(&medium->dead_time_learn) ? UINT32_C(1) : UINT32_C(0),
         .losses = medium->guard.losses.word[0] | medium->guard.losses.word[1],
         .outcome = window->catching.outcome,
         .setpoint = window->setpoint,

@@ -12,6 +12,8 @@
 #define RETRY_WINDOWS  DRIVE_WINDOWS(1.0f)
 #define FORGET_WINDOWS DRIVE_WINDOWS(60.0f)
 
+#define INPUT_STOP_WINDOWS DRIVE_WINDOWS(SEQUENCE_INPUT_STOP)
+
 /* The bridge off, or on, without an order to start. */
 #define OFF UINT32_C(0)
 #define ON  SEQUENCE_ON
@@ -22,6 +24,7 @@ sequence_tuning_t sequence_prepare(const params_t *params)
         .dc_undervoltage = params->dc_undervoltage,
         .stop_windows = DRIVE_WINDOWS(params->fault_stop_time),
         .retries = (uint32_t)params->module_fault_retries,
+        .debounce = DRIVE_WINDOWS((float)BOARD_ENABLE_DEBOUNCE_US / 1e6f),
     };
 }
 
@@ -94,7 +97,7 @@ static uint32_t in_fault(sequence_t *sequence, const sequence_input_t *input, bo
     sequence->refusal = input->requests->enable == (int32_t)REQUEST_OFF ? REASON_NONE : REASON_FAULT_LATCHED;
     const bool reset = reset_edge && rearmed(sequence);
     if (reset || retries(sequence, input)) {
-        sequence->held = reset && input->requests->enable == (int32_t)REQUEST_ON ? UINT32_C(1) : UINT32_C(0);
+        sequence->held |= reset && input->requests->enable == (int32_t)REQUEST_ON ? UINT32_C(1) : UINT32_C(0);
         sequence->fault_reason = REASON_NONE;
         sequence->fault_present = REASON_NONE;
         enter(sequence, DRIVE_NOT_READY);
@@ -120,6 +123,9 @@ static uint32_t in_not_ready(sequence_t *sequence, const sequence_input_t *input
 
 static int32_t why_not_on(const sequence_t *sequence, const sequence_input_t *input)
 {
+    if (sequence->input_lost != 0u || sequence->input_differs != 0u) {
+        return REASON_ENABLE_INPUT;
+    }
     if (sequence->held != 0u) {
         return REASON_ENABLE_HELD;
     }
@@ -192,7 +198,9 @@ static uint32_t in_quick_stop(sequence_t *sequence, const sequence_input_t *inpu
     const bool for_fault = sequence->stop_reason != (int32_t)REASON_NONE;
     const bool asked_off = input->requests->enable == (int32_t)REQUEST_OFF;
     sequence->stopping++;
-    if (for_fault && (asked_off || input->standing || sequence->stopping >= sequence->tuning.stop_windows)) {
+    const bool over = sequence->stopping >= sequence->tuning.stop_windows ||
+                      sequence->input_stop >= INPUT_STOP_WINDOWS || sequence->input_losses > 1u;
+    if (for_fault && (asked_off || input->standing || over)) {
         sequence_fault(sequence, sequence->stop_reason);
         return OFF;
     }
@@ -210,14 +218,34 @@ static uint32_t in_quick_stop(sequence_t *sequence, const sequence_input_t *inpu
     return ON;
 }
 
+/* Follows the enable input. It counts once it has had its new level for the debounce time; while the bridge
+ * is off, `enable` = on is then held, so that the input alone starts nothing. */
+static void look_at_input(sequence_t *sequence, const sequence_input_t *input)
+{
+    const uint32_t lost =
+        (input->measured->flags & DRIVE_SAMPLE_NOT_ENABLED) != 0u ? UINT32_C(1) : UINT32_C(0);
+    sequence->input_stop += sequence->input_losses != 0u ? 1u : 0u;
+    sequence->input_differs = lost != sequence->input_lost ? sequence->input_differs + 1u : 0u;
+    if (sequence->input_differs > sequence->tuning.debounce) {
+        sequence->input_lost = lost;
+        sequence->input_differs = 0u;
+        sequence->input_losses += lost;
+    }
+    if (!sequence_bridge_on(sequence)) {
+        sequence->input_losses = 0u;
+        sequence->input_stop = 0u;
+        sequence->held |= input->requests->enable == (int32_t)REQUEST_ON ? sequence->input_lost : 0u;
+    }
+}
+
 /* A fault that requires a stop: a running motor brakes. The first of several faults counts. */
-static uint32_t stop(sequence_t *sequence, const sequence_input_t *input)
+static uint32_t stop(sequence_t *sequence, int32_t reason)
 {
     if (sequence->state < (int32_t)DRIVE_OPERATION_ENABLED) {
-        sequence_fault(sequence, guard_reason(input->stops));
+        sequence_fault(sequence, reason);
         return OFF;
     }
-    sequence->stop_reason = guard_reason(input->stops);
+    sequence->stop_reason = reason;
     sequence->stopping = 0u;
     enter(sequence, DRIVE_QUICK_STOP);
     return ON;
@@ -256,6 +284,7 @@ uint32_t sequence_step(sequence_t *sequence, const sequence_input_t *input)
         sequence->held = 0u;
         sequence->retried = 0u;
     }
+    look_at_input(sequence, input);
 
     if (sequence->state == (int32_t)DRIVE_FAULT) {
         return in_fault(sequence, input, reset_edge);
@@ -265,7 +294,10 @@ uint32_t sequence_step(sequence_t *sequence, const sequence_input_t *input)
         return OFF;
     }
     if (fault_set_any(input->stops) && sequence->stop_reason == (int32_t)REASON_NONE) {
-        return stop(sequence, input);
+        return stop(sequence, guard_reason(input->stops));
+    }
+    if (sequence->input_losses != 0u && sequence->stop_reason == (int32_t)REASON_NONE) {
+        return stop(sequence, REASON_ENABLE_INPUT);
     }
     return in_state(sequence, input);
 }

@@ -14,6 +14,11 @@
  *
  * fault: gates off until fault_reset, then not ready.
  *
+ * The enable input of the board is a second condition beside `enable`: without it the bridge does not come
+ * on. If it is lost, a running motor is braked for at most SEQUENCE_INPUT_STOP, or until the input is lost
+ * for a second time; then the bridge opens, and the fault is latched. An input that comes back starts
+ * nothing: `enable` has to go to off once.
+ *
  * `enable` = on means run, also after a quick stop has ended. A reset alone starts nothing: if `enable` is on
  * then, it has to go to off once (EN 60204-1, 9.2). While `enable` is on and the motor does not run, a
  * refusal gives the reason, in every state. */
@@ -42,6 +47,9 @@ typedef enum {
 #define SEQUENCE_ON    UINT32_C(1) /* the bridge */
 #define SEQUENCE_BEGIN UINT32_C(2) /* control, manoeuvre and estimator restart */
 
+/* Longest stop after a loss of the enable input [s]. */
+#define SEQUENCE_INPUT_STOP 50e-3f
+
 /* Mechanical speed below which the rotor stands: a quick stop ends [rad/s]. */
 #define SEQUENCE_STANDSTILL 2.0f
 
@@ -49,6 +57,7 @@ typedef struct {
     float dc_undervoltage; /* [V] below it the bridge stays off */
     uint32_t stop_windows; /* [windows] longest stop for a fault; then the bridge opens */
     uint32_t retries;      /* [-] number of automatic resets of a fault of the power module */
+    uint32_t debounce;     /* [windows] for which the enable input must have its new level */
 } sequence_tuning_t;
 
 typedef struct {
@@ -64,7 +73,12 @@ typedef struct {
     uint32_t retry_windows;   /* [windows] since the fault, or of operation */
     uint32_t quiet_windows;   /* [windows] without a fault or its line, up to the number that a reset needs */
     int32_t fault_reset_seen; /* [-] last value of the request, for its edge */
-    uint32_t held; /* [-] 1: `enable` was on during a reset; it must go off before the next start */
+    uint32_t held;       /* [-] 1: `enable` was on during a reset, or without the enable input; it must go off
+                            before       the next start */
+    uint32_t input_lost; /* [-] 1: the enable input is not active, debounced */
+    uint32_t input_differs; /* [windows] its level has been the other one */
+    uint32_t input_losses;  /* [-] since the bridge came on */
+    uint32_t input_stop;    /* [windows] since its first loss with the bridge on */
 } sequence_t;
 
 /* The limits of this set. */

@@ -39,8 +39,15 @@
     R(74, STORE_FAILED, "store_failed",                                                                      \
       "the flash did not accept the parameters: those stored before are unchanged",                          \
       "switch the bridge off and save again; if this repeats, replace the controller")                       \
+    R(116, STORE_FOREIGN, "store_foreign",                                                                   \
+      "the memory for parameters holds data of another program: nothing is saved into it",                   \
+      "if nothing in it is needed, erase it with `erase yes`, then save")                                    \
+    R(117, ENABLE_INPUT, "enable_input",                                                                     \
+      "the enable input of the board is not active, or it was lost while the motor ran",                     \
+      "activate the input; reset the fault if it is latched; set `enable` to off, then to on")               \
     R(80, ENABLE_HELD, "enable_held",                                                                        \
-      "`enable` was on while a fault was reset: a reset alone starts nothing",                               \
+      "`enable` was on while a fault was reset or the enable input was not active: neither starts the "      \
+      "motor alone",                                                                                         \
       "set `enable` to off, then to on")                                                                     \
     R(81, STOPPING, "stopping", "a quick stop is running and must end first",                                \
       "wait until the rotor stands, or set `enable` to off and let it coast")                                \

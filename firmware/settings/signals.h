@@ -65,7 +65,7 @@
     F(2042, sink_temperature, fast.measure.measured.sink_temperature, "degC", "heat-sink temperature")       \
     F(2043, motor_temperature, fast.measure.measured.motor_temperature, "degC", "motor winding temperature") \
     U(2044, sample_flags, fast.measure.measured.flags, "-",                                                  \
-      "1 tripped, 2 fault line, 4 encoder phase error, 8 late")                                              \
+      "1 tripped, 2 fault line, 4 encoder phase error, 8 late, 16 enable input not active")                  \
     F(2050, theta_hat, fast.estimator.estimate.frame.theta_e, "rad",                                         \
       "electrical angle of the estimator at t_k")                                                            \
     F(2051, omega_hat, fast.estimator.estimate.frame.omega_e, "rad/s",                                       \
@@ -175,6 +175,13 @@
       "measured dry friction")                                                                               \
     F(2163, commission_friction_viscous, medium.commission.results.friction_viscous, "N m s/rad",            \
       "measured friction that grows with speed")                                                             \
+    U(2165, fast_cycles, fast_took.last, "cycles",                                                           \
+      "CPU cycles of the last but one sample interrupt, from its entry until its writes")                    \
+    U(2166, fast_cycles_max, fast_took.longest, "cycles", "largest value of fast_cycles since the start")    \
+    U(2167, medium_cycles, medium_took.last, "cycles",                                                       \
+      "CPU cycles from the begin to the end of the last medium task, with the interrupts during it")         \
+    U(2168, medium_cycles_max, medium_took.longest, "cycles",                                                \
+      "largest value of medium_cycles since the start")                                                      \
     U(2095, coasting, medium.coasting, "-", "1: the bridge is off until the lost supply is back")            \
     F(2068, encoder_theta_e, fast.shaft.position.theta_e, "rad", "electrical angle of the encoder at t_k")   \
     F(2069, encoder_omega_e, fast.shaft.position.omega_e, "rad/s", "electrical speed of the encoder")

@@ -103,14 +103,31 @@ static bool is_junk(const page_t *page)
     return page->newest == 0u && !page->clean;
 }
 
-static store_found_t found(const page_t pages[STORE_PAGES])
+/* True if the page begins like a record of which one word of the header is wrong, or if a header is
+ * anywhere in it. */
+static bool has_trace(const store_flash_t *flash, uint32_t number)
+{
+    const uint32_t words = store_record_words(flash->word(number, AT_COUNT));
+    const bool ends = words <= flash->words && flash->word(number, AT_VERSION) == STORE_VERSION &&
+                      flash->word(number, words - 1u) == STORE_COMMIT;
+    bool trace = ends || flash->word(number, AT_MAGIC) == STORE_MAGIC;
+    for (uint32_t at = 1u; at < flash->words && !trace; at++) {
+        trace = is_header(flash, number, at);
+    }
+    return trace;
+}
+
+static store_found_t found(const store_flash_t *flash, const page_t pages[STORE_PAGES])
 {
     if (pages[0].newest != 0u) {
         return pages[0].good && pages[0].clean ? STORE_LOADED : STORE_CORRUPT;
     }
-    const bool corrupt = (is_junk(&pages[0]) && (pages[1].blank || is_junk(&pages[1]))) ||
-                         (is_junk(&pages[1]) && pages[0].blank);
-    return corrupt ? STORE_CORRUPT : STORE_EMPTY;
+    const bool junk = (is_junk(&pages[0]) && (pages[1].blank || is_junk(&pages[1]))) ||
+                      (is_junk(&pages[1]) && pages[0].blank);
+    if (!junk) {
+        return STORE_EMPTY;
+    }
+    return has_trace(flash, 0u) || has_trace(flash, 1u) ? STORE_CORRUPT : STORE_FOREIGN;
 }
 
 /* Takes over one stored value; a value that the row cannot have is reported. */
@@ -134,7 +151,7 @@ store_found_t store_load(const store_flash_t *flash, const table_t *table, void 
     *told = (store_told_t){0u, 0u};
     table_defaults(table, base);
     look_at_both(flash, pages);
-    const store_found_t what = found(pages);
+    const store_found_t what = found(flash, pages);
     if (what != STORE_LOADED) {
         return what;
     }
@@ -219,7 +236,7 @@ static bool append(const store_flash_t *flash, uint32_t number, const table_t *t
         return false;
     }
     look_at_both(flash, pages);
-    return pages[0].newest == serial && found(pages) == STORE_LOADED;
+    return pages[0].newest == serial && found(flash, pages) == STORE_LOADED;
 }
 
 bool store_save(const store_flash_t *flash, const table_t *table, const void *base)
@@ -230,4 +247,18 @@ bool store_save(const store_flash_t *flash, const table_t *table, const void *ba
     const uint32_t other = pages[1].page;
     return append(flash, pages[0].page, table, base, top + 1u) ||
            (flash->erase(other) && append(flash, other, table, base, top + 2u));
+}
+
+store_found_t store_look(const store_flash_t *flash)
+{
+    page_t pages[STORE_PAGES];
+    look_at_both(flash, pages);
+    return found(flash, pages);
+}
+
+bool store_erase(const store_flash_t *flash)
+{
+    page_t pages[STORE_PAGES];
+    look_at_both(flash, pages);
+    return flash->erase(pages[1].page) && flash->erase(pages[0].page);
 }

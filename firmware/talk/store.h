@@ -17,10 +17,13 @@
  * that does not agree with its check, with nothing after it, after which the other page is written; a page
  * that is partly erased, while the other one holds the set in use. All other errors are not caused by a
  * power failure and are reported as corrupt: a committed record that does not agree with its check and
- * would be in use; data after the last record of the page in use, as a damaged header leaves it; contents
- * that are no record, without a set in the other page. One damage cannot be distinguished from a power
+ * would be in use; data after the last record of the page in use, as a damaged header leaves it; a damaged
+ * record without a set in the other page. One damage cannot be distinguished from a power
  * failure: that of the header of the first and only record of a page, while the other page still holds
  * older records; these are loaded then.
+ *
+ * Contents without any trace of a record are not ours: a chip that another program has used. They are
+ * foreign, not corrupt, and stay until store_erase().
  *
  * A set is stored by ids, so that another version of the program can read it: see store_load(). */
 #ifndef TALK_STORE_H
@@ -51,7 +54,8 @@ typedef enum {
     STORE_EMPTY,    /* nothing has ever been stored */
     STORE_LOADED,   /* the set in use, from an equivalent table */
     STORE_MIGRATED, /* the set in use, but from another table, or some of its values were not accepted */
-    STORE_CORRUPT   /* the stored data cannot be trusted */
+    STORE_CORRUPT,  /* the stored data cannot be trusted */
+    STORE_FOREIGN   /* the pages hold data of another program, and no set */
 } store_found_t;
 
 typedef struct {
@@ -66,6 +70,13 @@ store_found_t store_load(const store_flash_t *flash, const table_t *table, void 
 /* Stores all rows of a set and reads them back. false: the memory has not accepted them, or a page is too
  * small; the previous set stays in use. */
 bool store_save(const store_flash_t *flash, const table_t *table, const void *base);
+
+/* What the pages hold, without the comparison with a table: never STORE_MIGRATED. */
+store_found_t store_look(const store_flash_t *flash);
+
+/* Erases both pages, that of the set in use last: after a power failure in between no older set is in use.
+ * false: the memory has refused. */
+bool store_erase(const store_flash_t *flash);
 
 /* Words of a record of this table. */
 static inline uint32_t store_record_words(uint32_t rows)

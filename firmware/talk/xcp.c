@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "contract/line.h"
 #include "math/crc.h"
 #include "talk/xcp_parts.h"
 
@@ -22,9 +23,12 @@
 static uint32_t connect(xcp_call_t *call)
 {
     xcp_t *xcp = call->xcp;
+    const uint32_t seed = xcp->seed;
     daq_clear(call->daq);
     xcp_init(xcp, xcp->serial);
     xcp->connected = 1u;
+    xcp->seed = seed; /* the next one differs from it */
+    xcp->locked = call->access->key() != 0u ? UINT32_C(1) : UINT32_C(0);
     call->answer[1] = RESOURCE_CALIBRATION | RESOURCE_DAQ;
     call->answer[2] = COMM_OPTIONAL;
     call->answer[3] = FRAME_MAX_CTO;
@@ -45,7 +49,8 @@ static uint32_t disconnect(xcp_call_t *call)
 static uint32_t get_status(xcp_call_t *call)
 {
     call->answer[1] = call->daq->running != 0u ? STATUS_DAQ_RUNNING : 0u;
-    call->length = 6u; /* no resource is locked, no configuration is stored */
+    call->answer[2] = call->xcp->locked != 0u ? RESOURCE_CALIBRATION : 0u;
+    call->length = 6u; /* no configuration is stored */
     return XCP_OK;
 }
 
@@ -86,6 +91,56 @@ static uint32_t get_id(xcp_call_t *call)
         length = call->access->text_length(call->xcp->extension);
     }
     xcp_put_long(&call->answer[4], length);
+    return XCP_OK;
+}
+
+/* ---- seed and key ---- */
+
+#define KEY_OCTETS 4u
+
+/* An open resource has a seed of no octets. */
+static uint32_t get_seed(xcp_call_t *call)
+{
+    xcp_t *xcp = call->xcp;
+    const uint16_t resource = call->command[2];
+    if (call->command[1] != 0u) {
+        return XCP_SEQUENCE; /* the rest of a seed that was whole */
+    }
+    if (resource == 0u || (resource & (resource - 1u)) != 0u || resource > 0x10u) {
+        return XCP_OUT_OF_RANGE;
+    }
+    call->length = 2u;
+    if (resource != RESOURCE_CALIBRATION || xcp->locked == 0u) {
+        return XCP_OK;
+    }
+    const uint32_t clock = call->access->clock();
+    uint32_t crc = crc_add(CRC_BEGIN, (uint16_t)(xcp->seed & 0xFFFFu));
+    crc = crc_add(crc, (uint16_t)(xcp->seed >> 16));
+    crc = crc_add(crc, (uint16_t)(clock & 0xFFFFu));
+    xcp->seed = crc_end(crc_add(crc, (uint16_t)(clock >> 16)));
+    xcp->seeded = 1u;
+    call->answer[1] = KEY_OCTETS;
+    xcp_put_long(&call->answer[2], xcp->seed);
+    call->length = 2u + KEY_OCTETS;
+    return XCP_OK;
+}
+
+/* Without a lock any key is good: the answer to the one that opened it may be lost. */
+static uint32_t unlock(xcp_call_t *call)
+{
+    xcp_t *xcp = call->xcp;
+    if (xcp->locked != 0u && xcp->seeded == 0u) {
+        return XCP_SEQUENCE;
+    }
+    const uint32_t expected = line_unlocks(xcp->seed, call->access->key());
+    xcp->seeded = 0u;
+    if (xcp->locked != 0u && (call->command[1] != KEY_OCTETS || call->count < 2u + KEY_OCTETS ||
+                              xcp_long(&call->command[2]) != expected)) {
+        (void)disconnect(call);
+        return XCP_ACCESS_LOCKED;
+    }
+    xcp->locked = 0u;
+    call->length = 2u; /* no resource is locked */
     return XCP_OK;
 }
 
@@ -159,6 +214,9 @@ static uint32_t download(xcp_call_t *call)
     xcp_t *xcp = call->xcp;
     uint32_t slots[FRAME_MAX_CTO / 4u];
     const uint32_t octets = call->command[1];
+    if (xcp->locked != 0u) {
+        return XCP_ACCESS_LOCKED;
+    }
     if (octets > FRAME_MAX_CTO - 2u || call->count < 2u + octets) {
         return XCP_CMD_SYNTAX;
     }
@@ -230,6 +288,8 @@ const xcp_commands_t *xcp_commands(uint32_t part)
         {0xFC, 1u, NULL, synch},
         {0xFB, 1u, "GET_COMM_MODE_INFO", get_comm_mode_info},
         {0xFA, 2u, "GET_ID", get_id},
+        {0xF8, 3u, "GET_SEED", get_seed},
+        {0xF7, 2u, "UNLOCK", unlock},
         {0xF6, 8u, "SET_MTA", set_mta},
         {0xF5, 2u, "UPLOAD", upload},
         {0xF4, 8u, "SHORT_UPLOAD", short_upload},

@@ -1,5 +1,9 @@
 /* The XCP slave (ASAM MCD-1 XCP 1.x): one command, one answer. Intel byte order, BYTE granularity, no block
- * mode, no seed and key; pages of one calibration segment, dynamic data acquisition.
+ * mode; pages of one calibration segment, dynamic data acquisition.
+ *
+ * With a key the resource CAL/PAG is locked from CONNECT on: DOWNLOAD, and SET_CAL_PAGE for the drive, are
+ * refused until the master has answered the seed of GET_SEED by UNLOCK (contract/line.h). A wrong answer ends
+ * the session, as the standard requires. Reading and data acquisition are never locked.
  *
  * The sum after a frame of a serial line does not detect two wrong bits of equal weight. On such a line a
  * SET_MTA to a writable address, and a DOWNLOAD, are therefore executed only after they have been
@@ -26,6 +30,7 @@
 #define XCP_CMD_SYNTAX        0x21u
 #define XCP_OUT_OF_RANGE      0x22u
 #define XCP_WRITE_PROTECTED   0x23u
+#define XCP_ACCESS_LOCKED     0x25u
 #define XCP_PAGE_NOT_VALID    0x26u
 #define XCP_MODE_NOT_VALID    0x27u
 #define XCP_SEGMENT_NOT_VALID 0x28u
@@ -68,6 +73,7 @@ typedef struct {
     uint32_t (*apply)(void); /* the staged set becomes the active one */
     bool (*applied)(void);   /* true: both sets are equal */
     uint32_t (*clock)(void); /* [periods] */
+    uint32_t (*key)(void);   /* [-] of the resource CAL/PAG; 0: it is open */
     uint32_t period;         /* [ns] from sample to sample */
 } xcp_access_t;
 
@@ -78,6 +84,9 @@ typedef struct {
     uint32_t once_check;                   /* [-] CRC of that command */
     uint32_t extension;                    /* of the memory transfer address */
     uint32_t address;                      /* [octets] */
+    uint32_t locked;                       /* [-] 1: nothing may be written */
+    uint32_t seeded;                       /* [-] 1: `seed` waits for its answer */
+    uint32_t seed;                         /* [-] the last one */
     uint32_t page;                         /* [-] page that the client reads and writes: XCP_PAGE_... */
     uint32_t daq_list, daq_odt, daq_entry; /* the next place of WRITE_DAQ */
 } xcp_t;

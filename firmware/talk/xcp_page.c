@@ -27,6 +27,9 @@ static uint32_t set_page(xcp_call_t *call)
         return XCP_PAGE_NOT_VALID; /* the drive accepts only a set that has been judged */
     }
     if ((mode & PAGE_OF_DRIVE) != 0u) {
+        if (call->xcp->locked != 0u) {
+            return XCP_ACCESS_LOCKED;
+        }
         const uint32_t result = call->access->apply();
         if (result != XCP_OK) {
             return result;

@@ -95,6 +95,23 @@ static void connect_serial(void)
 }
 #endif
 
+#if BOARD_ENABLE_INPUT != BOARD_NONE
+#define ENABLE_PIN ((uint16_t)BOARD_ENABLE_INPUT)
+
+/* An open wire must read as not enabled: the pull-up is on where a low level enables. Where a high level
+ * does, it is off, and the board pulls down. */
+static void connect_enable(void)
+{
+    const volatile gpio_control_regs_t *port = GPIO_CONTROL(ENABLE_PIN / 32u);
+    const uint32_t pin = GPIO_PIN(ENABLE_PIN);
+
+    bus_allow();
+    bus_write32(&port->PUD, BOARD_ENABLE_ACTIVE_HIGH != 0 ? port->PUD | pin : port->PUD & ~pin);
+    bus_write32(&port->DIR, port->DIR & ~pin);
+    bus_protect();
+}
+#endif
+
 #if LEDS
 static void set_led(uint16_t pin, bool on)
 {
@@ -158,6 +175,9 @@ hal_status_t hal_init(const hal_config_t *config)
         return HAL_TRIP_FAILED;
     }
     connect_pins();
+#if BOARD_ENABLE_INPUT != BOARD_NONE
+    connect_enable();
+#endif
 #if LEDS
     connect_led((uint16_t)BOARD_LED_RUN);
     connect_led((uint16_t)BOARD_LED_FAULT);
@@ -212,6 +232,12 @@ void hal_read(hal_samples_t *samples)
     if (qep_take_error()) {
         flags |= HAL_FLAG_ENCODER;
     }
+#if BOARD_ENABLE_INPUT != BOARD_NONE
+    if (((GPIO_DATA(ENABLE_PIN / 32u)->DAT & GPIO_PIN(ENABLE_PIN)) != 0u) !=
+        (BOARD_ENABLE_ACTIVE_HIGH != 0)) {
+        flags |= HAL_FLAG_NOT_ENABLED;
+    }
+#endif
     samples->current_a = RESULT(BOARD_CURRENT_A_INPUT, ADC_PLACE_A);
     samples->current_b = RESULT(BOARD_CURRENT_B_INPUT, ADC_PLACE_A);
     samples->current_c = RESULT(BOARD_CURRENT_C_INPUT, ADC_PLACE_C);

@@ -1,9 +1,11 @@
 #include "host_sim/cli/arguments.h"
 
 #include <argp.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 
 static struct {
@@ -16,6 +18,10 @@ bool arguments_parse(const struct argp *argp, int argc, char **argv, void *input
     if (asked.show != NULL) {
         asked.show(argp, asked.context);
         return false;
+    }
+    if (argc == 2 && strcmp(argv[1], "--version") == 0) {
+        printf("%s\n", CLI_VERSION);
+        exit(EXIT_DONE);
     }
     return argp_parse(argp, argc, argv, 0, NULL, input) == 0;
 }

@@ -8,8 +8,8 @@
 
 struct argp;
 
-/* Reads the command line of a command, its very first act. false: wrong use, said on stderr, or nothing is to
- * be run: somebody asks for its options. */
+/* Reads the command line of a command, its very first act; --help and --version end the program. false: wrong
+ * use, said on stderr, or nothing is to be run: arguments_show lists the options. */
 bool arguments_parse(const struct argp *argp, int argc, char **argv, void *input);
 
 /* Shows the options and texts of the command that is called with `run`, without running it. */

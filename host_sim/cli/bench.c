@@ -242,11 +242,11 @@ static void become_valgrind(const char *what, int input, int messages)
 static double collected(int messages)
 {
     char line[512];
-    double count = NAN;
+    double count = (double)NAN;
     FILE *file = fdopen(messages, "r");
     if (file == NULL) {
         close(messages);
-        return NAN;
+        return (double)NAN;
     }
     while (fgets(line, sizeof line, file) != NULL) {
         (void)sscanf(line, "==%*d== Collected : %lf", &count);
@@ -264,7 +264,7 @@ static double instructions_of(const char *what, FILE *record, const char **why)
     fflush(NULL);
     if (pipe(messages) != 0) {
         *why = "no pipe could be had";
-        return NAN;
+        return (double)NAN;
     }
     const pid_t child = fork();
     if (child == 0) {
@@ -281,14 +281,14 @@ static double instructions_of(const char *what, FILE *record, const char **why)
     } else {
         return count;
     }
-    return NAN;
+    return (double)NAN;
 }
 
 /* Of one step, mean over the record; NAN: `why` says why not. */
 static double estimator_instructions(const void *record, const char **why)
 {
     FILE *file = tmpfile();
-    double count = NAN;
+    double count = (double)NAN;
     if (file == NULL || fwrite(record, 1, rig_estimator_size(), file) != rig_estimator_size()) {
         *why = "no temporary file could be written";
     } else {

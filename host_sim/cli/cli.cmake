@@ -18,6 +18,7 @@ add_executable(lagless
     cli/explain.c
     cli/fault_table.c
     cli/flash_file.c
+    cli/fmu.c
     cli/main.c
     cli/library.c
     cli/map.c
@@ -48,6 +49,9 @@ if(NOT LAGLESS_COMMIT)
 endif()
 set_source_files_properties(cli/library.c cli/run.c cli/paper.c cli/connect_record.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_SCENARIOS=\"${CMAKE_SOURCE_DIR}/host_sim/scenarios\";LAGLESS_COMMIT=\"${LAGLESS_COMMIT}\"")
+# The library of an FMU, which host_sim/fmu makes; the environment variable LAGLESS_FMU overrides the place.
+set_source_files_properties(cli/fmu.c PROPERTIES COMPILE_DEFINITIONS
+    "LAGLESS_FMU=\"${CMAKE_BINARY_DIR}/fmu/lagless.so\";LAGLESS_COMMIT=\"${LAGLESS_COMMIT}\"")
 # Line editing of `lagless connect`: libedit, which is under a BSD licence. Without it lines are read as they come.
 find_path(EDIT_INCLUDE_DIR editline/readline.h)
 find_library(EDIT_LIBRARY edit)

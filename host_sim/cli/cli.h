@@ -30,6 +30,7 @@ int command_compare(int argc, char **argv);
 int command_completion(int argc, char **argv);
 int command_connect(int argc, char **argv);
 int command_explain(int argc, char **argv);
+int command_fmu(int argc, char **argv);
 int command_man(int argc, char **argv);
 int command_map(int argc, char **argv);
 int command_matrix(int argc, char **argv);

@@ -24,7 +24,7 @@ static bool connect_help(session_t *session, uint32_t count, char **words);
 static bool connect_explain(session_t *session, uint32_t count, char **words);
 static bool connect_quit(session_t *session, uint32_t count, char **words);
 
-#define WHERE "[--name NAME] [--format csv,mat]"
+#define WHERE "[--name NAME] [--format csv,mat,mdf]"
 
 const connect_command_t connect_commands[] = {
     {"status", "", 0u, "", connect_status, "prints the state of the drive and the staged parameters"},
@@ -49,6 +49,8 @@ const connect_command_t connect_commands[] = {
      "stores the active parameters in the drive's flash; the bridge must be off"},
     {"load", "", 0u, "", connect_load, "stages the saved parameters"},
     {"defaults", "", 0u, "", connect_defaults, "stages the default parameters"},
+    {"erase", "yes", 0u, "yes", connect_erase,
+     "erases all saved parameters, or what another program has left in their place; the active ones stay"},
     {"restart", "", 0u, "", connect_restart, "resets the controller, and connects again"},
     {"record", "NAME... for TIME --out FOLDER [every PERIODS] " WHERE, COMPLETE_SIGNALS,
      "for every --out --name --format", connect_record,
@@ -351,8 +353,22 @@ static int run_terminal(session_t *session)
 
 typedef struct {
     bool json, keep_going;
+    uint32_t key; /* 0: none */
     const char *target;
 } options_t;
+
+static uint32_t key_of(const char *text, struct argp_state *state)
+{
+    char *end = NULL;
+    const unsigned long key = strtoul(text, &end, 10);
+    if (text[0] < '0' || text[0] > '9' || *end != '\0' || key == 0u ||
+        key > (unsigned long)table_whole_max(rig_row_by_name("line_key"))) {
+        argp_error(state,
+                   "--key %s: accepted is the drive's parameter line_key, a whole number from 1 to 9999999",
+                   text);
+    }
+    return (uint32_t)key;
+}
 
 static error_t parse(int key, char *argument, struct argp_state *state)
 {
@@ -363,6 +379,9 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case 'k':
         options->keep_going = true;
+        return 0;
+    case 'K':
+        options->key = key_of(argument, state);
         return 0;
     case ARGUMENTS_FORCE_KEY:
         return arguments_force(key);
@@ -412,6 +431,8 @@ int command_connect(int argc, char **argv)
     static const struct argp_option rows[] = {
         {"json", 'j', NULL, 0, "one JSON object a line of the script", 0},
         {"keep-going", 'k', NULL, 0, "go on after a line that failed; the exit code is 1 nevertheless", 0},
+        {"key", 'K', "KEY", 0,
+         "opens a drive whose parameter line_key is KEY; without it, it can only be read", 0},
         ARGUMENTS_FORCE,
         {0}};
     static const struct argp argp = {
@@ -425,7 +446,7 @@ int command_connect(int argc, char **argv)
         NULL,
         NULL,
         NULL};
-    options_t options = {false, false, NULL};
+    options_t options = {false, false, 0u, NULL};
     static session_t session;
     if (!arguments_parse(&argp, argc, argv, &options)) {
         return EXIT_USAGE;
@@ -439,8 +460,10 @@ int command_connect(int argc, char **argv)
     session.json = options.json;
     session.keep_going = options.keep_going;
     session.master = master_open(options.target, &session.error);
-    if (session.master == NULL) {
+    if (session.master == NULL ||
+        (options.key != 0u && !master_unlock(session.master, options.key, &session.error))) {
         fprintf(stderr, "lagless connect: %s\n", session.error.text);
+        master_close(session.master);
         return EXIT_INTERNAL;
     }
     catch_interrupt();

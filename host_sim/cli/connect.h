@@ -66,6 +66,7 @@ bool connect_reset(session_t *session, uint32_t count, char **words);
 bool connect_save(session_t *session, uint32_t count, char **words);
 bool connect_load(session_t *session, uint32_t count, char **words);
 bool connect_defaults(session_t *session, uint32_t count, char **words);
+bool connect_erase(session_t *session, uint32_t count, char **words);
 bool connect_restart(session_t *session, uint32_t count, char **words);
 bool connect_watch(session_t *session, uint32_t count, char **words);
 bool connect_wait(session_t *session, uint32_t count, char **words);

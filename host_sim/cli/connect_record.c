@@ -142,7 +142,9 @@ bool connect_wait(session_t *session, uint32_t count, char **words)
 
 static bool watch_line(session_t *session, const table_row_t *const *rows, uint32_t count, bool first)
 {
-    printf(session->json ? "%s{\"n\": 0" : "", first ? "" : ", ");
+    if (session->json) {
+        printf("%s{\"n\": 0", first ? "" : ", ");
+    }
     for (uint32_t n = 0; n < count; n++) {
         char text[UNITS_TEXT_SIZE];
         double value;
@@ -226,11 +228,9 @@ static bool read_settings(session_t *session, settings_t *settings)
 
 static bool read_formats(session_t *session, const char *text, uint32_t *formats)
 {
-    *formats = strcmp(text, "csv") == 0                                       ? RECORDER_CSV
-               : strcmp(text, "mat") == 0                                     ? RECORDER_MAT
-               : strcmp(text, "csv,mat") == 0 || strcmp(text, "mat,csv") == 0 ? RECORDER_CSV | RECORDER_MAT
-                                                                              : 0u;
-    return *formats != 0u || connect_fail(session, "--format %s: accepted csv, mat, csv,mat", text);
+    *formats = recorder_formats(text);
+    return (*formats != 0u && (*formats & ~RECORDER_SAMPLED) == 0u) ||
+           connect_fail(session, "--format %s: accepted csv, mat, mdf, separated by commas", text);
 }
 
 typedef struct {
@@ -260,8 +260,7 @@ static recorder_t *open_recorder(session_t *session, const place_t *place, const
         connect_fail(session, "--out %s: this folder cannot be made; give another one", place->out->value);
         return NULL;
     }
-    if (((formats & RECORDER_CSV) != 0u && !output_allowed_in(place->out->value, name, ".csv")) ||
-        ((formats & RECORDER_MAT) != 0u && !output_allowed_in(place->out->value, name, ".mat"))) {
+    if (!output_allowed_recording(place->out->value, name, formats)) {
         connect_fail(session, "%s/%s.*: give another --name, or start lagless connect with --force",
                      place->out->value, name);
         return NULL;

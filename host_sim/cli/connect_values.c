@@ -232,7 +232,7 @@ bool connect_load(session_t *session, uint32_t count, char **words)
     if (!connect_get_named(session, "store_state", &store)) {
         return false;
     }
-    if (connect_is("store_state", store, "empty")) {
+    if (connect_is("store_state", store, "empty") || connect_is("store_state", store, "foreign")) {
         return connect_fail(session,
                             "load: this drive has no saved parameters; `save` saves the active ones");
     }
@@ -243,6 +243,17 @@ bool connect_defaults(session_t *session, uint32_t count, char **words)
 {
     return simple_order(session, count, words, "defaults", "defaults: the parameters as the program has them",
                         "the defaults");
+}
+
+/* The word is the confirmation: what is erased does not come back. */
+bool connect_erase(session_t *session, uint32_t count, char **words)
+{
+    if (count != 1u || strcmp(words[0], "yes") != 0) {
+        return connect_fail(session,
+                            "erase: all saved parameters of this drive would be lost, or the data of another "
+                            "program in their place; to confirm it, write: erase yes");
+    }
+    return simple_order(session, 0u, words, "erase", "erased: this drive has no saved parameters", NULL);
 }
 
 /* A drive that has begun anew has forgotten what it was ordered: one that only said so is found out. */

@@ -9,8 +9,6 @@
 #include "host_sim/cli/streams.h"
 #include "host_sim/lab/names.h"
 
-const char *argp_program_version = CLI_VERSION;
-
 const cli_command_t cli_commands[] = {
     {"run", command_run, "run a scenario, judge it, record it, plot it"},
     {"plot", command_plot, "plot a recording as a page with zoom, or as pictures"},
@@ -31,6 +29,7 @@ const cli_command_t cli_commands[] = {
     {"matrix", command_matrix,
      "inject every fault in every manoeuvre and compare the reaction with the promise"},
     {"paper", command_paper, "measure the paper's figures again and judge them against its numbers"},
+    {"fmu", command_fmu, "write the simulation of a scenario as an FMU (FMI 2.0) for simulation programs"},
     {"bench", command_bench, "measure the speed of the simulation and the cost of interrupt and estimator"},
     {"reference", command_reference, "print all tables as Markdown"},
     {"completion", command_completion, "print shell completion, for `source`"},
@@ -80,7 +79,7 @@ int main(int argc, char **argv)
         return EXIT_DONE;
     }
     if (strcmp(argv[1], "--version") == 0 || strcmp(argv[1], "-V") == 0) {
-        printf("%s\n", argp_program_version);
+        printf("%s\n", CLI_VERSION);
         return EXIT_DONE;
     }
     names_search_t search = names_search(argv[1]);

@@ -3,7 +3,6 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
@@ -14,6 +13,7 @@
 
 #include "host_sim/cli/cli.h"
 #include "host_sim/lab/inputs.h"
+#include "host_sim/lab/recorder.h"
 
 double output_seconds(void)
 {
@@ -148,6 +148,17 @@ bool output_allowed_in(const char *folder, const char *name, const char *ending)
     return output_path(path, folder, file) && output_allowed(path);
 }
 
+bool output_allowed_recording(const char *folder, const char *name, uint32_t formats)
+{
+    bool good = true;
+    for (uint32_t n = 0; good && n < RECORDER_FORMATS; n++) {
+        char ending[16];
+        snprintf(ending, sizeof ending, ".%s", recorder_ending(n));
+        good = (formats >> n & 1u) == 0u || output_allowed_in(folder, name, ending);
+    }
+    return good;
+}
+
 bool output_allowed_pictures(const char *folder, const char *name, const char *formats)
 {
     bool good = true;
@@ -236,8 +247,10 @@ bool output_close(FILE *file, const char *path)
         return false;
     }
     char name[PATH_SIZE + 16];
-    const bool written = ferror(file) == 0;
     forget_unfinished(partial(name, path));
+    /* on the disk before it gets its name: after a loss of power no whole name has an empty file */
+    const bool synced = strcmp(name, path) == 0 || (fflush(file) == 0 && fsync(fileno(file)) == 0);
+    const bool written = ferror(file) == 0 && synced;
     if (fclose(file) != 0 || !written) {
         fprintf(stderr, "lagless: %s is incomplete, it could not be written to its end: %s\n",
                 partial(name, path), strerror(errno));

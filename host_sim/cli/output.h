@@ -3,6 +3,7 @@
 #define HOST_SIM_CLI_OUTPUT_H
 
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 
 #define PATH_SIZE 4096
@@ -30,6 +31,8 @@ bool output_path(char path[PATH_SIZE], const char *folder, const char *name);
  */
 bool output_allowed(const char *path);
 bool output_allowed_in(const char *folder, const char *name, const char *ending);
+/* The same for the files of a recording (host_sim/lab/recorder.h). */
+bool output_allowed_recording(const char *folder, const char *name, uint32_t formats);
 
 /* --force: files that exist are replaced, inputs never. */
 void output_force(void);

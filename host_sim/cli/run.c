@@ -121,21 +121,8 @@ static bool read_whole(const char *what, const char *text, uint64_t min, uint64_
 
 static bool read_formats(const char *text, uint32_t *formats)
 {
-    char copy[64];
-    snprintf(copy, sizeof copy, "%s", text);
-    *formats = 0;
-    for (char *word = strtok(copy, ","); word != NULL; word = strtok(NULL, ",")) {
-        if (strcmp(word, "csv") == 0) {
-            *formats |= RECORDER_CSV;
-        } else if (strcmp(word, "mat") == 0) {
-            *formats |= RECORDER_MAT;
-        } else if (strcmp(word, "vcd") == 0) {
-            *formats |= RECORDER_VCD;
-        } else {
-            return complain("--format", text, "csv, mat, vcd, separated by commas");
-        }
-    }
-    return *formats != 0u || complain("--format", text, "csv, mat, vcd, separated by commas");
+    *formats = recorder_formats(text);
+    return *formats != 0u || complain("--format", text, "csv, mat, vcd, mdf, separated by commas");
 }
 
 static bool add_row(uint32_t ids[RIG_TAP_MAX], uint32_t *count, const char *name)
@@ -315,13 +302,8 @@ static bool make_folder(const options_t *options, const scenario_t *scenario, re
 /* All that the run may write: the recording, the history of a fault, pictures. */
 static bool is_allowed(const options_t *options, const recording_t *recording)
 {
-    static const char *const endings[] = {".csv", ".mat", ".vcd"};
     char fault[272];
-    bool good = true;
-    for (uint32_t n = 0; good && n < 3u; n++) {
-        good = (recording->formats >> n & 1u) == 0u ||
-               output_allowed_in(recording->folder, recording->name, endings[n]);
-    }
+    bool good = output_allowed_recording(recording->folder, recording->name, recording->formats);
     snprintf(fault, sizeof fault, "%s_fault", recording->name);
     good = good && output_allowed_in(recording->folder, fault, ".csv");
     return good && (options->plot == NULL ||
@@ -596,10 +578,10 @@ static void print_json(const scenario_t *scenario, const runner_result_t *result
     printf("], \"files\": [");
     const char *separator = "";
     char path[PATH_SIZE];
-    for (uint32_t n = 0; n < 3u; n++) {
-        static const char *const endings[] = {"csv", "mat", "vcd"};
+    for (uint32_t n = 0; n < RECORDER_FORMATS; n++) {
         if ((recording->formats >> n & 1u) != 0u) {
-            snprintf(path, sizeof path, "%.3800s/%.200s.%s", recording->folder, recording->name, endings[n]);
+            snprintf(path, sizeof path, "%.3800s/%.200s.%s", recording->folder, recording->name,
+                     recorder_ending(n));
             printf("%s", separator);
             json_text(stdout, path);
             separator = ", ";
@@ -826,7 +808,7 @@ int command_run(int argc, char **argv)
         {"record", 'r', "NAMES", 0, "signals to record, separated by commas, instead of the scenario's", 0},
         {"every", 'e', "N", 0, "record every N-th period", 0},
         {"out", 'o', "FOLDER", 0, "write the recording there", 0},
-        {"format", 'f', "FORMATS", 0, "csv (default), mat, vcd, separated by commas", 0},
+        {"format", 'f', "FORMATS", 0, "csv (default), mat, vcd, mdf, separated by commas", 0},
         {"plot", 'p', "FORMATS", OPTION_ARG_OPTIONAL,
          "plot the recording: html (default, a page with zoom), png, svg, separated by commas; without --out "
          "into a new folder below runs",

@@ -37,8 +37,7 @@ static void print_options(const struct argp *argp, void *nothing)
 
 static void print_bash(void)
 {
-    printf("# lagless: completion for bash; `source <(lagless completion bash)`\n"
-           "_lagless() {\n"
+    printf("_lagless() {\n"
            "    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} "
            "command=${COMP_WORDS[1]}\n"
            "    COMPREPLY=()\n"
@@ -48,13 +47,13 @@ static void print_bash(void)
     }
     printf("--help --version\" -- \"$word\"))\n        return\n    fi\n"
            "    case $before in\n"
-           "    --set) compopt -o nospace; COMPREPLY=($(compgen -W \"");
+           "    --set) compopt -o nospace 2>/dev/null; COMPREPLY=($(compgen -W \"");
     print_rows(true, "=");
     printf("\" -- \"$word\")); return ;;\n"
            "    --record) COMPREPLY=($(compgen -W \"");
     print_rows(false, "");
     printf("\" -- \"$word\")); return ;;\n"
-           "    --format) COMPREPLY=($(compgen -W \"csv mat vcd html png svg\" -- \"$word\")); return ;;\n"
+           "    --format) COMPREPLY=($(compgen -W \"csv mat vcd mdf html png svg\" -- \"$word\")); return ;;\n"
            "    --out) COMPREPLY=($(compgen -d -- \"$word\")); return ;;\n"
            "    esac\n"
            "    case $command in\n");
@@ -79,30 +78,115 @@ static void print_bash(void)
     printf("    esac\n}\ncomplete -F _lagless lagless\n");
 }
 
+/* fish: one line for each candidate. A text in single quotes; fish knows \\ and \' there. */
+static void print_quoted(const char *text)
+{
+    printf("'");
+    for (; *text != '\0'; text++) {
+        printf(*text == '\'' || *text == '\\' ? "\\%c" : "%c", *text);
+    }
+    printf("'");
+}
+
+static void print_fish_options(const struct argp *argp, void *context)
+{
+    const cli_command_t *command = context;
+    for (const struct argp_option *row = argp->options; row != NULL && row->name != NULL; row++) {
+        if ((row->flags & OPTION_HIDDEN) != 0) {
+            continue;
+        }
+        printf("complete -c lagless -n '__fish_seen_subcommand_from %s' -l %s", command->name, row->name);
+        if (row->key > ' ' && row->key <= '~') {
+            printf(" -s '%c'", row->key);
+        }
+        if (strcmp(row->name, "set") == 0 || strcmp(row->name, "record") == 0) {
+            printf(" -x -a \"$lagless_%s\"", row->name);
+        } else if (row->arg != NULL) {
+            printf(" -r");
+        }
+        printf(" -d ");
+        print_quoted(row->doc);
+        printf("\n");
+    }
+}
+
+static void print_fish(void)
+{
+    printf("complete -c lagless -e\nset -g lagless_set ");
+    print_rows(true, "=");
+    printf("\nset -g lagless_record ");
+    print_rows(false, "");
+    printf("\n");
+    for (size_t n = 0; n < cli_command_count; n++) {
+        const cli_command_t *command = &cli_commands[n];
+        printf("complete -c lagless -f -n __fish_use_subcommand -a %s -d ", command->name);
+        print_quoted(command->text);
+        printf("\n");
+        arguments_show(command->run, print_fish_options, (void *)command);
+        if (command->run == command_run || command->run == command_serve) {
+            printf("complete -c lagless -n '__fish_seen_subcommand_from %s' -a '(lagless scenarios "
+                   "2>/dev/null | "
+                   "string replace -r \" .*\" \"\")'\n",
+                   command->name);
+        } else if (command->run == command_explain) {
+            printf("complete -c lagless -f -n '__fish_seen_subcommand_from explain' -a '");
+            for (uint32_t r = 0; r < reasons_count; r++) {
+                printf("%s ", reasons[r].name);
+            }
+            printf("'\n");
+        }
+    }
+}
+
+/* zsh runs the functions of bash by its own bashcompinit. */
+static void print_zsh(void)
+{
+    printf("autoload -U +X compinit && compinit\nautoload -U +X bashcompinit && bashcompinit\n");
+    print_bash();
+}
+
+static const struct {
+    const char *name;
+    void (*print)(void);
+} shells[] = {{"bash", print_bash}, {"zsh", print_zsh}, {"fish", print_fish}};
+
 static error_t parse(int key, char *argument, struct argp_state *state)
 {
-    if (key == ARGP_KEY_ARG) {
-        if (strcmp(argument, "bash") != 0) {
-            argp_error(state, "%s: no such shell; accepted: bash", argument);
+    size_t *shell = state->input;
+    const size_t count = sizeof shells / sizeof shells[0];
+    switch (key) {
+    case ARGP_KEY_ARG:
+        for (*shell = 0; *shell < count && strcmp(argument, shells[*shell].name) != 0;) {
+            (*shell)++;
+        }
+        if (*shell == count) {
+            argp_error(state, "%s: no such shell; accepted: bash, zsh, fish", argument);
         }
         return 0;
-    }
-    if (key == ARGP_KEY_NO_ARGS) {
-        argp_error(state, "which shell? accepted: bash");
+    case ARGP_KEY_NO_ARGS:
+        argp_error(state, "the name of the shell is missing; accepted: bash, zsh, fish");
         return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
     }
-    return ARGP_ERR_UNKNOWN;
 }
 
 int command_completion(int argc, char **argv)
 {
     static const struct argp argp = {
-        NULL, parse, "bash", "Shell completion: commands, options, rows, reasons, scenarios.",
-        NULL, NULL,  NULL};
-    if (!arguments_parse(&argp, argc, argv, NULL)) {
+        NULL,
+        parse,
+        "bash|zsh|fish",
+        "Shell completion: commands, options, rows, reasons, scenarios.\v"
+        "In bash and zsh: `source <(lagless completion bash)`; in fish: `lagless completion fish | source`.",
+        NULL,
+        NULL,
+        NULL};
+    size_t shell;
+    if (!arguments_parse(&argp, argc, argv, &shell)) {
         return EXIT_USAGE;
     }
-    print_bash();
+    shells[shell].print();
     return EXIT_DONE;
 }
 

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
@@ -19,26 +20,59 @@ static bool settable(const table_t *table)
     return table->rows[0].access != TABLE_READ;
 }
 
+/* What `params` and `signals` list: rows whose name, unit or text contains one of the words; without words
+ * all. */
+typedef struct {
+    bool json;
+    bool settable;
+    char **words;
+    int word_count;
+} listing_t;
+
+static bool is_listed(const listing_t *listing, const table_row_t *row)
+{
+    for (int n = 0; n < listing->word_count; n++) {
+        const char *word = listing->words[n];
+        if (strcasestr(row->name, word) != NULL || strcasestr(row->text, word) != NULL ||
+            strcasecmp(row->unit, word) == 0) {
+            return true;
+        }
+    }
+    return listing->word_count == 0;
+}
+
+static uint32_t listed_in(const listing_t *listing, const table_t *table)
+{
+    uint32_t count = 0;
+    for (uint32_t n = 0; settable(table) == listing->settable && n < table->count; n++) {
+        count += is_listed(listing, &table->rows[n]) ? 1u : 0u;
+    }
+    return count;
+}
+
 static const char *kind_text(slot_kind_t kind)
 {
     static const char *const texts[SLOT_KINDS] = {"float", "int32", "uint32", "choice"};
     return texts[kind];
 }
 
-static void print_json(bool with_settable)
+static void print_json(const listing_t *listing)
 {
     const char *separator = "";
     printf("{\"hash\": \"%08lx\", \"rows\": [", (unsigned long)rig_tables_hash());
     for (uint32_t t = 0; t < rig_table_count(); t++) {
         const table_t *table = rig_table(t);
-        for (uint32_t n = 0; settable(table) == with_settable && n < table->count; n++) {
+        for (uint32_t n = 0; settable(table) == listing->settable && n < table->count; n++) {
             const table_row_t *row = &table->rows[n];
+            if (!is_listed(listing, row)) {
+                continue;
+            }
             printf("%s\n  {\"id\": %lu, \"table\": \"%s\", \"name\": \"%s\", \"unit\": \"%s\", \"kind\": "
                    "\"%s\", \"text\": ",
                    separator, (unsigned long)row->id, table->name, row->name, row->unit,
                    kind_text(row->kind));
             json_text(stdout, row->text);
-            if (with_settable) {
+            if (listing->settable) {
                 printf(", \"default\": ");
                 json_number(stdout, rig_initial(row));
                 printf(", \"min\": ");
@@ -79,16 +113,19 @@ typedef struct {
     int name, value, range, unit;
 } widths_t;
 
-static widths_t widths_of(const table_t *table, bool with_settable)
+static widths_t widths_of(const table_t *table, const listing_t *listing)
 {
     widths_t widths = {0};
     for (uint32_t n = 0; n < table->count; n++) {
         const table_row_t *row = &table->rows[n];
+        if (!is_listed(listing, row)) {
+            continue;
+        }
         char value[UNITS_TEXT_SIZE];
         char range[2 * UNITS_TEXT_SIZE];
         widths.name = wider(widths.name, row->name);
         widths.unit = wider(widths.unit, row->unit);
-        if (with_settable) {
+        if (listing->settable) {
             range_text(range, row);
             widths.value = wider(widths.value, units_row_text(value, rig_initial(row), row));
             widths.range = wider(widths.range, range);
@@ -97,20 +134,23 @@ static widths_t widths_of(const table_t *table, bool with_settable)
     return widths;
 }
 
-static void print_text(bool with_settable)
+static void print_text(const listing_t *listing)
 {
     for (uint32_t t = 0; t < rig_table_count(); t++) {
         const table_t *table = rig_table(t);
-        if (settable(table) != with_settable) {
+        if (listed_in(listing, table) == 0u) {
             continue;
         }
         printf("%s\n", table->name);
-        const widths_t widths = widths_of(table, with_settable);
+        const widths_t widths = widths_of(table, listing);
         for (uint32_t n = 0; n < table->count; n++) {
             const table_row_t *row = &table->rows[n];
             char value[UNITS_TEXT_SIZE];
             char range[2 * UNITS_TEXT_SIZE];
-            if (with_settable) {
+            if (!is_listed(listing, row)) {
+                continue;
+            }
+            if (listing->settable) {
                 units_row_text(value, rig_initial(row), row);
                 range_text(range, row);
                 printf("  %4lu  %-*s  %-*s  %-*s  %s%s\n", (unsigned long)row->id, widths.name, row->name,
@@ -183,16 +223,44 @@ static void print_markdown(void)
     }
 }
 
+static error_t parse(int key, char *argument, struct argp_state *state)
+{
+    listing_t *listing = state->input;
+    (void)argument;
+    switch (key) {
+    case 'j':
+        listing->json = true;
+        return 0;
+    case ARGP_KEY_ARGS:
+        listing->words = state->argv + state->next;
+        listing->word_count = state->argc - state->next;
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
 static int print_tables(int argc, char **argv, const char *doc, bool with_settable)
 {
-    bool json;
-    if (!arguments_json(argc, argv, doc, &json)) {
+    static const struct argp_option rows[] = {{"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
+    const struct argp argp = {rows, parse, "[WORD...]", doc, NULL, NULL, NULL};
+    listing_t listing = {.settable = with_settable};
+    if (!arguments_parse(&argp, argc, argv, &listing)) {
         return EXIT_USAGE;
     }
-    if (json) {
-        print_json(with_settable);
+    uint32_t count = 0;
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        count += listed_in(&listing, rig_table(t));
+    }
+    if (count == 0u) {
+        fprintf(stderr, "%s: no row has %s in its name, unit or text; without a word all rows are listed\n",
+                argv[0], listing.word_count == 1 ? listing.words[0] : "one of these words");
+        return EXIT_USAGE;
+    }
+    if (listing.json) {
+        print_json(&listing);
     } else {
-        print_text(with_settable);
+        print_text(&listing);
     }
     return EXIT_DONE;
 }
@@ -200,13 +268,18 @@ static int print_tables(int argc, char **argv, const char *doc, bool with_settab
 int command_params(int argc, char **argv)
 {
     return print_tables(argc, argv,
-                        "Lists every parameter and request that can be set, with default and range.", true);
+                        "Lists every parameter and request that can be set, with default and range, or those "
+                        "whose name, unit or text contains one of the words.",
+                        true);
 }
 
 int command_signals(int argc, char **argv)
 {
-    return print_tables(argc, argv, "Lists every signal that can be recorded and used in expectations.",
-                        false);
+    return print_tables(
+        argc, argv,
+        "Lists every signal that can be recorded and used in expectations, or those whose name, "
+        "unit or text contains one of the words.",
+        false);
 }
 
 int command_reference(int argc, char **argv)

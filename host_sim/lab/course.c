@@ -18,7 +18,8 @@ bool course_init(course_t *course, const scenario_t *scenario, rig_t *rig)
         settings += scenario->events[n].count;
     }
     *course = (course_t){.scenario = scenario, .rig = rig, .next_event = 1u};
-    course->ramps = calloc(settings + 1u, sizeof *course->ramps);
+    course->ramp_room = settings + 1u;
+    course->ramps = calloc(course->ramp_room, sizeof *course->ramps);
     return course->ramps != NULL;
 }
 
@@ -134,6 +135,67 @@ bool course_change(course_t *course, uint32_t period, scenario_error_t *error)
         course->next_event++;
     }
     return (course->ramp_count == 0u || move_ramps(course, period, error)) && good;
+}
+
+/* ---- its state ---- */
+
+/* A ramp by its place in the scenario. */
+typedef struct {
+    double start;
+    uint32_t event, setting;
+} kept_ramp_t;
+
+typedef struct {
+    uint32_t next_event, ramp_count;
+} kept_course_t;
+
+size_t course_state_size(const course_t *course)
+{
+    return sizeof(kept_course_t) + course->ramp_room * sizeof(kept_ramp_t);
+}
+
+void course_save(const course_t *course, void *state)
+{
+    const kept_course_t kept = {course->next_event, course->ramp_count};
+    char *to = state;
+    memset(to, 0, course_state_size(course));
+    memcpy(to, &kept, sizeof kept);
+    for (uint32_t n = 0; n < course->ramp_count; n++) {
+        const course_ramp_t *ramp = &course->ramps[n];
+        const kept_ramp_t one = {.start = ramp->start,
+                                 .event = (uint32_t)(ramp->event - course->scenario->events),
+                                 .setting = (uint32_t)(ramp->setting - ramp->event->settings)};
+        memcpy(to + sizeof kept + n * sizeof one, &one, sizeof one);
+    }
+}
+
+static kept_ramp_t kept_ramp(const void *state, uint32_t n)
+{
+    kept_ramp_t ramp;
+    memcpy(&ramp, (const char *)state + sizeof(kept_course_t) + n * sizeof ramp, sizeof ramp);
+    return ramp;
+}
+
+bool course_load(course_t *course, const void *state)
+{
+    const scenario_t *scenario = course->scenario;
+    kept_course_t kept;
+    memcpy(&kept, state, sizeof kept);
+    bool good = kept.next_event <= scenario->event_count && kept.ramp_count <= course->ramp_room;
+    for (uint32_t n = 0; good && n < kept.ramp_count; n++) {
+        const kept_ramp_t ramp = kept_ramp(state, n);
+        good = ramp.event < scenario->event_count && ramp.setting < scenario->events[ramp.event].count;
+    }
+    for (uint32_t n = 0; good && n < kept.ramp_count; n++) {
+        const kept_ramp_t ramp = kept_ramp(state, n);
+        const scenario_event_t *event = &scenario->events[ramp.event];
+        course->ramps[n] = (course_ramp_t){event, &event->settings[ramp.setting], ramp.start};
+    }
+    if (good) {
+        course->next_event = kept.next_event;
+        course->ramp_count = kept.ramp_count;
+    }
+    return good;
 }
 
 uint32_t course_next(const course_t *course, uint32_t period)

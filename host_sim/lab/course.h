@@ -9,6 +9,7 @@
 #define HOST_SIM_LAB_COURSE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "host_sim/lab/scenario.h"
@@ -25,6 +26,7 @@ typedef struct {
     uint32_t next_event;
     course_ramp_t *ramps; /* under way */
     uint32_t ramp_count;
+    uint32_t ramp_room; /* [-] no more can be under way */
 } course_t;
 
 /* Scenario and rig must outlive it. false: not enough memory. */
@@ -42,6 +44,13 @@ bool course_change(course_t *course, uint32_t period, scenario_error_t *error);
  * that it came to: sooner than `to` where rig_stop_when held. COURSE_NEVER: the rig refused a setting, see
  * `error`. */
 uint32_t course_run(course_t *course, uint32_t from, uint32_t to, scenario_error_t *error);
+
+/* Where the course is, as octets without pointers, of a size that its scenario fixes: events that are done,
+ * ramps under way. A load goes on where the save was, on a rig that was loaded with the same moment's state
+ * (rig_save). false: they are no course of this scenario, and nothing has changed. */
+size_t course_state_size(const course_t *course);
+void course_save(const course_t *course, void *state);
+bool course_load(course_t *course, const void *state);
 
 /* The next period after this one that has something to do; COURSE_NEVER: none. */
 uint32_t course_next(const course_t *course, uint32_t period);

@@ -79,6 +79,7 @@ add_library(lagless_lab STATIC
     lab/experiment_run.c
     lab/experiment_value.c
     lab/experiment_write.c
+    lab/fmu_model.c
     lab/json.c
     lab/loopback.c
     lab/map.c
@@ -100,20 +101,25 @@ add_library(lagless_lab STATIC
     lab/pool.c
     lab/recorder.c
     lab/recorder_csv.c
+    lab/recorder_mdf.c
     lab/recorder_text.c
     lab/recorder_vcd.c
     lab/runner.c
     lab/scenario.c
     lab/scenario_read.c
+    lab/scenario_write.c
     lab/tally.c
     lab/times.c
     lab/tune.c
     lab/tune_scenario.c
     lab/units.c
     lab/wire.c
+    lab/xml.c
+    lab/zip.c
 )
 desk_room(lagless_lab)
 target_compile_definitions(lagless_lab PRIVATE _GNU_SOURCE)
+set_source_files_properties(lab/fmu_model.c PROPERTIES COMPILE_DEFINITIONS "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
 target_link_libraries(lagless_lab PUBLIC lagless_rig lagless_toml m PRIVATE Threads::Threads)
 if(NOT SKBUILD)
     target_sources(lagless_lab PRIVATE lab/recorder_mat.c)

@@ -35,7 +35,7 @@
     {{"plant.dc_capacitance", 0.0, 1e-3}, {"plant.dc_resistance", 0.0, 0.2}, {row, 0.0, value}}
 
 /* The code that the ADC gives for so many amperes. */
-#define CODE(amperes) floor(((amperes) - (double)BOARD_CURRENT_AT_0V) / (double)BOARD_CURRENT_PER_CODE + 0.5)
+#define CODE(amperes) (double)(int32_t)(((amperes) - (double)BOARD_CURRENT_AT_0V) / (double)BOARD_CURRENT_PER_CODE + 0.5)
 
 #define HALF_A_TURN 0.785398 /* [rad] electrical, of four pole pairs */
 
@@ -100,7 +100,10 @@
     F(FLIP_FLASH,       "flip_flash",       LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 1.0),               "a bit of the program in flash turns over") \
     F(FLIP_CODE,        "flip_code",        LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 2.0),               "a bit of the interrupt's code in RAM turns over") \
     F(FLIP_STACK_END,   "flip_stack_end",   LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 3.0),               "a bit at the end of the stack turns over") \
-    F(FLIP_PARAMS,      "flip_params",      LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 4.0),               "a bit of the active parameters turns over")
+    F(FLIP_PARAMS,      "flip_params",      LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 4.0),               "a bit of the active parameters turns over") \
+    /* enable input */ \
+    F(ENABLE_LOST,      "enable_lost",      LATER, 1.0, FOR_GOOD, SET("rig.enable_input", 1.0),              "the board's enable input is lost, for good") \
+    F(ENABLE_BOUNCES,   "enable_bounces",   LATER, 3.0, 2e-3,     SET("rig.enable_input", 1.0),              "the board's enable input is lost for 2 ms")
 
 /* ---- manoeuvres ----
  *
@@ -109,20 +112,21 @@
 
 #define NOT_WITH_ENCODER "with the encoder control turns with its angle at every speed: there is nothing but run"
 #define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
+#define NO_SPEED (double)NAN
 #define ENABLED true
 #define OFF_YET false
 
 #define MATRIX_MANOEUVRES(M) \
-    M(OFF,      "off",      NULL,             OFF_YET, 0.0,    300.0,  0.0, 0.0, NAN,    NULL,           NULL,                0.0,          0.05, "ready, the bridge off; 0.1 s after the fault it is asked to come on, at 300 r/min") \
-    M(ALIGN,    "align",    NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NAN,    "manoeuvre",    "align",             0.0,          0.05, "start: the forced frame turns slowly and takes the rotor along") \
-    M(RAMP,     "ramp",     NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NAN,    "manoeuvre",    "ramp",              0.0,          0.05, "start: the forced frame goes faster") \
-    M(HANDOVER, "handover", NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NAN,    "manoeuvre",    "handover",          0.0,          0.0,  "start: the current comes down, then the frame is that of the estimate") \
-    M(RUN_SLOW, "run_slow", NULL,             ENABLED, 150.0,  150.0,  2.5, 1.0, NAN,    NULL,           NULL,                0.0,          0.0,  "150 r/min, 2.5 N m") \
-    M(RUN_FAST, "run_fast", NULL,             ENABLED, 1200.0, 1200.0, 2.5, 1.0, NAN,    NULL,           NULL,                0.0,          0.0,  "1200 r/min, 2.5 N m") \
+    M(OFF,      "off",      NULL,             OFF_YET, 0.0,    300.0,  0.0, 0.0, NO_SPEED,NULL,           NULL,                0.0,          0.05, "ready, the bridge off; 0.1 s after the fault it is asked to come on, at 300 r/min") \
+    M(ALIGN,    "align",    NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NO_SPEED,"manoeuvre",    "align",             0.0,          0.05, "start: the forced frame turns slowly and takes the rotor along") \
+    M(RAMP,     "ramp",     NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NO_SPEED,"manoeuvre",    "ramp",              0.0,          0.05, "start: the forced frame goes faster") \
+    M(HANDOVER, "handover", NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NO_SPEED,"manoeuvre",    "handover",          0.0,          0.0,  "start: the current comes down, then the frame is that of the estimate") \
+    M(RUN_SLOW, "run_slow", NULL,             ENABLED, 150.0,  150.0,  2.5, 1.0, NO_SPEED,NULL,           NULL,                0.0,          0.0,  "150 r/min, 2.5 N m") \
+    M(RUN_FAST, "run_fast", NULL,             ENABLED, 1200.0, 1200.0, 2.5, 1.0, NO_SPEED,NULL,           NULL,                0.0,          0.0,  "1200 r/min, 2.5 N m") \
     M(FORCED,   "forced",   NOT_WITH_ENCODER, ENABLED, 300.0,  300.0,  0.0, 0.5, 20.0,   "manoeuvre",    "forced",            0.0,          0.2,  "20 r/min: too slow to track, the rotor follows a forced frame") \
     M(REVERSAL, "reversal", NULL,             ENABLED, 500.0,  500.0,  0.0, 0.5, -500.0, "true_omega_m", NULL,                3.0,          0.0,  "500 to -500 r/min, at zero speed") \
     M(BRAKING,  "braking",  NULL,             ENABLED, 1500.0, 1500.0, 0.0, 0.5, 300.0,  "true_omega_m", NULL,                1200.0 * RPM, 0.0,  "1500 to 300 r/min at the current limit, at 1200 r/min") \
-    M(CATCH,    "catch",    NULL,             ENABLED, 600.0,  600.0,  0.0, 0.0, NAN,    "state",        "operation_enabled", 0.0,          2e-3, "the bridge has come on 2 ms ago at a rotor that turns at 600 r/min")
+    M(CATCH,    "catch",    NULL,             ENABLED, 600.0,  600.0,  0.0, 0.0, NO_SPEED,"state",        "operation_enabled", 0.0,          2e-3, "the bridge has come on 2 ms ago at a rotor that turns at 600 r/min")
 
 /* ---- promises ----
  *
@@ -156,7 +160,7 @@
 #define SOON_IN_ITS_HALF MATRIX_NOTICED_LATER
 #define AT_ONCE  1e-3
 #define ONE_CHECK 0.05 /* [s] two rounds of the background's look at the memory of the simulated chip */
-#define ANY_TIME NAN
+#define ANY_TIME (double)NAN
 
 /* Reactions that take windows of the medium task: a value is suspected in the first whole window in which it is constant,
  * is reported in the next one, and the gates are off a period later. */
@@ -194,6 +198,10 @@
 #define TWO_WINDOWS      "a value is suspected in the first whole window in which it is constant, and reported in the next one (docs/theory.md, 27)"
 #define WITHOUT_CURRENT  "3.2 ms of the time in which current is commanded, plus its zero crossing of 2 ms and a window (docs/theory.md, 27)"
 #define EIGHT_MS_OF_EMF  "10.3 ms to 37 degrees, 8 ms of the EMF at this speed, and three looks (docs/theory.md, 28)"
+#define NO_ENABLE_INPUT  "the board has no enable input"
+#define INPUT_COMES_LATER "with the bridge off the loss lasts until `enable` is on: an input that comes back starts nothing"
+#define BOARD_HAS_INPUT(reactions) (BOARD_ENABLE_INPUT != BOARD_NONE ? (reactions) : NEVER)
+#define INPUT_DEBOUNCED  ((double)BOARD_ENABLE_DEBOUNCE_US * 1e-6 + 4e-3) /* [s] and the windows of the medium task */
 #define BOARD_HAS_C(reactions) (BOARD_CURRENT_SENSORS == 3 ? (reactions) : NEVER)
 
 #define MATRIX_PROMISES(P) \
@@ -342,7 +350,12 @@
     P(FLIP_FLASH,       EVERYWHERE, BOTH, OPENS, "program_corrupt", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND) \
     P(FLIP_CODE,        EVERYWHERE, BOTH, OPENS, "program_corrupt", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND) \
     P(FLIP_STACK_END,   EVERYWHERE, BOTH, OPENS, "stack_low", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND) \
-    P(FLIP_PARAMS,      EVERYWHERE, BOTH, OPENS, "params_corrupt", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND)
+    P(FLIP_PARAMS,      EVERYWHERE, BOTH, OPENS, "params_corrupt", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND) \
+    \
+    P(ENABLE_LOST,      EVERYWHERE, BOTH, BOARD_HAS_INPUT(STOPS), "enable_input", INPUT_DEBOUNCED, LIMIT, OUT, NO_ENABLE_INPUT) \
+    P(ENABLE_LOST,      AT(OFF),    BOTH, BOARD_HAS_INPUT(REFUSES), "enable_input enable_held", INPUT_DEBOUNCED, LIMIT, OUT, NO_ENABLE_INPUT) \
+    P(ENABLE_BOUNCES,   EVERYWHERE, BOTH, BOARD_HAS_INPUT(RIDES), "", ANY_TIME, LIMIT, FOLLOWS, NO_ENABLE_INPUT) \
+    P(ENABLE_BOUNCES,   AT(OFF),    BOTH, BOARD_HAS_INPUT(REFUSES), "enable_held", ANY_TIME, LIMIT, OUT, INPUT_COMES_LATER)
 
 /* ---- not yet kept ----
  *

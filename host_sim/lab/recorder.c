@@ -14,12 +14,39 @@
 
 #define CHUNK_OCTETS  (UINT32_C(1) << 20)
 #define EDGES_PLANNED UINT64_C(16) /* a period: twelve gates, ADC, interrupt, and one to spare */
-#define ENDINGS       3u
 
 static const struct {
     uint32_t format;
-    const char *ending;
-} endings[ENDINGS] = {{RECORDER_CSV, "csv"}, {RECORDER_MAT, "mat"}, {RECORDER_VCD, "vcd"}};
+    const char *name, *ending;
+    int (*write)(const recorder_t *recorder, recorder_out_t *out); /* NULL: the file is written by its path */
+} kinds[RECORDER_FORMATS] = {{RECORDER_CSV, "csv", "csv", recorder_csv_write},
+                             {RECORDER_MAT, "mat", "mat", NULL},
+                             {RECORDER_VCD, "vcd", "vcd", recorder_vcd_write},
+                             {RECORDER_MDF, "mdf", "mf4", recorder_mdf_write}};
+
+uint32_t recorder_formats(const char *text)
+{
+    uint32_t formats = 0;
+    for (const char *word = text; *word != '\0'; word += strspn(word, ",")) {
+        const size_t length = strcspn(word, ",");
+        uint32_t n = 0;
+        while (n < RECORDER_FORMATS &&
+               (strncmp(word, kinds[n].name, length) != 0 || kinds[n].name[length] != '\0')) {
+            n++;
+        }
+        if (n == RECORDER_FORMATS) {
+            return 0;
+        }
+        formats |= kinds[n].format;
+        word += length;
+    }
+    return formats;
+}
+
+const char *recorder_ending(uint32_t n)
+{
+    return kinds[n].ending;
+}
 
 /* ---- store ---- */
 
@@ -197,7 +224,7 @@ static void free_all(recorder_t *recorder)
 {
     store_free(&recorder->rows);
     store_free(&recorder->edges);
-    for (uint32_t n = 0; n < ENDINGS; n++) {
+    for (uint32_t n = 0; n < RECORDER_FORMATS; n++) {
         if (recorder->files[n].file != NULL) {
             fclose(recorder->files[n].file);
         }
@@ -239,11 +266,11 @@ bool recorder_note(recorder_t *recorder, const char *key, const char *name, cons
 
 static bool check(const recorder_options_t *options, recorder_error_t *error)
 {
-    const uint32_t known = RECORDER_CSV | RECORDER_MAT | RECORDER_VCD;
-    const bool rows = (options->formats & (RECORDER_CSV | RECORDER_MAT)) != 0u;
+    const uint32_t known = (1u << RECORDER_FORMATS) - 1u;
+    const bool rows = (options->formats & RECORDER_SAMPLED) != 0u;
     char text[sizeof error->text];
     if (options->formats == 0u || (options->formats & ~known) != 0u) {
-        return refuse(error, "a recording is CSV, MAT, VCD or several of these");
+        return refuse(error, "a recording is CSV, MAT, VCD, MDF or several of these");
     }
     if (options->name[0] == '\0') {
         return refuse(error, "the recording has no name");
@@ -398,8 +425,8 @@ static bool create_files(recorder_t *recorder, const recorder_options_t *options
 {
     const char *slash = options->folder[0] == '\0' ? "" : "/";
     const size_t size = strlen(options->folder) + strlen(options->name) + sizeof "/.csv.partial";
-    for (uint32_t n = 0; n < ENDINGS; n++) {
-        if ((options->formats & endings[n].format) == 0u) {
+    for (uint32_t n = 0; n < RECORDER_FORMATS; n++) {
+        if ((options->formats & kinds[n].format) == 0u) {
             continue;
         }
         recorder_file_t *file = &recorder->files[n];
@@ -408,12 +435,12 @@ static bool create_files(recorder_t *recorder, const recorder_options_t *options
         if (file->path == NULL || file->partial_path == NULL) {
             return refuse(error, "no memory for the recording");
         }
-        snprintf(file->path, size, "%s%s%s.%s", options->folder, slash, options->name, endings[n].ending);
+        snprintf(file->path, size, "%s%s%s.%s", options->folder, slash, options->name, kinds[n].ending);
         snprintf(file->partial_path, size, "%s.partial", file->path);
         if (!claim(file, error)) {
             return false;
         }
-        file->format = endings[n].format;
+        file->format = kinds[n].format;
     }
     return true;
 }
@@ -434,7 +461,7 @@ recorder_t *recorder_open(const recorder_options_t *options, recorder_error_t *e
     recorder->memory_left = options->memory != 0u ? options->memory : RECORDER_MEMORY_MAX;
     store_init(&recorder->rows, (1u + options->count) * (uint32_t)sizeof(uint32_t));
     store_init(&recorder->edges, sizeof(recorder_edge_t));
-    for (uint32_t n = 0; n < ENDINGS; n++) {
+    for (uint32_t n = 0; n < RECORDER_FORMATS; n++) {
         recorder->files[n].claim = -1;
     }
     if (!name_columns(recorder, options, error) || !copy_meta(recorder, &options->meta, error) ||
@@ -450,7 +477,7 @@ void recorder_abandon(recorder_t *recorder)
     if (recorder == NULL) {
         return;
     }
-    for (uint32_t n = 0; n < ENDINGS; n++) {
+    for (uint32_t n = 0; n < RECORDER_FORMATS; n++) {
         if (recorder->files[n].format != 0u) {
             remove(recorder->files[n].partial_path);
         }
@@ -467,7 +494,8 @@ static void also(recorder_error_t *error, const char *text)
     snprintf(error->text + used, sizeof error->text - used, "%s%s", used != 0u ? "; " : "", text);
 }
 
-static bool write_text(const recorder_t *recorder, recorder_file_t *file, recorder_error_t *why)
+static bool write_stream(const recorder_t *recorder, recorder_file_t *file,
+                         int (*write)(const recorder_t *recorder, recorder_out_t *out), recorder_error_t *why)
 {
     recorder_out_t *out = malloc(sizeof *out);
     if (out == NULL) {
@@ -477,8 +505,7 @@ static bool write_text(const recorder_t *recorder, recorder_file_t *file, record
     out->file = file->file;
     out->used = 0;
     out->error = 0;
-    int problem =
-        file->format == RECORDER_CSV ? recorder_csv_write(recorder, out) : recorder_vcd_write(recorder, out);
+    int problem = write(recorder, out);
     free(out);
     errno = 0;
     if (fclose(file->file) != 0 && problem == 0) {
@@ -491,14 +518,25 @@ static bool write_text(const recorder_t *recorder, recorder_file_t *file, record
     return problem == 0;
 }
 
-static bool write_file(const recorder_t *recorder, recorder_file_t *file, recorder_error_t *why)
+static bool write_file(const recorder_t *recorder, uint32_t n, recorder_file_t *file, recorder_error_t *why)
 {
-    if (file->format != RECORDER_MAT) {
-        return write_text(recorder, file, why);
+    if (kinds[n].write != NULL) {
+        return write_stream(recorder, file, kinds[n].write, why);
     }
     fclose(file->file);
     file->file = NULL;
     return recorder_mat_write(recorder, file->partial_path, why);
+}
+
+/* On the disk before it gets its name: after a loss of power no whole name has an empty file. */
+static bool synced(const char *path)
+{
+    const int descriptor = open(path, O_RDONLY | O_CLOEXEC);
+    const bool good = descriptor >= 0 && fsync(descriptor) == 0;
+    if (descriptor >= 0) {
+        close(descriptor);
+    }
+    return good;
 }
 
 bool recorder_close(recorder_t *recorder, const char *ended, recorder_error_t *error)
@@ -522,13 +560,13 @@ bool recorder_close(recorder_t *recorder, const char *ended, recorder_error_t *e
         also(error, text);
     }
     recorder->ended = ended;
-    for (uint32_t n = 0; n < ENDINGS; n++) {
+    for (uint32_t n = 0; n < RECORDER_FORMATS; n++) {
         recorder_file_t *file = &recorder->files[n];
         if (file->format == 0u) {
             continue;
         }
         recorder_error_t why = {.text = ""};
-        const bool written = write_file(recorder, file, &why);
+        const bool written = write_file(recorder, n, file, &why);
         const bool lost =
             file->format == RECORDER_VCD ? recorder->lost_edges != 0u : recorder->lost_rows != 0u;
         if (!written) {
@@ -536,7 +574,7 @@ bool recorder_close(recorder_t *recorder, const char *ended, recorder_error_t *e
         } else if (lost) {
             snprintf(text, sizeof text, "what there is is in %s", file->partial_path);
             also(error, text);
-        } else if (rename(file->partial_path, file->path) != 0) {
+        } else if (!synced(file->partial_path) || rename(file->partial_path, file->path) != 0) {
             snprintf(text, sizeof text, "%s: %s: it keeps the name %s", file->path, strerror(errno),
                      file->partial_path);
             also(error, text);

@@ -1,5 +1,5 @@
-/* Recordings: the rows of a tap as CSV and MAT v5, the edges of the bridge as VCD; each with what it takes to
- * run it again (table hash, commit, seed, scenario, parameter set).
+/* Recordings: the rows of a tap as CSV, MAT v5 and MDF 4, the edges of the bridge as VCD; each with what it
+ * takes to run it again (table hash, commit, seed, scenario, parameter set).
  *
  * While the ring turns, the sinks only copy slots into memory; recorder_close formats and writes. Bytes
  * depend on what was recorded and on nothing else: no wall clock, no locale, no libm, no compression.
@@ -27,8 +27,13 @@
  * RIG_EDGE_GATES), isr, adc_start (marked by a pulse of RECORDER_ADC_TICKS), trip. Changes within one tick
  * show their outcome. Only the switched fidelity has edges.
  *
- * A row whose name two tables have is called table.row in CSV. Going back in time (rig_load of an earlier
- * state) takes back what was recorded after it. Not handled: gaps; every recording is one run. */
+ * MDF: version 4.10, file NAME.mf4, one group of channels, uncompressed: the master `time` (double, [s]),
+ * then a channel for each row (32-bit float, int, uint) under its name of CSV, with its unit and text; the
+ * names of an enumeration's numbers are a conversion from value to text. The file's comment contains what the
+ * head of CSV does. The measurement begins at the clock's zero.
+ *
+ * A row whose name two tables have is called table.row in CSV and MDF. Going back in time (rig_load of an
+ * earlier state) takes back what was recorded after it. Not handled: gaps; every recording is one run. */
 #ifndef HOST_SIM_LAB_RECORDER_H
 #define HOST_SIM_LAB_RECORDER_H
 
@@ -41,6 +46,16 @@
 #define RECORDER_CSV 1u
 #define RECORDER_MAT 2u
 #define RECORDER_VCD 4u
+#define RECORDER_MDF 8u
+
+#define RECORDER_FORMATS 4u                                           /* [-] each is 1u << n, n below this */
+#define RECORDER_SAMPLED (RECORDER_CSV | RECORDER_MAT | RECORDER_MDF) /* those that hold rows of a tap */
+
+/* The formats that a text names, "csv,mdf"; 0: a word that names none, or no word. */
+uint32_t recorder_formats(const char *text);
+
+/* Ending of the file in the n-th format, without dot. */
+const char *recorder_ending(uint32_t n);
 
 /* [octets] 1 GiB holds 20 million samples of 12 rows, and keeps every variable of MAT v5 below its 2 GiB. */
 #define RECORDER_MEMORY_MIN (UINT32_C(4) << 20)
@@ -69,7 +84,7 @@ typedef struct {
 typedef struct {
     const char *folder;  /* exists; "" is the present one */
     const char *name;    /* of the files, without ending */
-    uint32_t formats;    /* [-] RECORDER_CSV | RECORDER_MAT | RECORDER_VCD */
+    uint32_t formats;    /* [-] RECORDER_CSV | ... */
     const uint32_t *ids; /* rows in the order of the columns: the same as in rig_tap */
     uint32_t count;      /* [-] 1..RIG_TAP_MAX; 0 if only VCD is wanted */
     uint32_t every;      /* [periods] from sample to sample, >= 1: the same as in rig_tap */

@@ -23,27 +23,14 @@ static void identifier(char to[RECORDER_NAME_SIZE], const char *name)
     to[n] = '\0';
 }
 
-/* UTF-8 to UTF-16; returns the number of units. What is no UTF-8 becomes U+FFFD, and so does what would need
- * two units: readers disagree on how many characters those are, and SciPy gives up on the file. */
+/* UTF-8 to UTF-16; returns the number of units. What would need two units becomes U+FFFD: readers disagree on
+ * how many characters those are, and SciPy gives up on the file. */
 static size_t utf16(uint16_t *to, const char *text)
 {
     size_t units = 0;
-    const unsigned char *c = (const unsigned char *)text;
-    while (*c != 0u) {
-        const uint32_t first = *c++;
-        uint32_t more = first < 0x80u ? 0u : first >= 0xF0u ? 3u : first >= 0xE0u ? 2u : 1u;
-        static const uint32_t least[4] = {0u, 0x80u, 0x800u, 0x10000u}; /* code of so many octets more */
-        uint32_t code = more == 0u ? first : first & (0x3Fu >> more);
-        bool good = first < 0x80u || (first >= 0xC2u && first < 0xF5u);
-        const uint32_t lowest = least[more];
-        for (; good && more > 0u; more--) {
-            good = (*c & 0xC0u) == 0x80u;
-            code = good ? code << 6 | (*c++ & 0x3Fu) : code;
-        }
-        if (!good || code < lowest || code > 0xFFFFu || (code >= 0xD800u && code < 0xE000u)) {
-            code = 0xFFFDu;
-        }
-        to[units++] = (uint16_t)code;
+    while (*text != '\0') {
+        const uint32_t code = recorder_utf8(&text);
+        to[units++] = (uint16_t)(code > 0xFFFFu ? RECORDER_NO_CHARACTER : code);
     }
     return units;
 }

@@ -1,4 +1,4 @@
-/* The recorder's inside: what its four files share. */
+/* The recorder's inside: what its files share. */
 #ifndef HOST_SIM_LAB_RECORDER_PARTS_H
 #define HOST_SIM_LAB_RECORDER_PARTS_H
 
@@ -43,7 +43,7 @@ typedef struct {
 } recorder_column_t;
 
 typedef struct {
-    uint32_t format;    /* [-] RECORDER_CSV, RECORDER_MAT or RECORDER_VCD; 0: none */
+    uint32_t format;    /* [-] one of RECORDER_CSV, ...; 0: none */
     char *path;         /* final */
     char *partial_path; /* while it is written */
     FILE *file;         /* open from the start; for MAT only to hold the name */
@@ -77,7 +77,7 @@ struct recorder {
     uint32_t column_count; /* [-] */
     uint32_t every;        /* [periods] */
     uint32_t isr_ticks;    /* [1/150 MHz] */
-    recorder_file_t files[3];
+    recorder_file_t files[RECORDER_FORMATS];
     uint32_t tables_hash; /* [-] */
     char *program, *commit, *scenario, *scenario_text, *title;
     const char *ended;
@@ -99,6 +99,13 @@ size_t recorder_uint_text(char *to, uint64_t value);
 size_t recorder_int_text(char *to, int32_t value);
 size_t recorder_slot_text(char *to, slot_kind_t kind, uint32_t slot);
 size_t recorder_value_text(char *to, double value); /* whole below 2^53: as such; else as the nearest float */
+
+/* The next character of a text in UTF-8 that has not ended. What is no UTF-8, or stands for no character,
+ * gives RECORDER_NO_CHARACTER. */
+#define RECORDER_NO_CHARACTER UINT32_C(0xFFFD)
+uint32_t recorder_utf8(const char **text);
+/* A character as UTF-8, without a closing 0; its length. */
+size_t recorder_utf8_text(char to[4], uint32_t code);
 
 /* A file behind a buffer; the first error stays. */
 #define RECORDER_BUFFER 65536u
@@ -125,6 +132,7 @@ void recorder_out_meta(recorder_out_t *out, const recorder_t *recorder, const ch
 
 int recorder_csv_write(const recorder_t *recorder, recorder_out_t *out);
 int recorder_vcd_write(const recorder_t *recorder, recorder_out_t *out);
+int recorder_mdf_write(const recorder_t *recorder, recorder_out_t *out);
 bool recorder_mat_write(const recorder_t *recorder, const char *path, recorder_error_t *error);
 
 #endif

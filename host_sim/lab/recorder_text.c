@@ -217,7 +217,7 @@ size_t recorder_slot_text(char *to, slot_kind_t kind, uint32_t slot)
     case SLOT_KINDS:
         break;
     }
-    assert(!"kind of slot");
+    assert(false && "kind of slot");
     return 0;
 }
 
@@ -235,6 +235,42 @@ size_t recorder_value_text(char *to, double value)
     uint32_t bits;
     memcpy(&bits, &nearest, sizeof bits);
     return recorder_float_text(to, bits);
+}
+
+/* ---- characters ---- */
+
+uint32_t recorder_utf8(const char **text)
+{
+    static const uint32_t least[4] = {0u, 0x80u, 0x800u, 0x10000u}; /* code of so many octets more */
+    const unsigned char *c = (const unsigned char *)*text;
+    const uint32_t first = *c++;
+    uint32_t more = first < 0x80u ? 0u : first >= 0xF0u ? 3u : first >= 0xE0u ? 2u : 1u;
+    uint32_t code = more == 0u ? first : first & (0x3Fu >> more);
+    bool good = first < 0x80u || (first >= 0xC2u && first < 0xF5u);
+    const uint32_t lowest = least[more];
+    for (; good && more > 0u; more--) {
+        good = (*c & 0xC0u) == 0x80u;
+        code = good ? code << 6 | (*c++ & 0x3Fu) : code;
+    }
+    *text = (const char *)c;
+    const bool is_character =
+        code >= lowest && code <= 0x10FFFFu && (code < 0xD800u || code >= 0xE000u) && code >> 1 != 0x7FFFu;
+    return good && is_character ? code : RECORDER_NO_CHARACTER;
+}
+
+size_t recorder_utf8_text(char to[4], uint32_t code)
+{
+    if (code < 0x80u) {
+        to[0] = (char)code;
+        return 1;
+    }
+    const size_t more = code < 0x800u ? 1u : code < 0x10000u ? 2u : 3u;
+    static const uint32_t marks[4] = {0u, 0xC0u, 0xE0u, 0xF0u}; /* of a first octet with so many more */
+    to[0] = (char)(marks[more] | code >> 6u * more);
+    for (size_t n = 1; n <= more; n++) {
+        to[n] = (char)(0x80u | (code >> 6u * (more - n) & 0x3Fu));
+    }
+    return 1u + more;
 }
 
 /* ---- files ---- */

@@ -173,35 +173,48 @@ bool reading_row_value(const reading_t *reading, const toml_entry_t *entry, cons
 
 /* ---- keys ---- */
 
-/* Refuses what is none of the keys ("a|b|c"). A row's name tells in which table it belongs. */
+/* Is an entry's key one of these ("a|b|c")? */
+static bool is_one_of(const toml_entry_t *entry, const char *keys)
+{
+    const size_t length = strlen(entry->key);
+    for (const char *key = keys; *key != '\0';) {
+        const size_t size = strcspn(key, "|");
+        if (size == length && strncmp(key, entry->key, size) == 0) {
+            return true;
+        }
+        key += size + (key[size] == '|' ? 1u : 0u);
+    }
+    return false;
+}
+
+/* Refuses an entry that is none of the keys. A row's name tells in which table it belongs. */
+static bool refuse_key(const reading_t *reading, const toml_entry_t *entry, const char *keys,
+                       const char *accepted)
+{
+    names_search_t search = names_search(entry->key);
+    names_consider_choices(&search, keys);
+    const char *near = names_found(&search);
+    scenario_error_t ignored;
+    const table_row_t *row = near == NULL ? scenario_row(entry->key, &ignored) : NULL;
+    if (row != NULL) {
+        return scenario_fail(reading->error, reading_place(entry), entry->key, "no such %s here%s",
+                             entry->type == TOML_TABLE ? "table" : "key",
+                             scenario_near_row(entry->key, rig_table(0)).text);
+    }
+    return scenario_fail(reading->error, reading_place(entry), entry->key, "no such %s%s%s; accepted: %s",
+                         entry->type == TOML_TABLE ? "table" : "key", near != NULL ? "; nearest: " : "",
+                         near != NULL ? near : "", accepted);
+}
+
+/* Refuses what is none of the keys ("a|b|c"). */
 bool reading_only_keys(const reading_t *reading, const toml_entry_t *table, const char *keys,
                        const char *accepted)
 {
     for (const toml_entry_t *entry = reading_first(reading, table); entry != NULL;
          entry = reading_next(reading, table, entry)) {
-        const size_t length = strlen(entry->key);
-        bool known = false;
-        for (const char *key = keys; *key != '\0' && !known;) {
-            const size_t size = strcspn(key, "|");
-            known = size == length && strncmp(key, entry->key, size) == 0;
-            key += size + (key[size] == '|' ? 1u : 0u);
+        if (!is_one_of(entry, keys)) {
+            return refuse_key(reading, entry, keys, accepted);
         }
-        if (known) {
-            continue;
-        }
-        names_search_t search = names_search(entry->key);
-        names_consider_choices(&search, keys);
-        const char *near = names_found(&search);
-        scenario_error_t ignored;
-        const table_row_t *row = near == NULL ? scenario_row(entry->key, &ignored) : NULL;
-        if (row != NULL) {
-            return scenario_fail(reading->error, reading_place(entry), entry->key, "no such %s here%s",
-                                 entry->type == TOML_TABLE ? "table" : "key",
-                                 scenario_near_row(entry->key, rig_table(0)).text);
-        }
-        return scenario_fail(reading->error, reading_place(entry), entry->key, "no such %s%s%s; accepted: %s",
-                             entry->type == TOML_TABLE ? "table" : "key", near != NULL ? "; nearest: " : "",
-                             near != NULL ? near : "", accepted);
     }
     return true;
 }
@@ -230,33 +243,44 @@ static int by_place(const void *a, const void *b)
     return compare_places(&x->place, &y->place);
 }
 
+/* The value of a row, appended to an event that has room for it. */
+static bool read_row(const reading_t *reading, const toml_entry_t *entry, const table_row_t *row,
+                     scenario_event_t *event)
+{
+    const bool initial = event == &reading->scenario->events[0];
+    double value = 0.0;
+    if ((!reading_row_value(reading, entry, row, &value) ||
+         !scenario_row_accepts(row, value, reading_place(entry), reading->error)) &&
+        !(initial && refuse_later(reading, row, NULL))) {
+        return false;
+    }
+    event->settings[event->count++] = (scenario_setting_t){row, value, reading_place(entry)};
+    return true;
+}
+
 static bool read_rows(const reading_t *reading, const toml_entry_t *section, scenario_event_t *event)
 {
     const table_t *table = scenario_table(section->key);
     for (const toml_entry_t *entry = reading_first(reading, section); entry != NULL;
          entry = reading_next(reading, section, entry)) {
         const table_row_t *row = table_by_name(table, entry->key);
-        double value = 0.0;
         if (row == NULL) {
             return scenario_fail(reading->error, reading_place(entry), entry->key, "no such row in %s%s",
                                  table->name, scenario_near_row(entry->key, table).text);
         }
-        const bool initial = event == &reading->scenario->events[0];
-        if ((!reading_row_value(reading, entry, row, &value) ||
-             !scenario_row_accepts(row, value, reading_place(entry), reading->error)) &&
-            !(initial && refuse_later(reading, row, NULL))) {
+        if (!read_row(reading, entry, row, event)) {
             return false;
         }
-        event->settings[event->count++] = (scenario_setting_t){row, value, reading_place(entry)};
     }
     return true;
 }
 
-/* The sections among a table's entries, into an event with room for `room` settings or for all of these. */
+/* The sections among a table's entries, into an event with room for `room` settings, or for all of these and
+ * one for each entry. */
 bool reading_sections(const reading_t *reading, const toml_entry_t *table, scenario_event_t *event,
                       uint32_t room)
 {
-    uint32_t count = 0;
+    uint32_t count = reading_count(reading, table);
     for (size_t n = 0; n < SCENARIO_SETTABLE; n++) {
         const toml_entry_t *section = reading_find(reading, table, scenario_settable[n]);
         if (section != NULL && !reading_is_type(reading, section, TOML_TABLE)) {
@@ -434,11 +458,43 @@ bool reading_time(const reading_t *reading, const toml_entry_t *entry, double *s
                               reading_key(entry), reading->error));
 }
 
+#define EVENT_KEYS "time|ramp|params|requests|plant|rig"
+#define EVENT_ROWS "rows by their names (speed_request) or as params.ROW, requests.ROW, plant.ROW, rig.ROW"
+
+/* The rows that an event sets by their names alone. A row that has been set in its section too is refused. */
+static bool read_named_rows(const reading_t *reading, const toml_entry_t *table, scenario_event_t *event)
+{
+    const uint32_t in_sections = event->count;
+    for (const toml_entry_t *entry = reading_first(reading, table); entry != NULL;
+         entry = reading_next(reading, table, entry)) {
+        if (is_one_of(entry, EVENT_KEYS)) {
+            continue;
+        }
+        const table_row_t *row = scenario_settable_row(entry->key, reading->error);
+        if (row == NULL) {
+            names_search_t search = names_search(entry->key);
+            names_consider_choices(&search, EVENT_KEYS);
+            reading->error->place = reading_place(entry);
+            return names_found(&search) != NULL &&
+                   refuse_key(reading, entry, EVENT_KEYS, "time, ramp, and " EVENT_ROWS);
+        }
+        for (uint32_t n = 0; n < in_sections; n++) {
+            if (event->settings[n].row == row) {
+                return scenario_fail(reading->error, reading_place(entry), entry->key,
+                                     "line %" PRIu32 " sets this row too; accepted: once in an event",
+                                     event->settings[n].place.line);
+            }
+        }
+        if (!read_row(reading, entry, row, event)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static bool read_event(const reading_t *reading, const toml_entry_t *entry, scenario_event_t *event)
 {
-    if (!reading_is_type(reading, entry, TOML_TABLE) ||
-        !reading_only_keys(reading, entry, "time|ramp|params|requests|plant|rig",
-                           "time, ramp, and rows as params.ROW, requests.ROW, plant.ROW, rig.ROW")) {
+    if (!reading_is_type(reading, entry, TOML_TABLE)) {
         return false;
     }
     const toml_entry_t *time = reading_find(reading, entry, "time");
@@ -450,13 +506,15 @@ static bool read_event(const reading_t *reading, const toml_entry_t *entry, scen
     event->ramp_place = reading_place(ramp != NULL ? ramp : time);
     if (!reading_time(reading, time, &event->time) ||
         (ramp != NULL && !reading_time(reading, ramp, &event->ramp)) ||
-        !reading_sections(reading, entry, event, 0u)) {
+        !reading_sections(reading, entry, event, 0u) || !read_named_rows(reading, entry, event)) {
         return false;
     }
     if (event->count == 0u) {
-        return scenario_fail(
-            reading->error, reading_place(entry), "at",
-            "it sets nothing; accepted: rows as params.ROW, requests.ROW, plant.ROW, rig.ROW");
+        return scenario_fail(reading->error, reading_place(entry), "at",
+                             "it sets nothing; accepted: " EVENT_ROWS);
+    }
+    if (event->count > 1u) {
+        qsort(event->settings, event->count, sizeof *event->settings, by_place);
     }
     return true;
 }

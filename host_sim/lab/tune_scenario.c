@@ -176,16 +176,17 @@ void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, c
         "# [rad/s], %.0f r/min\n\n[plant]\nload_torque = %.6g # [N m] passive: it only brakes\n\n"
         "[[at]]\ntime = %.6g\nramp = %.6g\nplant.load_torque = %.6g # [N m]\n",
         tune->speed_top, tune->speed_top / RPM, plan.first_load, plan.load, plan.ramp, plan.load_torque);
-    write_expect(to, "never lost", "lock_losses", NULL, "max", 0.0, 0.0, -INFINITY, 0.0);
+    write_expect(to, "never lost", "lock_losses", NULL, "max", 0.0, 0.0, -(double)INFINITY, 0.0);
     fprintf(to,
             "\n[[expect]]\nname = \"%s is in control\"\nsignal = \"manoeuvre\"\nstatistic = \"last\"\n"
             "from = %.6g\nat_least = \"run\"\nat_most = \"run\"\n",
             tune->needs_encoder ? "the encoder" : "the estimate", plan.settled);
     write_expect(to, "top speed", "true_omega_m", NULL, "mean", plan.top, plan.load, 0.99 * tune->speed_top,
-                 INFINITY);
+                 (double)INFINITY);
     write_expect(to, "speed under load", "true_omega_m", "omega_m_ref", "mean", plan.settled, 0.0,
                  -0.005 * tune->speed_top, 0.005 * tune->speed_top);
     write_expect(to, "angle under load", "theta_hat_err", NULL, "mean", plan.settled, 0.0, -ANGLE_MOST,
                  ANGLE_MOST);
-    write_expect(to, "and its scatter", "theta_hat_err", NULL, "sd", plan.settled, 0.0, -INFINITY, 0.05);
+    write_expect(to, "and its scatter", "theta_hat_err", NULL, "sd", plan.settled, 0.0, -(double)INFINITY,
+                 0.05);
 }

@@ -50,6 +50,7 @@ typedef enum {
 #define MASTER_BUSY         0x10
 #define MASTER_OUT_OF_RANGE 0x22
 #define MASTER_PROTECTED    0x23
+#define MASTER_LOCKED       0x25
 #define MASTER_LOST         (-1) /* the line broke, or nobody answers any more */
 #define MASTER_NOT_SENT     (-2) /* no room in the queue */
 
@@ -67,6 +68,10 @@ master_t *master_over(int descriptor, bool lossless, const char *name, master_er
 
 /* Stops the samples, says good-bye, closes. NULL is fine. */
 void master_close(master_t *master);
+
+/* Opens a drive that is locked by its line_key, by that key; kept for master_again. No effect on an open one.
+ * The drive ends the connection with a client that has a wrong key. */
+bool master_unlock(master_t *master, uint32_t key, master_error_t *error);
 
 /* After the chip's restart: connects anew, the TCP connection too if it is gone; for up to `seconds`. Samples
  * have ended. */

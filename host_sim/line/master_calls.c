@@ -9,6 +9,8 @@
 #include "host_sim/rig/rig.h"
 #include "settings/reasons.h"
 
+#define RESOURCE_CALIBRATION 0x01u
+
 #define EPK_LENGTH 16u /* [octets] "lagless-" and 8 digits */
 #define AGAIN_WAIT 0.1 /* [s] from one try to connect anew to the next */
 
@@ -112,7 +114,35 @@ bool master_connect(master_t *master, master_error_t *error)
                            (unsigned)master->packet_max, (unsigned)master->sample_max);
     }
     master->connected = true;
-    return check_epk(master, error);
+    return check_epk(master, error) && (master->key == 0u || master_unlock(master, master->key, error));
+}
+
+bool master_unlock(master_t *master, uint32_t key, master_error_t *error)
+{
+    uint8_t answer[MASTER_READ_MAX] = {0};
+    question_t seed = master_question(XCP_GET_SEED, 3u, MASTER_ANY, NULL, NULL);
+    seed.packets[0][2] = RESOURCE_CALIBRATION;
+    master->key = key;
+    int result = master_asked(master, seed, answer, NULL);
+    if (result != MASTER_OK) {
+        return master_fail_result(master, error, "seed", result);
+    }
+    if (answer[0] == 0u) {
+        return true;
+    }
+    question_t unlock = master_question(XCP_UNLOCK, 6u, MASTER_ANY, NULL, NULL);
+    unlock.packets[0][1] = 4u;
+    master_put(unlock.packets[0] + 2, line_unlocks(master_take(answer + 1, 4u), key), 4u);
+    result = master_asked(master, unlock, NULL, NULL);
+    if (result == MASTER_LOCKED) {
+        master->connected = false;
+        return master_fail(
+            error,
+            "%s: the key is wrong: accepted is the drive's parameter line_key, and the drive has ended "
+            "the connection; without a key it can be read",
+            master->name);
+    }
+    return result == MASTER_OK || master_fail_result(master, error, "unlock", result);
 }
 
 static master_t *connected(master_t *master, master_error_t *error)
@@ -239,6 +269,8 @@ bool master_fail_result(const master_t *master, master_error_t *error, const cha
         {MASTER_OUT_OF_RANGE, "the drive has nothing at this address, or the value is out of its range"},
         {MASTER_PROTECTED, "it is shown, not set"},
         {0x24, "access denied"},
+        {MASTER_LOCKED,
+         "the drive is locked by its line_key: it can be read; to write, connect with --key KEY"},
         {0x26, "no such set of parameters"},
         {0x27, "not in this mode"},
         {0x29, "not in this order"},

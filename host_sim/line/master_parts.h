@@ -16,6 +16,8 @@ enum {
     XCP_CONNECT = 0xFF,
     XCP_DISCONNECT = 0xFE,
     XCP_SYNCH = 0xFC,
+    XCP_GET_SEED = 0xF8,
+    XCP_UNLOCK = 0xF7,
     XCP_SET_MTA = 0xF6,
     XCP_SHORT_UPLOAD = 0xF4,
     XCP_DOWNLOAD = 0xF0,
@@ -92,6 +94,7 @@ struct master {
     uint32_t synchs; /* [-] in a row without an answer */
 
     bool connected;
+    uint32_t key;                    /* [-] of master_unlock; 0: none */
     uint32_t packet_max, sample_max; /* [octets] of commands and of samples */
     bool clock_known;
     uint32_t clock;    /* [periods] by the last answer */

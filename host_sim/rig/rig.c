@@ -75,6 +75,8 @@ rig_t *rig_create(uint64_t seed)
     plant_init(&state->plant, &plant, seed);
     chip_power_on(&state->chip, (uint32_t)BOARD_CRYSTAL_HZ);
     chip_serial_speed(&state->chip, (uint32_t)BOARD_SERIAL_BAUD);
+    rig_bind(rig);
+    rig_drive_enable_input(rig);
     rig_start(rig);
     return rig;
 }

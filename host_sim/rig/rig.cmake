@@ -11,8 +11,9 @@ add_library(lagless_rig STATIC
 desk_room(lagless_rig)
 target_compile_definitions(lagless_rig PRIVATE _POSIX_C_SOURCE=200809L)
 target_link_libraries(lagless_rig PUBLIC lagless_app lagless_hal lagless_chip lagless_plant)
-# The one place where the desk stands between two functions of the firmware: the interrupts' calls of drive_step and
-# drive_medium_step go through desk_drive_step and desk_drive_medium_step (rig_software.c).
+# The one place where the desk stands between two functions of the firmware: the interrupts' calls of drive_step,
+# drive_medium_step and drive_medium_took go through desk_... (rig_software.c).
 target_compile_definitions(lagless_app PRIVATE
-    drive_step=desk_drive_step drive_medium_step=desk_drive_medium_step)
+    drive_step=desk_drive_step drive_medium_step=desk_drive_medium_step
+    drive_medium_took=desk_drive_medium_took)
 target_link_options(lagless_rig INTERFACE -Wl,-u,desk_drive_step) # the linker meets the rig before the app that asks for it

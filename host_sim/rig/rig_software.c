@@ -78,10 +78,12 @@ static void take_exact(const rig_state_t *state, drive_samples_t *samples)
     samples->u_dc = truth->true_u_dc;
 }
 
-/* The medium task is through: fast task and background see that from here on. */
+/* The medium task is through: fast task and background see that from here on, and how long it took. */
 static void end_medium(rig_state_t *state)
 {
     if (state->medium_until != 0u && chip_now(&state->chip) >= state->medium_until) {
+        const double seconds = (double)(state->medium_until - state->medium_begin) / 150e6;
+        drive_medium_took(&state->app.drive, (uint32_t)(seconds * (double)BOARD_SYSCLK_HZ + 0.5));
         state->medium_until = 0u;
         state->app.drive.done = state->medium_done;
         state->app.drive.opens = state->medium_opens;
@@ -96,11 +98,20 @@ void desk_drive_medium_step(drive_t *drive)
     const int32_t opens = drive->opens;
     drive_medium_step(drive);
     if (ticks != 0u) {
-        state->medium_until = chip_now(&state->chip) + ticks;
+        state->medium_begin = chip_now(&state->chip);
+        state->medium_until = state->medium_begin + ticks;
         state->medium_done = drive->done;
         state->medium_opens = drive->opens;
         drive->done = done;
         drive->opens = opens;
+    }
+}
+
+/* A task whose time has not passed yet has no duration yet. */
+void desk_drive_medium_took(drive_t *drive, uint32_t cycles)
+{
+    if (bound->state.medium_until == 0u) {
+        drive_medium_took(drive, cycles);
     }
 }
 

@@ -19,6 +19,7 @@ typedef struct {
     plant_t plant;
     uint64_t start;           /* [ticks] t_0: carrier zero of period 0; */
     uint64_t background_next; /* [ticks] the background may come round again */
+    uint64_t medium_begin;    /* [ticks] the medium task began */
     uint64_t medium_until;    /* [ticks] the medium task is not through before; 0: it is */
     uint32_t medium_done;     /* [windows] its drive_t.done from then on */
     int32_t medium_opens;     /* [-] its drive_t.opens from then on */

@@ -82,7 +82,9 @@ typedef struct {
       "then reads none again")                                                                               \
     F(5017, medium_time, "-", 1.0f, 0.0f, 100.0f,                                                            \
       "time of the medium task without the interrupts during it, relative to its estimated cost on the "     \
-      "chip")
+      "chip")                                                                                                \
+    E(5047, enable_input, "active|lost",                                                                     \
+      "level of the board's enable input; a board without one accepts active alone")
 
 typedef struct {
 #define CONDITION_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */

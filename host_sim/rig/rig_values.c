@@ -302,6 +302,11 @@ static bool refuse_condition(rig_t *rig, const table_row_t *row, double value)
         return refuse_in_favour(rig, row, REASON_OUT_OF_RANGE, value, rig_min(row), rig_max(row),
                                 " (must be a whole number)");
     }
+    if (BOARD_ENABLE_INPUT == BOARD_NONE && row->offset == offsetof(rig_conditions_t, enable_input) &&
+        value != 0.0) {
+        return rig_refuse(rig, row->id, REASON_CROSS_RULE,
+                          "enable_input = lost: this board has no enable input (BOARD_ENABLE_INPUT)");
+    }
     if (row->offset == offsetof(rig_conditions_t, fidelity) && value != 0.0 &&
         (plant->open_switches != 0.0f || plant->shorted_switches != 0.0f)) {
         return rig_refuse(rig, row->id, REASON_CROSS_RULE,
@@ -327,6 +332,9 @@ static bool set_condition(rig_t *rig, const table_row_t *row, double value)
         chip_stick_adc(&state->chip, BOARD_CURRENT_C_INPUT, (int32_t)now->stuck_current_c);
     }
     chip_stick_adc(&state->chip, BOARD_DC_INPUT, (int32_t)now->stuck_dc_link);
+    if (row->offset == offsetof(rig_conditions_t, enable_input)) {
+        rig_drive_enable_input(rig);
+    }
     if (row->offset == offsetof(rig_conditions_t, metering)) {
         plant_set_metering(&state->plant, now->metering != 0);
     }

@@ -41,6 +41,16 @@ void rig_follow_fault_line(rig_t *rig)
     }
 }
 
+void rig_drive_enable_input(rig_t *rig)
+{
+#if BOARD_ENABLE_INPUT != BOARD_NONE
+    const bool active = rig->state.conditions.enable_input == 0;
+    chip_set_pin(&rig->state.chip, BOARD_ENABLE_INPUT, active == (BOARD_ENABLE_ACTIVE_HIGH != 0));
+#else
+    (void)rig;
+#endif
+}
+
 /* Only the currents move within a microsecond; slow quantities are taken at the plant's present instant. */
 static double on_analog(void *context, uint64_t tick, uint32_t channel)
 {

@@ -69,3 +69,7 @@
 
 #define BOARD_SERIAL_BAUD 781250 /* 18 */
 #define BOARD_SERIAL_PINS BOARD_SCIA_GPIO35
+
+#define BOARD_ENABLE_INPUT       50 /* 19: closed to ground by a relay, with the chip's pull-up */
+#define BOARD_ENABLE_ACTIVE_HIGH 0
+#define BOARD_ENABLE_DEBOUNCE_US 2000

@@ -94,7 +94,7 @@ class GoodFiles(BoardFileTest):
         for name, value in [("BOARD_CARRIER_HZ", 5000), ("BOARD_CARRIER_HZ", 20000), ("BOARD_TRIP_ZONE", 1),
                             ("BOARD_CURRENT_C_INPUT", "BOARD_NONE"), ("BOARD_SINK_AT_3V", "93"), ("BOARD_LED_RUN", 87),
                             ("BOARD_SHORT_CIRCUIT_TRIP_MA", 0), ("BOARD_OVERCURRENT_TRIP_MA", 48579),
-                            ("BOARD_OVERVOLTAGE_MAX_MV", 70560), ("BOARD_SERIAL_BAUD", 0),
+                            ("BOARD_OVERVOLTAGE_MAX_MV", 70560), ("BOARD_SERIAL_BAUD", 0), ("BOARD_ENABLE_INPUT", "BOARD_NONE"), ("BOARD_ENABLE_INPUT", 87),
                             ("BOARD_SERIAL_BAUD", 115200), ("BOARD_SERIAL_BAUD", 797193)]:  # by 2 % of it above 781250
             with self.subTest(name=name, value=value):
                 self.assertEqual(self.output(with_value(good, name, value)), "")
@@ -209,6 +209,15 @@ class Mistakes(BoardFileTest):
         (18, "not within 2 %", {"BOARD_SERIAL_BAUD": 2343750}),
         (18, "BOARD_SERIAL_PINS is BOARD_SCIA_GPIO28 or BOARD_SCIA_GPIO35", {"BOARD_SERIAL_PINS": 2}),
         (18, "those of BOARD_LED_RUN or BOARD_LED_FAULT", {"BOARD_LED_RUN": 36}),
+        (19, "BOARD_ENABLE_INPUT is the number of a GPIO, 0 to 87, or BOARD_NONE", {"BOARD_ENABLE_INPUT": 88}),
+        (19, "BOARD_ENABLE_INPUT is the number of a GPIO, 0 to 87, or BOARD_NONE", {"BOARD_ENABLE_INPUT": -1}),
+        (19, "a pin of a gate", {"BOARD_ENABLE_INPUT": 11}),
+        (19, "the fault line", {"BOARD_ENABLE_INPUT": 17}),
+        (19, "the encoder", {"BOARD_ENABLE_INPUT": 24}),
+        (19, "is a pin of a gate, the fault line, the encoder, a light or the serial line", {"BOARD_ENABLE_INPUT": 61}),
+        (19, "the serial line", {"BOARD_ENABLE_INPUT": 36}),
+        (19, "BOARD_ENABLE_ACTIVE_HIGH is 0 or 1", {"BOARD_ENABLE_ACTIVE_HIGH": 2}),
+        (19, "BOARD_ENABLE_DEBOUNCE_US is accepted from 0 to 20000", {"BOARD_ENABLE_DEBOUNCE_US": 20001}),
     ]
 
     def test_each_mistake_names_the_line(self):
@@ -279,7 +288,7 @@ def guide_facts():
 
 class Guide(unittest.TestCase):
     def test_table_is_numbered_through(self):
-        self.assertEqual(sorted(guide_rows()), list(range(1, 19)))
+        self.assertEqual(sorted(guide_rows()), list(range(1, 20)))
 
     def test_table_and_header_name_the_same_facts_under_the_same_numbers(self):
         """Of the header: what it asks for, and the number of the message behind the question."""

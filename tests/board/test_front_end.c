@@ -241,6 +241,25 @@ static void test_fault_line_is_a_trip_input_with_the_pull_up_that_was_asked_for(
 #endif
 }
 
+/* The level that line 19 names enables; an open wire does not. */
+static void test_enable_input_is_read_at_its_pin_and_off_with_an_open_wire(void)
+{
+#if BOARD_ENABLE_INPUT != BOARD_NONE
+    const uint32_t pull_up_off =
+        GPIO_CONTROL(BOARD_ENABLE_INPUT / 32u)->PUD >> (BOARD_ENABLE_INPUT % 32u) & 1u;
+    TEST_ASSERT_EQUAL_UINT32(BOARD_ENABLE_ACTIVE_HIGH, pull_up_off);
+    for (uint32_t high = 0; high < 2u; high++) {
+        chip_set_pin(&chip, BOARD_ENABLE_INPUT, high != 0u);
+        take_sample();
+        TEST_ASSERT_EQUAL_HEX32(high == BOARD_ENABLE_ACTIVE_HIGH ? 0u : DRIVE_SAMPLE_NOT_ENABLED,
+                                got.flags & DRIVE_SAMPLE_NOT_ENABLED);
+    }
+#else
+    take_sample();
+    TEST_ASSERT_EQUAL_HEX32(0u, got.flags & DRIVE_SAMPLE_NOT_ENABLED);
+#endif
+}
+
 static void expect_led(int32_t pin, bool lit)
 {
     if (pin != BOARD_NONE) {

@@ -2,6 +2,7 @@
  * at as levels of the pins that lines 4 and 5 name. */
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
@@ -268,3 +269,53 @@ static void test_heat_trips_where_there_is_a_sensor(void)
     expect_hot_trip("plant.motor_temperature", "motor_temperature_max", BOARD_MOTOR_INPUT != BOARD_NONE,
                     REASON_MOTOR_HOT);
 }
+
+/* ---- enable input ---- */
+
+#if BOARD_ENABLE_INPUT != BOARD_NONE
+#define DEBOUNCE (BOARD_ENABLE_DEBOUNCE_US / 1e6)          /* [s] */
+#define WINDOWS  (4.0 * DRIVE_WINDOW * RIG_PERIOD_SECONDS) /* [s] until an order of the medium task acts */
+
+static void expect_off_for(double seconds, int32_t refusal)
+{
+    for (uint32_t n = rig_periods(seconds); n > 0u; n--) {
+        rig_step(rig);
+        TEST_ASSERT_EQUAL_UINT32(0u, gates_on());
+    }
+    TEST_ASSERT_EQUAL_DOUBLE((double)refusal, rig_value(rig, "refusal"));
+}
+
+static void test_without_the_enable_input_no_request_turns_a_gate_on(void)
+{
+    run_put(rig, "enable_input", 1.0);
+    run_seconds(rig, DEBOUNCE + WINDOWS);
+    run_put(rig, "enable", 1.0);
+    expect_off_for(0.1, REASON_ENABLE_INPUT);
+    run_put(rig, "enable_input", 0.0);
+    expect_off_for(0.1, REASON_ENABLE_HELD);
+    run_put(rig, "enable", 0.0);
+    run_seconds(rig, WINDOWS);
+    turn_on();
+}
+
+/* Braking begins after the debounce time, and the gates are off 50 ms later, whether the rotor stands or not.
+ */
+static void test_a_lost_enable_input_brakes_and_opens_within_50_ms(void)
+{
+    turn_on();
+    run_put(rig, "enable_input", 1.0);
+    run_seconds(rig, DEBOUNCE - RIG_PERIOD_SECONDS);
+    TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
+    run_seconds(rig, WINDOWS);
+    TEST_ASSERT_TRUE(rig_value(rig, "state") >= (double)DRIVE_QUICK_STOP);
+    run_seconds(rig, 50e-3);
+    expect_fault(REASON_ENABLE_INPUT);
+}
+#else
+static void test_a_board_without_an_enable_input_has_none_that_could_be_lost(void)
+{
+    TEST_ASSERT_FALSE(rig_put(rig, "enable_input", 1.0));
+    TEST_ASSERT_NOT_NULL(strstr(rig_error(rig), "no enable input"));
+    turn_on();
+}
+#endif

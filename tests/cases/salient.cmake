@@ -7,7 +7,7 @@ scenario_cases(salient_with_encoder)
 grid_cases(salient_rotors)
 # A family of L_q/L_d 1 to 4, and its field weakening, up to three times the base speed and down: a random share of each grid in every check,
 # all of it with --long.
-set(salient_grid ${CMAKE_SOURCE_DIR}/tests/rig/grids.py $<TARGET_FILE:run_scenario>)
+set(salient_grid ${CMAKE_SOURCE_DIR}/tools/run-grids $<TARGET_FILE:run_scenario>)
 foreach(part "" _long)
     add_test(NAME salient_grid${part} COMMAND ${Python3_EXECUTABLE} -B ${salient_grid} ${CMAKE_CURRENT_BINARY_DIR}/salient_grid${part}
         ${CMAKE_CURRENT_SOURCE_DIR}/salient.grid)

@@ -310,11 +310,12 @@ class CommandLine(TestCase):
                 (["run", "load_stpe"], "did you mean load_step?"), (["run", path, "--seed", "-1"], "whole numbers 0 to"),
                 (["run", path, "--set", "inertai=1"], "inertia"),
                 (["run", path, "--record", "i_q"], "--out"), (["run", path, "--out", self.folder, "--record", "i_qq"], "i_q"),
-                (["run", path, "--out", self.folder, "--format", "xml"], "csv, mat, vcd"),
+                (["run", path, "--out", self.folder, "--format", "xml"], "csv, mat, vcd, mdf"),
                 (["run", path, "--out", self.folder, "--every", "0"], "whole numbers 1 to"),
                 (["run", path, "--out", self.folder, "--format", "vcd", "--set", "fidelity=averaged"], "switched"),
                 (["run", path, path], "a second scenario; accepted is one"), (["explain", "overcurent"], "did you mean overcurrent?"),
-                (["explain", "999"], "no such reason"), (["completion", "tcsh"], "bash"), (["params", "x"], "no argument"),
+                (["explain", "999"], "no such reason"), (["completion", "tcsh"], "bash, zsh, fish"), (["params", "no_such_row"], "no row has no_such_row"),
+                (["signals", "no_such", "row_either"], "one of these words"),
                 (["campaign", "--runs", "0"], "1 to 1000000"), (["campaign", "--runs", "ten"], "accepted whole numbers"),
                 (["campaign", "--seed", "-1"], "accepted whole numbers"), (["campaign", "--seconds", "0.01"], "0.1 to 3600"),
                 (["campaign", "--seconds", "2x"], "0.1 to 3600"), (["campaign", "--shard", "0/2"], "accepted I/N"),
@@ -441,6 +442,32 @@ class CommandLine(TestCase):
         self.expect(0, lagless("serve", self.scenario(), "--port", "0", "--until", "1 s"), "listening on 127.0.0.1:")
         self.assertGreater(time.monotonic() - begun, 0.98)
         self.expect(0, lagless("serve", self.scenario(), "--port", "0", "--until", "0.5 s", "--free", "--quiet"))
+
+    def test_each_command_prints_the_version_of_the_program(self):
+        version = lagless("--version").stdout
+        self.assertRegex(version, r"^lagless \d+\.\d+\.\d+\n$")
+        for command in ("run", "explain", "params"):
+            self.assertEqual((0, version), (lagless(command, "--version").returncode, lagless(command, "--version").stdout))
+
+    def test_params_and_signals_list_the_rows_with_a_word_in_name_text_or_unit(self):
+        def names(*arguments):
+            return {row["name"] for row in json.loads(lagless(*arguments, "--json").stdout)["rows"]}
+        rows = json.loads(lagless("params", "--json").stdout)["rows"]
+        self.assertEqual({row["name"] for row in rows if "dead" in row["name"] + row["text"] or row["unit"] == "kg m^2"},
+                         names("params", "DEAD", "KG M^2"))
+        self.assertIn("theta_hat", names("signals", "theta_hat"))
+        shown = lagless("params", "motor_flux").stdout
+        self.assertIn("motor_flux_linkage ", shown)
+        self.assertNotIn("motor_resistance ", shown)
+
+    def test_fish_completes_commands_options_and_rows(self):
+        script = lagless("completion", "fish").stdout
+        if shutil.which("fish") is None:
+            self.skipTest("fish is not installed")
+        for line, expected in (("lagless comp", {"compare", "completion"}), ("lagless run --set iner", {"inertia=", "inertia_adaptation="}),
+                               ("lagless explain overcurr", {"overcurrent"}), ("lagless params --js", {"--json"})):
+            done = subprocess.run(["fish", "-c", script + "\ncomplete -C '%s'" % line], capture_output=True, text=True)
+            self.assertEqual(expected, {candidate.split("\t")[0] for candidate in done.stdout.splitlines()}, done.stderr)
 
     def test_completion_is_bash_and_knows_the_tables(self):
         script = lagless("completion", "bash").stdout

@@ -8,6 +8,7 @@ import re
 import select
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import time
@@ -147,6 +148,35 @@ get motor_resistance current_limit store_state
         self.assertAlmostEqual(said[0]["motor_resistance"], 0.95, places=6)
         self.assertEqual(said[0]["store_state"], "empty")
 
+    def test_saved_parameters_are_erased_when_the_word_is_given(self):
+        server = self.serve()
+        self.does(server, "wait until state == ready\nsave\nload\n")
+        result = self.fails(server, "erase\n", "erase: all saved parameters of this drive would be lost")
+        self.assertIn("erase yes", result.stderr)
+        self.fails(server, "erase no\n", "erase yes")
+        said = answers(self.does(server, "load\nget store_state\nerase yes\nget store_state\nrestart\n", "--json"))
+        self.assertEqual([said[1]["store_state"], said[3]["store_state"], said[4]["store_state"]], ["loaded", "empty", "empty"])
+        self.fails(server, "load\n", "this drive has no saved parameters")
+
+    def test_a_locked_drive_is_read_by_all_and_written_with_its_key_alone(self):
+        server = self.serve(BENCH + "[params]\nline_key = 4711\n")
+        said = answers(self.does(server, "get line_key u_dc speed_request\n", "--json"))
+        self.assertEqual(said[0]["line_key"], 0)
+        self.assertGreater(said[0]["u_dc"], 300.0)
+        for line in ("set speed_request 10 r/min", "set current_limit 8", "apply", "save", "go 300 r/min", "off"):
+            self.fails(server, line + "\n", "locked by its line_key: it can be read; to write, connect with --key KEY")
+        wrong = connect(server.target, "get u_dc\n", "--key", "4712")
+        self.assertEqual((wrong.returncode, wrong.stdout), (3, ""))
+        self.assertIn("the key is wrong", wrong.stderr)
+        script = "wait until state == ready\nset speed_request 10\nset current_limit 8\napply\nsave\nrestart\nget line_key\n"
+        said = answers(self.does(server, script + "set speed_request 5\nget speed_request\n", "--json", "--key", "4711"))
+        self.assertEqual((said[6]["line_key"], said[8]["speed_request"]), (4711, 5.0))
+        self.does(self.serve(), "set speed_request 10\n", "--key", "4711")  # one that is open
+        for key in ("0", "-1", "4711x", "10000000", ""):
+            refused = connect(server.target, "", "--key", key)
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn("a whole number from 1 to 9999999", refused.stderr)
+
     def test_recorded_is_to_the_bit_what_run_records(self):
         server = self.serve(TURNING)
         names = "omega_m i_d i_q i_a theta_e duty_a u_dc state"
@@ -169,7 +199,7 @@ get motor_resistance current_limit store_state
 restart
 go 300 r/min
 wait until omega_m > 290 r/min timeout 10 s
-record omega_m i_q u_dc for 0.5 s every 3 --out {self.folder}
+record omega_m i_q u_dc for 0.5 s every 3 --out {self.folder} --format csv,mdf
 quick_stop
 wait until state == ready
 """)
@@ -178,6 +208,11 @@ wait until state == ready
         self.assertEqual(len(times), 1667)
         for before, after in zip(times, times[1:]):
             self.assertAlmostEqual(after - before, 3e-4, places=7)
+        with open(os.path.join(self.folder, "recording.mf4"), "rb") as file:
+            mdf = file.read()
+        self.assertEqual(mdf[:16], b"MDF     4.10    ")
+        samples = mdf[-1667 * 20:]  # time as a double, three floats
+        self.assertEqual([struct.unpack_from("<d", samples, 20 * n)[0] for n in range(1667)], times)
         self.fails(server, f"record omega_m i_q u_dc for 0.2 s --out {self.folder} --name fast\n", "the line is too slow; fewer names, or every ")
 
     def test_capture_has_the_moment_before_its_trigger(self):
@@ -276,7 +311,7 @@ class WrongLines(Case):
         ("record omega_m for 1 s every 0 --out x", "accepted whole numbers of periods, 1 to 255"),
         ("record omega_m,omega_m for 1 s --out x", "given twice"),
         ("record omega_m for 1 s --out /proc/no/where", "cannot be made"),
-        ("record omega_m for 1 s --out x --format vcd", "accepted csv, mat, csv,mat"),
+        ("record omega_m for 1 s --out x --format vcd", "accepted csv, mat, mdf, separated by commas"),
         ("capture dance", "accepted: on, signals, after, arm"),
         ("capture on full moon", "accepted: fault, command, SIGNAL above VALUE"),
         ("capture read --out x", "holds nothing yet"),

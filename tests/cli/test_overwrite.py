@@ -78,6 +78,7 @@ class Overwrite(TestCase):
         run, there = ["run", self.scenario(duration="1 ms", name="b.toml")], ["--out", self.folder]
         few_points, cell = ["map", "--ideal", "--speeds", "500", "--adaptation", "off", "--averaged"], ["matrix", "--cell", "stuck_a_rail/off"]
         for name, arguments in (("b.mat", [*run, *there, "--format", "mat"]), ("b.vcd", [*run, *there, "--format", "vcd"]),
+                                ("b.mf4", [*run, *there, "--format", "mdf"]),
                                 ("b_fault.csv", [*run, *there]), ("b.html", [*run, *there, "--plot"]),
                                 ("a.html", ["plot", recording]), ("a.svg", ["plot", recording, "--format", "html,svg"]),
                                 ("compare.html", ["compare", recording, recording, *there]),

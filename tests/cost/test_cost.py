@@ -2,18 +2,17 @@
 """Tests of tools/cost, whose sums are held against tools/target/cost.json in each check: what a load, a store, a constant of the M4F
 costs on a C28x. Expected by the C28x's addressing modes: *+XARn[3 bits], *-SP[6 bits], *XARn++, *+XARn[AR0] after a load of AR0; MOVIZ and MOVXI; MOVL XARn with 22 bits."""
 import contextlib
-import importlib.machinery
-import importlib.util
 import io
 import json
 import pathlib
+import sys
 import tempfile
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-loader = importlib.machinery.SourceFileLoader("cost", str(ROOT / "tools/cost"))
-cost = importlib.util.module_from_spec(importlib.util.spec_from_loader("cost", loader))
-loader.exec_module(cost)
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import tool  # noqa: E402
+
+cost = tool.load("cost")
 
 IN_REACH = (1, 1, 1)
 BEYOND = (1.5, 1.95, 2)  # and the index register that is loaded before: half the time, 19 times of 20, each time

@@ -154,15 +154,17 @@ static void test_currents_are_held_at_counter_zero(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-15, held, (double)ADC_LEAD / (double)HAL_CLOCK_HZ);
 }
 
-static void test_start_up_connects_gates_fault_line_encoder_and_serial_line(void)
+/* The enable input, GPIO27, is enabled by a high level: without its pull-up an open wire is low. */
+static void test_start_up_connects_gates_fault_line_encoder_serial_line_and_enable_input(void)
 {
+    rec.regs.gpio_control[0].DIR = 0x08000000u;
     rec.regs.gpio_control[0].PUD = 0x3000FFFFu;
     rec.regs.gpio_control[0].MUX2 = 0x50000000u; /* a CAN port that somebody else set up */
     TEST_ASSERT_EQUAL(HAL_OK, start());
     const expected_t expected[] = {
         {&GPIO_CONTROL(0u)->MUX1, 0x01000555u},  {&GPIO_CONTROL(0u)->MUX2, 0x55005500u},
         {&GPIO_CONTROL(0u)->QSEL1, 0x03000000u}, {&GPIO_CONTROL(0u)->QSEL2, 0x03000000u},
-        {&GPIO_CONTROL(0u)->PUD, 0x0000EFFFu},   {&GPIO_CONTROL(0u)->DIR, 0u},
+        {&GPIO_CONTROL(0u)->PUD, 0x0800EFFFu},   {&GPIO_CONTROL(0u)->DIR, 0u},
     };
     ASSERT_REGISTERS(expected);
 }
@@ -788,6 +790,17 @@ static void test_sample_drops_the_first_pair_and_reads_the_right_justified_resul
     TEST_ASSERT_EQUAL_HEX32(0x12345u, samples.encoder);
     TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_TRIPPED, samples.flags);
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(1u, rec.entries, "one store a sample");
+}
+
+static void test_each_sample_tells_whether_the_enable_input_is_active(void)
+{
+    start_carrier();
+    TEST_ASSERT_TRUE(hal_gates_on());
+    TEST_ASSERT_EQUAL_HEX16(0u, sample_at(PERIOD + 100u).flags);
+    rec.regs.gpio_data[0].DAT &= ~0x08000000u;
+    TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_NOT_ENABLED, sample_at(2u * PERIOD + 100u).flags);
+    rec.regs.gpio_data[0].DAT |= 0x08000000u;
+    TEST_ASSERT_EQUAL_HEX16(0u, sample_at(3u * PERIOD + 100u).flags);
 }
 
 static void test_flags_tell_trip_and_fault_line_apart(void)

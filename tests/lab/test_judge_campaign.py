@@ -4,9 +4,10 @@ import sys
 import tempfile
 import unittest
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent))
-import find_seeded_defects as defects  # noqa: E402
-import judge_campaign as judge  # noqa: E402
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import tool  # noqa: E402
+
+judge, defects = tool.load("judge-campaign"), tool.load("seeded-defects")
 
 
 class Counts(unittest.TestCase):

@@ -402,3 +402,19 @@ static void test_a_sensor_at_its_rail_is_green_in_every_manoeuvre_and_comes_in_i
         }
     }
 }
+
+/* The input's own time: debounced, 50 ms of braking, and the windows of the medium task. */
+static void test_a_lost_enable_input_opens_the_bridge_in_its_time_in_every_manoeuvre(void)
+{
+    const double most = (double)BOARD_ENABLE_DEBOUNCE_US * 1e-6 + 50e-3 + 4e-3;
+    const size_t count = lay_out((matrix_choice_t){.only = "enable_lost"});
+    run(cells, count, 2u);
+    for (size_t n = 0; n < count; n++) {
+        char name[MATRIX_NAME_SIZE];
+        if (cells[n].occurs) {
+            matrix_cell_name(name, &cells[n]);
+            TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, cells[n].red, name);
+            TEST_ASSERT_TRUE_MESSAGE(cells[n].seen.gates_off <= most, name);
+        }
+    }
+}

@@ -10,11 +10,13 @@ for every day; `all` looks for the cells itself in a whole run.
 """
 import pathlib
 import re
-import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools/mutation"))
+import planted  # noqa: E402
 
 BUILD, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
 GUARD, LIMITS, TRIPS = "guard/guard.c", "settings/guard_tuning.c", "fast/fast_trips.c"
@@ -23,16 +25,6 @@ MOST = 8  # cells of a mutation of the table
 
 # A row of the table: number, NAME, "name", quantity, comparison, "limit", margin, rate, debounce, when, reaction.
 ROW = re.compile(r'F\((\d+), (\w+), "(\w+)", (\w+), (\w+), "(\w*)", ([^,]+), (\w+), ((?:[^,()]|\([^()]*\))+), (\w+), (\w+),')
-
-
-def commands(target):
-    listed = subprocess.run(["ninja", "-C", BUILD, "-t", "commands", target], capture_output=True, text=True, check=True)
-    return [line for line in listed.stdout.splitlines() if line.strip()]
-
-
-def without_launcher(words):
-    """A compiler's command line, from the compiler on."""
-    return words[next((n + 1 for n, word in enumerate(words) if pathlib.PurePath(word).name == "ccache"), 0):]
 
 
 def flat(text):
@@ -56,31 +48,11 @@ class Mutant:
         for path, text in self.files.items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_text(text)
-        for n, compiled in enumerate(self.compiled):
-            self.compile(folder, compiled, folder / f"mutant_{n}.o")
-        line = commands("tests/lab/matrix_cells")[-1]
-        words = shlex.split(line.split("&&")[1] if "&&" in line else line)
-        words[words.index("-o") + 1] = str(folder / "cells")
-        first = next(n for n, word in enumerate(words) if word.endswith(".o"))
-        words[first:first] = [str(folder / f"mutant_{n}.o") for n in range(len(self.compiled))]
-        subprocess.run(words, cwd=BUILD, check=True)
-        return folder / "cells"
-
-    def compile(self, folder, compiled, output):
-        """One source of the firmware as in its library, but with the mutant's files before the tree's."""
-        (library,) = (name for name in ("lagless_core", "lagless_firmware")
-                      if (BUILD / f"firmware/CMakeFiles/{name}.dir/{compiled}.o").exists())
-        words = without_launcher(shlex.split(commands(f"firmware/CMakeFiles/{library}.dir/{compiled}.o")[-1]))
-        words.remove("-Werror")
-        words[words.index("-o") + 1] = str(output)
-        words[words.index("-c") + 1] = str((folder if compiled in self.files else SOURCE / "firmware") / compiled)
-        for flag in ("-MD",):
-            words.remove(flag)
-        for flag in ("-MT", "-MF"):
-            at = words.index(flag)
-            del words[at:at + 2]
-        words.insert(1, f"-I{folder}")
-        subprocess.run(words, cwd=BUILD, check=True)
+        objects = [folder / f"mutant_{n}.o" for n in range(len(self.compiled))]
+        for compiled, output in zip(self.compiled, objects):  # with the mutant's files before the tree's
+            source = (folder if compiled in self.files else SOURCE / "firmware") / compiled
+            planted.compile_firmware(BUILD, compiled, source, output, folder)
+        return planted.link(BUILD, "tests/lab/matrix_cells", objects, folder / "cells")
 
 
 def run(program, cells):

@@ -4,8 +4,6 @@
 usage: test_same_bits.py TAP_HASH
 """
 import contextlib
-import importlib.machinery
-import importlib.util
 import io
 import json
 import pathlib
@@ -14,12 +12,12 @@ import sys
 import tempfile
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-loader = importlib.machinery.SourceFileLoader("same_bits", str(ROOT / "tools/same-bits"))
-same_bits = importlib.util.module_from_spec(importlib.util.spec_from_loader("same_bits", loader))
-loader.exec_module(same_bits)
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import tool  # noqa: E402
 
-PROGRAM = pathlib.Path(sys.argv.pop() if len(sys.argv) > 1 else ROOT / "build/host/tests/lab/tap_hash").resolve()
+same_bits = tool.load("same-bits")
+
+PROGRAM = pathlib.Path(sys.argv.pop() if len(sys.argv) > 1 else tool.ROOT / "build/host/tests/lab/tap_hash").resolve()
 BUILD = PROGRAM.parents[2]
 
 

@@ -116,6 +116,19 @@ static void test_every_key_arrives(void)
     TEST_ASSERT_TRUE(expect->at_most == 3.0);
 }
 
+/* --set, [[profile]] and [[at]] accept the same names. */
+static void test_an_event_sets_rows_by_their_names_in_the_order_of_the_file(void)
+{
+    given(RUN "[[at]]\ntime = 0.5\nspeed_request = \"300 r/min\"\nparams.speed_kp = 0.4\nload_torque = 5\n");
+    const scenario_event_t *event = &scenario->events[1];
+    TEST_ASSERT_EQUAL_UINT32(3u, event->count);
+    TEST_ASSERT_EQUAL_PTR(rig_row_by_name("requests.speed_request"), event->settings[0].row);
+    TEST_ASSERT_TRUE(event->settings[0].value == 300.0 * (PI / 30.0));
+    TEST_ASSERT_EQUAL_PTR(rig_row_by_name("params.speed_kp"), event->settings[1].row);
+    TEST_ASSERT_EQUAL_PTR(rig_row_by_name("plant.load_torque"), event->settings[2].row);
+    TEST_ASSERT_TRUE(event->settings[2].value == 5.0);
+}
+
 /* 0.151 ms is rounded up to period 2, which leaves 9998 periods for 9998.49. */
 static void test_ramp_may_fill_what_is_left_of_the_run(void)
 {

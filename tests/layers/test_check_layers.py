@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Proves check_layers.py: a small tree that keeps every rule passes; broken in one place, it fails and the message names
+"""Proves tools/check-layers: a small tree that keeps every rule passes; broken in one place, it fails and the message names
 file, line and rule. CC, AR and NM choose the tools."""
 import contextlib
 import io
@@ -12,7 +12,10 @@ import tempfile
 import unittest
 
 sys.dont_write_bytecode = True
-import check_layers  # noqa: E402
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import tool  # noqa: E402
+
+check_layers = tool.load("check-layers")
 
 CC = os.environ.get("CC") or "cc"
 AR = os.environ.get("AR") or "ar"

@@ -1,5 +1,5 @@
 """What pyxcp is told to do, in a process of its own because it takes its configuration from there (pyxcp_conf.py in the
-working folder). Prints a JSON object. usage: client.py facts | writes | record SECONDS EVERY FILE ID..."""
+working folder). Prints a JSON object. usage: client.py facts | writes | unlocks KEY | record SECONDS EVERY FILE ID..."""
 
 import json
 import struct
@@ -122,7 +122,42 @@ def writes():
     return {"read": read, "states": [on, off], "speed": speed}
 
 
-if arguments[0] == "record":
+def unlocks(key):
+    """The protection as the drive tells it, and what becomes of a write: locked, unlocked by the answer to its seed (docs/serial.md)."""
+
+    def status(x):
+        return bool(x.getStatus().resourceProtectionStatus.calpag)
+
+    def write(x):
+        x.setMta(4 * 11, PARAMS)
+        try:
+            x.download(struct.pack("<f", 8.0))
+        except Exception as error:  # pylint: disable=broad-except
+            return str(error)
+        return ""
+
+    def answer(seed):
+        mixed = seed ^ key * 0x9E3779B1 & 0xFFFFFFFF
+        for _ in range(4):
+            mixed ^= mixed >> 15
+            mixed = mixed * 0x2C1B3C6D & 0xFFFFFFFF
+            mixed ^= mixed >> 12
+            mixed = mixed + key & 0xFFFFFFFF
+        return mixed
+
+    with ArgumentParser(description="").run() as x:
+        x.connect()
+        locked = [status(x), write(x)]
+        seed = x.getSeed(0, 0x01)
+        x.unlock(4, struct.pack("<I", answer(int.from_bytes(bytes(seed.seed[:4]), "little"))))
+        opened = [status(x), write(x)]
+        x.disconnect()
+    return {"locked": locked, "opened": opened, "length": int(seed.length)}
+
+
+if arguments[0] == "unlocks":
+    done = unlocks(int(arguments[1]))
+elif arguments[0] == "record":
     done = record(float(arguments[1]), int(arguments[2]), arguments[3], [int(i) for i in arguments[4:]])
 else:
     done = {"facts": facts, "writes": writes}[arguments[0]]()

@@ -256,6 +256,16 @@ class Pyxcp(stuck.TestCase):
         self.assertEqual([3, 1], done["states"])  # operation_enabled, ready
         self.assertGreater(done["speed"], 19.0)
 
+    def test_a_master_of_the_standard_unlocks_a_locked_drive(self):
+        scenario = os.path.join(self.folder, "scenario.toml")
+        with open(scenario, "w") as file:
+            file.write('schema = 1\ntitle = "Locked"\n[run]\nduration = "1 s"\n[params]\nline_key = 4711\n')
+        self.serve(scenario)
+        done = self.client("unlocks", "4711")
+        self.assertEqual([True, 4], [done["locked"][0], done["length"]])
+        self.assertIn("ERR_ACCESS_LOCKED", done["locked"][1])
+        self.assertEqual([False, ""], done["opened"])
+
     def samples_are_those_of_the_recording(self, serve, names, every):
         """Without a gap, their stamps as far apart as the periods, and bit for bit what `lagless run` records of the same scenario,
         to which nobody talks."""

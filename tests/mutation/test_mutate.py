@@ -3,19 +3,18 @@
 finds its lines on a later tree, that a weaker test is found, what it refuses. And docs/building.md has the rates of the list.
 Python 3.9, standard library, git, CMake and a C compiler.
 """
-import importlib.machinery
-import importlib.util
 import pathlib
 import subprocess
 import sys
 import tempfile
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import tool  # noqa: E402
+
+ROOT = tool.ROOT
 TOOL = ROOT / "tools/mutate"
-loader = importlib.machinery.SourceFileLoader("mutate", str(TOOL))
-mutate = importlib.util.module_from_spec(importlib.util.spec_from_loader("mutate", loader))
-loader.exec_module(mutate)
+mutate = tool.load("mutate")
 operators = mutate.operators
 
 SOURCE = """#include "math/part.h"
@@ -214,7 +213,7 @@ class Lists(unittest.TestCase):
     """A mutant whose statement has gone judges nothing: of those that survived once none may be gone, of those drawn a tenth."""
 
     def gone(self, name):
-        rows = mutate.read_list(ROOT / "tests/mutation" / name)
+        rows = mutate.read_list(ROOT / "tools/mutation" / name)
         texts = {row.file: (ROOT / row.file).read_text(encoding="utf-8") if (ROOT / row.file).exists() else "" for row in rows}
         found = [f"{row.file}:{row.line}: {row.original}" for row in rows
                  if operators.applied(texts[row.file], row.original, row.mutated, int(row.occurrence))[0] is None]
@@ -235,8 +234,8 @@ class Documents(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             tree = pathlib.Path(folder)
             (tree / "docs").mkdir()
-            (tree / "tests/mutation").mkdir(parents=True)
-            mutate.write_list(tree / "tests/mutation/mutants.tsv", [mutate.Row(*row[:8]) for row in LIST])
+            (tree / "tools/mutation").mkdir(parents=True)
+            mutate.write_list(tree / "tools/mutation/mutants.tsv", [mutate.Row(*row[:8]) for row in LIST])
             (tree / "docs/building.md").write_text(mutate.BEGIN + "| nothing |\n" + mutate.END, encoding="utf-8")
             self.assertEqual(called("--documents", "--source", tree).returncode, 1)
 

@@ -8,9 +8,10 @@ with 77 (skipped) where the reader is missing."""
 import json
 import pathlib
 import shutil
-import struct
 import subprocess
 import sys
+
+from recordings import expect, plain_nan, read_csv, words_of
 
 SKIPPED = 77
 
@@ -38,37 +39,6 @@ for n = 1:numel(names)
   printf('meta unit %s\n', m.units.time);
 end
 """
-
-
-def read_csv(path):
-    """Comments by key, and the columns as {name: (unit, texts)}."""
-    keys, text, names, columns = {}, [], None, []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        if line.startswith("# "):
-            key, _, value = line[2:].partition(": ")
-            if key == "text":
-                text.append(value)
-            else:
-                keys[key] = value
-        elif names is None:
-            names = [cell.rstrip("]").split("[") for cell in line.split(",")]
-            columns = [[] for _ in names]
-        else:
-            cells = line.split(",")
-            assert len(cells) == len(names), line
-            for column, cell in zip(columns, cells):
-                column.append(cell)
-    return keys, text, {name: (unit, column) for (name, unit), column in zip(names, columns)}
-
-
-def words_of(cells, kind):
-    """The bit patterns that the texts mean."""
-    if kind == "double":
-        return [struct.unpack("<Q", struct.pack("<d", float(c)))[0] for c in cells]
-    if kind == "single":
-        # A float's NaN has no sign or payload in text.
-        return [struct.unpack("<I", struct.pack("<f", float(c)))[0] for c in cells]
-    return [int(c) & 0xFFFFFFFF for c in cells]
 
 
 def read_scipy(paths):
@@ -134,11 +104,6 @@ def read_octave(paths):
     return found
 
 
-def expect(condition, text):
-    if not condition:
-        sys.exit(f"FAILED: {text}")
-
-
 def main():
     reader, folder = sys.argv[1], pathlib.Path(sys.argv[2])
     tables = sorted(p for p in folder.glob("*.csv"))
@@ -153,8 +118,7 @@ def main():
             expect(shape == (len(cells), 1), f"{path.name}: {name} is {shape}, not {(len(cells), 1)}")
             expected = words_of(cells, kind)
             if kind == "single":
-                nan = lambda w: w & 0x7FFFFFFF > 0x7F800000
-                words = [0x7FC00000 if nan(w) else w for w in words]
+                words = plain_nan(words)
             for n, (a, b) in enumerate(zip(words, expected)):
                 expect(a == b, f"{path.name}: {name}[{n}] is {a:#x} in MAT, {cells[n]} = {b:#x} in CSV")
             expect(kind == {"time": "double", "state": "int32", "refusal": "int32", "fault_reason": "int32",

@@ -1,10 +1,10 @@
 /* Writes recordings for third parties to read: `recorder_samples FOLDER`.
  *
- *   run.csv, run.mat        the ring, 0.3 s at 1000 r/min, rows of every kind
- *   thinned.csv, .mat       the same, every 7th period, with texts beyond ASCII
- *   extremes.csv, .mat      the ends of every kind, floats of all exponents
- *   empty.csv, .mat         no sample at all
- *   duty.vcd, duty.json     three legs at constant compare values; what they are */
+ *   run.csv, .mat, .mf4         the ring, 0.3 s at 1000 r/min, rows of every kind
+ *   thinned.csv, .mat, .mf4     the same, every 7th period, with texts beyond ASCII
+ *   extremes.csv, .mat, .mf4    the ends of every kind, floats of all exponents
+ *   empty.csv, .mat, .mf4       no sample at all
+ *   duty.vcd, duty.json         three legs at constant compare values; what they are */
 #define _POSIX_C_SOURCE 200809L
 
 #include <stdio.h>
@@ -76,7 +76,7 @@ static void write_run(const char *name, uint32_t every)
      * sample_flags */
     static const uint32_t ids[] = {2016, 2024, 2001, 2003, 2000, 2034, 2030, 2025, 3002, 3010, 2010, 2044};
     rig_t *rig = rig_create(1);
-    recorder_t *recorder = open_recorder(name, RECORDER_CSV | RECORDER_MAT, ids, COUNT(ids), every, 0);
+    recorder_t *recorder = open_recorder(name, RECORDER_SAMPLED, ids, COUNT(ids), every, 0);
     rig_put(rig, "speed_request", 104.7);
     rig_put(rig, "enable", 1.0);
     if (!rig_tap(rig, ids, COUNT(ids), every, recorder_sink, recorder)) {
@@ -94,7 +94,7 @@ static void write_extremes(void)
                                      0x00800000u, 0x7F7FFFFFu, 0xFF7FFFFFu, 0x7F800000u, 0xFF800000u,
                                      0x7FC00000u, 0x7FFFFFFFu, 0xFFFFFFFFu, 0x3DCCCCCDu, 0x3F800000u,
                                      0x4B800000u, 0x4E6E6B28u, 0x38D1B717u};
-    recorder_t *recorder = open_recorder("extremes", RECORDER_CSV | RECORDER_MAT, ids, COUNT(ids), 1, 0);
+    recorder_t *recorder = open_recorder("extremes", RECORDER_SAMPLED, ids, COUNT(ids), 1, 0);
     uint32_t period = 0;
     for (uint32_t n = 0; n < COUNT(words); n++) {
         const uint32_t slots[] = {words[n], words[n], words[n], words[n]};
@@ -110,7 +110,7 @@ static void write_extremes(void)
 static void write_empty(void)
 {
     static const uint32_t ids[] = {2016, 2000};
-    close_recorder(open_recorder("empty", RECORDER_CSV | RECORDER_MAT, ids, COUNT(ids), 1, 0));
+    close_recorder(open_recorder("empty", RECORDER_SAMPLED, ids, COUNT(ids), 1, 0));
 }
 
 /* ---- gates at constant duty ---- */

@@ -1,13 +1,16 @@
 /* Recordings as files: content, names, refusals, and what happens when the disk or the memory is full. */
+#define _DEFAULT_SOURCE
 #define _XOPEN_SOURCE 700
 
 #include <dirent.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include "host_sim/lab/recorder.h"
@@ -46,6 +49,23 @@ void setUp(void)
                  .title = "Load step",
                  .seed = 7},
     };
+}
+
+/* In the place of the library's: which files were synced when they got their names. */
+static struct stat last_synced;
+static uint32_t named, named_after_sync;
+
+int fsync(int descriptor)
+{
+    return fstat(descriptor, &last_synced) == 0 ? (int)syscall(SYS_fsync, descriptor) : -1;
+}
+
+int rename(const char *from, const char *to)
+{
+    struct stat found;
+    named++;
+    named_after_sync += stat(from, &found) == 0 && found.st_ino == last_synced.st_ino && found.st_size > 0;
+    return (int)syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0);
 }
 
 static void path_of(char path[256], const char *name)
@@ -133,8 +153,11 @@ static recorder_t *opened(void)
 
 static void expect_closed(recorder_t *recorder)
 {
+    named = named_after_sync = 0u;
     TEST_ASSERT_TRUE_MESSAGE(recorder_close(recorder, "complete", &error), error.text);
     TEST_ASSERT_EQUAL_STRING("", error.text);
+    TEST_ASSERT_TRUE(named > 0u);
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(named, named_after_sync, "a name without its content on the disk");
 }
 
 static uint32_t bits_of(float value)
@@ -260,8 +283,10 @@ static void test_same_samples_same_bytes(void)
 {
     char *text[2];
     char *mat[2];
-    options.formats = RECORDER_CSV | RECORDER_MAT;
+    char *mdf[2];
+    options.formats = RECORDER_SAMPLED;
     struct stat status[2];
+    struct stat status_mdf[2];
     for (int n = 0; n < 2; n++) {
         recorder_t *recorder = opened();
         for (uint32_t k = 0; k < 1000; k++) {
@@ -273,13 +298,19 @@ static void test_same_samples_same_bytes(void)
         char path[256];
         path_of(path, "run.mat");
         stat(path, &status[n]);
+        mdf[n] = content("run.mf4");
+        path_of(path, "run.mf4");
+        stat(path, &status_mdf[n]);
     }
     TEST_ASSERT_EQUAL_STRING(text[0], text[1]);
     TEST_ASSERT_EQUAL(status[0].st_size, status[1].st_size);
     TEST_ASSERT_EQUAL_MEMORY(mat[0], mat[1], status[0].st_size);
+    TEST_ASSERT_EQUAL(status_mdf[0].st_size, status_mdf[1].st_size);
+    TEST_ASSERT_EQUAL_MEMORY(mdf[0], mdf[1], status_mdf[0].st_size);
     for (int n = 0; n < 2; n++) {
         free(text[n]);
         free(mat[n]);
+        free(mdf[n]);
     }
 }
 
@@ -337,6 +368,78 @@ static void test_the_rigs_tap_feeds_it(void)
     }
     TEST_ASSERT_EQUAL('\0', *line);
     free(text);
+}
+
+/* ---- MDF ---- */
+
+/* The number of so many octets, the lowest first, at this place of the file. */
+static uint64_t number_at(const char *file, uint64_t at, uint32_t octets)
+{
+    uint64_t value = 0;
+    for (uint32_t n = 0; n < octets; n++) {
+        value |= (uint64_t)(unsigned char)file[at + n] << 8u * n;
+    }
+    return value;
+}
+
+/* Address of the block that link n of a block leads to: it has this name. */
+static uint64_t followed(const char *file, uint64_t block, uint32_t n, const char *name)
+{
+    const uint64_t at = number_at(file, block + 24u + 8u * n, 8);
+    TEST_ASSERT_EQUAL_STRING_LEN(name, file + at, 4);
+    return at;
+}
+
+/* Blocks and offsets by ASAM MDF 4.1, chapter 4; tests/recorder/check_mdf.py reads whole files so. */
+static void test_mdf_has_a_group_with_a_channel_a_row_and_a_record_a_sample(void)
+{
+    options.formats = RECORDER_MDF;
+    recorder_t *recorder = opened();
+    sample(recorder, 0, 0.5f, 1, 0);
+    sample(recorder, 12345, -1.5f, -1, 4294967295u);
+    expect_closed(recorder);
+    char *file = content("run.mf4");
+    TEST_ASSERT_EQUAL_STRING_LEN("MDF     4.10    ", file, 16);
+    const uint64_t group = followed(file, 64, 0, "##DG");
+    const uint64_t channels = followed(file, group, 1, "##CG");
+    TEST_ASSERT_EQUAL_UINT64(2, number_at(file, channels + 24u + 48u + 8u, 8));          /* records */
+    TEST_ASSERT_EQUAL_UINT64(8 + 3 * 4, number_at(file, channels + 24u + 48u + 24u, 4)); /* octets of one */
+
+    static const char *const names[] = {"time", "i_q", "state", "encoder_count"};
+    static const char *const units[] = {"s", "A", "-", "counts"};
+    static const unsigned kinds[] = {4, 4, 2, 0}; /* float, float, int, uint */
+    uint64_t channel = followed(file, channels, 1, "##CN");
+    for (uint32_t n = 0; n < 4u; n++) {
+        TEST_ASSERT_EQUAL_STRING(names[n], file + followed(file, channel, 2, "##TX") + 24u);
+        TEST_ASSERT_EQUAL_STRING(units[n], file + followed(file, channel, 6, "##TX") + 24u);
+        TEST_ASSERT_EQUAL_UINT64(kinds[n], number_at(file, channel + 24u + 64u + 2u, 1));
+        TEST_ASSERT_EQUAL_UINT64(n == 0u ? 0u : 4u + 4u * n, number_at(file, channel + 24u + 64u + 4u, 4));
+        if (n == 2u) { /* the first of the names of state */
+            const uint64_t conversion = followed(file, channel, 4, "##CC");
+            TEST_ASSERT_EQUAL_STRING("not_ready", file + followed(file, conversion, 4, "##TX") + 24u);
+        }
+        channel = n < 3u ? followed(file, channel, 0, "##CN") : 0u;
+    }
+    const uint64_t data = followed(file, group, 2, "##DT");
+    TEST_ASSERT_EQUAL_UINT64(24 + 2 * 20, number_at(file, data + 8u, 8));
+    TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x3F000000), number_at(file, data + 24u + 8u, 4));    /* 0.5 */
+    TEST_ASSERT_EQUAL_HEX64(UINT64_C(0x3FF3C083126E978D), number_at(file, data + 44u, 8)); /* 1.2345 */
+    TEST_ASSERT_EQUAL_HEX32(UINT32_C(0xBFC00000), number_at(file, data + 44u + 8u, 4));
+    TEST_ASSERT_EQUAL_HEX32(UINT32_C(0xFFFFFFFF), number_at(file, data + 44u + 12u, 4));
+    free(file);
+}
+
+static void test_no_text_can_leave_the_comment_of_mdf(void)
+{
+    options.formats = RECORDER_MDF;
+    options.meta.title = "a </TX> \x01 & \xff \xc3\xa9";
+    recorder_t *recorder = opened();
+    expect_closed(recorder);
+    char *file = content("run.mf4");
+    const char *comment = file + followed(file, 64, 5, "##MD") + 24u;
+    expect_part(comment, "<TX>a &lt;/TX&gt; \\x01 &amp; \xef\xbf\xbd \xc3\xa9</TX>");
+    expect_part(comment, "<e name=\"seed\">7</e>");
+    free(file);
 }
 
 /* ---- VCD ---- */
@@ -514,9 +617,9 @@ static void test_options_out_of_range_are_refused(void)
 {
     const recorder_options_t good = options;
     options.formats = 0;
-    expect_refused("CSV, MAT, VCD");
-    options.formats = 8;
-    expect_refused("CSV, MAT, VCD");
+    expect_refused("CSV, MAT, VCD, MDF");
+    options.formats = 1u << RECORDER_FORMATS;
+    expect_refused("CSV, MAT, VCD, MDF");
     options = good;
     options.name = "";
     expect_refused("no name");
@@ -608,9 +711,9 @@ static void test_plan_counts_edges(void)
 
 static void test_abandon_removes_everything(void)
 {
-    options.formats = RECORDER_CSV | RECORDER_MAT | RECORDER_VCD;
+    options.formats = RECORDER_SAMPLED | RECORDER_VCD;
     recorder_t *recorder = opened();
-    TEST_ASSERT_EQUAL(3, files_left());
+    TEST_ASSERT_EQUAL(4, files_left());
     sample(recorder, 0, 1.0f, 0, 0);
     recorder_abandon(recorder);
     TEST_ASSERT_EQUAL(0, files_left());
@@ -689,18 +792,17 @@ static void expect_cut(uint32_t format, rlim_t octets, uint32_t samples)
     TEST_ASSERT_FALSE(good);
     expect_part(error.text, ".partial: ");
     TEST_ASSERT_EQUAL(1, files_left());
-    TEST_ASSERT_TRUE(!exists("run.csv") && !exists("run.mat") && !exists("run.vcd"));
+    TEST_ASSERT_TRUE(!exists("run.csv") && !exists("run.mat") && !exists("run.vcd") && !exists("run.mf4"));
 }
 
 static void test_a_disk_that_is_full_or_fills_up_is_told(void)
 {
-    static const uint32_t formats[] = {RECORDER_CSV, RECORDER_MAT, RECORDER_VCD};
     /* none at all, of a file smaller than any buffer; in the header, in the middle, in the last column of MAT
      */
     static const rlim_t octets[] = {0, 1000, 100000, 250000};
-    for (int n = 0; n < 3; n++) {
+    for (uint32_t n = 0; n < RECORDER_FORMATS; n++) {
         for (int m = 0; m < 4; m++) {
-            expect_cut(formats[n], octets[m], m == 0 ? 1u : 20000u);
+            expect_cut(1u << n, octets[m], m == 0 ? 1u : 20000u);
             tearDown();
             setUp();
         }

@@ -48,6 +48,17 @@ static inline void run_put(rig_t *rig, const char *name, double value)
     }
 }
 
+/* Several rows: "sensors=1 current_noise=0". */
+static inline void run_puts(rig_t *rig, const char *text)
+{
+    char name[40];
+    double value;
+    for (int length; sscanf(text, " %39[^=]=%lf%n", name, &value, &length) == 2; text += length) {
+        run_put(rig, name, value);
+    }
+    TEST_ASSERT_EQUAL_STRING_MESSAGE("", text, "accepted are rows as NAME=VALUE, separated by blanks");
+}
+
 /* These rows of every period from now on, to this function. */
 #define RUN_TAP_MOST 20u
 static inline void run_tap(rig_t *rig, const char *const names[], uint32_t count,
@@ -87,14 +98,9 @@ static inline void run_times(rig_t *rig, const char *name, double factor)
  * (the last matters without the encoder only). Applied: what scales its gains comes after it. */
 static inline void run_paper_drive(rig_t *rig)
 {
-    run_put(rig, "position_source", 0.0);
-    run_put(rig, "speed_kp", 0.5);
-    run_put(rig, "speed_ki", 2.5);
-    run_put(rig, "speed_setpoint_weight", 1.0);
-    run_put(rig, "inductance_adaptation", 0.0);
-    run_put(rig, "dead_time_adaptation", 0.0);
-    run_put(rig, "inertia_adaptation", 0.0);
-    run_put(rig, "torque_feedforward", 0.0);
+    run_puts(rig, "position_source=0 speed_kp=0.5 speed_ki=2.5 speed_setpoint_weight=1 "
+                  "inductance_adaptation=0 dead_time_adaptation=0 inertia_adaptation=0 "
+                  "torque_feedforward=0");
     run_parameter(rig, "low_speed_current", 0.0);
 }
 
@@ -158,8 +164,7 @@ static inline void run_ideal(rig_t *rig)
     for (size_t n = 0; n < sizeof none / sizeof none[0]; n++) {
         run_put(rig, none[n], 0.0);
     }
-    run_put(rig, "sensors", 1.0);
-    run_put(rig, "params.current_zone", 1e-3);
+    run_puts(rig, "sensors=1 params.current_zone=1e-3");
     run_put(rig, "dead_time_adaptation", 0.0); /* nothing is nothing: what noise teaches shows */
     const double dead_time = rig_value(rig, "dead_time");
     run_put(rig, "plant.turn_off_delay", dead_time);
@@ -172,9 +177,7 @@ static inline void run_ideal(rig_t *rig)
  * board. After ready. */
 static inline void run_real(rig_t *rig)
 {
-    run_put(rig, "current_offset_a", 0.03);
-    run_put(rig, "current_offset_c", -0.03);
-    run_put(rig, "current_gain_error_b", 0.002);
+    run_puts(rig, "current_offset_a=0.03 current_offset_c=-0.03 current_gain_error_b=0.002");
 }
 
 /* A motor and what it turns, and the largest speed that is asked of it. */
@@ -244,6 +247,15 @@ static inline void run_load(rig_t *rig, double torque, double seconds)
     }
 }
 
+/* The speed reference moves evenly [r/min]. */
+static inline void run_speed(rig_t *rig, double from, double to, double seconds)
+{
+    for (int32_t n = 1; n <= 50; n++) {
+        run_put(rig, "speed_request", (from + (to - from) * n / 50.0) * RPM);
+        run_seconds(rig, seconds / 50.0);
+    }
+}
+
 /* theta_hat - true theta_e over a time [mrad electrical], and the mean speed [r/min]. */
 typedef struct {
     double mean, sd, peak, speed_mean;
@@ -293,10 +305,22 @@ static inline void run_real_under_load(rig_t *rig, double rpm, double rpm_loadin
     run_on(rig, rpm_loading);
     run_seconds(rig, 0.5);
     run_load(rig, load, 1.5);
-    for (int32_t n = 1; n <= 50; n++) {
-        run_put(rig, "speed_request", (rpm_loading + (rpm - rpm_loading) * n / 50.0) * RPM);
-        run_seconds(rig, 0.04);
-    }
+    run_speed(rig, rpm_loading, rpm, 2.0);
+}
+
+/* Voltage that a leg loses by the plant's own rows [V]. */
+static inline double run_leg_loss(rig_t *rig)
+{
+    const double effective = rig_value(rig, "dead_time") + rig_value(rig, "plant.turn_on_delay") -
+                             rig_value(rig, "plant.turn_off_delay");
+    const double drop = 0.5 * (rig_value(rig, "igbt_voltage") + rig_value(rig, "diode_voltage"));
+    return effective / RIG_PERIOD_SECONDS * rig_value(rig, "u_dc") + drop;
+}
+
+/* What is learnt of that, over the truth [-]. */
+static inline double run_learnt_loss(rig_t *rig)
+{
+    return rig_value(rig, "dead_time_hat") / run_leg_loss(rig);
 }
 
 #endif

@@ -7,8 +7,6 @@
  * time, delays and drops of the module; sensors exact, so that nothing but the model of the inverter is left.
  */
 #include <complex.h>
-#include <math.h>
-#include <string.h>
 
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
@@ -42,8 +40,7 @@ static double complex lost_by_mean(double complex current)
 static missed_t measure(double rpm, double load)
 {
     rig = run_rig(7);
-    run_put(rig, "sensors", 1.0);
-    run_put(rig, "current_noise", 0.0);
+    run_puts(rig, "sensors=1 current_noise=0");
     run_paper_drive(rig);
     run_parameter(rig, "position_source", 1.0);
     const double rpm_loading = copysign(fmax(fabs(rpm), 300.0), rpm);
@@ -51,10 +48,7 @@ static missed_t measure(double rpm, double load)
     run_on(rig, rpm_loading);
     run_seconds(rig, 0.5);
     run_load(rig, RUN_LIMIT_SHARE * load, 1.5);
-    for (int32_t n = 1; n <= 50; n++) {
-        run_put(rig, "speed_request", (rpm_loading + (rpm - rpm_loading) * n / 50.0) * RPM);
-        run_seconds(rig, 0.04);
-    }
+    run_speed(rig, rpm_loading, rpm, 2.0);
     run_seconds(rig, 1.0);
 
     const double resistance = RESISTANCE + rig_value(rig, "device_resistance");

@@ -4,26 +4,11 @@
 #include "tests/rig/motors.h"
 #include "tests/rig/no_rig.h"
 
-static void speed(rig_t *rig, double from, double to, double seconds)
-{
-    for (int32_t n = 1; n <= 50; n++) {
-        run_put(rig, "speed_request", from + (to - from) * n / 50.0);
-        run_seconds(rig, seconds / 50.0);
-    }
-}
-
-/* A leg's effective dead time [s] and drop [V] that the plant has. */
+/* A leg's effective dead time that the plant has [s]. */
 static double dead_time_of(rig_t *rig)
 {
     return rig_value(rig, "dead_time") + rig_value(rig, "plant.turn_on_delay") -
            rig_value(rig, "plant.turn_off_delay");
-}
-
-static double learnt_dead_time(rig_t *rig)
-{
-    const double drop = 0.5 * (rig_value(rig, "igbt_voltage") + rig_value(rig, "diode_voltage"));
-    const double loss = dead_time_of(rig) / RIG_PERIOD_SECONDS * rig_value(rig, "u_dc") + drop;
-    return rig_value(rig, "dead_time_hat") / loss;
 }
 
 static double learnt_inductance(rig_t *rig)
@@ -55,7 +40,7 @@ static void test_nothing_is_lost_where_all_was_known(void)
         const run_error_t err = run_error(rig, 3.0);
         const char *const message = run_say("%.0f r/min, %s: mean %.2f, SD %.2f mrad; dead time %.4f, L %.4f",
                                             rpm, loaded ? "loaded" : "no load", err.mean, err.sd,
-                                            learnt_dead_time(rig), learnt_inductance(rig));
+                                            run_learnt_loss(rig), learnt_inductance(rig));
         run_expect_no_fault(rig);
         TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= points[n / 4u].mean[loaded], message);
         TEST_ASSERT_TRUE_MESSAGE(err.sd <= points[n / 4u].sd, message);
@@ -124,16 +109,16 @@ static void expect_learnt(const other_t *o, double share, double direction)
     run_real(rig);
     run_load(rig, o->of->load, 1.5);
     believe(rig, share);
-    speed(rig, 0.3 * full, o->slowest * full, 1.0);
+    run_speed(rig, 0.3 * full / RPM, o->slowest * full / RPM, 1.0);
     run_seconds(rig, 2.0);
-    speed(rig, o->slowest * full, 0.5 * full, 1.0);
+    run_speed(rig, o->slowest * full / RPM, 0.5 * full / RPM, 1.0);
     run_seconds(rig, 1.5);
-    speed(rig, 0.5 * full, 0.8 * full, 0.7);
+    run_speed(rig, 0.5 * full / RPM, 0.8 * full / RPM, 0.7);
     run_seconds(rig, 2.0);
     const run_error_t err = run_error(rig, 1.0);
     const char *const message =
         run_say("%s, %.1f of all, %.0f r/min: mean %.2f, SD %.2f mrad; dead time %.3f, L %.3f", o->of->name,
-                share, 0.8 * full / RPM, err.mean, err.sd, learnt_dead_time(rig), learnt_inductance(rig));
+                share, 0.8 * full / RPM, err.mean, err.sd, run_learnt_loss(rig), learnt_inductance(rig));
     run_expect_no_fault(rig);
     TEST_ASSERT_TRUE_MESSAGE(fabs(err.mean) <= o->mean, message);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(o->inductance, 1.0, learnt_inductance(rig), message);
@@ -176,14 +161,14 @@ typedef struct {
 static void expect_kept(rig_t *rig, const void *learnt, const char *what, const change_t changes[2])
 {
     run_back_to(rig, learnt);
-    const double dead_time = learnt_dead_time(rig);
+    const double dead_time = run_learnt_loss(rig);
     const double inductance = learnt_inductance(rig);
     run_put(rig, changes[0].row, changes[0].value);
     run_put(rig, changes[1].row, changes[1].value);
     run_seconds(rig, 1.0);
-    printf("%s: dead time %.5f before, %.5f after; L %.5f, %.5f\n", what, dead_time, learnt_dead_time(rig),
+    printf("%s: dead time %.5f before, %.5f after; L %.5f, %.5f\n", what, dead_time, run_learnt_loss(rig),
            inductance, learnt_inductance(rig));
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.015, dead_time, learnt_dead_time(rig), what);
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.015, dead_time, run_learnt_loss(rig), what);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.005, inductance, learnt_inductance(rig), what);
 }
 

@@ -1,7 +1,6 @@
 /* What rig and plant can break, set on a running drive: that it acts at its instant, reaches the drive
  * through the chip as it would on a board, can be taken back, and costs no bit while it is none. What the
  * drive does about it is judged elsewhere. */
-#include <stdlib.h>
 
 #include "hal/f28335/qep.h"
 #include "host_sim/rig/rig_state.h"
@@ -59,13 +58,11 @@ static void test_single_switches_and_mean_voltages_refuse_each_other(void)
     TEST_ASSERT_FALSE(rig_put(rig, "shorted_switches", 63.0));
     TEST_ASSERT_NOT_NULL(strstr(rig_error(rig), "switched"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "shorted_switches"));
-    run_put(rig, "fidelity", 0.0);
-    run_put(rig, "open_switches", 1.0);
+    run_puts(rig, "fidelity=0 open_switches=1");
     TEST_ASSERT_FALSE(rig_put(rig, "fidelity", 1.0));
     TEST_ASSERT_NOT_NULL(strstr(rig_error(rig), "open_switches"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fidelity"));
-    run_put(rig, "open_switches", 0.0);
-    run_put(rig, "fidelity", 1.0);
+    run_puts(rig, "open_switches=0 fidelity=1");
 }
 
 /* In the midst of a period, with the lower switch of a on: shoot-through, trip and open gates within that

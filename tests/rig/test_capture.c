@@ -141,8 +141,7 @@ static void test_fault_triggers_and_its_reset_leaves_the_capture(void)
     TEST_ASSERT_TRUE(rig_history_held(rig));
     TEST_ASSERT_EQUAL_DOUBLE(COLUMNS, rig_history_columns(rig));
 
-    run_put(rig, "dc_voltage", 311.0);
-    run_put(rig, "enable", 0.0);
+    run_puts(rig, "dc_voltage=311 enable=0");
     run_seconds(rig, 0.1);
     run_put(rig, "fault_reset", 1.0);
     run_seconds(rig, 0.02);

@@ -1,7 +1,5 @@
 /* A debugger at the drive: what it sees, what its halts, its real-time mode and its restarts do to bridge and
  * motor. It halts between two steps of the rig, and what it writes goes over the bus as software's does. */
-#include <math.h>
-#include <string.h>
 
 #include "hal/f28335/bus.h"
 #include "hal/f28335/pwm.h"

@@ -1,6 +1,5 @@
 /* Fifth and seventh harmonic in the rotor's EMF, of 3 and 2 %, on the real inverter: their shape is told from
  * the dead time, at 80 to 300 r/min, without load and with, for every sign. */
-#include <math.h>
 
 #include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
@@ -13,15 +12,6 @@
 #define LOSS        0.05 /* [-] */
 #define MEAN        3.0  /* [mrad] */
 #define MEAN_LOADED 4.8  /* [mrad] at 100 r/min */
-
-/* What a leg loses as learnt, over what it does by the plant's rows [-]. */
-static double learnt_share(rig_t *rig)
-{
-    const double effective = rig_value(rig, "dead_time") + rig_value(rig, "plant.turn_on_delay") -
-                             rig_value(rig, "plant.turn_off_delay");
-    const double drop = 0.5 * (rig_value(rig, "igbt_voltage") + rig_value(rig, "diode_voltage"));
-    return rig_value(rig, "dead_time_hat") / (effective / RIG_PERIOD_SECONDS * rig_value(rig, "u_dc") + drop);
-}
 
 static double mean_most(double rpm, double load)
 {
@@ -52,12 +42,12 @@ static void test_harmonics_of_the_emf_are_told_from_the_dead_time(void)
         const char *const message =
             run_say("%.0f r/min, %.1f N m, 5th %.0f %%, 7th %.0f %%: mean %.2f, SD %.2f mrad; "
                     "dead time %.3f, shape %.4f, %.4f",
-                    rpm, load, 1e2 * fifth, 1e2 * seventh, err.mean, err.sd, learnt_share(rig),
+                    rpm, load, 1e2 * fifth, 1e2 * seventh, err.mean, err.sd, run_learnt_loss(rig),
                     rig_value(rig, "emf_shape_d_hat"), rig_value(rig, "emf_shape_q_hat"));
         run_expect_no_fault(rig);
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(mean_most(rpm, load), 0.0, err.mean, message);
         TEST_ASSERT_TRUE_MESSAGE(err.sd <= SD, message);
-        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(LOSS, 1.0, learnt_share(rig), message);
+        TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(LOSS, 1.0, run_learnt_loss(rig), message);
         rig_free(rig);
     }
 }

@@ -1,7 +1,6 @@
 /* Ideal sensors (`sensors` = exact): the drive gets the truth of t_k, at every period, in every order of
  * switching. What the ADC makes of a current: tests/board/test_gates.c, which has edge by edge in which
  * period a voltage acts, too; what currents follow from the edges: test_oracle.c. */
-#include <math.h>
 
 #include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
@@ -13,8 +12,7 @@ static rig_t *turning(double rpm)
 {
     rig_t *rig = run_rig(61);
     run_paper_drive(rig);
-    run_put(rig, "fidelity", 1.0);
-    run_put(rig, "load_torque", 5.0);
+    run_puts(rig, "fidelity=1 load_torque=5");
     rig_set_motion(rig, 0.3, rpm * RPM);
     run_put(rig, "speed_request", rpm * RPM);
     return rig;
@@ -29,19 +27,10 @@ static void test_exact_samples_are_past_all_sensor_errors(void)
 {
     rig_t *rig = turning(700.0);
     run_put(rig, "sensors", SENSORS_EXACT);
-    run_put(rig, "fidelity", 0.0);
-    run_put(rig, "current_gain_error_a", 0.02);
-    run_put(rig, "current_gain_error_b", -0.03);
-    run_put(rig, "current_offset_a", 0.3);
-    run_put(rig, "current_offset_b", -0.2);
-    run_put(rig, "current_gain_error_c", 0.03);
-    run_put(rig, "current_offset_c", 0.2);
-    run_put(rig, "current_noise", 0.1);
-    run_put(rig, "plant.current_bandwidth", 5000.0);
-    run_put(rig, "dc_gain_error", 0.02);
-    run_put(rig, "dc_noise", 2.0);
-    run_put(rig, "dc_resistance", 1.0);
-    run_put(rig, "dc_capacitance", 1e-3);
+    run_puts(rig, "fidelity=0 current_gain_error_a=0.02 current_gain_error_b=-0.03 "
+                  "current_offset_a=0.3 current_offset_b=-0.2 current_gain_error_c=0.03 "
+                  "current_offset_c=0.2 current_noise=0.1 plant.current_bandwidth=5000 "
+                  "dc_gain_error=0.02 dc_noise=2 dc_resistance=1 dc_capacitance=1e-3");
     run_to_ready(rig);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "offset_a"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "offset_b"));

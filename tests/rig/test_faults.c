@@ -1,6 +1,5 @@
 /* Encoder tracks that jump, a quick stop without the encoder, and a bridge that comes on at speed. What the
  * fault matrix asks of every fault and manoeuvre (host_sim/lab/matrix_table.h) is not asked here. */
-#include <math.h>
 
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
@@ -65,8 +64,7 @@ static void test_encoder_tracks_that_change_both_at_once_stop_the_drive(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.5 * lost + 0.004, -0.5 * lost, encoder_error()); /* a count is 2.5 mrad */
 
     /* Nothing of it is left: a reset, and the drive runs again. */
-    run_put(rig, "enable", 0.0);
-    run_put(rig, "fault_reset", 1.0);
+    run_puts(rig, "enable=0 fault_reset=1");
     run_seconds(rig, 0.1);
     run_put(rig, "enable", 1.0);
     run_seconds(rig, 0.5);
@@ -106,9 +104,7 @@ static void test_switching_on_at_speed_makes_no_current_surge(void)
     rig_run(rig, 3u * DRIVE_WINDOW); /* to the end of this window and one more the bridge is on */
     rig_set_motion(rig, 0.0, 1200.0 * RPM);
     run_seconds(rig, 0.1); /* the tracking of the encoder settles */
-    run_put(rig, "friction_coulomb", 0.0);
-    run_put(rig, "mode", 1.0);
-    run_put(rig, "enable", 1.0);
+    run_puts(rig, "friction_coulomb=0 mode=1 enable=1");
     double peak = 0.0;
     for (int n = 0; n < 200; n++) {
         rig_step(rig);

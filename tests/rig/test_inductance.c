@@ -27,17 +27,7 @@ static void light_rotor(void)
     run_put(rig, "inertia", 0.003 * RUN_LIMIT_SHARE);
     run_put(rig, "motor_inertia", 0.003 * RUN_LIMIT_SHARE);
     run_put(rig, "friction_coulomb", 0.05 * RUN_LIMIT_SHARE);
-    run_put(rig, "pll_bandwidth", 400.0);
-    run_put(rig, "feedforward_cutoff", 125.0);
-}
-
-/* The speed reference moves evenly. */
-static void speed(double from, double to, double seconds)
-{
-    for (int n = 1; n <= 50; n++) {
-        run_put(rig, "speed_request", (from + (to - from) * n / 50.0) * RPM);
-        run_seconds(rig, seconds / 50.0);
-    }
+    run_puts(rig, "pll_bandwidth=400 feedforward_cutoff=125");
 }
 
 /* These values go wrong little by little, so that a light rotor does not lose the frame by it. */
@@ -71,7 +61,7 @@ static void to_speed(bool light, double rpm, double believed, const wrong_t *wro
     run_on(rig, start);
     run_seconds(rig, 0.3);
     run_load(rig, LOAD, 1.0);
-    speed(start, rpm, 1.0);
+    run_speed(rig, start, rpm, 1.0);
     run_seconds(rig, 0.5);
     go_wrong(believed, wrong);
     run_expect_no_fault(rig);

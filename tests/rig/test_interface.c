@@ -1,8 +1,4 @@
 /* The rig's C interface: tables, staged parameters, refusals as data and as text. */
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
@@ -187,8 +183,7 @@ static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
         rig_free(rig);
         rig = run_rig(1);
         const uint32_t id = rig_row_by_name(wrong[n].row)->id;
-        run_put(rig, "observer_gain", 200.0);
-        run_put(rig, "observer_slope", 1.0);
+        run_puts(rig, "observer_gain=200 observer_slope=1");
         run_put(rig, wrong[n].row, wrong[n].value);
         TEST_ASSERT_FALSE_MESSAGE(rig_apply(rig), wrong[n].row);
         if (rig_error_id(rig) != id) {
@@ -206,10 +201,7 @@ static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
 
 static void test_a_row_without_room_is_told_with_the_one_to_change(void)
 {
-    run_put(rig, "observer_gain", 200.0);
-    run_put(rig, "observer_slope", 1.0);
-    run_put(rig, "field_weakening", 0.0);
-    run_put(rig, "overspeed_trip", 500.0);
+    run_puts(rig, "observer_gain=200 observer_slope=1 field_weakening=0 overspeed_trip=500");
     TEST_ASSERT_FALSE(rig_apply(rig));
     expect_refusal("observer_gain", REASON_CROSS_RULE, "accepted none (observer_gain >= 1.1 times");
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(rig_error(rig), "; change observer_slope, advised 0.4372"),
@@ -236,8 +228,7 @@ static void test_plant_rules_are_judged_too(void)
 {
     TEST_ASSERT_FALSE(rig_put(rig, "load_torque", -3.0)); /* a passive load does not drive */
     expect_refusal("load_torque", REASON_CROSS_RULE, "load_torque = -3");
-    run_put(rig, "load_kind", 1.0);
-    run_put(rig, "load_torque", -3.0);
+    run_puts(rig, "load_kind=1 load_torque=-3");
     TEST_ASSERT_EQUAL_DOUBLE(-3.0, rig_value(rig, "load_torque"));
 }
 
@@ -249,8 +240,7 @@ static void test_the_estimator_replayed_ends_where_the_drive_is(void)
     void *record = malloc(rig_estimator_size());
     TEST_ASSERT_NOT_NULL(record);
     run_paper_drive(rig);
-    run_put(rig, "motor_flux_linkage", 0.15);
-    run_put(rig, "flux_adaptation", 0.2);
+    run_puts(rig, "motor_flux_linkage=0.15 flux_adaptation=0.2");
     run_parameter(rig, "doubtful_current", 0.0);
     run_to_ready_at(rig, 1000.0);
     run_on(rig, 1000.0);

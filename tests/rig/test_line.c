@@ -1,11 +1,8 @@
 /* The serial line, the stored pages and the restart through the whole ring: HAL, virtual chip, rig. */
-#include <stdlib.h>
-#include <string.h>
 
 #include "hal/hal.h"
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/run.h"
-#include "unity.h"
 
 #define LINE_SECONDS (10.0 / (double)BOARD_SERIAL_BAUD) /* of an octet */
 

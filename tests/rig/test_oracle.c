@@ -1,8 +1,6 @@
 /* The switched plant in the whole ring against matrix exponentials: the real firmware takes the motor from
  * rest to 1500 r/min under load; its gate edges are replayed through the oracle, which shares no code with
  * the plant. */
-#include <math.h>
-#include <string.h>
 
 #include "host_sim/rig/rig_state.h"
 #include "tests/oracle/oracle.h"

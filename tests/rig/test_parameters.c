@@ -1,6 +1,4 @@
 /* Parameters that stay, through the whole ring: orders, HAL, the virtual chip's flash, its supply. */
-#include <stdlib.h>
-
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
 #include "talk/store.h"
@@ -116,46 +114,4 @@ static void test_a_corrupt_store_refuses_the_bridge_until_a_reset(void)
     rig_power_cycle(rig);
     run_to_ready(rig);
     expect_store("loaded");
-}
-
-/* ---- cuts of the power ---- */
-
-/* Saves with a cut after each number of operations of the flash, then the supply comes back: the drive runs
- * on the one set or the other. How many operations it takes. */
-static uint32_t cut_everywhere(const params_t *before, const char *state_before)
-{
-    const params_t next = given_motor(99u);
-    void *at_first = malloc(rig_state_size());
-    TEST_ASSERT_NOT_NULL(at_first);
-    rig_save(rig, at_first);
-    bool through = false;
-    uint32_t cut = 0;
-    for (; !through; cut++) {
-        TEST_ASSERT_TRUE(rig_load(rig, at_first, rig_state_size()));
-        const uint32_t done = chip_flash_operations(chip());
-        chip_cut_power(chip(), cut);
-        const bool said = order("save");
-        through = chip_flash_operations(chip()) - done < cut;
-        rig_power_cycle(rig);
-        const bool is_old = runs(before);
-        TEST_ASSERT_TRUE(is_old || runs(&next));
-        TEST_ASSERT_TRUE(!said || !is_old);
-        TEST_ASSERT_EQUAL(through, said && through);
-        expect_store(is_old ? state_before : "loaded");
-        TEST_ASSERT_EQUAL_INT32(REASON_NONE, rig_state(rig)->app.drive.fault_reason);
-    }
-    free(at_first);
-    return cut - 2u;
-}
-
-/* Into the page of older sets, which is erased before. */
-static void test_cut_in_a_save_that_erases_leaves_old_or_new(void)
-{
-    const uint32_t words = store_record_words(params_table.count);
-    const uint32_t fit = 2048u / words;
-    params_t before = given_saved_motor(0u);
-    for (uint32_t n = 1; n < 2u * fit; n++) {
-        before = given_saved_motor(n);
-    }
-    TEST_ASSERT_TRUE(cut_everywhere(&before, "loaded") >= words + 2u * 2048u);
 }

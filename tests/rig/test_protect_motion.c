@@ -42,8 +42,7 @@ static rig_t *failing(uint32_t fault, start_shaft_t shaft, uint32_t seed, double
 /* A quick stop still stops it, and off forgets the encoder's fault. */
 static void expect_stops(rig_t *rig, const char *where)
 {
-    run_put(rig, "load_torque", 0.0);
-    run_put(rig, "enable", 2.0);
+    run_puts(rig, "load_torque=0 enable=2");
     run_seconds(rig, 2.0);
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
     TEST_ASSERT_TRUE_MESSAGE(fabs(seen.speed) < 60.0, where);

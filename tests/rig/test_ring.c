@@ -1,6 +1,4 @@
 /* The ring as a whole: deterministic, copyable, several in one process. */
-#include <stdlib.h>
-#include <string.h>
 
 #include "host_sim/chip/chip.h"
 #include "host_sim/rig/rig_state.h"

@@ -9,9 +9,6 @@
  * inverter is ideal; a real one switches every edge. A board of another current moves a shaft in proportion,
  * friction, load and speed control with it: the accelerations, and with them all expectations, are the same.
  */
-#include <math.h>
-#include <stdbool.h>
-#include <string.h>
 
 #include "tests/oracle/pll_oracle.h"
 #include "tests/rig/run.h"

@@ -34,8 +34,7 @@ static rated_motor_t of_board(const rated_motor_t *written)
 static void put_motor(rig_t *rig, const rated_motor_t *m)
 {
     rated_put(rig, m);
-    run_put(rig, "low_speed_current", 0.0);
-    run_put(rig, "inductance_adaptation", 0.0);
+    run_puts(rig, "low_speed_current=0 inductance_adaptation=0");
     run_put(rig, "handover_speed", 0.05 * m->motor.speed);
     run_put(rig, "fallback_speed", 0.02 * m->motor.speed);
 }

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "estimator/pll.h"
+#include "host_sim/rig/rig_tables.h"
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 
@@ -61,6 +62,10 @@
     X(sink_temperature)                                                                                      \
     X(motor_temperature)                                                                                     \
     X(sample_flags)                                                                                          \
+    X(fast_cycles)                                                                                           \
+    X(fast_cycles_max)                                                                                       \
+    X(medium_cycles)                                                                                         \
+    X(medium_cycles_max)                                                                                     \
     X(theta_hat)                                                                                             \
     X(omega_hat)                                                                                             \
     X(omega_smooth)                                                                                          \
@@ -161,8 +166,9 @@ typedef struct {
 #define ADAPTED    10.0 /* [s] */
 
 static sample_t record[STRETCHES * LENGTH];
-#define DROP  1e-4 /* [V] */
-#define LIMIT 4.0  /* [A] */
+#define DROP   1e-4 /* [V] */
+#define LIMIT  4.0  /* [A] */
+#define LONGER 1.2  /* [-] once, each of the tasks */
 
 /* The sink is 9 K below its limit, and takes a tenth of three quarters of the current's: bits of both rows in
  * a word. */
@@ -266,6 +272,12 @@ static void run_all(void)
     run_parameter(rig, "motor_flux_linkage", 1.04 * FLUX);
     run_to_ready_at(rig, 500.0);
     rig_watch_edges(rig, on_gates, &gates);
+    run_put(rig, "interrupt_time", LONGER);
+    rig_run(rig, 2u * DRIVE_WINDOW);
+    run_put(rig, "interrupt_time", 1.0);
+    run_put(rig, "medium_time", LONGER);
+    rig_run(rig, 2u * DRIVE_WINDOW);
+    run_put(rig, "medium_time", 1.0);
     settings_zero[0] = 0.11;
     settings_zero[1] = -0.07;
     settings_zero[2] = BOARD_CURRENT_SENSORS == 3 ? 0.05 : -(0.11 - 0.07);
@@ -498,6 +510,11 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(fault_present, s->fault_present, 0.0)
     EXPECT(faults_seen, s->faults_seen, 0.0)
     EXPECT(sample_flags, s->flags, 0.0)
+    /* the medium task ends before a second interrupt comes */
+    EXPECT(fast_cycles, RIG_INTERRUPT_CYCLES, 2.0)
+    EXPECT(fast_cycles_max, LONGER * RIG_INTERRUPT_CYCLES, 2.0)
+    EXPECT(medium_cycles, RIG_MEDIUM_CYCLES + RIG_INTERRUPT_CYCLES, 2.0)
+    EXPECT(medium_cycles_max, LONGER * RIG_MEDIUM_CYCLES + RIG_INTERRUPT_CYCLES, 2.0)
     EXPECT(warnings, s->warnings, 0.0)
     EXPECT(manoeuvre, s->manoeuvre, 0.0)
     EXPECT(start_try, s->start_try, 0.0)

@@ -1,7 +1,5 @@
 /* The software takes the time of its rows: the interrupt's writes come when its time is over, and a section
  * with interrupts off holds them up. What the chip does meanwhile, tick by tick: tests/chip/test_busy.c. */
-#include <stdio.h>
-#include <stdlib.h>
 
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
@@ -134,6 +132,21 @@ static void test_within_the_period_no_bit_hangs_on_it(void)
     expect_same_bits(quick);
 }
 
+/* The drive's own measurement is of the whole interrupt, and the longest one stays. */
+static void test_the_drive_tells_what_its_last_and_its_longest_interrupt_took(void)
+{
+    static const double factors[] = {1.0, 2.0, 0.5};
+    double longest = 0.0;
+    for (size_t n = 0; n < sizeof factors / sizeof factors[0]; n++) {
+        const double cycles = factors[n] * RIG_INTERRUPT_CYCLES;
+        longest = cycles > longest ? cycles : longest;
+        run_put(rig, "interrupt_time", factors[n]);
+        rig_run(rig, 2);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0, cycles, rig_value(rig, "fast_cycles"));
+        TEST_ASSERT_DOUBLE_WITHIN(2.0, longest, rig_value(rig, "fast_cycles_max"));
+    }
+}
+
 /* ---- the medium task ---- */
 
 /* It and the interrupts in it take so many windows, from its begin. */
@@ -159,6 +172,30 @@ static void test_within_the_window_no_bit_hangs_on_the_medium_task(void)
         expect_same_bits(at_once);
         run_expect_no_fault(rig);
     }
+}
+
+/* From its begin to its end: its own time, and that of the interrupts which come meanwhile. */
+static void test_the_drive_tells_what_its_last_and_its_longest_medium_task_took(void)
+{
+    const double period = (double)RIG_PERIOD_TICKS * ((double)BOARD_SYSCLK_HZ / 150e6);
+    static const double windows[] = {0.1, 0.6, 0.3};
+    double longest = rig_value(rig, "medium_cycles_max");
+    run_put(rig, "interrupt_time", 0.5);
+    for (size_t n = 0; n < sizeof windows / sizeof windows[0]; n++) {
+        put_medium(rig, windows[n]);
+        rig_run(rig, 3u * DRIVE_WINDOW);
+        const double own = rig_value(rig, "medium_time") * RIG_MEDIUM_CYCLES;
+        const double of_interrupts = 0.5 * RIG_INTERRUPT_CYCLES;
+        const double took = rig_value(rig, "medium_cycles");
+        const double interrupts = floor((took - own) / of_interrupts + 0.5);
+        TEST_ASSERT_DOUBLE_WITHIN(3.0, own + interrupts * of_interrupts, took);
+        TEST_ASSERT_DOUBLE_WITHIN(1.0, took / period, interrupts);
+        longest = took > longest ? took : longest;
+        TEST_ASSERT_EQUAL_DOUBLE(longest, rig_value(rig, "medium_cycles_max"));
+    }
+    run_put(rig, "medium_time", 0.0);
+    rig_run(rig, 2u * DRIVE_WINDOW);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "medium_cycles"));
 }
 
 /* For one window the last setpoint goes on acting; with the second the gates are off. */

@@ -1,6 +1,4 @@
 /* The drive on its line: a master of this file's own on the wire, octet by octet. */
-#include <stdlib.h>
-#include <string.h>
 
 #include "app/talk.h"
 #include "host_sim/rig/rig_state.h"

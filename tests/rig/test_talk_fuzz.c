@@ -2,9 +2,6 @@
  * runs: no period is missed and none is late, what the drive sends are whole frames in their order,
  * parameters and requests are always a set that may be, and none of them changes unless its new value was
  * sent behind the octet of a DOWNLOAD. So many octets as argument 1 says, in all. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "app/talk.h"
 #include "host_sim/rig/rig_state.h"
@@ -15,11 +12,12 @@
 #define RECENT 1024u /* octets that are remembered: more than a command and what waits before it */
 
 static rig_t *rig;
-static uint64_t octets_each = 250000u; /* of each of the four runs */
+static uint64_t octets_each = 250000u; /* of each of the six runs */
 static uint32_t seed;
 
 static bool by_chip;
-static bool writes_nothing; /* no octet of a DOWNLOAD or SET_CAL_PAGE is sent */
+static bool locked;         /* by a key that no octet knows: any octet is sent, and nothing may be written */
+static bool writes_nothing; /* no octet of a DOWNLOAD or SET_CAL_PAGE is sent, or the drive is locked */
 
 static uint8_t to_drive[4096];
 static uint32_t put, taken;
@@ -35,6 +33,7 @@ static uint32_t frame_counter;
 static uint32_t count_sent; /* counter of the next frame to the drive */
 
 static params_t staged, active;
+static services_t services;
 static requests_t requests;
 static uint32_t last_period;
 static uint32_t booting; /* [periods] that it still takes, after an order to restart */
@@ -74,7 +73,7 @@ static uint32_t wire_write(void *context, const uint8_t *octets, uint32_t count)
 static void send_octet(uint32_t octet)
 {
     octet &= 0xFFu;
-    if (writes_nothing && (octet == 0xF0u || octet == 0xEBu)) {
+    if (writes_nothing && !locked && (octet == 0xF0u || octet == 0xEBu)) {
         octet ^= 0x0Fu;
     }
     to_drive[put++ % sizeof to_drive] = (uint8_t)octet;
@@ -150,6 +149,12 @@ static void check_values(void)
         TEST_ASSERT_TRUE(params_check(&now->active, &why));
         active = now->active;
     }
+    for (uint32_t n = 0; n < services_table.count && writes_nothing; n++) {
+        const table_row_t *row = &services_table.rows[n];
+        TEST_ASSERT_TRUE_MESSAGE(row->access == TABLE_READ ||
+                                     table_bits(row, &services) == table_bits(row, &now->services),
+                                 row->name);
+    }
     if (memcmp(&requests, &now->drive.requests, sizeof requests) != 0) {
         requests_t stopped = requests; /* the master was silent */
         stopped.enable = REQUEST_QUICK_STOP;
@@ -186,6 +191,7 @@ static void begin_anew(void)
     staged = now->staged;
     active = now->active;
     requests = now->drive.requests;
+    services = now->services;
     last_period = now->drive.fast.period;
     counting = false;
     received = 0u;
@@ -250,7 +256,7 @@ static uint32_t command(uint8_t packet[64])
     static const uint8_t codes[] = {0xFF, 0xFE, 0xFD, 0xFC, 0xFB, 0xFA, 0xF6, 0xF5, 0xF4, 0xF3,
                                     0xF0, 0xF0, 0xF0, 0xF0, 0xF6, 0xF6, 0xF6, 0xEB, 0xEA, 0xE9,
                                     0xE8, 0xE7, 0xE2, 0xE1, 0xE0, 0xDE, 0xDD, 0xDC, 0xDA, 0xD9,
-                                    0xD7, 0xD6, 0xD5, 0xD4, 0xD3, 0xE1, 0xE1, 0xFF};
+                                    0xD7, 0xD6, 0xD5, 0xD4, 0xD3, 0xE1, 0xE1, 0xFF, 0xF8, 0xF7};
     uint32_t count = 8u;
     for (uint32_t n = 0; n < 64u; n++) {
         packet[n] = (uint8_t)(dice(3u) == 0u ? dice(256u) : dice(3u));
@@ -395,6 +401,7 @@ void setUp(void)
     seed = 20260101u;
     put = taken = sent = received = frames = changes = 0u;
     booting = 0u;
+    locked = false;
     rig = run_rig(1u);
     run_put(rig, "fidelity", 1.0); /* averaged: it is the software that is tried */
     rig_run(rig, rig_periods(0.06));
@@ -431,6 +438,24 @@ static void test_octets_that_write_nothing_change_nothing_over_the_serial_line(v
     expect_nothing_changed(true);
 }
 
+/* Everything is sent, writes among it, to a drive that is locked: not a single value is written. */
+static void expect_a_locked_drive_unchanged(bool over_the_chip)
+{
+    locked = true;
+    run_parameter(rig, "line_key", 1234567.0);
+    expect_nothing_changed(over_the_chip);
+}
+
+static void test_a_locked_drive_is_not_written_over_the_wire(void)
+{
+    expect_a_locked_drive_unchanged(false);
+}
+
+static void test_a_locked_drive_is_not_written_over_the_serial_line(void)
+{
+    expect_a_locked_drive_unchanged(true);
+}
+
 static void expect_sent_changes(bool over_the_chip)
 {
     by_chip = over_the_chip;
@@ -454,11 +479,13 @@ static void test_what_changes_was_sent_over_the_serial_line(void)
 int main(int count, char **arguments)
 {
     if (count > 1) {
-        octets_each = strtoull(arguments[1], NULL, 10) / 4u;
+        octets_each = strtoull(arguments[1], NULL, 10) / 6u;
     }
     UNITY_BEGIN();
     RUN_TEST(test_octets_that_write_nothing_change_nothing_over_the_wire);
     RUN_TEST(test_octets_that_write_nothing_change_nothing_over_the_serial_line);
+    RUN_TEST(test_a_locked_drive_is_not_written_over_the_wire);
+    RUN_TEST(test_a_locked_drive_is_not_written_over_the_serial_line);
     RUN_TEST(test_what_changes_was_sent_over_the_wire);
     RUN_TEST(test_what_changes_was_sent_over_the_serial_line);
     return UNITY_END();

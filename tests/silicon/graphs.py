@@ -2,29 +2,23 @@
 graph of a source, which chip_build.py makes of all, its text without comments, the words of its command line. A case changes next
 to none of them, and no header."""
 import functools
-import importlib.machinery
-import importlib.util
 import json
 import os
+import sys
 import types
 
 import chip_build
+
+sys.path.insert(0, str(chip_build.ROOT / "tests"))
+import tool  # noqa: E402
 
 FILE = "graphs.json"
 CC = os.environ.get("CC", "gcc")
 
 
-def tool(name):
-    """A program of tools/ as a module."""
-    loader = importlib.machinery.SourceFileLoader(name.replace("-", "_"), str(chip_build.ROOT / "tools" / name))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(loader.name, loader))
-    loader.exec_module(module)
-    return module
-
-
 def make(folder):
     """The graphs of all sources of the tree, by the command lines of its build."""
-    linker = tool("check-linker")
+    linker = tool.load("check-linker")
     known = []
     of_one = linker.graph_of
 

@@ -20,7 +20,7 @@ import graphs
 from chip_build import ROOT
 
 TOOL = ROOT / "tools/check-image"
-checker = graphs.tool("check-image")
+checker = graphs.tool.load("check-image")
 graphs.remember(checker.linker)
 
 ALLOC, WRITE, EXEC = 2, 1, 4

@@ -22,7 +22,7 @@ FLASH = "linker/f28335_flash.cmd"
 IN_FLASH = "linker/interrupt_in_flash.txt"
 COMMANDS = "compile_commands.json"
 
-checker = graphs.tool("check-linker")
+checker = graphs.tool.load("check-linker")
 graphs.remember(checker)
 
 

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "tests/target/recording_in.h"
+#include "tools/target/recording_in.h"
 
 #ifdef REPLAY_FILE
 static FILE *input;

@@ -7,7 +7,7 @@
  * acts when it is written. */
 #include <stdlib.h>
 
-#include "tests/target/recorded_drive.h"
+#include "tools/target/recorded_drive.h"
 
 #define LOWEST 400u /* cuts that there must have been, at least */
 

@@ -9,7 +9,7 @@
 #include <semaphore.h>
 #include <stdlib.h>
 
-#include "tests/target/recorded_drive.h"
+#include "tools/target/recorded_drive.h"
 
 #define LOWEST 400u /* windows with both at once that there must have been, at least */
 

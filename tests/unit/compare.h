@@ -1,9 +1,13 @@
-/* What tests of angles compare with. */
+/* What unit tests share: the headers of C and of Unity, and what they compare with. */
 #ifndef TESTS_UNIT_COMPARE_H
 #define TESTS_UNIT_COMPARE_H
 
 #include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
+#include <string.h>
 #include <unity.h>
 
 #define PI 3.14159265358979323846

@@ -3,10 +3,8 @@
 #ifndef TESTS_UNIT_DRIVE_BENCH_H
 #define TESTS_UNIT_DRIVE_BENCH_H
 
-#include <string.h>
-#include <unity.h>
-
 #include "drive/drive.h"
+#include "tests/unit/compare.h"
 
 static drive_t drive;
 static params_t params;

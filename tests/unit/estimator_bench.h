@@ -10,11 +10,7 @@
 #ifndef TESTS_UNIT_ESTIMATOR_BENCH_H
 #define TESTS_UNIT_ESTIMATOR_BENCH_H
 
-#include <math.h>
-#include <stddef.h>
-#include <stdio.h>
 #include <string.h>
-#include <unity.h>
 
 #include "estimator/estimator.h"
 #include "medium/adapt/flux.h"
@@ -75,6 +71,13 @@ static inline estimator_oracle_case_t rig_of(int machine, double omega, double c
     return rig;
 }
 
+static inline estimator_oracle_sample_t sample_of(const estimator_oracle_case_t *rig, long k)
+{
+    estimator_oracle_sample_t sample;
+    estimator_oracle_sample(rig, k, &sample);
+    return sample;
+}
+
 static inline flux_params_t flux_params_of(const estimator_params_t *params)
 {
     return (flux_params_t){.flux_linkage = params->flux_linkage,
@@ -122,23 +125,19 @@ static inline position_t stepped(ab_t voltage, ab_t current)
 
 static inline position_t step(const estimator_oracle_case_t *rig, long k)
 {
-    estimator_oracle_sample_t now;
-    estimator_oracle_sample(rig, k, &now);
+    const estimator_oracle_sample_t now = sample_of(rig, k);
     return stepped(as_float(now.voltage), as_float(now.current));
 }
 
 static inline double error_of(const estimator_oracle_case_t *rig, long k, position_t position)
 {
-    estimator_oracle_sample_t now;
-    estimator_oracle_sample(rig, k, &now);
-    return 1e3 * circle((double)position.theta_e - now.theta);
+    return 1e3 * circle((double)position.theta_e - sample_of(rig, k).theta);
 }
 
 /* To the true state at t_k but for these [rad], [rad/s]. */
 static inline void reset_near(const estimator_oracle_case_t *rig, long k, double theta, double omega)
 {
-    estimator_oracle_sample_t now;
-    estimator_oracle_sample(rig, k, &now);
+    const estimator_oracle_sample_t now = sample_of(rig, k);
     position_t start = {(float)circle(now.theta + theta), (float)(now.omega + omega)};
     estimator_reset(&est, start, as_float(now.current));
     flux_reset(&flux, start.omega_e);
@@ -155,8 +154,7 @@ static inline deviation_t deviation(const estimator_oracle_case_t *rig, long fro
     deviation_t d = {0.0, 0.0, 0.0, 0.0};
     double squares = 0.0;
     for (long k = from; k < from + settle + count; k++) {
-        estimator_oracle_sample_t now;
-        estimator_oracle_sample(rig, k, &now);
+        const estimator_oracle_sample_t now = sample_of(rig, k);
         position_t position = stepped(as_float(now.voltage), as_float(now.current));
         if (k >= from + settle) {
             double error = 1e3 * circle((double)position.theta_e - now.theta);
@@ -170,6 +168,15 @@ static inline deviation_t deviation(const estimator_oracle_case_t *rig, long fro
     d.speed /= (double)count;
     d.sd = sqrt(fmax(0.0, squares / (double)count - d.mean * d.mean));
     return d;
+}
+
+/* From the true state at t_0 but for this angle [rad], so many steps on. */
+static inline void run_near(const estimator_params_t *params, const estimator_oracle_case_t *rig,
+                            double theta, long count)
+{
+    init(params);
+    reset_near(rig, 0, theta, 0.0);
+    (void)deviation(rig, 1, count, 0);
 }
 
 /* Settled on a constant speed, from 0.1 rad beside: the slower of the loop's modes (omega_c = 50 rad/s)

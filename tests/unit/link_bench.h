@@ -1,5 +1,4 @@
-/* A DC link between 200 V and 400 V for the tests of its limits and of its supply, and its usual parameters.
- */
+/* A DC link between 200 V and 400 V for the tests of its limits and supply, and its usual parameters. */
 #ifndef TESTS_UNIT_LINK_BENCH_H
 #define TESTS_UNIT_LINK_BENCH_H
 

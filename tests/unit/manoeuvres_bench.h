@@ -4,12 +4,10 @@
 #ifndef TESTS_UNIT_MANOEUVRES_BENCH_H
 #define TESTS_UNIT_MANOEUVRES_BENCH_H
 
-#include <complex.h>
 #include <string.h>
-#include <unity.h>
 
 #include "medium/manoeuvre/manoeuvres.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/vectors.h"
 
 #define T          1e-4
 #define PSI        0.183
@@ -113,7 +111,7 @@ void setUp(void)
 
 static inline double torque_of_current(void)
 {
-    return KT * cimag(machine.current * cexp(-(double complex)I * machine.theta));
+    return KT * cimag(machine.current * cexp(-J * machine.theta));
 }
 
 static inline void turn_machine(void)
@@ -137,9 +135,8 @@ static inline frame_t true_frame(void)
 
 static inline void observe(void)
 {
-    const double complex emf =
-        (double complex)I * POLE_PAIRS * machine.omega_m * PSI * cexp((double complex)I * machine.theta);
-    estimate.emf = (ab_t){(float)creal(emf), (float)cimag(emf)};
+    const double complex emf = J * POLE_PAIRS * machine.omega_m * PSI * cexp(J * machine.theta);
+    estimate.emf = to_ab(emf);
     estimate.amplitude = (float)cabs(emf);
     if (fast.tracking != 0u) {
         estimate.frame = true_frame();
@@ -162,7 +159,7 @@ static inline void sum_up(void)
 {
     sum.tracked += fast.tracking;
     sum.current += machine.current;
-    sum.emf += (double)estimate.emf.alpha + (double complex)I * (double)estimate.emf.beta;
+    sum.emf += of_ab(estimate.emf);
     sum.scatter += (double)estimate.detector * (double)estimate.detector;
 }
 
@@ -170,8 +167,8 @@ static inline void sum_up(void)
 static inline ab_t mean_at_end(double complex of)
 {
     const double turn = 0.5 * (W - 1) * T * (double)estimate.omega_smooth;
-    const double complex mean = of / W * cexp((double complex)I * turn);
-    return (ab_t){(float)creal(mean), (float)cimag(mean)};
+    const double complex mean = of / W * cexp(J * turn);
+    return to_ab(mean);
 }
 
 /* i_q that the newest setpoint makes at the speed of the machine [A]. */
@@ -217,12 +214,12 @@ static inline void close_window(const position_t *encoder, float omega_m)
 static inline void step(void)
 {
     const double angle = (double)demand.frame.theta_e + T * (double)demand.frame.omega_e;
-    const double complex asked = (double)demand.current.d + (double complex)I * (double)demand.current.q;
+    const double complex asked = of_dq(demand.current);
     if (in_window == 0u) {
         setpoint = next;
         reference_take(&fast, &fast_tuning, &setpoint);
     }
-    machine.current = asked * cexp((double complex)I * angle);
+    machine.current = asked * cexp(J * angle);
     turn_machine();
     reference_advance(&fast, &fast_tuning);
     observe();
@@ -302,7 +299,7 @@ static inline void expect_trace(const manoeuvre_t *names, int count)
 /* Current in a frame: d + j q [A]. */
 static inline double complex current_in(double theta)
 {
-    return machine.current * cexp(-(double complex)I * theta);
+    return machine.current * cexp(-J * theta);
 }
 
 static inline void make_heavy(void)

@@ -2,12 +2,10 @@
 #ifndef TESTS_UNIT_SEQUENCE_BENCH_H
 #define TESTS_UNIT_SEQUENCE_BENCH_H
 
-#include <string.h>
-#include <unity.h>
-
 #include "medium/sequence.h"
 #include "settings/faults.h"
 #include "settings/reasons.h"
+#include "tests/unit/compare.h"
 
 #define REARM DRIVE_WINDOWS(20e-3f) /* [windows] without a fault or its line */
 
@@ -35,7 +33,7 @@ static uint32_t order; /* of the last window */
 
 /* What the machine is to find, whichever quantity tells it. */
 static struct {
-    bool fault_line, tripped, undervoltage, feeding, standing;
+    bool fault_line, tripped, undervoltage, feeding, standing, not_enabled;
 } is;
 static measured_t measured;
 static bridge_t bridge; /* as the fast task has it */
@@ -60,8 +58,9 @@ void setUp(void)
 
 static inline void steps(uint32_t count)
 {
-    measured.flags =
-        (is.tripped ? DRIVE_SAMPLE_TRIPPED : 0u) | (is.fault_line ? DRIVE_SAMPLE_FAULT_LINE : 0u);
+    measured.flags = (is.tripped ? DRIVE_SAMPLE_TRIPPED : 0u) |
+                     (is.fault_line ? DRIVE_SAMPLE_FAULT_LINE : 0u) |
+                     (is.not_enabled ? DRIVE_SAMPLE_NOT_ENABLED : 0u);
     measured.u_dc = is.undervoltage ? 0.999f * UNDERVOLTAGE : UNDERVOLTAGE;
     measured.current = (ab_t){(is.feeding ? 0.61f : 0.59f) * FEEDING, -0.8f * FEEDING};
     for (uint32_t n = 0; n < count; n++) {

@@ -2,12 +2,10 @@
  * whole of the drive's is for tests/line. */
 #include "talk/a2l.h"
 
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unity.h>
 
 #include "math/float_bits.h"
+#include "tests/unit/compare.h"
 
 static uint16_t octets[8192];
 static char string[8192];
@@ -140,7 +138,8 @@ static const char expected_grammar[] =
     "enum{\"BYTE_ORDER_MSB_LAST\"=0,\"BYTE_ORDER_MSB_FIRST\"=1};\n"
     "enum{\"ADDRESS_GRANULARITY_BYTE\"=1,\"ADDRESS_GRANULARITY_WORD\"=2,\"ADDRESS_GRANULARITY_DWORD\"=4};\n"
     "taggedstruct{(\"OPTIONAL_CMD\" enum{"
-    "\"GET_COMM_MODE_INFO\"=251,\"GET_ID\"=250,\"SET_MTA\"=246,\"UPLOAD\"=245,\"SHORT_UPLOAD\"=244,"
+    "\"GET_COMM_MODE_INFO\"=251,\"GET_ID\"=250,\"GET_SEED\"=248,\"UNLOCK\"=247,\"SET_MTA\"=246,\"UPLOAD\"="
+    "245,\"SHORT_UPLOAD\"=244,"
     "\"BUILD_CHECKSUM\"=243,\"DOWNLOAD\"=240,\"SET_CAL_PAGE\"=235,\"GET_CAL_PAGE\"=234,"
     "\"GET_PAG_PROCESSOR_INFO\"=233,\"GET_SEGMENT_INFO\"=232,\"GET_PAGE_INFO\"=231,\"SET_DAQ_PTR\"=226,"
     "\"WRITE_DAQ\"=225,\"SET_DAQ_LIST_MODE\"=224,\"START_STOP_DAQ_LIST\"=222,\"START_STOP_SYNCH\"=221,"
@@ -195,13 +194,13 @@ static const char expected_head[] =
     "    /begin RECORD_LAYOUT RL.SLONG FNC_VALUES 1 SLONG COLUMN_DIR DIRECT /end RECORD_LAYOUT\n"
     "    /begin RECORD_LAYOUT RL.ULONG FNC_VALUES 1 ULONG COLUMN_DIR DIRECT /end RECORD_LAYOUT\n";
 
-/* Of docs/serial.md: 64 and 128 octets, two lists, entries of 4 octets; 8 kHz are 125 us, in one octet 125.
- */
+/* Of docs/serial.md: 64 and 128 octets, two lists, entries of 4 octets; 8 kHz are 125 us, one octet. */
 static const char expected_protocol[] =
     "    /begin IF_DATA XCP\n"
     "      /begin PROTOCOL_LAYER 0x0100 1000 1000 1000 1000 1000 1000 1 64 128 BYTE_ORDER_MSB_LAST "
     "ADDRESS_GRANULARITY_BYTE\n"
-    "        OPTIONAL_CMD GET_COMM_MODE_INFO\n        OPTIONAL_CMD GET_ID\n        OPTIONAL_CMD SET_MTA\n"
+    "        OPTIONAL_CMD GET_COMM_MODE_INFO\n        OPTIONAL_CMD GET_ID\n"
+    "        OPTIONAL_CMD GET_SEED\n        OPTIONAL_CMD UNLOCK\n        OPTIONAL_CMD SET_MTA\n"
     "        OPTIONAL_CMD UPLOAD\n        OPTIONAL_CMD SHORT_UPLOAD\n        OPTIONAL_CMD BUILD_CHECKSUM\n"
     "        OPTIONAL_CMD DOWNLOAD\n        OPTIONAL_CMD SET_CAL_PAGE\n        OPTIONAL_CMD GET_CAL_PAGE\n"
     "        OPTIONAL_CMD GET_PAG_PROCESSOR_INFO\n        OPTIONAL_CMD GET_SEGMENT_INFO\n"
@@ -274,7 +273,6 @@ static void test_a_board_without_a_serial_line_is_reached_by_tcp_alone(void)
     TEST_ASSERT_EQUAL_STRING(whole(""), string_of(&text));
 }
 
-/* In pieces of any size, one behind the other or from any place, it is the same file. */
 static void test_any_window_shows_its_part_of_the_whole(void)
 {
     const uint32_t length = (uint32_t)strlen(whole(expected_serial));

@@ -1,9 +1,5 @@
 /* The oracle is remainder() in double precision, reduced with pi to more digits than double has: k * PI_REST
  * corrects what k * PI drops. */
-#include <math.h>
-#include <stdint.h>
-#include <unity.h>
-
 #include "math/angle.h"
 #include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"

@@ -1,10 +1,8 @@
 /* The application above a board that writes down what it is asked: the start and a start that fails, what
  * goes to the registers when parameters change, and that the interrupt sees no change half done. */
-#include <string.h>
-#include <unity.h>
-
 #include "app/app.h"
 #include "settings/reasons.h"
+#include "tests/unit/compare.h"
 
 /* ---- the board ---- */
 
@@ -18,6 +16,8 @@ static uint32_t dead_band, encoder_max;
 static uint32_t fed;
 static bool led_run, led_fault;
 static bool medium_requested;
+static uint32_t cycles;          /* the free-running timer, */
+static uint32_t cycles_per_call; /* and what passes with each of its readings, and with that of the sample */
 
 static app_t the_app;
 static params_error_t why;
@@ -37,9 +37,16 @@ hal_status_t hal_init(const hal_config_t *with)
     return status;
 }
 
+uint32_t hal_time(void)
+{
+    cycles += cycles_per_call;
+    return cycles;
+}
+
 void hal_read(hal_samples_t *samples)
 {
     ask("read ");
+    cycles += cycles_per_call;
     *samples = conversion;
 }
 
@@ -51,10 +58,19 @@ void hal_write_compare(uint16_t a, uint16_t b, uint16_t c)
     ask("compare ");
 }
 
-void hal_gates_off(void)
-{
-    ask("gates-off ");
-}
+/* What is only written down. */
+#define NOTED(function, what)                                                                                \
+    void function(void)                                                                                      \
+    {                                                                                                        \
+        ask(what " ");                                                                                       \
+    }
+NOTED(hal_gates_off, "gates-off")
+NOTED(hal_end_of_sample, "end-of-sample")
+NOTED(hal_end_of_trip, "end-of-trip")
+NOTED(hal_begin_medium, "begin-medium")
+NOTED(hal_end_medium, "end-medium")
+NOTED(hal_watchdog_start, "watchdog")
+NOTED(hal_restart, "restart")
 
 bool hal_gates_on(void)
 {
@@ -62,30 +78,10 @@ bool hal_gates_on(void)
     return true;
 }
 
-void hal_end_of_sample(void)
-{
-    ask("end-of-sample ");
-}
-
-void hal_end_of_trip(void)
-{
-    ask("end-of-trip ");
-}
-
 void hal_request_medium(void)
 {
     ask("request-medium ");
     medium_requested = true;
-}
-
-void hal_begin_medium(void)
-{
-    ask("begin-medium ");
-}
-
-void hal_end_medium(void)
-{
-    ask("end-medium ");
 }
 
 bool hal_set_dead_band(uint16_t count)
@@ -100,11 +96,6 @@ bool hal_set_encoder(uint32_t count_max)
     ask("encoder ");
     encoder_max = count_max;
     return true;
-}
-
-void hal_watchdog_start(void)
-{
-    ask("watchdog ");
 }
 
 void hal_watchdog_feed(void)
@@ -144,11 +135,6 @@ uint32_t hal_serial_write(const uint16_t *octets, uint32_t count)
 uint32_t hal_serial_errors(void)
 {
     return 0u;
-}
-
-void hal_restart(void)
-{
-    ask("restart ");
 }
 
 /* ---- memory that stays ---- */
@@ -292,8 +278,7 @@ void setUp(void)
     start(HAL_OK);
 }
 
-/* Whatever was done on a board that has started: no interrupt has seen it half done, and interrupts are on.
- */
+/* Whatever was done on a board that has started: no interrupt saw it half done, and interrupts are on. */
 void tearDown(void)
 {
     TEST_ASSERT_FALSE(status == HAL_OK && (interrupts_wrong || !interrupts_on));
@@ -373,6 +358,22 @@ static void test_the_interrupt_reads_first_and_acknowledges_last(void)
     TEST_ASSERT_EQUAL_STRING("end-of-trip ", asked);
 }
 
+/* From the entry, so that the reading is in it; over the end of the timer's range; the longest one stays. */
+static void test_each_task_notes_its_last_and_its_longest_duration(void)
+{
+    static const uint32_t steps[] = {40u, 700u, 5u};
+    cycles = UINT32_MAX - 50u;
+    for (size_t n = 0; n < sizeof steps / sizeof steps[0]; n++) {
+        cycles_per_call = steps[n];
+        interrupt();
+        TEST_ASSERT_EQUAL_UINT32(2u * steps[n], app->drive.fast_took.last);
+        TEST_ASSERT_EQUAL_UINT32(steps[n], app->drive.medium_took.last);
+        TEST_ASSERT_EQUAL_UINT32(2u * (n > 0u ? 700u : 40u), app->drive.fast_took.longest);
+        TEST_ASSERT_EQUAL_UINT32(n > 0u ? 700u : 40u, app->drive.medium_took.longest);
+    }
+    cycles_per_call = 0u;
+}
+
 static void test_each_flag_of_the_board_is_the_drive_s(void)
 {
     static const struct {
@@ -381,7 +382,8 @@ static void test_each_flag_of_the_board_is_the_drive_s(void)
     } flags[] = {{HAL_FLAG_TRIPPED, DRIVE_SAMPLE_TRIPPED},
                  {HAL_FLAG_FAULT_PIN, DRIVE_SAMPLE_FAULT_LINE},
                  {HAL_FLAG_ENCODER, DRIVE_SAMPLE_ENCODER},
-                 {HAL_FLAG_LATE, DRIVE_SAMPLE_LATE}};
+                 {HAL_FLAG_LATE, DRIVE_SAMPLE_LATE},
+                 {HAL_FLAG_NOT_ENABLED, DRIVE_SAMPLE_NOT_ENABLED}};
     for (size_t n = 0; n < sizeof flags / sizeof flags[0]; n++) {
         drive_samples_t samples;
         conversion.flags = flags[n].of_board;
@@ -435,7 +437,6 @@ static void test_a_bad_set_is_refused_and_changes_nothing(void)
     expect_refused("encoder_lines", REASON_BRIDGE_ON);
 }
 
-/* The bridge was off when the set was judged, and on when it was to be offered. */
 static void test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set(void)
 {
     app->staged.encoder_lines = 1024;
@@ -449,7 +450,6 @@ static void test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set(void)
     TEST_ASSERT_EQUAL_UINT32(9999u, app->drive.tunings[app->drive.in_force].fast.encoder.last_count);
 }
 
-/* Sets that follow each other faster than the interrupt: the last good one counts, and whole. */
 static void test_the_last_good_set_before_an_interrupt_is_taken(void)
 {
     app->staged.speed_kp = 0.7f;
@@ -466,7 +466,6 @@ static void test_the_last_good_set_before_an_interrupt_is_taken(void)
                             app->drive.tunings[app->drive.in_force].fast.reference.catching.speed_min);
 }
 
-/* Likewise when the last was refused at the last moment: the one before it had not been taken yet. */
 static void test_a_set_offered_before_survives_one_that_came_too_late(void)
 {
     app->staged.speed_kp = 0.7f;
@@ -495,10 +494,14 @@ static void periods(uint32_t count)
     from_here();
 }
 
-/* Of the row. */
 static void expect_share(float expected, float inductance)
 {
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, expected, inductance / app->active.motor_inductance_q);
+}
+
+static void expect_offered(float share)
+{
+    expect_share(share, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
 }
 
 static void background_offers(bool offers)
@@ -517,7 +520,7 @@ static void test_what_is_learnt_is_offered_where_it_has_moved(void)
     background_offers(false);
     learnt(1.1f);
     background_offers(true);
-    expect_share(1.1f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_offered(1.1f);
     interrupt();
     sample(); /* a window begins with it */
     expect_share(1.1f, app->drive.fast.current_control.inductance_q);
@@ -525,7 +528,7 @@ static void test_what_is_learnt_is_offered_where_it_has_moved(void)
     background_offers(false);
     periods((uint32_t)(0.01 / (double)DRIVE_PERIOD + 0.5));
     background_offers(true);
-    expect_share(1.2f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_offered(1.2f);
 }
 
 /* The observer would ring: its slope goes with L, but not its resistance. */
@@ -539,7 +542,7 @@ static void test_what_the_drive_cannot_run_on_is_not_believed(void)
     background_offers(false);
     app->staged.speed_kp = 0.7f;
     apply();
-    expect_share(1.0f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_offered(1.0f);
 }
 
 /* A set that leaves L alone keeps what was learnt of it; one with another L begins with that, also while the
@@ -554,17 +557,17 @@ static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void
     app->staged.speed_kp = 0.7f;
     from_here();
     apply();
-    expect_share(1.1f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_offered(1.1f);
     interrupt();
     expect_share(1.1f, app->drive.medium.inductance.learnt.value);
 
     app->staged.motor_inductance_q = 15e-3f;
     from_here();
     apply();
-    expect_share(1.0f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_offered(1.0f);
     periods(1000u);
     background();
-    expect_share(1.0f, drive_idle_tuning(&app->drive)->fast.current_control.inductance_q);
+    expect_offered(1.0f);
     interrupt();
     TEST_ASSERT_EQUAL_FLOAT(15e-3f, app->drive.medium.inductance.learnt.value);
     background_offers(false);
@@ -597,7 +600,6 @@ static void test_learnt_inertia_goes_into_gains_and_torque(void)
     TEST_ASSERT_EQUAL_FLOAT(1.5f * inertia->learnt.from, inertia->learnt.value);
 }
 
-/* A set that waits to be taken is not lost to what is learnt meanwhile. */
 static void test_what_is_learnt_goes_with_a_set_that_still_waits(void)
 {
     app->staged.speed_kp = 0.7f;
@@ -629,6 +631,7 @@ static params_t given_saved(void)
     app->staged.motor_pole_pairs = 3;
     app->staged.observer_gain = 300.0f;
     apply();
+    app->staged.motor_resistance = 0.25f; /* only staged it was never judged, and is not saved */
     expect_order(ORDER_SAVE, REASON_NONE, 0u);
     return app->active;
 }
@@ -665,15 +668,6 @@ static void test_a_saved_set_runs_after_the_next_start(void)
     TEST_ASSERT_EQUAL_FLOAT(0.5f + saved.device_resistance, app->believed.resistance);
 }
 
-/* What is only staged was never judged, and is not saved. */
-static void test_the_active_set_is_saved_not_the_staged_one(void)
-{
-    app->staged.motor_resistance = 0.25f;
-    expect_order(ORDER_SAVE, REASON_NONE, 0u);
-    start(HAL_OK);
-    TEST_ASSERT_EQUAL_FLOAT(0.95f, app->active.motor_resistance);
-}
-
 static void test_loading_stages_what_was_saved_and_defaults_what_the_program_has(void)
 {
     const params_t saved = given_saved();
@@ -696,6 +690,35 @@ static void test_saving_is_refused_by_memory_that_takes_nothing_and_while_the_br
     TEST_ASSERT_EQUAL_HEX16(0xFFFF, stored[0][0]);
     TEST_ASSERT_EQUAL_UINT32(0u, app->services.store_saves);
     TEST_ASSERT_FALSE(stored_with_bridge_on);
+}
+
+/* No fault: the drive may run on its defaults. Nothing is written into foreign data before it is erased. */
+static void test_a_store_of_another_program_runs_the_defaults_until_it_is_erased(void)
+{
+    params_t usual;
+    for (uint32_t at = 0; at < sizeof stored[0] / sizeof stored[0][0]; at++) {
+        stored[0][at] = (uint16_t)(at * 40503u);
+        stored[1][at] = (uint16_t)(at * 30011u + 7u);
+    }
+    start(HAL_OK);
+    expect_store(PARAMETERS_FOREIGN, 0u, 0u);
+    params_defaults(&usual);
+    TEST_ASSERT_EQUAL_MEMORY(&usual, &app->active, sizeof usual);
+    TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.state);
+    TEST_ASSERT_EQUAL_INT32(REASON_NONE, app->drive.fault_reason);
+    expect_order(ORDER_SAVE, REASON_STORE_FOREIGN, SERVICE_ORDER);
+    TEST_ASSERT_EQUAL_HEX16((uint16_t)(5u * 40503u), stored[0][5]);
+    given_bridge_on();
+    expect_order(ORDER_ERASE, REASON_BRIDGE_ON, SERVICE_ORDER);
+    app->drive.state = DRIVE_READY;
+    store_refuses = true;
+    expect_order(ORDER_ERASE, REASON_STORE_FAILED, SERVICE_ORDER);
+    store_refuses = false;
+    expect_order(ORDER_ERASE, REASON_NONE, 0u);
+    expect_store(PARAMETERS_EMPTY, 0u, 0u);
+    const params_t saved = given_saved();
+    start(HAL_OK);
+    TEST_ASSERT_EQUAL_MEMORY(&saved, &app->active, sizeof saved);
 }
 
 static void test_a_corrupt_store_runs_the_defaults_behind_a_latched_fault(void)

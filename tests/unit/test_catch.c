@@ -1,8 +1,4 @@
 /* The catch on an EMF of known course: e = j omega psi_f exp(j theta). */
-#include <complex.h>
-#include <string.h>
-#include <unity.h>
-
 #include "fast/reference/catch.h"
 #include "tests/unit/vectors.h"
 
@@ -33,7 +29,7 @@ void setUp(void)
 
 static double complex emf_of(double omega, double theta)
 {
-    return (double complex)I * omega * PSI * cexp((double complex)I * theta);
+    return J * omega * PSI * cexp(J * theta);
 }
 
 static catch_outcome_t step(double complex emf, float voltage_max)
@@ -82,8 +78,7 @@ static void test_turning_rotor_is_caught_with_speed_direction_and_angle(void)
     }
 }
 
-/* At once after 10 ms if it has turned by 1 rad since 4 ms, else as soon as it has, after 20 ms in any case.
- */
+/* At once after 10 ms if it has turned by 1 rad since 4 ms, else as soon as it has, or after 20 ms. */
 static void test_fast_rotor_is_caught_before_the_catch_is_over(void)
 {
     static const double speeds[] = {2000.0, 500.0, 220.0, 150.0, 100.0, 60.0, 20.0};
@@ -125,8 +120,7 @@ static void test_observer_that_arrives_does_not_make_the_speed_small(void)
 
 /* What the slip leaves of a length that is wrong by `share` [rad/s]: the phase phi between the EMF and the
  * frame, and the frame's speed, in continuous time from where the speed is first believed,
- *     phi' = d - w_c phi,  d' = -q^2 sin phi,  q = min(speed - 80, 430 rad/s) or 0,  w_c = 600 rad/s
- */
+ *     phi' = d - w_c phi,  d' = -q^2 sin phi,  q = min(speed - 80, 430 rad/s) or 0, w_c = 600 rad/s */
 static double left_of(double omega, double share, double seconds)
 {
     const double natural = fmin(fmax(fabs(share * omega) - 80.0, 0.0), 430.0);
@@ -165,7 +159,7 @@ static void test_voltage_error_that_stands_still_is_no_rotor(void)
 {
     for (double length = 0.5; length < 20.0; length *= 1.7) {
         for (double angle = -3.1; angle < 3.2; angle += 0.4) {
-            const double complex error = length * PSI * SPEED_MIN * cexp((double complex)I * angle);
+            const double complex error = length * PSI * SPEED_MIN * cexp(J * angle);
             const caught_t caught = catch_of(0.0, 0.0, error);
             TEST_ASSERT_EQUAL_INT(CATCH_STANDING, caught.outcome);
             TEST_ASSERT_EQUAL_UINT32(WHOLE, caught.periods);
@@ -180,7 +174,7 @@ static void test_ripple_as_long_as_an_emf_is_no_rotor(void)
     catch_outcome_t outcome = CATCH_GOES_ON;
     for (uint32_t n = 0; outcome == CATCH_GOES_ON && n < 2u * WHOLE; n++) {
         const double omega = 0.3 * SPEED_MIN;
-        const double complex ripple = 2.0 * PSI * SPEED_MIN * cexp((double complex)I * 0.4 * n);
+        const double complex ripple = 2.0 * PSI * SPEED_MIN * cexp(J * 0.4 * n);
         outcome = step(emf_of(omega, omega * T * n) + ripple, LINK);
     }
     TEST_ASSERT_EQUAL_INT(CATCH_STANDING, outcome);
@@ -233,7 +227,7 @@ static void test_voltage_is_the_emf_when_it_acts(void)
         catch_enter(&catching, WHOLE, (float)speeds[n]);
         const double complex emf = emf_of(speeds[n], 0.8);
         const ab_t voltage = catch_voltage(&catching, &tuning, to_ab(emf));
-        const double complex expected = emf * cexp((double complex)I * 1.5 * T * speeds[n]);
+        const double complex expected = emf * cexp(J * 1.5 * T * speeds[n]);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * (1.0 + cabs(emf)), creal(expected), (double)voltage.alpha);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * (1.0 + cabs(emf)), cimag(expected), (double)voltage.beta);
     }
@@ -254,7 +248,7 @@ static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_
                 if (k < SETTLED) {
                     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, cabs(current - 0.3));
                 } else if (k >= SURE) {
-                    const double complex expected = 2.0 * cexp((double complex)I * theta);
+                    const double complex expected = 2.0 * cexp(J * theta);
                     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, cabs(current - expected));
                 }
             }

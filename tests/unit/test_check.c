@@ -1,12 +1,9 @@
 /* A failed check on the desk: a line that says where, and abort. */
 #include <setjmp.h>
 #include <signal.h>
-#include <stdbool.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
 
 #include "math/check.h"
+#include "tests/unit/compare.h"
 
 #define TOLD "test_check.txt"
 

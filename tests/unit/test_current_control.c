@@ -1,10 +1,5 @@
 /* Closed loop with an exact winding in double precision: i(k+1) = a i(k) + b u(k), a = exp(-R T/L), b = (1 -
  * a)/R, and u(k) what the controller computed at k-1 (it acts from t_k+1 to t_k+2). */
-#include <complex.h>
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "fast/control/current_control.h"
 #include "tests/unit/vectors.h"
 
@@ -53,16 +48,6 @@ static void test_axes_are_back_calculated_each_with_its_own_shortfall(void)
     current_control_applied(&control, applied);
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 0.095 * 8.0, (double)control.d.integral);
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 0.095 * -2.0, (double)control.q.integral);
-}
-
-static double complex of_dq(dq_t vector)
-{
-    return (double)vector.d + J * (double)vector.q;
-}
-
-static dq_t to_dq(double complex vector)
-{
-    return (dq_t){(float)creal(vector), (float)cimag(vector)};
 }
 
 /* What is known in the stationary frame, seen from a frame at `theta`: reference, current and EMF. The

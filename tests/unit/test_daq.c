@@ -1,9 +1,7 @@
-/* The queue between interrupt and background: what it keeps, what it loses, and that what it gives is whole.
- */
+/* The queue between interrupt and background: what it keeps and loses, and that what it gives is whole. */
 #include "talk/daq.h"
 
-#include <string.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 #define SLOTS 20u
 
@@ -155,7 +153,6 @@ static void test_limits_of_what_is_asked_for(void)
     TEST_ASSERT_EQUAL(DAQ_OUT_OF_RANGE, daq_start(&daq, 2u));
 }
 
-/* What was lost is counted on when all else is given up. */
 static void test_clearing_keeps_the_count_of_the_lost(void)
 {
     make(1u);

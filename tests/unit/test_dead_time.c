@@ -1,9 +1,5 @@
 /* Numbers of docs/theory.md, 12, and of the stand-in power module: 311 V, 100 us, turn-on 0.7 us, turn-off
  * 0.9 us; and its six-vector picture, integrated here in double precision. */
-#include <complex.h>
-#include <math.h>
-#include <unity.h>
-
 #include "fast/inverter/dead_time.h"
 #include "tests/unit/vectors.h"
 
@@ -27,7 +23,7 @@ static double complex lost(const dead_time_params_t *params, double amplitude, d
     ab_t current = {(float)(amplitude * cos(angle)), (float)(amplitude * sin(angle))};
     const abc_t signs = dead_time_signs(&dead_time, frames_inverse_clarke(current));
     ab_t voltage = dead_time_voltage(&dead_time, signs, (float)u_dc);
-    return (double)voltage.alpha + J * (double)voltage.beta;
+    return of_ab(voltage);
 }
 
 static void test_is_the_sum_of_its_legs_in_and_out_of_the_zone(void)

@@ -1,11 +1,5 @@
 /* EMFs made of a turning rotor and of what three legs with their signs leave when another dead time is
  * believed than there is: expected values from that algebra alone. */
-#include <complex.h>
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/adapt/dead_time_learn.h"
 #include "tests/unit/vectors.h"
 
@@ -34,7 +28,7 @@ typedef struct {
     double current;   /* [A] */
     double ahead;     /* of the current before the d axis [rad] */
     double fifth;     /* harmonic of the EMF [-] */
-    double seventh;   /* likewise [-] */
+    double seventh;   /* the same [-] */
     double dwells;    /* by which the current's direction lags and leads six times a turn [rad] */
     uint32_t periods; /* [periods] since it began */
     ab_t emf;         /* share of the means so far [V] */
@@ -52,11 +46,16 @@ typedef struct {
     float link;                 /* [V] */
 } period_t;
 
+static void take(const dead_time_learn_params_t *params)
+{
+    const dead_time_learn_tuning_t tuning = dead_time_learn_prepare(params);
+    dead_time_learn_take(&world.learn, &tuning);
+}
+
 void setUp(void)
 {
     memset(&world, 0, sizeof world);
-    const dead_time_learn_tuning_t tuning = dead_time_learn_prepare(&PARAMS);
-    dead_time_learn_take(&world.learn, &tuning);
+    take(&PARAMS);
     world.omega = 42.0;
     world.current = 3.0;
     world.ahead = 0.5 * PI;
@@ -67,8 +66,7 @@ static void know(void)
 {
     dead_time_learn_params_t params = PARAMS;
     params.effective = (float)TRUE;
-    const dead_time_learn_tuning_t tuning = dead_time_learn_prepare(&params);
-    dead_time_learn_take(&world.learn, &tuning);
+    take(&params);
 }
 
 static double sign_of(double complex current, double axis)
@@ -238,10 +236,9 @@ static void test_a_speed_too_high_for_the_steps_teaches_nothing(void)
 {
     dead_time_learn_params_t params = PARAMS;
     params.flux_linkage = 0.03f;
-    const dead_time_learn_tuning_t tuning = dead_time_learn_prepare(&params);
     for (int32_t n = 0; n < 4; n++) {
         setUp();
-        dead_time_learn_take(&world.learn, &tuning);
+        take(&params);
         const bool quick = n < 2;
         world.omega = (n % 2 != 0 ? -1.0 : 1.0) * (quick ? 600.0 : 380.0);
         const double before = unlearnt();
@@ -354,17 +351,14 @@ static void test_what_is_learnt_stays_until_the_parameters_change(void)
     const float learnt = world.learn.effective;
     dead_time_learn_params_t params = PARAMS;
     params.flux_linkage *= 1.1f;
-    dead_time_learn_tuning_t tuning = dead_time_learn_prepare(&params);
-    dead_time_learn_take(&world.learn, &tuning);
+    take(&params);
     TEST_ASSERT_EQUAL_FLOAT(learnt, world.learn.effective);
     params.rate = 0.0f;
-    tuning = dead_time_learn_prepare(&params);
-    dead_time_learn_take(&world.learn, &tuning);
+    take(&params);
     TEST_ASSERT_EQUAL_FLOAT(PARAMS.effective, world.learn.effective);
     params.rate = PARAMS.rate;
     params.effective = 0.02f;
-    tuning = dead_time_learn_prepare(&params);
-    dead_time_learn_take(&world.learn, &tuning);
+    take(&params);
     TEST_ASSERT_EQUAL_FLOAT(0.02f, world.learn.effective);
 }
 
@@ -375,8 +369,7 @@ static void test_with_other_parameters_the_means_begin_anew(void)
     turn(0.1);
     dead_time_learn_params_t params = PARAMS;
     params.effective = (float)(0.8 * TRUE);
-    const dead_time_learn_tuning_t tuning = dead_time_learn_prepare(&params);
-    dead_time_learn_take(&world.learn, &tuning);
+    take(&params);
     world.theta += PI;
     for (uint32_t n = 0; n < EVERY; n++) {
         const period_t input = next();

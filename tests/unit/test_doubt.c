@@ -5,11 +5,8 @@
  * foreseen by as much. */
 #include "fast/inverter/doubt.h"
 
-#include <math.h>
-#include <stddef.h>
-#include <unity.h>
-
-#include "sweep.h"
+#include "tests/unit/compare.h"
+#include "tests/unit/sweep.h"
 
 #define ZONE 0.1f /* [A] */
 #define LEG  8.0f /* [V] */
@@ -162,9 +159,8 @@ static void expect_around_miss(float acceleration, float share)
     }
 }
 
-/* A fifth, and of a light rotor a tenth: in 5 ms the limit of current turns it by 20 mrad, which takes 1600
- * rad/s^2.
- */
+/* A fifth, and of a light rotor a tenth: in 5 ms the limit of current turns it by 20 mrad, by 1600
+ * rad/s^2. */
 static void test_speed_miss_below_at_above_a_fifth_or_a_tenth(void)
 {
     expect_around_miss(PARAMS.acceleration, 0.2f);
@@ -256,8 +252,7 @@ static uint32_t coasted(void)
     return count;
 }
 
-/* Three periods of the observer, and two time constants of an EMF filter faster than 200 rad/s: 2/(cutoff T).
- */
+/* Three periods of the observer, and two time constants of an EMF filter above 200 rad/s: 2/(cutoff T). */
 static void test_is_remembered_as_long_as_the_filter_does(void)
 {
     static const struct {
@@ -309,7 +304,6 @@ static void test_a_new_doubt_begins_the_memory_anew(void)
     TEST_ASSERT_EQUAL_UINT32(3u, coasted());
 }
 
-/* An error to work off ends the coasting at once, and what was remembered with it. */
 static void test_memory_ends_with_the_steady_drive(void)
 {
     TEST_ASSERT_TRUE(doubt_step(&doubt, &tuning, &input));

@@ -1,13 +1,11 @@
 /* The rooms together: what goes from one to the next, and when. Each by itself has its own test. */
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "drive/drive.h"
+#include "math/float_bits.h"
 #include "settings/reasons.h"
 #include "settings/signals.h"
 #include "tests/unit/compare.h"
 #include "tests/unit/drive_bench.h"
+#include "tests/unit/rows.h"
 
 void setUp(void)
 {
@@ -30,6 +28,13 @@ static void test_calibration_takes_exactly_its_time_and_gates_stay_off(void)
     TEST_ASSERT_EQUAL_INT32(GATES_OFF, command.gates);
 }
 
+static void request_reset(void)
+{
+    requests_t requests = drive.requests;
+    requests.fault_reset = 1;
+    drive_request(&drive, &requests);
+}
+
 static void test_a_fault_calibrates_and_trims_anew(void)
 {
     bring_to_run();
@@ -37,10 +42,8 @@ static void test_a_fault_calibrates_and_trims_anew(void)
     drive.medium.offset_trim.offset = (ab_t){0.1f, 0.1f};
     windows(38);
     samples.i_a = 0.5f;
-    requests_t requests = drive.requests;
-    requests.enable = REQUEST_OFF;
-    requests.fault_reset = 1;
-    drive_request(&drive, &requests);
+    request(REQUEST_OFF);
+    request_reset();
     windows(2);
     expect_state(DRIVE_NOT_READY);
     windows(1 + (64 + 512) / DRIVE_WINDOW);
@@ -60,7 +63,6 @@ static void test_a_fault_stops_the_calibration(void)
     TEST_ASSERT_EQUAL_UINT32(0u, drive.fast.measure.calibrated);
 }
 
-/* What the start asks of the samples. */
 static void test_a_low_link_and_the_fault_line_refuse_the_start(void)
 {
     bring_to_ready();
@@ -78,7 +80,6 @@ static void test_a_low_link_and_the_fault_line_refuse_the_start(void)
     expect_state(DRIVE_SWITCHED_ON);
 }
 
-/* The gates are off with the first period in which the request acts. */
 static void test_off_leaves_nothing_on_when_it_acts(void)
 {
     bring_to_run();
@@ -160,40 +161,29 @@ static void test_gates_are_charged_before_anything_is_controlled(void)
     }
 }
 
-/* While the gates come on nothing is asked for, whatever is requested. */
-static void test_switching_on_asks_for_no_current(void)
-{
-    bring_to_ready();
-    request_currents(-1.0f, 3.0f);
-    request(REQUEST_ON);
-    windows(2);
-    while (drive.state == (int32_t)DRIVE_SWITCHED_ON) {
-        steps(1);
-        TEST_ASSERT_TRUE(drive.fast.demand.current.d == 0.0f && drive.fast.demand.current.q == 0.0f);
-    }
-    expect_state(DRIVE_OPERATION_ENABLED);
-    windows(2);
-    TEST_ASSERT_EQUAL_FLOAT(3.0f, drive.fast.demand.current.q);
-}
-
-/* Whatever was asked for before: neither of the controls remembers. */
+/* Whatever was asked for before, neither of the controls remembers, and while the gates come on nothing is
+ * asked for, whatever is requested. */
 static void test_every_start_is_from_rest(void)
 {
-    bring_to_run();
-    request_currents(0.0f, 3.0f);
-    steps(100);
-    TEST_ASSERT_TRUE(drive.fast.current_control.voltage_ref.q > 12.5f * 3.0f + 10.0f);
-    request(REQUEST_OFF);
-    windows(1);
-    request_speed(0.0f);
-    request(REQUEST_ON);
-    windows(2);
-    for (uint32_t n = 0; n < 3u * DRIVE_WINDOW; n++) {
-        steps(1);
-        TEST_ASSERT_TRUE(drive.fast.demand.current.q == 0.0f &&
-                         drive.fast.current_control.voltage_ref.q == 0.0f);
+    for (int speed = 0; speed < 2; speed++) {
+        bench_begin();
+        bring_to_run();
+        request_currents(-1.0f, 3.0f);
+        steps(100);
+        TEST_ASSERT_TRUE(drive.fast.current_control.voltage_ref.q > 12.5f * 3.0f + 10.0f);
+        request(REQUEST_OFF);
+        windows(1);
+        speed != 0 ? request_speed(0.0f) : request_currents(0.0f, 4.0f);
+        request(REQUEST_ON);
+        windows(2);
+        while (drive.state != (int32_t)DRIVE_OPERATION_ENABLED) {
+            steps(1);
+            TEST_ASSERT_TRUE(drive.fast.demand.current.d == 0.0f && drive.fast.demand.current.q == 0.0f &&
+                             drive.fast.current_control.voltage_ref.q == 0.0f);
+        }
+        windows(2);
+        TEST_ASSERT_EQUAL_FLOAT(speed != 0 ? 0.0f : 4.0f, drive.fast.demand.current.q);
     }
-    expect_state(DRIVE_OPERATION_ENABLED);
 }
 
 static void test_trim_is_taken_from_the_current_that_is_controlled(void)
@@ -271,9 +261,10 @@ static void test_a_trip_with_the_bridge_off_is_no_fault(void)
 
 #define KEPT (CAPTURE_SLOTS / CAPTURE_COLUMNS) /* [periods] of the twelve rows */
 
-static const uint32_t *kept(uint32_t ago)
+/* A slot of the period so long ago; u_dc is the fourth of signals_history. */
+static uint32_t kept(uint32_t ago, uint32_t slot)
 {
-    return capture_row(&drive.capture, capture_count(&drive.capture) - 1u - ago);
+    return capture_row(&drive.capture, capture_count(&drive.capture) - 1u - ago)[slot];
 }
 
 /* The link rises by 0.125 V a period, so that each period can be told. */
@@ -289,19 +280,9 @@ static void test_history_ends_with_the_period_of_the_fault(void)
     expect_fault(REASON_MODULE_FAULT);
     TEST_ASSERT_EQUAL_UINT32(KEPT, capture_count(&drive.capture));
     for (uint32_t ago = 0; ago < KEPT; ago++) {
-        const uint32_t *slots = kept(ago);
-        float u_dc;
-        memcpy(&u_dc, &slots[3], sizeof u_dc); /* the fourth of signals_history */
-        TEST_ASSERT_EQUAL_FLOAT(300.0f + 0.125f * (400.0f - (float)ago), u_dc);
-        TEST_ASSERT_EQUAL_UINT32(ago == 0u ? DRIVE_FAULT : DRIVE_OPERATION_ENABLED, slots[0]);
+        TEST_ASSERT_EQUAL_FLOAT(300.0f + 0.125f * (400.0f - (float)ago), float_of_bits(kept(ago, 3u)));
+        TEST_ASSERT_EQUAL_UINT32(ago == 0u ? DRIVE_FAULT : DRIVE_OPERATION_ENABLED, kept(ago, 0u));
     }
-}
-
-static float newest_u_dc(void)
-{
-    float u_dc;
-    memcpy(&u_dc, &kept(0u)[3], sizeof u_dc);
-    return u_dc;
 }
 
 /* Its rows are of consecutive periods, also where a second fault comes soon after the first. */
@@ -311,14 +292,12 @@ static void test_history_begins_anew_with_the_reset(void)
     drive_trip(&drive);
     request(REQUEST_OFF);
     windows(1u + DRIVE_WINDOWS(20e-3f));
-    requests_t requests = drive.requests;
-    requests.fault_reset = 1;
-    drive_request(&drive, &requests);
+    request_reset();
     samples.u_dc = 303.0f;
     windows(2);
     expect_state(DRIVE_NOT_READY);
     TEST_ASSERT_EQUAL_UINT32(1u, capture_count(&drive.capture));
-    TEST_ASSERT_EQUAL_FLOAT(303.0f, newest_u_dc());
+    TEST_ASSERT_EQUAL_FLOAT(303.0f, float_of_bits(kept(0u, 3u)));
     steps(4);
     drive_stop(&drive, REASON_BOARD_FAILED);
     steps(4);
@@ -399,24 +378,11 @@ static void test_an_offer_withdrawn_is_not_taken(void)
 static void test_a_new_set_reaches_every_room(void)
 {
     bring_to_run();
-    params.calibration_periods = 1024;
-    params.overcurrent_trip = 13.0f;
-    params.encoder_lines = 1000;
-    params.observer_gain = 180.0f;
-    params.motor_flux_linkage = 0.16f;
-    params.offset_trim = 0.025f;
-    params.minimum_pulse = 2.5e-6f;
-    params.doubtful_current = 0.2f;
-    params.current_bandwidth = 800.0f;
-    params.motor_inductance_d = 12e-3f;
-    params.motor_inductance_q = 12e-3f;
-    params.speed_kp = 0.25f;
-    params.motor_pole_pairs = 2;
-    params.start_speed = 9.0f;
-    params.start_current = 6.0f;
-    params.handover_speed = 25.0f;
-    params.fallback_speed = 11.0f;
-    params.position_source = POSITION_SENSORLESS;
+    set_rows(&params, "calibration_periods=1024 overcurrent_trip=13 encoder_lines=1000 observer_gain=180 "
+                      "motor_flux_linkage=0.16 offset_trim=0.025 minimum_pulse=2.5e-6 doubtful_current=0.2 "
+                      "current_bandwidth=800 motor_inductance_d=12e-3 motor_inductance_q=12e-3 speed_kp=0.25 "
+                      "motor_pole_pairs=2 start_speed=9 start_current=6 handover_speed=25 fallback_speed=11 "
+                      "position_source=sensorless");
     offer_params();
     windows(1);
     steps(1);
@@ -426,22 +392,23 @@ static void test_a_new_set_reaches_every_room(void)
     TEST_ASSERT_EQUAL_UINT32(3999u, fast->encoder.last_count);
     TEST_ASSERT_EQUAL_FLOAT(0.16f, drive.medium.flux.flux_linkage);
     TEST_ASSERT_EQUAL_FLOAT(0.025f, drive.medium.offset_trim.tuning.gain);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.05f,
-                             fast->inverter.modulation.middle - 0.5f * fast->inverter.modulation.range);
+    const svpwm_tuning_t *modulation = &fast->inverter.modulation;
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.05f, modulation->middle - 0.5f * modulation->range);
     TEST_ASSERT_EQUAL_FLOAT(0.2f, fast->doubt.current);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 9.6f, drive.fast.current_control.d.tuning.kp);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 9.6f, drive.fast.current_control.q.tuning.kp);
-    TEST_ASSERT_EQUAL_FLOAT(12e-3f, drive.fast.current_control.inductance_d);
-    TEST_ASSERT_EQUAL_FLOAT(12e-3f, drive.fast.current_control.inductance_q);
-    TEST_ASSERT_EQUAL_FLOAT(0.25f, drive.medium.manoeuvres.run.speed.pi.tuning.kp);
+    const current_control_t *control = &drive.fast.current_control;
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 9.6f, control->d.tuning.kp);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 9.6f, control->q.tuning.kp);
+    TEST_ASSERT_TRUE(control->inductance_d == 12e-3f && control->inductance_q == 12e-3f);
     TEST_ASSERT_EQUAL_FLOAT(0.16f, fast->reference.flux_linkage);
-    TEST_ASSERT_EQUAL_FLOAT(0.5f, drive.medium.manoeuvres.limits.pole_pairs_inverse);
     TEST_ASSERT_EQUAL_FLOAT(9.0f * 2.0f, fast->reference.catching.speed_min);
     TEST_ASSERT_EQUAL_FLOAT(6.0f, fast->reference.forced.current);
-    TEST_ASSERT_EQUAL_FLOAT(0.1f * 6.0f, drive.medium.manoeuvres.handover.tuning.current_margin);
-    TEST_ASSERT_EQUAL_FLOAT(11.0f * 2.0f, drive.medium.manoeuvres.lock.tuning.speed_slow);
-    TEST_ASSERT_EQUAL_FLOAT(25.0f * 2.0f, drive.medium.manoeuvres.limits.handover_speed);
-    TEST_ASSERT_EQUAL_UINT32(1u, drive.medium.manoeuvres.limits.sensorless);
+    const manoeuvres_t *m = &drive.medium.manoeuvres;
+    TEST_ASSERT_EQUAL_FLOAT(0.25f, m->run.speed.pi.tuning.kp);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f, m->limits.pole_pairs_inverse);
+    TEST_ASSERT_EQUAL_FLOAT(0.1f * 6.0f, m->handover.tuning.current_margin);
+    TEST_ASSERT_EQUAL_FLOAT(11.0f * 2.0f, m->lock.tuning.speed_slow);
+    TEST_ASSERT_EQUAL_FLOAT(25.0f * 2.0f, m->limits.handover_speed);
+    TEST_ASSERT_EQUAL_UINT32(1u, m->limits.sensorless);
 }
 
 /* ---- voltage ---- */
@@ -454,13 +421,11 @@ static void test_control_is_told_what_the_link_has_too_little_for(void)
     bring_to_run();
     request_currents(-10.0f, 10.0f);
     steps(2000);
-    TEST_ASSERT_FLOAT_WITHIN(0.1f, -125.0f,
-                             drive.fast.current_control.voltage_ref.d - drive.fast.control.voltage.d);
-    TEST_ASSERT_FLOAT_WITHIN(0.1f, 125.0f,
-                             drive.fast.current_control.voltage_ref.q - drive.fast.control.voltage.q);
-    const float u = sqrtf(drive.fast.control.voltage.d * drive.fast.control.voltage.d +
-                          drive.fast.control.voltage.q * drive.fast.control.voltage.q);
-    TEST_ASSERT_TRUE(u > 150.0f && u < 190.7f + 10.8f);
+    const dq_t made = drive.fast.control.voltage;
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, -125.0f, drive.fast.current_control.voltage_ref.d - made.d);
+    TEST_ASSERT_FLOAT_WITHIN(0.1f, 125.0f, drive.fast.current_control.voltage_ref.q - made.q);
+    const double u = hypot((double)made.d, (double)made.q);
+    TEST_ASSERT_TRUE(u > 150.0 && u < 190.7 + 10.8);
 }
 
 /* The voltage computed at t_k acts one period later for one period: its frame is turned on by 1.5 T_s
@@ -471,16 +436,14 @@ static void test_voltage_is_placed_where_the_rotor_will_be(void)
     request_currents(0.0f, 0.0f);
     windows(2);
     turn(20, 3000); /* 125.66 rad/s, 1200 r/min */
-    /* No current flows and none is asked for: the integrators are at rest, the voltage is the EMF, psi_f
-     * omega_e on q. */
+    /* no current: the integrators are at rest, the voltage is the EMF, psi_f omega_e on q */
     const double omega_e = 4.0 * (20.0 * 2.0 * PI);
     const double angle = (double)drive.fast.demand.frame.theta_e + 1.5e-4 * omega_e;
-    const double expected_alpha = -0.183 * omega_e * sin(angle);
     const double alpha =
         311.0 * (2.0 * (double)command.duty.a - (double)command.duty.b - (double)command.duty.c) / 3.0;
     const double beta = 311.0 * ((double)command.duty.b - (double)command.duty.c) / sqrt(3.0);
     /* Half a count of each leg, 311 V/15000 = 20.7 mV: 4/3 of it in alpha, 2/sqrt(3) in beta; float
      * arithmetic and 2e-6 of sin and cos on 92 V; one period of delay more or less would be 4.6 V. */
-    TEST_ASSERT_DOUBLE_WITHIN(0.0277 + 0.01, expected_alpha, alpha);
+    TEST_ASSERT_DOUBLE_WITHIN(0.0277 + 0.01, -0.183 * omega_e * sin(angle), alpha);
     TEST_ASSERT_DOUBLE_WITHIN(0.0240 + 0.01, 0.183 * omega_e * cos(angle), beta);
 }

@@ -1,11 +1,9 @@
 /* What becomes of the integrals of current control when the manoeuvre changes the frame. Speed and current
  * are zero and the currents on their references, so that nothing else moves an integral. */
-#include <complex.h>
-
 #include "math/angle.h"
 #include "math/trig.h"
-#include "tests/unit/compare.h"
 #include "tests/unit/drive_bench.h"
+#include "tests/unit/vectors.h"
 
 void setUp(void)
 {
@@ -14,8 +12,7 @@ void setUp(void)
 
 static double complex integrals(void)
 {
-    return (double)drive.fast.current_control.d.integral +
-           (double complex)I * (double)drive.fast.current_control.q.integral;
+    return (double)drive.fast.current_control.d.integral + J * (double)drive.fast.current_control.q.integral;
 }
 
 #define OMEGA_E 400.0f /* [rad/s] that the loop claims: well above the hand-over's */
@@ -23,7 +20,7 @@ static double complex integrals(void)
 /* In the stationary frame. */
 static double complex voltage(void)
 {
-    return integrals() * cexp((double complex)I * (double)drive.fast.demand.frame.theta_e);
+    return integrals() * cexp(J * (double)drive.fast.demand.frame.theta_e);
 }
 
 static void preset(float d, float q)
@@ -85,7 +82,6 @@ static void test_voltage_stays_when_the_frame_turns(void)
     }
 }
 
-/* And only then: as long as the frame goes on, the integrals stay in it. */
 static void test_integrals_go_on_with_the_frame(void)
 {
     given_operation(700u);

@@ -2,10 +2,6 @@
  * the module; the true angle and speed are known. All expectations are closed forms of the loop of the
  * header. */
 #include <float.h>
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
-#include <unity.h>
 
 #include "estimator/encoder.h"
 #include "math/angle.h"
@@ -15,8 +11,7 @@
 static const encoder_params_t PARAMS = {
     .count_per_turn = 10000.0f, .pole_pairs = 4.0f, .offset = 0.0f, .bandwidth = 200.0f, .period = 1e-4f};
 
-/* Rounding of the angle: 2^-23 of the product (numbers up to pi), 2^-24 of the angle of one count times pi.
- */
+/* Rounding of the angle: 2^-23 of the product (numbers up to pi), 2^-24 of a count's angle times pi. */
 #define ANGLE_ROUNDING 4e-7
 
 static uint32_t count_at(double turns, double steps)
@@ -142,14 +137,10 @@ static void run_at_constant_speed(const encoder_params_t *params, double omega_e
         double theta_err =
             fabs(circle((double)position.theta_e - 2.0 * PI * (double)params->pole_pairs * turns));
         double omega_err = (double)position.omega_e - omega_e;
-        if (!(theta_err <= worst_angle)) {
-            worst_angle = theta_err;
-        }
+        worst_angle = theta_err <= worst_angle ? worst_angle : theta_err;
         if (k >= SETTLE) {
             sum += omega_err;
-            if (!(fabs(omega_err) <= worst_speed)) {
-                worst_speed = fabs(omega_err);
-            }
+            worst_speed = fabs(omega_err) <= worst_speed ? worst_speed : fabs(omega_err);
         }
     }
     TEST_ASSERT_DOUBLE_WITHIN(half_step(params) + ANGLE_ROUNDING, 0.0, worst_angle);
@@ -167,39 +158,37 @@ static void test_constant_speed_with_a_fraction_of_a_count_per_pole(void)
     run_at_constant_speed(&params, -431.0);
 }
 
-static void check_acceleration(float bandwidth, double acceleration)
-{
-    encoder_params_t params = PARAMS;
-    params.bandwidth = bandwidth;
-    encoder_t encoder;
-    start_at_zero(&encoder, &params);
-    double period = (double)params.period;
-    double rest = 1.0 - exp(-(double)bandwidth * period);
-    double expected = -acceleration * period * (2.0 / rest - 1.5);
-
-    enum { SETTLE = 2000, WATCH = 2000 };
-    double sum = 0.0;
-    for (int32_t k = 0; k < SETTLE + WATCH; k++) {
-        double time = k * period;
-        double turns = 0.5 * acceleration * time * time / (2.0 * PI * 4.0);
-        position_t position = encoder_step(&encoder, &tuning, count_at(turns, 10000.0));
-        if (k >= SETTLE) {
-            sum += (double)position.omega_e - acceleration * time;
-        }
-    }
-    /* 0.015; half a period of the acceleration would be 0.33. */
-    TEST_ASSERT_DOUBLE_WITHIN(mean_bound(&params, WATCH), expected, sum / WATCH);
-    /* The rule of thumb of the header. */
-    TEST_ASSERT_DOUBLE_WITHIN(fabs(acceleration) * period, -2.0 * acceleration / (double)bandwidth,
-                              sum / WATCH);
-}
-
 static void test_speed_is_late_in_an_acceleration_by_the_stated_amount(void)
 {
-    check_acceleration(200.0f, 6668.0);
-    check_acceleration(200.0f, -6668.0);
-    check_acceleration(100.0f, 6668.0);
-    check_acceleration(400.0f, -3000.0);
+    static const float bandwidths[] = {200.0f, 200.0f, 100.0f, 400.0f};
+    static const double accelerations[] = {6668.0, -6668.0, 6668.0, -3000.0};
+    for (int n = 0; n < 4; n++) {
+        const float bandwidth = bandwidths[n];
+        const double acceleration = accelerations[n];
+        encoder_params_t params = PARAMS;
+        params.bandwidth = bandwidth;
+        encoder_t encoder;
+        start_at_zero(&encoder, &params);
+        double period = (double)params.period;
+        double rest = 1.0 - exp(-(double)bandwidth * period);
+        double expected = -acceleration * period * (2.0 / rest - 1.5);
+
+        enum { SETTLE = 2000, WATCH = 2000 };
+        double sum = 0.0;
+        for (int32_t k = 0; k < SETTLE + WATCH; k++) {
+            double time = k * period;
+            double turns = 0.5 * acceleration * time * time / (2.0 * PI * 4.0);
+            position_t position = encoder_step(&encoder, &tuning, count_at(turns, 10000.0));
+            if (k >= SETTLE) {
+                sum += (double)position.omega_e - acceleration * time;
+            }
+        }
+        /* 0.015; half a period of the acceleration would be 0.33. */
+        TEST_ASSERT_DOUBLE_WITHIN(mean_bound(&params, WATCH), expected, sum / WATCH);
+        /* The rule of thumb of the header. */
+        TEST_ASSERT_DOUBLE_WITHIN(fabs(acceleration) * period, -2.0 * acceleration / (double)bandwidth,
+                                  sum / WATCH);
+    }
 }
 
 static void test_reset_stands_still_at_the_given_count(void)

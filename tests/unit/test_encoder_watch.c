@@ -3,10 +3,7 @@
  * lasts 8 ms, ten judgements, at larger EMFs as much shorter, three at least. Below five times that EMF
  * the mean of two windows is judged: one half turned comes to nothing, and that is a sign too. A judgement
  * whose EMF happens to be wrong along a phase's axis is put off: expect() counts the others. */
-#include <math.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unity.h>
 
 #include "estimator/encoder.h"
 #include "medium/protect/encoder_watch.h"
@@ -24,54 +21,61 @@ static encoder_watch_t watch;
 
 static double rotor, encoder; /* [rad] */
 static ab_t current;          /* [A] */
-static bool doubtful;         /* the EMF */
+static bool is_doubtful;      /* the EMF */
 
-static encoder_watch_params_t usual(void)
+static uint32_t bits; /* of the last judgement */
+
+/* With this noise and this doubtful current [A]. */
+static encoder_watch_tuning_t prepared(double noise, float doubtful)
 {
-    return (encoder_watch_params_t){
+    const encoder_watch_params_t params = {
         .resistance = (float)R,
         .inductance = (float)L,
         .flux_linkage = (float)PSI,
         .speed_least = (float)LEAST,
         .step = (float)STEP,
+        .noise = (float)noise,
+        .doubtful = doubtful,
         .period = (float)T,
         .every = EVERY,
     };
+    return encoder_watch_prepare(&params);
 }
 
-void setUp(void)
+static void begin(double noise, float doubtful)
 {
-    const encoder_watch_params_t params = usual();
-    const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
+    const encoder_watch_tuning_t tuning = prepared(noise, doubtful);
     memset(&watch, 0x55, sizeof watch);
     encoder_watch_init(&watch, &tuning);
     encoder_watch_rest(&watch);
     rotor = 0.3;
     encoder = 0.3;
     current = (ab_t){0.0f, 0.0f};
-    doubtful = false;
+    is_doubtful = false;
+}
+
+void setUp(void)
+{
+    begin(0.0, 0.0f);
 }
 
 /* Three standard deviations of the mean of two windows, 3 sqrt(2) L n/(2 n_w T): where psi_f omega_least is
  * less, noise would be judged. */
 static void test_what_noise_makes_of_an_emf_is_not_judged(void)
 {
-    encoder_watch_params_t params = usual();
-    const double quiet = (double)encoder_watch_prepare(&params).emf_least;
+    const double quiet = (double)prepared(0.0, 0.0f).emf_least;
     TEST_ASSERT_DOUBLE_WITHIN(1e-5 * quiet, PSI * LEAST, quiet);
     const double noise = 2.0 * PSI * LEAST * EVERY * T / (3.0 * 0.70711 * L); /* makes twice that */
-    params.noise = (float)noise;
-    const encoder_watch_tuning_t noisy = encoder_watch_prepare(&params);
+    const encoder_watch_tuning_t noisy = prepared(noise, 0.0f);
     TEST_ASSERT_DOUBLE_WITHIN(0.005 * quiet, 2.0 * quiet, (double)noisy.emf_least);
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * quiet, 2.0 * quiet * 8e-3 / (EVERY * T), (double)noisy.holds);
-    params.noise = (float)(0.4 * noise);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * quiet, quiet, (double)encoder_watch_prepare(&params).emf_least);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5 * quiet, quiet, (double)prepared(0.4 * noise, 0.0f).emf_least);
 }
 
 static uint32_t judged(double said)
 {
     const encoder_watch_input_t input = {
-        current, {(float)sin(encoder), (float)cos(encoder)}, (float)said, doubtful};
+        current, {(float)sin(encoder), (float)cos(encoder)}, (float)said, is_doubtful};
     return encoder_watch_step(&watch, &input);
 }
 
@@ -96,12 +100,12 @@ static void settle(double omega)
     }
 }
 
-/* Judgements until something is noticed, which is `bits`; 0: nothing in 0.8 s. */
-static uint32_t noticed(double omega, double share, double said, uint32_t *bits)
+/* Judgements until something is noticed, which is in `bits`; 0: nothing in 0.8 s. */
+static uint32_t noticed(double omega, double share, double said)
 {
     for (uint32_t n = 1; n <= 1000u; n++) {
-        *bits = judge(omega, share, said);
-        if (*bits != 0u) {
+        bits = judge(omega, share, said);
+        if (bits != 0u) {
             return n;
         }
     }
@@ -111,15 +115,10 @@ static uint32_t noticed(double omega, double share, double said, uint32_t *bits)
 /* An encoder that is half a turn off, at this speed and with this current along alpha: is it noticed? */
 static bool is_noticed(double omega, float alpha)
 {
-    encoder_watch_params_t params = usual();
-    uint32_t bits;
-    setUp();
-    params.doubtful = 0.2f;
-    const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
-    encoder_watch_take(&watch, &tuning);
+    begin(0.0, 0.2f);
     current.alpha = alpha;
     rotor += PI;
-    return noticed(omega, 1.0, omega, &bits) != 0u;
+    return noticed(omega, 1.0, omega) != 0u;
 }
 
 /* Where hardly a current flows its sign may be wrong, and the dead time's voltage is up to twice what it is
@@ -161,8 +160,7 @@ static void test_an_encoder_that_is_off_puts_the_emf_beside_all_axes(void)
     }
 }
 
-/* What a broken wire adds to the EMF is along its phase's axis, here that of b; and at rest nothing is known.
- */
+/* What a broken wire adds to the EMF is along its phase's axis, here b's; and at rest nothing is known. */
 static void test_an_emf_that_is_wrong_along_a_phase_is_not_elsewhere(void)
 {
     settle(240.0);
@@ -179,15 +177,15 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_not_elsewhere(void)
     TEST_ASSERT_EQUAL_UINT32(0u, watch.elsewhere);
 }
 
-/* Likewise, of those that are not put off. */
-static uint32_t counted(double omega, double share, double said, uint32_t *bits)
+/* The same, of those that are not put off. */
+static uint32_t counted(double omega, double share, double said)
 {
     uint32_t put_off = 0;
     for (uint32_t n = 1; n <= 1000u; n++) {
         const uint32_t waited = watch.waited;
-        *bits = judge(omega, share, said);
+        bits = judge(omega, share, said);
         put_off += watch.waited > waited ? 1u : 0u;
-        if (*bits != 0u) {
+        if (bits != 0u) {
             return n - put_off;
         }
     }
@@ -196,34 +194,31 @@ static uint32_t counted(double omega, double share, double said, uint32_t *bits)
 
 static void expect(uint32_t bit, uint32_t judgements, double omega, double share, double said)
 {
-    uint32_t bits;
-    TEST_ASSERT_EQUAL_UINT32(judgements, counted(omega, share, said, &bits));
+    TEST_ASSERT_EQUAL_UINT32(judgements, counted(omega, share, said));
     TEST_ASSERT_EQUAL_HEX32(bit, bits);
 }
 
 static void test_an_encoder_that_is_right_is_let_be(void)
 {
     static const double speeds[] = {0.0, 5.0, 59.0, 61.0, 240.0, 1200.0, 3000.0};
-    uint32_t bits;
     for (int n = 0; n < 14; n++) {
         const double omega = n < 7 ? speeds[n] : -speeds[n - 7];
         setUp();
-        TEST_ASSERT_EQUAL_UINT32(0u, noticed(omega, 1.0, omega, &bits));
+        TEST_ASSERT_EQUAL_UINT32(0u, noticed(omega, 1.0, omega));
     }
 }
 
 /* cos 36.87 degrees is 0.8. */
 static void test_the_angle_may_be_off_by_less_than_37_degrees(void)
 {
-    uint32_t bits;
     for (int way = -1; way <= 1; way += 2) {
         for (int turn = -1; turn <= 1; turn += 2) {
             setUp();
             settle(turn * 240.0);
             encoder += way * 36.0 * PI / 180.0;
-            TEST_ASSERT_EQUAL_UINT32(0u, noticed(turn * 240.0, 1.0, turn * 240.0, &bits));
+            TEST_ASSERT_EQUAL_UINT32(0u, noticed(turn * 240.0, 1.0, turn * 240.0));
             encoder += way * 2.0 * PI / 180.0;
-            TEST_ASSERT_GREATER_THAN_UINT32(0u, noticed(turn * 240.0, 1.0, turn * 240.0, &bits));
+            TEST_ASSERT_GREATER_THAN_UINT32(0u, noticed(turn * 240.0, 1.0, turn * 240.0));
             TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_MISMATCH, bits);
         }
     }
@@ -250,15 +245,14 @@ static void test_the_larger_the_emf_the_sooner_it_is_believed(void)
 /* The first mean is that of 1 and 0.24. */
 static void test_an_encoder_that_turns_without_an_emf_is_wrong(void)
 {
-    uint32_t bits;
     for (int turn = -1; turn <= 1; turn += 2) {
         setUp();
         settle(turn * 240.0);
         expect(ENCODER_WATCH_MISMATCH, 4u, turn * 240.0, 0.24, turn * 240.0);
-        TEST_ASSERT_EQUAL_UINT32(1u, counted(0.0, 0.0, turn * 240.0, &bits));
+        TEST_ASSERT_EQUAL_UINT32(1u, counted(0.0, 0.0, turn * 240.0));
         setUp();
         settle(turn * 240.0);
-        TEST_ASSERT_EQUAL_UINT32(0u, noticed(turn * 240.0, 0.26, turn * 240.0, &bits));
+        TEST_ASSERT_EQUAL_UINT32(0u, noticed(turn * 240.0, 0.26, turn * 240.0));
     }
 }
 
@@ -268,11 +262,10 @@ static void test_an_encoder_that_counts_the_other_way_is_told_by_its_direction(v
     static const double speeds[] = {90.0, 240.0, 628.0, 900.0};
     for (int n = 0; n < 8; n++) {
         const double omega = n < 4 ? speeds[n] : -speeds[n - 4];
-        uint32_t bits;
         for (int at = 0; at < 24; at++) {
             setUp();
             encoder += at * PI / 12.0;
-            TEST_ASSERT_GREATER_THAN_UINT32(0u, noticed(omega, 1.0, -omega, &bits));
+            TEST_ASSERT_GREATER_THAN_UINT32(0u, noticed(omega, 1.0, -omega));
             TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_DIRECTION, bits);
         }
     }
@@ -329,20 +322,20 @@ static double gauss(void)
 
 static bool burst_is_a_sign(double omega)
 {
-    uint32_t bits = 0u;
+    uint32_t seen = 0u;
     setUp();
     settle(omega);
     for (int n = 0; n < 13; n++) {
         const double i_a = 0.5 * gauss();
         const double i_b = 0.5 * gauss();
         current = (ab_t){(float)i_a, (float)((i_a + 2.0 * i_b) / sqrt(3.0))};
-        bits |= judge(omega, 1.0, omega);
+        seen |= judge(omega, 1.0, omega);
     }
     current = (ab_t){0.0f, 0.0f};
     for (int n = 0; n < 20; n++) {
-        bits |= judge(omega, 1.0, omega);
+        seen |= judge(omega, 1.0, omega);
     }
-    return bits != 0u;
+    return seen != 0u;
 }
 
 static void test_a_burst_of_noise_is_no_sign(void)
@@ -373,9 +366,8 @@ static void test_at_a_doubtful_emf_the_judgement_waits_half_a_second_and_then_sp
 {
     settle(1200.0);
     rotor += 1.0;
-    doubtful = true;
-    uint32_t bits;
-    TEST_ASSERT_EQUAL_UINT32(625u + 3u, noticed(1200.0, 1.0, 1200.0, &bits));
+    is_doubtful = true;
+    TEST_ASSERT_EQUAL_UINT32(625u + 3u, noticed(1200.0, 1.0, 1200.0));
     TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_MISMATCH, bits);
 }
 
@@ -388,11 +380,11 @@ static void test_what_was_seen_before_a_doubt_stays(void)
     while (watch.count < 2u) {
         TEST_ASSERT_EQUAL_HEX32(0u, judge(1200.0, 1.0, 1200.0));
     }
-    doubtful = true;
+    is_doubtful = true;
     for (uint32_t n = 0; n < 10u; n++) {
         TEST_ASSERT_EQUAL_HEX32(0u, judge(1200.0, 1.0, 1200.0));
     }
-    doubtful = false;
+    is_doubtful = false;
     expect(ENCODER_WATCH_MISMATCH, 1u, 1200.0, 1.0, 1200.0);
 }
 
@@ -405,8 +397,7 @@ static uint32_t judge_with(double omega, double volts, double axis)
 }
 
 /* 100 V beside the 44 V of 240 rad/s: along the axis of each phase, either way and up to 7 degrees beside it
- * they are a wire or a leg, and put off for half a second; a sixth of a turn between two axes they are not.
- */
+ * they are a wire or a leg, and put off for half a second; half way between two axes they are not. */
 static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
 {
     for (int n = 0; n < 12; n++) {
@@ -445,14 +436,9 @@ static void test_noise_turns_a_false_emf_of_a_wire_by_no_more_than_its_length(vo
                  {20.0, 20.0, 0.21f, false},
                  {20.0, 57.7, 0.0f, false}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        encoder_watch_params_t params = usual();
         uint32_t judgements = 0u;
-        setUp();
-        params.noise = (float)(cases[n].noise * EVERY * T / (3.0 * sqrt(2.0) * L));
-        params.doubtful = 0.2f;
+        begin(cases[n].noise * EVERY * T / (3.0 * sqrt(2.0) * L), 0.2f);
         current.alpha = cases[n].flows;
-        const encoder_watch_tuning_t tuning = encoder_watch_prepare(&params);
-        encoder_watch_take(&watch, &tuning);
         settle(240.0);
         const double off = hypot(100.0, cases[n].beside);
         const double axis = atan2(cases[n].beside, 100.0);
@@ -486,11 +472,10 @@ static void test_an_emf_on_the_axis_confirms_the_encoder(void)
  * one of 1.6 may be a current that runs away: that has to last for six judgements, not three. */
 static void test_an_emf_too_long_for_the_speed_must_last_twice_as_long(void)
 {
-    uint32_t bits;
-    const uint32_t sure = counted(240.0, 1.4, -240.0, &bits);
+    const uint32_t sure = counted(240.0, 1.4, -240.0);
     TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_DIRECTION, bits);
     setUp();
-    TEST_ASSERT_EQUAL_UINT32(sure + 3u, counted(240.0, 1.6, -240.0, &bits));
+    TEST_ASSERT_EQUAL_UINT32(sure + 3u, counted(240.0, 1.6, -240.0));
     TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_DIRECTION, bits);
 }
 
@@ -499,7 +484,6 @@ static void test_an_emf_too_long_for_the_speed_must_last_twice_as_long(void)
  * quarter remains; the EMF at 61 rad/s adds the rest in 8 judgements. */
 static void test_one_large_emf_counts_as_what_a_sign_takes(void)
 {
-    uint32_t bits;
     settle(1200.0);
     encoder += PI;
     TEST_ASSERT_EQUAL_HEX32(0u, judge(1200.0, 1.0, 1200.0));
@@ -507,6 +491,6 @@ static void test_one_large_emf_counts_as_what_a_sign_takes(void)
     TEST_ASSERT_EQUAL_HEX32(0u, judge(1200.0, 1.0, 1200.0));
     TEST_ASSERT_EQUAL_HEX32(0u, judge(61.0, 1.0, 61.0));
     encoder += PI;
-    TEST_ASSERT_EQUAL_UINT32(8u, counted(61.0, 1.0, 61.0, &bits));
+    TEST_ASSERT_EQUAL_UINT32(8u, counted(61.0, 1.0, 61.0));
     TEST_ASSERT_EQUAL_HEX32(ENCODER_WATCH_MISMATCH, bits);
 }

@@ -36,9 +36,8 @@ static void test_current_of_the_load_is_not_fed_forward(void)
         init(&params);
         reset_near(&rig, 0, 0.0, 0.0);
         estimator_set_load(&est, n == 0 ? 2.0f : 0.0f);
-        estimator_oracle_sample_t now;
         for (long k = 1; k <= 50; k++) {
-            estimator_oracle_sample(&rig, k, &now);
+            const estimator_oracle_sample_t now = sample_of(&rig, k);
             (void)estimator_step(&est, as_float(now.voltage), as_float(now.current));
         }
         ends[n] = (double)est.tracker.pll.feedforward;

@@ -2,53 +2,36 @@
  * filter in the frame of the loop. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- the data themselves ---- */
-
 /* ---- 1. the default is exact ---- */
 
-static void check_exact(int machine, double way, const double *cutoffs, int count)
+static void test_default_is_exact_for_every_machine_either_way(void)
 {
-    static const double parts[] = {1.0 / 15.0, 1.0 / 3.0, 0.7, 1.0};
+    static const double parts[] = {1.0 / 15.0, 1.0 / 3.0, 0.7, 1.0}, cutoffs[] = {0.0, 600.0, 2000.0, 5000.0};
     deviation_t worst = {0.0, 0.0, 0.0, 0.0};
-    int point = machine + (way > 0.0 ? 0 : SWEEP_FEW / 2);
-    for (int c = 0; c < count; c++) {
-        for (int s = 0; s < 4; s++) {
-            for (int loaded = 0; loaded < 2; loaded++, point++) {
-                if (point % SWEEP_FEW != 0) {
-                    continue;
-                }
-                estimator_params_t params = params_of(machine);
-                params.smo.emf_cutoff = (float)cutoffs[c];
-                /* Signs that a healthy run never raises: |x| of 1.75 times the EMF is 1.3/slope. */
-                params.validity = (validity_params_t){.amplitude_min = 0.98f,
-                                                      .amplitude_max = 1.02f,
-                                                      .detector_max = 0.01f,
-                                                      .current_max = 3.0f / params.smo.slope,
-                                                      .speed_min = 20.0f,
-                                                      .speed_max = 1.5f * (float)MACHINES[machine].omega_max};
-                estimator_oracle_case_t rig =
-                    rig_of(machine, way * parts[s] * MACHINES[machine].omega_max, loaded ? way * RATED : 0.0);
-                deviation_t d = settled(&params, &rig);
-                TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
-                worst.mean = fmax(worst.mean, fabs(d.mean));
-                worst.peak = fmax(worst.peak, d.peak);
-                worst.speed = fmax(worst.speed, fabs(d.speed));
-            }
-        }
+    for (int n = 0; n < 64 * MACHINE_COUNT; n += SWEEP_FEW) {
+        const int machine = n / 64;
+        const double way = n % 2 ? -1.0 : 1.0;
+        estimator_params_t params = params_of(machine);
+        params.smo.emf_cutoff = (float)cutoffs[n / 16 % 4];
+        /* Signs that a healthy run never raises: |x| of 1.75 times the EMF is 1.3/slope. */
+        params.validity = (validity_params_t){.amplitude_min = 0.98f,
+                                              .amplitude_max = 1.02f,
+                                              .detector_max = 0.01f,
+                                              .current_max = 3.0f / params.smo.slope,
+                                              .speed_min = 20.0f,
+                                              .speed_max = 1.5f * (float)MACHINES[machine].omega_max};
+        const double omega = way * parts[n / 4 % 4] * MACHINES[machine].omega_max;
+        const estimator_oracle_case_t rig = rig_of(machine, omega, n / 2 % 2 ? way * RATED : 0.0);
+        const deviation_t d = settled(&params, &rig);
+        TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
+        worst.mean = fmax(worst.mean, fabs(d.mean));
+        worst.peak = fmax(worst.peak, d.peak);
+        worst.speed = fmax(worst.speed, fabs(d.speed));
     }
     check_below(worst.mean, FLOAT_MEAN, "mean");
     check_below(worst.peak, FLOAT_PEAK, "peak");
     /* a mean frequency off by d would drift d 0.6 s */
     check_below(worst.speed, 2e-3 * FLOAT_PEAK / 0.6 + 1e-3, "speed");
-}
-
-static void test_default_is_exact_for_every_machine_either_way(void)
-{
-    static const double filters[] = {0.0, 600.0, 2000.0, 5000.0};
-    for (int machine = 0; machine < MACHINE_COUNT; machine++) {
-        check_exact(machine, 1.0, filters, 4);
-        check_exact(machine, -1.0, filters, 4);
-    }
 }
 
 /* lag.h: within 1e-5 of the length, R T/L up to 0.5; the feed-forward is that length over psi_f, and stops
@@ -74,10 +57,6 @@ static void test_emf_has_its_length_and_the_feedforward_carries_the_speed(void)
 }
 
 /* ---- the EMF filter acts in the frame of the loop ---- */
-
-typedef struct {
-    double amplitude, detector, speed; /* SD [V], [-], [rad/s] */
-} noise_t;
 
 /* A filter that is switched on, set to another cutoff and off again while the motor turns: the angle never
  * feels it, for the filter goes on from the EMF that it is at; and what an EMF that is longer by 5 V then

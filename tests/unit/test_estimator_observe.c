@@ -3,16 +3,14 @@
 
 static void observe(const estimator_oracle_case_t *rig, long k, double omega)
 {
-    estimator_oracle_sample_t now;
-    estimator_oracle_sample(rig, k, &now);
+    const estimator_oracle_sample_t now = sample_of(rig, k);
     estimator_observe(&est, as_float(now.voltage), as_float(now.current), (float)omega);
 }
 
 /* Angle of the d axis under the EMF, by the direction of rotation [mrad] from the true one. */
 static double emf_error(const estimator_oracle_case_t *rig, long k)
 {
-    estimator_oracle_sample_t now;
-    estimator_oracle_sample(rig, k, &now);
+    const estimator_oracle_sample_t now = sample_of(rig, k);
     const double way = now.omega < 0.0 ? -1.0 : 1.0;
     const ab_t emf = est.estimate.emf;
     return 1e3 * circle(atan2(-way * (double)emf.alpha, way * (double)emf.beta) - now.theta);
@@ -56,7 +54,6 @@ static void test_speed_that_is_told_undoes_the_lag(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, emf_error(&rig, 300));
 }
 
-/* Frame, speed and loop as they were; judged is nothing. */
 static void test_frame_and_speed_stay_meanwhile(void)
 {
     const estimator_params_t params = params_of(0);
@@ -113,8 +110,7 @@ static void test_lock_on_the_observed_emf_goes_on_without_a_bump(void)
         for (long k = 1; k <= 200; k++) {
             observe(&rig, k, omega);
         }
-        estimator_oracle_sample_t now;
-        estimator_oracle_sample(&rig, 200, &now);
+        const estimator_oracle_sample_t now = sample_of(&rig, 200);
         const position_t rotor = {(float)circle(now.theta), (float)omega};
         const ab_t emf = est.estimate.emf;
         const ab_t error = est.estimate.current_err;
@@ -137,7 +133,6 @@ static void test_lock_on_the_observed_emf_goes_on_without_a_bump(void)
     }
 }
 
-/* What was found wrong before does not count. */
 static void test_lock_begins_validity_anew(void)
 {
     estimator_params_t params = params_of(0);
@@ -152,8 +147,7 @@ static void test_lock_begins_validity_anew(void)
     for (long k = 1; k < 200; k++) {
         observe(&rig, k, 400.0);
     }
-    estimator_oracle_sample_t now;
-    estimator_oracle_sample(&rig, 199, &now);
+    const estimator_oracle_sample_t now = sample_of(&rig, 199);
     estimator_lock(&est, (position_t){(float)circle(now.theta), 400.0f}, est.estimate.amplitude);
     TEST_ASSERT_EQUAL_UINT16(0, estimator_invalid(&est));
     for (long k = 200; k < 400; k++) {

@@ -5,55 +5,30 @@
 
 static const double RPM[] = {100.0, 500.0, 1000.0, 1500.0};
 
-static void check_paper(lag_mode_t lag, const double *expected, double tolerance, double way, double current)
+/* Of the power-weighted gain only 1500 r/min is published; the others from (14) itself: the printed lag is
+ * atan(w L/(R (g + 1))), g that of the corrected one. The exact lag leaves nothing. */
+static void test_each_lag_deviates_as_published(void)
 {
-    estimator_params_t params = paper_params(lag);
-    for (int n = 0; n < 4; n++) {
-        estimator_oracle_case_t rig = rig_of(0, way * RPM[n] * RAD_PER_RPM, way * current);
-        deviation_t d = settled(&params, &rig);
-        TEST_ASSERT_DOUBLE_WITHIN(tolerance, way * expected[n], d.mean);
-        check_below(d.sd, 1.0, "sd");
-    }
-}
-
-static void test_paper_uncompensated_lags_as_published(void)
-{
-    static const double expected[] = {-3.1, -15.8, -33.1, -54.1};
-    for (int n = 0; n < 4; n++) {
-        check_paper(LAG_NONE, expected, 1.0, n % 2 ? -1.0 : 1.0, n / 2 ? RATED : 0.0);
-    }
-}
-
-static void test_paper_corrected_overcompensates_as_published(void)
-{
-    static const double expected[] = {2.1, 10.4, 20.7, 31.1};
-    for (int n = 0; n < 4; n++) {
-        check_paper(LAG_CORRECTED, expected, 1.5, n % 2 ? -1.0 : 1.0, n / 2 ? RATED : 0.0);
-    }
-}
-
-/* Only 1500 r/min is published for the power-weighted gain; the others from (14) itself: the printed lag is
- * atan(w L/(R (g + 1))), g that of the corrected one. */
-static void test_paper_printed_overcompensates_as_published(void)
-{
-    static const double none[] = {-3.1, -15.8, -33.1, -54.1};
-    static const double corrected[] = {2.1, 10.4, 20.7, 31.1};
-    double expected[4];
+    double expected[LAG_EXACT + 1][4] = {[LAG_NONE] = {-3.1, -15.8, -33.1, -54.1},
+                                         [LAG_PRINTED] = {0.0, 0.0, 0.0, 35.5},
+                                         [LAG_CORRECTED] = {2.1, 10.4, 20.7, 31.1}};
+    static const double tolerances[] = {
+        [LAG_NONE] = 1.0, [LAG_PRINTED] = 1.5, [LAG_CORRECTED] = 1.5, [LAG_EXACT] = 0.5};
     for (int n = 0; n < 3; n++) {
-        double omega = RPM[n] * RAD_PER_RPM;
-        double g = omega * 0.0125 / tan(1e-3 * (corrected[n] - none[n])) - 0.95;
-        expected[n] = none[n] + 1e3 * atan(omega * 0.0125 / (0.95 * g + 0.95));
+        const double omega = RPM[n] * RAD_PER_RPM, none = expected[LAG_NONE][n];
+        const double g = omega * 0.0125 / tan(1e-3 * (expected[LAG_CORRECTED][n] - none)) - 0.95;
+        expected[LAG_PRINTED][n] = none + 1e3 * atan(omega * 0.0125 / (0.95 * g + 0.95));
     }
-    expected[3] = 35.5;
-    check_paper(LAG_PRINTED, expected, 1.5, 1.0, RATED);
-    check_paper(LAG_PRINTED, expected, 1.5, -1.0, RATED);
-}
-
-static void test_paper_with_the_exact_lag_has_no_deviation(void)
-{
-    static const double expected[] = {0.0, 0.0, 0.0, 0.0};
-    for (int n = 0; n < 4; n++) {
-        check_paper(LAG_EXACT, expected, 0.5, n % 2 ? -1.0 : 1.0, n / 2 ? RATED : 0.0);
+    for (int lag = LAG_NONE; lag <= LAG_EXACT; lag++) {
+        const estimator_params_t params = paper_params((lag_mode_t)lag);
+        for (int n = lag == LAG_PRINTED ? 8 : 0; n < 16; n++) {
+            const double way = n % 2 ? -1.0 : 1.0;
+            const estimator_oracle_case_t rig =
+                rig_of(0, way * RPM[n / 2 % 4] * RAD_PER_RPM, n / 8 ? way * RATED : 0.0);
+            const deviation_t d = settled(&params, &rig);
+            TEST_ASSERT_DOUBLE_WITHIN(tolerances[lag], way * expected[lag][n / 2 % 4], d.mean);
+            check_below(d.sd, 1.0, "sd");
+        }
     }
 }
 

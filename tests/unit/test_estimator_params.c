@@ -3,6 +3,10 @@
 
 /* ---- 9. parameters ---- */
 
+#define AT(member) offsetof(estimator_params_t, member)
+#define OF(member) AT(validity.member)
+#define CUTOFF     AT(pll.feedforward_cutoff)
+
 static estimator_params_t full_params(void)
 {
     estimator_params_t params = params_of(0);
@@ -21,24 +25,6 @@ static bool named(const char *field, const char *expected)
     return strcmp(dot != NULL ? dot + 1 : field, expected) == 0;
 }
 
-static void check_refused(const estimator_params_t *params, const char *field, float value, float min,
-                          float max)
-{
-    params_error_t why;
-    memset(&why, 0, sizeof why);
-    TEST_ASSERT_FALSE_MESSAGE(estimator_params_check(params, &why), field);
-    TEST_ASSERT_NOT_NULL(why.field);
-    TEST_ASSERT_TRUE_MESSAGE(named(why.field, field), why.field);
-    TEST_ASSERT_NOT_NULL(why.rule);
-    if (isnan(value)) {
-        TEST_ASSERT_TRUE(isnan(why.value));
-    } else {
-        TEST_ASSERT_TRUE(why.value == value);
-    }
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f * fabsf(min), min, why.min);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f * fabsf(max), max, why.max);
-}
-
 static void test_check_names_each_field_value_and_range(void)
 {
     static const struct {
@@ -46,18 +32,18 @@ static void test_check_names_each_field_value_and_range(void)
         const char *field;
         float min, max;
     } rows[] = {
-        {offsetof(estimator_params_t, flux_linkage), "flux_linkage", 1e-4f, 10.0f},
-        {offsetof(estimator_params_t, flux_adaptation), "flux_adaptation", 0.0f, 100.0f},
-        {offsetof(estimator_params_t, torque_feedforward), "torque_feedforward", 0.0f, 1e7f},
-        {offsetof(estimator_params_t, validity.amplitude_min), "amplitude_min", 0.0f, 1.0f},
-        {offsetof(estimator_params_t, validity.amplitude_time), "amplitude_time", 0.0f, 10.0f},
-        {offsetof(estimator_params_t, validity.detector_max), "detector_max", 0.0f, 1.0f},
-        {offsetof(estimator_params_t, validity.detector_time), "detector_time", 0.0f, 10.0f},
-        {offsetof(estimator_params_t, validity.current_max), "current_max", 0.0f, 1e3f},
-        {offsetof(estimator_params_t, validity.current_time), "current_time", 0.0f, 10.0f},
-        {offsetof(estimator_params_t, validity.speed_min), "speed_min", 0.0f, 1e6f},
-        {offsetof(estimator_params_t, validity.speed_max), "speed_max", 0.0f, 1e6f},
-        {offsetof(estimator_params_t, validity.speed_time), "speed_time", 0.0f, 10.0f},
+        {AT(flux_linkage), "flux_linkage", 1e-4f, 10.0f},
+        {AT(flux_adaptation), "flux_adaptation", 0.0f, 100.0f},
+        {AT(torque_feedforward), "torque_feedforward", 0.0f, 1e7f},
+        {OF(amplitude_min), "amplitude_min", 0.0f, 1.0f},
+        {OF(amplitude_time), "amplitude_time", 0.0f, 10.0f},
+        {OF(detector_max), "detector_max", 0.0f, 1.0f},
+        {OF(detector_time), "detector_time", 0.0f, 10.0f},
+        {OF(current_max), "current_max", 0.0f, 1e3f},
+        {OF(current_time), "current_time", 0.0f, 10.0f},
+        {OF(speed_min), "speed_min", 0.0f, 1e6f},
+        {OF(speed_max), "speed_max", 0.0f, 1e6f},
+        {OF(speed_time), "speed_time", 0.0f, 10.0f},
     };
     params_error_t why;
     estimator_params_t params = full_params();
@@ -68,7 +54,13 @@ static void test_check_names_each_field_value_and_range(void)
         for (int m = 0; m < 4; m++) {
             params = full_params();
             memcpy((char *)&params + rows[n].offset, &bad[m], sizeof bad[m]);
-            check_refused(&params, rows[n].field, bad[m], rows[n].min, rows[n].max);
+            why = (params_error_t){0};
+            TEST_ASSERT_FALSE_MESSAGE(estimator_params_check(&params, &why), rows[n].field);
+            TEST_ASSERT_TRUE_MESSAGE(named(why.field, rows[n].field), rows[n].field);
+            TEST_ASSERT_NOT_NULL(why.rule);
+            TEST_ASSERT_TRUE(isnan(bad[m]) ? isnan(why.value) : why.value == bad[m]);
+            TEST_ASSERT_FLOAT_WITHIN(1e-6f * rows[n].min, rows[n].min, why.min);
+            TEST_ASSERT_FLOAT_WITHIN(1e-6f * rows[n].max, rows[n].max, why.max);
         }
         /* At the limits this rule holds; where a cross-rule speaks up, it is another text. */
         for (int m = 0; m < 2; m++) {
@@ -82,8 +74,6 @@ static void test_check_names_each_field_value_and_range(void)
         }
     }
 }
-
-#define AT(member) offsetof(estimator_params_t, member)
 
 /* Sets that break one rule: what is named with which value and which range, if these are known, and a change
  * that makes the set a good one. The largest EMF is 1.1 0.2 Wb 800 rad/s = 176 V, or 220 V; 2/T + ki T/2 is
@@ -104,54 +94,14 @@ static void test_check_refuses_what_rules_between_fields_forbid(void)
         {"gain", {{AT(smo.gain), 480.0f}}, {AT(smo.slope), 0.6f}, 480.0f, NAN, NAN},
         {"period", {{AT(pll.period), nextafterf(1e-4f, 1.0f)}}, {AT(pll.period), 1e-4f}, NAN, 1e-4f, 1e-4f},
         {"period", {{AT(pll.period), 0.5e-4f}}, {AT(pll.period), 1e-4f}, 0.5e-4f, 1e-4f, 1e-4f},
-        {"torque_feedforward",
-         {{AT(pll.feedforward_cutoff), 0.0f}},
-         {AT(torque_feedforward), 0.0f},
-         69.0f,
-         0.0f,
-         0.0f},
-        {"torque_feedforward",
-         {{AT(pll.feedforward_cutoff), 0.0f}},
-         {AT(pll.feedforward_cutoff), 1e-3f},
-         69.0f,
-         0.0f,
-         0.0f},
-        {"speed_min",
-         {{AT(validity.speed_min), 800.0f}},
-         {AT(validity.speed_min), 799.9999f},
-         800.0f,
-         0.0f,
-         800.0f},
-        {"speed_min",
-         {{AT(validity.speed_min), 801.0f}},
-         {AT(validity.speed_max), 0.0f},
-         801.0f,
-         0.0f,
-         800.0f},
-        {"amplitude_max",
-         {{AT(validity.amplitude_max), -1.0f}},
-         {AT(validity.amplitude_max), 0.0f},
-         -1.0f,
-         1.0f,
-         100.0f},
-        {"amplitude_max",
-         {{AT(validity.amplitude_max), 1.0f}},
-         {AT(validity.amplitude_max), 1.0001f},
-         1.0f,
-         1.0f,
-         100.0f},
-        {"amplitude_max",
-         {{AT(validity.amplitude_max), 100.1f}},
-         {AT(validity.amplitude_max), 100.0f},
-         100.1f,
-         1.0f,
-         100.0f},
-        {"amplitude_max",
-         {{AT(validity.amplitude_max), NAN}},
-         {AT(validity.amplitude_max), 2.0f},
-         NAN,
-         1.0f,
-         100.0f},
+        {"torque_feedforward", {{CUTOFF, 0.0f}}, {AT(torque_feedforward), 0.0f}, 69.0f, 0.0f, 0.0f},
+        {"torque_feedforward", {{CUTOFF, 0.0f}}, {CUTOFF, 1e-3f}, 69.0f, 0.0f, 0.0f},
+        {"speed_min", {{OF(speed_min), 800.0f}}, {OF(speed_min), 799.9999f}, 800.0f, 0.0f, 800.0f},
+        {"speed_min", {{OF(speed_min), 801.0f}}, {OF(speed_max), 0.0f}, 801.0f, 0.0f, 800.0f},
+        {"amplitude_max", {{OF(amplitude_max), -1.0f}}, {OF(amplitude_max), 0.0f}, -1.0f, 1.0f, 100.0f},
+        {"amplitude_max", {{OF(amplitude_max), 1.0f}}, {OF(amplitude_max), 1.0001f}, 1.0f, 1.0f, 100.0f},
+        {"amplitude_max", {{OF(amplitude_max), 100.1f}}, {OF(amplitude_max), 100.0f}, 100.1f, 1.0f, 100.0f},
+        {"amplitude_max", {{OF(amplitude_max), NAN}}, {OF(amplitude_max), 2.0f}, NAN, 1.0f, 100.0f},
         {"kp", {{AT(pll.kp), 3e4f}}, {AT(pll.kp), 104.0f}, 3e4f, NAN, NAN},
         {"kp",
          {{AT(pll.kp), 20000.2f}, {AT(smo.emf_cutoff), 0.0f}},
@@ -179,7 +129,6 @@ static void test_check_refuses_what_rules_between_fields_forbid(void)
     }
 }
 
-/* What is no mode of the lag and no switching. */
 static void test_check_refuses_what_is_no_choice(void)
 {
     for (int n = -1; n <= 4; n++) {

@@ -24,31 +24,20 @@ static double bump(const estimator_params_t *params, const estimator_oracle_case
     return largest;
 }
 
-static void check_reset(smo_switching_t switching, float cutoff, double limit)
+/* The sigmoid's k_f starts from one sample instead of a mean over turns. */
+static void test_reset_goes_on_without_a_bump_and_the_sigmoid_with_little(void)
 {
     static const double rpm[] = {-1500.0, -800.0, -300.0, -100.0, 100.0, 300.0, 1000.0, 1500.0};
-    for (int lag = LAG_NONE; lag <= LAG_EXACT; lag++) {
+    for (int m = 0; m < 4 * (LAG_EXACT + 1); m++) {
+        const bool vector = m % 2 != 0;
         for (int n = 0; n < 16; n += SWEEP_FEW) {
-            estimator_params_t params = paper_params((lag_mode_t)lag);
-            params.smo.switching = switching;
-            params.smo.emf_cutoff = cutoff;
+            estimator_params_t params = paper_params((lag_mode_t)(m / 4));
+            params.smo.switching = vector ? SMO_SIGMOID_VECTOR : SMO_SIGMOID;
+            params.smo.emf_cutoff = m / 2 % 2 ? 2000.0f : 0.0f;
             estimator_oracle_case_t rig = rig_of(0, rpm[n / 2] * RAD_PER_RPM, n % 2 ? RATED : 0.0);
-            check_below(bump(&params, &rig, 4000 + 37 * n), limit, "after the reset");
+            check_below(bump(&params, &rig, 4000 + 37 * n), vector ? 0.1 : 5.0, "after the reset");
         }
     }
-}
-
-static void test_reset_of_the_vector_form_goes_on_without_a_bump(void)
-{
-    check_reset(SMO_SIGMOID_VECTOR, 2000.0f, 0.1);
-    check_reset(SMO_SIGMOID_VECTOR, 0.0f, 0.1);
-}
-
-/* Its k_f starts from one sample instead of a mean over turns. */
-static void test_reset_of_the_sigmoid_goes_on_with_little(void)
-{
-    check_reset(SMO_SIGMOID, 2000.0f, 5.0);
-    check_reset(SMO_SIGMOID, 0.0f, 5.0);
 }
 
 /* The estimate is the start until the step of t_k+1, which has moved on by omega T. */
@@ -87,24 +76,19 @@ static void test_reset_of_the_other_machines_goes_on_without_a_bump(void)
 
 /* What the filter makes of a fast EMF is in the reset, for the modes that leave it in the observer: the word
  * of estimator.h. */
-static void check_fast_reset(double way)
+static void test_reset_at_high_speed_makes_the_filters_lag(void)
 {
     static const lag_mode_t modes[] = {LAG_NONE, LAG_PRINTED, LAG_CORRECTED};
-    for (int n = 0; n < 12; n += SWEEP_FEW) {
+    for (int n = 0; n < 24; n += SWEEP_FEW) {
+        const double way = n / 12 ? -1.0 : 1.0;
         int machine = n % 2 ? EXTREME : 1;
         estimator_params_t params = params_of(machine);
-        params.lag = modes[n / 4];
+        params.lag = modes[n / 4 % 3];
         params.smo.emf_cutoff = n / 2 % 2 ? 600.0f : 2000.0f;
         estimator_oracle_case_t rig = rig_of(machine, 0.98 * way * MACHINES[machine].omega_max, way * 2.0);
         double largest = bump(&params, &rig, 4000 + 17 * n);
         check_below(largest, 0.1, "after the reset");
     }
-}
-
-static void test_reset_at_high_speed_makes_the_filters_lag(void)
-{
-    check_fast_reset(1.0);
-    check_fast_reset(-1.0);
 }
 
 /* ---- 12. coasting ---- */
@@ -122,8 +106,7 @@ static void test_coast_keeps_the_error_and_the_observer_going(void)
         (void)settled(&params, &rig);
         double before = error_of(&rig, 11001, step(&rig, 11001));
         for (long k = 11002; k < 11022; k++) {
-            estimator_oracle_sample_t now;
-            estimator_oracle_sample(&rig, k, &now);
+            const estimator_oracle_sample_t now = sample_of(&rig, k);
             position_t position = estimator_coast(&est, as_float(now.voltage), as_float(now.current));
             TEST_ASSERT_DOUBLE_WITHIN(0.1, before, error_of(&rig, k, position));
             TEST_ASSERT_DOUBLE_WITHIN(0.1, rig.omega_start, (double)position.omega_e);

@@ -4,8 +4,6 @@
  *
  * Family F(s): p 4, R 0.95 ohm, L_q 20 mH, L_d = L_q/s, psi_f 0.1 Wb, 10 A; tracking loop by the rule for J
  * 0.01 kg m^2 and 800 rad/s. */
-#include <complex.h>
-
 #include "math/frames.h"
 #include "tests/oracle/salient_oracle.h"
 #include "tests/unit/estimator_bench.h"
@@ -133,8 +131,7 @@ static void test_right_data_leave_no_error_whatever_the_saliency(void)
 }
 
 /* Steady angle with wrong data and this current in the loop's frame:
- *     psi_a(err) sin(err) = -dL_q i_q + dR i_d/omega,    psi_a(err) = psi_f - D (i_d cos err - i_q sin err)
- */
+ *     psi_a(err) sin(err) = -dL_q i_q + dR i_d/omega,  psi_a(err) = psi_f - D (i_d cos err - i_q sin err) */
 static double by_law(const belief_t *belief, double i_d, double i_q)
 {
     const double saliency = rotor.inductance_q - rotor.inductance_d;

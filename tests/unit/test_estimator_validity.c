@@ -48,9 +48,7 @@ static void run_to_judged(int n, double way)
 {
     estimator_params_t params = validity_params(n);
     estimator_oracle_case_t rig = validity_rig(way);
-    init(&params);
-    reset_near(&rig, 0, 0.0, 0.0);
-    (void)deviation(&rig, 1, JUDGED - 1, 0);
+    run_near(&params, &rig, 0.0, JUDGED - 1);
 }
 
 /* What each criterion judges in step JUDGED, from the truth: the ramp's speed there, less kp eps for the
@@ -59,8 +57,7 @@ static double judged(int n, double way)
 {
     estimator_params_t params = validity_params(n);
     estimator_oracle_case_t rig = validity_rig(way);
-    estimator_oracle_sample_t now;
-    estimator_oracle_sample(&rig, JUDGED, &now);
+    const estimator_oracle_sample_t now = sample_of(&rig, JUDGED);
     double ratio = 0.05 * 6495.0 / (double)params.pll.ki;
     double speed = fabs(now.omega) - (double)params.pll.kp * ratio;
     double amplitude = fabs(now.omega) * PSI / (double)params.flux_linkage;

@@ -1,7 +1,5 @@
-#include <math.h>
-#include <unity.h>
-
 #include "math/filter.h"
+#include "tests/unit/compare.h"
 
 static const float CUTOFF = 2000.0f;
 static const float PERIOD = 1e-4f;
@@ -24,18 +22,13 @@ static void test_step_response_is_the_exact_exponential(void)
     }
 }
 
-static void test_output_at_its_input_stays_bit_for_bit(void)
-{
-    const float share = lowpass_share(CUTOFF, PERIOD);
-    TEST_ASSERT_TRUE(lowpass_step(-7.25f, share, -7.25f) == -7.25f);
-    TEST_ASSERT_TRUE(lowpass_step(0.0f, share, 0.0f) == 0.0f);
-}
-
 /* 3 + (1 - exp(-0.01)) (4 - 3). */
-static void test_step_goes_on_from_any_output(void)
+static void test_step_goes_on_from_any_output_and_stays_at_its_input(void)
 {
     const float share = lowpass_share(100.0f, PERIOD);
     TEST_ASSERT_DOUBLE_WITHIN(5e-7, 3.0 - expm1(-0.01), (double)lowpass_step(3.0f, share, 4.0f));
+    TEST_ASSERT_TRUE(lowpass_step(-7.25f, lowpass_share(CUTOFF, PERIOD), -7.25f) == -7.25f);
+    TEST_ASSERT_TRUE(lowpass_step(0.0f, lowpass_share(CUTOFF, PERIOD), 0.0f) == 0.0f);
 }
 
 static void test_cutoff_zero_holds_and_a_huge_one_passes(void)

@@ -13,9 +13,7 @@ static void test_flux_adapts_at_its_share(void)
         params.flux_linkage = (float)(wrong * PSI);
         params.flux_adaptation = 2.0f;
         estimator_oracle_case_t rig = rig_of(0, n / 2 ? -500.0 : 500.0, 2.0);
-        init(&params);
-        reset_near(&rig, 0, 0.0, 0.0);
-        (void)deviation(&rig, 1, 3000, 0);
+        run_near(&params, &rig, 0.0, 3000);
         double before = 1.0 / (double)flux.flux_linkage - 1.0 / PSI;
         (void)deviation(&rig, 3001, 5000, 0);
         double after = 1.0 / (double)flux.flux_linkage - 1.0 / PSI;
@@ -41,9 +39,7 @@ static void test_flux_rests_where_it_cannot_be_seen(void)
         params.flux_linkage = (float)(cases[n / 2].wrong * PSI);
         params.flux_adaptation = (float)cases[n / 2].share;
         estimator_oracle_case_t rig = rig_of(0, way * cases[n / 2].omega, 0.0);
-        init(&params);
-        reset_near(&rig, 0, 0.0, 0.0);
-        (void)deviation(&rig, 1, 25000, 0);
+        run_near(&params, &rig, 0.0, 25000);
         double ratio = (double)flux.flux_linkage / PSI;
         check_below(ratio, cases[n / 2].highest * 1.000001, "flux, highest");
         check_below(cases[n / 2].lowest * 0.999999, ratio, "flux, lowest");
@@ -60,9 +56,7 @@ static void test_flux_stops_at_half_of_the_parameter_either_way_and_comes_back(v
         params.flux_adaptation = 5.0f;
         estimator_oracle_case_t rig = rig_of(0, n / 2 ? -300.0 : 300.0, 0.0);
         rig.flux_linkage = n % 2 ? 2.0 * PSI : 0.4 * PSI;
-        init(&params);
-        reset_near(&rig, 0, 0.0, 0.0);
-        (void)deviation(&rig, 1, 30000, 0);
+        run_near(&params, &rig, 0.0, 30000);
         TEST_ASSERT_DOUBLE_WITHIN(2e-3 * end, end, (double)flux.flux_linkage);
         TEST_ASSERT_TRUE(fabs((double)flux.flux_linkage / PSI - 1.0) < 0.5 + 1e-6);
         rig.flux_linkage = PSI;
@@ -84,9 +78,7 @@ static void test_flux_rests_while_the_detector_is_off(void)
         (void)ramp(&params, &rig);
         double before = (double)flux.flux_linkage;
         (void)deviation(&rig, RAMP_START + RAMP_STEPS - 1000, 0, 1000);
-        init(&params);
-        reset_near(&rig, 0, 0.0, 0.0);
-        (void)deviation(&rig, 1, RAMP_START + 3000, 0);
+        run_near(&params, &rig, 0.0, RAMP_START + 3000);
         double early = (double)flux.flux_linkage;
         (void)deviation(&rig, RAMP_START + 3001, 5000, 0);
         double late = (double)flux.flux_linkage;

@@ -4,12 +4,8 @@
  * gamma
  *
  * so that for small swings  s^2 + (K_t k psi_f p/J) H(s) s + w_n^2 = 0,  H: high-pass and low-pass of e_q. */
-#include <complex.h>
-#include <string.h>
-#include <unity.h>
-
 #include "fast/reference/forced.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/vectors.h"
 
 #define T           1e-4
 #define R           0.95
@@ -92,7 +88,7 @@ static void test_damping_takes_energy_out_of_every_swing_from_slow_to_fast(void)
     for (double rate = 3.0; rate < 2000.0; rate *= 1.5) {
         const int turn = (int)(2.0 * PI / (rate * T) + 0.5);
         const double step = 2.0 * PI / turn;
-        const double complex z = cexp((double complex)I * step);
+        const double complex z = cexp(J * step);
         const double complex share = (1.0 - lowpass_of(6.0, z)) * lowpass_of(2.5 / (k * L), z);
         double work = 0.0;
         forced_enter(&forced, 0.0f, 0.0f, (float)CURRENT);

@@ -1,9 +1,5 @@
 /* Clarke and Park against complex numbers in double precision: the space vector 2/3 (a + b w + c w^2), w =
  * exp(j 2 pi/3), and its product with exp(-j theta). */
-#include <complex.h>
-#include <math.h>
-#include <unity.h>
-
 #include "math/frames.h"
 #include "tests/unit/vectors.h"
 
@@ -56,7 +52,7 @@ static void test_park_is_a_turn_backwards_and_its_inverse_forwards(void)
 {
     for (int k = 0; k < PHASES_COUNT; k++) {
         ab_t stationary = {PHASES[k].a, PHASES[k].b};
-        double complex vector = (double)stationary.alpha + J * (double)stationary.beta;
+        double complex vector = of_ab(stationary);
         for (int degree = -180; degree < 180; degree += 15) {
             double angle = degree * PI / 180.0;
             rotation_t rotation = rotation_of(angle);

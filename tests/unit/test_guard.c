@@ -2,13 +2,8 @@
  * that reads the same rows one at a time. */
 #include "guard/guard.h"
 
-#include <math.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
-#include "sweep.h"
+#include "tests/unit/compare.h"
+#include "tests/unit/sweep.h"
 
 #include "estimator/chosen.h"
 #include "fast/measure.h"
@@ -113,20 +108,19 @@ static void expect_set(fault_set_t expected, fault_set_t set, const char *of)
     TEST_ASSERT_EQUAL_HEX32_MESSAGE(expected.word[1], set.word[1], of);
 }
 
-static void expect_rows(uint32_t one, uint32_t other, fault_set_t set)
+/* What is shown, by fault_reaction_t. */
+static void expect_shown(const fault_set_t sets[4], const char *of)
 {
-    fault_set_t expected = fault_set_none();
-    expected = one < ROWS ? fault_set_both(expected, row_of(one)) : expected;
-    expected = other < ROWS ? fault_set_both(expected, row_of(other)) : expected;
-    expect_set(expected, set, "rows");
+    expect_set(sets[FAULT_OPEN], guard.faults, of);
+    expect_set(sets[FAULT_STOP], guard.stops, of);
+    expect_set(sets[FAULT_CATCH], guard.losses, of);
+    expect_set(sets[FAULT_WARN], guard.warnings, of);
 }
 
 static void expect_nothing(void)
 {
-    expect_set(fault_set_none(), guard.faults, "faults");
-    expect_set(fault_set_none(), guard.stops, "stops");
-    expect_set(fault_set_none(), guard.losses, "losses");
-    expect_set(fault_set_none(), guard.warnings, "warnings");
+    static const fault_set_t none[4] = {{{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}};
+    expect_shown(none, "nothing");
 }
 
 /* Where the quantities of the table come from, each in every way it can: bits of a word of the scene, or
@@ -277,7 +271,7 @@ static uint32_t seen(const fault_row_t *row, uint32_t periods)
 /* What is shown of a row after its quantity has had this value for so many periods. */
 static void expect_after(uint32_t of_row, float value, uint32_t now, uint32_t periods)
 {
-    fault_set_t sets[4] = {{{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}}; /* by fault_reaction_t */
+    fault_set_t sets[4] = {{{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}};
     for (uint32_t n = 0; n < ROWS; n++) {
         const fault_row_t *row = &fault_rows[n];
         if (strcmp(row->quantity, fault_rows[of_row].quantity) == 0 && holds(n, value) && counts(n, now) &&
@@ -285,10 +279,7 @@ static void expect_after(uint32_t of_row, float value, uint32_t now, uint32_t pe
             sets[row->reaction] = fault_set_both(sets[row->reaction], row_of(n));
         }
     }
-    expect_set(sets[FAULT_OPEN], guard.faults, fault_rows[of_row].name);
-    expect_set(sets[FAULT_STOP], guard.stops, fault_rows[of_row].name);
-    expect_set(sets[FAULT_CATCH], guard.losses, fault_rows[of_row].name);
-    expect_set(sets[FAULT_WARN], guard.warnings, fault_rows[of_row].name);
+    expect_shown(sets, fault_rows[of_row].name);
 }
 
 static bool shown(uint32_t row)
@@ -324,29 +315,23 @@ static void recover(void)
 
 /* ---- every row ---- */
 
-static void test_every_row_at_its_limit_is_silent(void)
+/* At its limit it is silent; beyond, it must hold for its debounce; then it is shown for as long as it holds,
+ * and no longer. */
+static void test_every_row_shows_beyond_its_limit_after_its_debounce(void)
 {
     for (uint32_t row = 0; row < ROWS; row++) {
+        const uint32_t debounce = fault_rows[row].debounce;
         for (size_t way = way_of(row); is_way(way, row); way++) {
             setUp();
-            check_periods(row, limit_of(row), way, EVERY, fault_rows[row].debounce + 10u);
-            TEST_ASSERT_FALSE_MESSAGE(shown(row), fault_rows[row].name);
-        }
-    }
-}
-
-/* Its debounce long it must hold; then it is shown for as long as it holds, and no longer. */
-static void test_every_row_beyond_its_limit_shows_after_its_debounce(void)
-{
-    for (uint32_t row = 0; row < ROWS; row++) {
-        for (size_t way = way_of(row); is_way(way, row); way++) {
-            setUp();
-            check_periods(row, beyond(row), way, EVERY, fault_rows[row].debounce - 1u);
+            check_periods(row, limit_of(row), way, EVERY, debounce + 10u);
             TEST_ASSERT_FALSE_MESSAGE(shown(row), fault_rows[row].name);
             setUp();
-            check_periods(row, beyond(row), way, EVERY, fault_rows[row].debounce + 100u);
+            check_periods(row, beyond(row), way, EVERY, debounce - 1u);
+            TEST_ASSERT_FALSE_MESSAGE(shown(row), fault_rows[row].name);
+            setUp();
+            check_periods(row, beyond(row), way, EVERY, debounce + 100u);
             TEST_ASSERT_TRUE_MESSAGE(shown(row), fault_rows[row].name);
-            TEST_ASSERT_TRUE(guard.held[row] < fault_rows[row].debounce); /* and is counted no further */
+            TEST_ASSERT_TRUE(guard.held[row] < debounce); /* and is counted no further */
             if (fault_rows[row].rate == FAULT_EACH) {
                 step(&healthy);
                 expect_nothing();
@@ -376,8 +361,7 @@ static void test_every_row_counts_anew_after_a_break(void)
 }
 
 /* Of the moments that there can be: with the gates off only lasting dangers count, the encoder's and the
- * estimate's only while control turns with them; what was there before the moment is counted from then.
- */
+ * estimate's only while control turns with them; what was there before it is counted from then. */
 static void test_every_row_is_silent_until_its_moment(void)
 {
     for (uint32_t row = 0; row < ROWS; row += SWEEP_FEW) {
@@ -393,20 +377,6 @@ static void test_every_row_is_silent_until_its_moment(void)
                     check_periods(row, beyond(row), way_of(row), moments, 1u); /* and no longer than it is */
                 }
             }
-        }
-    }
-}
-
-static void test_every_row_has_a_reason_of_its_own_that_can_be_read(void)
-{
-    for (uint32_t n = 0; n < ROWS; n++) {
-        const int32_t reason = guard_reason(row_of(n));
-        TEST_ASSERT_EQUAL_INT32(fault_rows[n].reason, reason);
-        TEST_ASSERT_NOT_NULL(reason_by_number(reason));
-        TEST_ASSERT_EQUAL_STRING(fault_rows[n].name, reason_by_number(reason)->name);
-        TEST_ASSERT_TRUE(fault_rows[n].debounce > 0u);
-        for (uint32_t m = 0; m < n; m++) {
-            TEST_ASSERT_TRUE(fault_rows[m].reason != reason);
         }
     }
 }
@@ -461,17 +431,21 @@ static const rule_t reactions[] = {
     {" estimate_amplitude estimate_detector estimate_current estimate_speed unlocked ", FAULT_CATCH},
     {NULL, FAULT_OPEN}};
 
+/* Warm is 10 K below hot. */
+static const rule_t margins[] = {{" sink_warm motor_warm ", -10.0f}, {NULL, 0.0f}};
+
 static void test_reactions_are_as_fast_as_the_danger(void)
 {
     for (uint32_t n = 0; n < ROWS; n++) {
         const fault_row_t *row = &fault_rows[n];
+        TEST_ASSERT_EQUAL_FLOAT_MESSAGE(ruled(margins, n), row->margin, row->name);
         TEST_ASSERT_FLOAT_WITHIN_MESSAGE(0.51f, ruled(debounces, n), (float)row->debounce, row->name);
         TEST_ASSERT_EQUAL_MESSAGE((int)ruled(moments, n), row->when, row->name);
         TEST_ASSERT_EQUAL_MESSAGE((int)ruled(reactions, n), row->reaction, row->name);
     }
 }
 
-/* A row's place is its bit, and its number permanent: append only. */
+/* A row's place is its bit, and its number permanent: append only. Each is a reason that can be read. */
 static void test_rows_keep_their_places_and_numbers(void)
 {
     static const int32_t numbers[] = {20, 21, 30, 22, 26, 29, 23, 28, 24, 25, 32, 33, 34, 35, 37,
@@ -480,26 +454,8 @@ static void test_rows_keep_their_places_and_numbers(void)
     TEST_ASSERT_EQUAL_UINT32(sizeof numbers / sizeof numbers[0], ROWS);
     for (uint32_t n = 0; n < ROWS; n++) {
         TEST_ASSERT_EQUAL_INT32_MESSAGE(numbers[n], fault_rows[n].reason, fault_rows[n].name);
-    }
-}
-
-/* Warm is 10 K below hot, warns and stops nothing; hot does both. */
-static void test_a_warm_sink_warns_before_it_is_hot(void)
-{
-    scene_t scene = healthy;
-    params.sink_temperature_max = 85.0f;
-    tuning = guard_prepare(&params);
-    static const struct {
-        float temperature;
-        bool warm, hot;
-    } cases[] = {{75.0f, false, false}, {75.01f, true, false}, {85.0f, true, false}, {85.01f, true, true}};
-    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        scene.measured.sink_temperature = cases[n].temperature;
-        for (uint32_t m = 0; m < DRIVE_PERIODS(0.2f); m++) {
-            step(&scene);
-        }
-        expect_rows(cases[n].warm ? FAULT_SINK_WARM : ROWS, ROWS, guard.warnings);
-        expect_rows(cases[n].hot ? FAULT_SINK_HOT : ROWS, ROWS, guard.stops);
+        TEST_ASSERT_NOT_NULL(reason_by_number(numbers[n]));
+        TEST_ASSERT_EQUAL_STRING(fault_rows[n].name, reason_by_number(numbers[n])->name);
     }
 }
 
@@ -535,7 +491,7 @@ static void test_conditions_at_once_are_told_apart(void)
             for (uint32_t n = 0; n < DRIVE_WINDOW; n++) {
                 step(&scene);
             }
-            expect_rows(one, other, guard.failed);
+            expect_set(fault_set_both(row_of(one), row_of(other)), guard.failed, fault_rows[one].name);
         }
     }
 }
@@ -544,19 +500,20 @@ static void test_conditions_at_once_are_told_apart(void)
 
 static void test_new_limits_act_at_once_and_the_counting_goes_on(void)
 {
+    const fault_set_t overcurrent = fault_set_of(FAULT_OVERCURRENT); /* of 1 A */
     scene_t scene = healthy;
     scene.measured.u_dc = params.dc_undervoltage - 1.0f;
-    const uint32_t half = DRIVE_PERIODS(1e-3f) / 2u;
-    for (uint32_t n = 0; n < half; n++) {
+    for (uint32_t n = 1; n <= DRIVE_PERIODS(1e-3f); n++) {
+        if (n == DRIVE_PERIODS(1e-3f) / 2u) {
+            params.dc_undervoltage -= 0.5f; /* still above the link */
+            params.overcurrent_trip = 0.75f;
+            tuning = guard_prepare(&params);
+        }
         step(&scene);
+        if (n < DRIVE_PERIODS(1e-3f)) {
+            expect_set(n < DRIVE_PERIODS(1e-3f) / 2u ? fault_set_none() : overcurrent, guard.faults,
+                       "so far");
+        }
     }
-    params.dc_undervoltage -= 0.5f; /* still above the link */
-    params.overcurrent_trip = 0.75f;
-    tuning = guard_prepare(&params);
-    for (uint32_t n = half + 1u; n < DRIVE_PERIODS(1e-3f); n++) {
-        step(&scene);
-        expect_rows(FAULT_OVERCURRENT, ROWS, guard.faults); /* 1 A */
-    }
-    step(&scene);
-    expect_rows(FAULT_OVERCURRENT, FAULT_DC_UNDERVOLTAGE, guard.faults);
+    expect_set(fault_set_both(overcurrent, fault_set_of(FAULT_DC_UNDERVOLTAGE)), guard.faults, "at last");
 }

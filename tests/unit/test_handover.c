@@ -1,9 +1,4 @@
 /* The conditions of a hand-over, each by itself, and how long they must hold. */
-#include <math.h>
-#include <stdbool.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/manoeuvre/handover.h"
 #include "tests/unit/compare.h"
 

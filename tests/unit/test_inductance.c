@@ -1,11 +1,5 @@
 /* The learnt inductance on an EMF made by algebra: e_q = psi_f omega + (L_d,true - L_q,believed) omega i_d
  * and what else is asked, with a current control that follows by a low-pass. */
-#include <math.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/adapt/inductance.h"
 #include "tests/unit/compare.h"
 
@@ -129,8 +123,7 @@ static void run(const motor_t *motor, double seconds)
         const double l_q = (double)x.tuning.inductance_q;
         const double emf = PSI * omega + (motor->l_d - l_q) * omega * i_d + motor->resistance * i_q +
                            motor->ripple * sin(motor->ripple_omega * time_now) + motor->noise * random_pm1();
-        /* the loop turns until the EMF's d axis is gone: psi_f omega (its angle before the rotor's) + dR i_d
-         */
+        /* the loop turns until the EMF's d axis is gone: psi_f omega (its angle ahead) + dR i_d */
         const double drop = PSI * omega * ahead + (motor->r - (double)x.tuning.resistance) * i_d +
                             motor->noise * random_pm1();
         ahead -= PERIOD * motor->loop * drop / (PSI * omega);
@@ -355,48 +348,52 @@ static void test_a_ripple_at_the_electrical_frequency_is_kept_away_from(void)
     }
 }
 
-/* A speed that drifts by 1.5 to 2.5 % in a cycle, as that of a light rotor does: it is L that e_q tells, if
- * the voltage is known. */
-static void test_it_learns_while_the_speed_ripples(void)
+/* What L and R of a motor are over the truth after these seconds:
+ * - R wrong by 0.3 ohm, seen by e_q alone, and an i_q that swings with the dither, late by a fifth of a
+ * cycle. Not opposed, it would add the part in step, resistance x swing, to omega dL: (0.3 ohm x 0.4 x cos 80
+ *   degrees)/(42 rad/s x L), 4 %;
+ * - both within half and twice their parameters;
+ * - a speed that drifts by 1.5 to 2.5 % in a cycle, as that of a light rotor does: it is L that e_q tells, if
+ * the voltage is known;
+ * - an EMF of less than half of psi_f omega means that the loop has lost the rotor;
+ * - the error of R that a cycle finds is limited to the parameter: at a rate of 1/s, R moves by half of the
+ *   parameter in 0.5 s at most, although the true R is nine times as large. */
+static void test_what_is_learnt_of_one_motor_or_another(void)
 {
-    motor_t motor = usual();
-    motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
-    motor.acceleration = -0.015 * 400.0 / 0.03;
-    begin(&motor);
-    run(&motor, 0.8);
-    TEST_ASSERT_TRUE(ratio() > 0.85);
-}
-
-/* R wrong and an i_q that swings with the dither, late by a fifth of a cycle. Not opposed, it would add the
- * part in step, resistance x swing, to omega dL: (0.3 ohm x 0.4 x cos 80 degrees)/(42 rad/s x L), 4 %. */
-static void test_a_swing_of_i_q_is_opposed(void)
-{
-    for (int n = 0; n < 2; n++) {
+    static const struct {
+        const char *what;
+        double omega, l_from, r_from, rate,
+            emf; /* [rad/s], over the truth [-], [1/s], share of psi_f omega [-] */
+        double resistance, swing, acceleration; /* as of motor_t */
+        double seconds, l_least, l_most, r_least, r_most;
+    } cases[] = {
+        {"swing", 42.0, 1.0, 1.0, 2.0, 1.0, 0.3, 0.4, 0.0, 5.0, 0.995, 1.005, 0.0, 9.0},
+        {"swing", 42.0, 1.0, 1.0, 2.0, 1.0, -0.3, 0.4, 0.0, 5.0, 0.995, 1.005, 0.0, 9.0},
+        {"half of R", 60.0, 1.0, 2.5, 10.0, 1.0, 0.0, 0.0, 0.0, 8.0, 0.9, 1.1, 1.25, 1.25},
+        {"twice R", 60.0, 1.0, 0.4, 10.0, 1.0, 0.0, 0.0, 0.0, 8.0, 0.9, 1.1, 0.8, 0.8},
+        {"half of L", 400.0, 2.5, 1.0, 2.0, 1.0, 0.0, 0.0, 0.0, 10.0, 1.25, 1.25, 0.0, 9.0},
+        {"twice L", 400.0, 0.4, 1.0, 2.0, 1.0, 0.0, 0.0, 0.0, 10.0, 0.8, 0.8, 0.0, 9.0},
+        {"drift", 400.0, 0.8, 1.0, 2.0, 1.0, 0.0, 0.0, -0.015 * 400.0 / 0.03, 0.8, 0.85, 1.1, 0.0, 9.0},
+        {"small EMF", 400.0, 0.8, 1.0, 2.0, 0.45, 0.0, 0.0, 0.0, 3.0, 0.8, 0.8, 0.0, 9.0},
+        {"small EMF", -400.0, 0.8, 1.0, 2.0, 0.45, 0.0, 0.0, 0.0, 3.0, 0.8, 0.8, 0.0, 9.0},
+        {"enough EMF", 400.0, 0.8, 1.0, 2.0, 0.55, 0.0, 0.0, 0.0, 3.0, 0.9, 1.1, 0.0, 9.0},
+        {"enough EMF", -400.0, 0.8, 1.0, 2.0, 0.55, 0.0, 0.0, 0.0, 3.0, 0.9, 1.1, 0.0, 9.0},
+        {"ninth of R", 60.0, 1.0, 1.0 / 9.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.5, 0.9, 1.1, 1.2 / 9.0, 1.5 / 9.0}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         motor_t motor = usual();
-        motor.omega = 42.0;
-        motor.resistance = n ? 0.3 : -0.3;
-        motor.swing = 0.4;
+        motor.omega = cases[n].omega;
+        motor.l_d_from = motor.l_q_from = cases[n].l_from * L_TRUE;
+        motor.r_from = cases[n].r_from * R_TRUE;
+        motor.rate = cases[n].rate;
+        motor.resistance = cases[n].resistance + (cases[n].emf - 1.0) * PSI * motor.omega / motor.i_q;
+        motor.swing = cases[n].swing;
+        motor.acceleration = cases[n].acceleration;
         begin(&motor);
-        run(&motor, 5.0);
-        TEST_ASSERT_DOUBLE_WITHIN(5e-3, 1.0, ratio());
-    }
-}
-
-static void test_values_stay_within_half_and_twice_their_parameters(void)
-{
-    for (int n = 0; n < 2; n++) {
-        motor_t motor = usual();
-        motor.omega = 60.0;
-        motor.rate = 10.0;
-        motor.r_from = (n ? 2.5 : 0.4) * R_TRUE;
-        begin(&motor);
-        run(&motor, 8.0);
-        TEST_ASSERT_EQUAL_FLOAT((n ? 0.5f : 2.0f) * (float)motor.r_from, x.resistance.value);
-        motor = usual();
-        motor.l_d_from = motor.l_q_from = (n ? 2.5 : 0.4) * L_TRUE;
-        begin(&motor);
-        run(&motor, 10.0);
-        TEST_ASSERT_FLOAT_WITHIN(1e-6f, n ? INDUCTANCE_MIN : INDUCTANCE_MAX, x.learnt.value / x.learnt.from);
+        run(&motor, cases[n].seconds);
+        const double r = (double)x.resistance.value / R_TRUE;
+        TEST_ASSERT_TRUE_MESSAGE(ratio() >= cases[n].l_least - 1e-6 && ratio() <= cases[n].l_most + 1e-6,
+                                 cases[n].what);
+        TEST_ASSERT_TRUE_MESSAGE(r >= cases[n].r_least - 1e-6 && r <= cases[n].r_most + 1e-6, cases[n].what);
     }
 }
 
@@ -499,37 +496,4 @@ static void test_another_parameter_starts_anew_and_another_rate_does_not(void)
     motor.rate = 0.0;
     believe(&motor);
     TEST_ASSERT_TRUE(x.learnt.value == x.learnt.from);
-}
-
-/* An EMF of less than half of psi_f omega means that the loop has lost the rotor. */
-static void test_it_learns_from_half_of_the_emf_on(void)
-{
-    for (int n = 0; n < 4; n++) {
-        motor_t motor = usual();
-        const double share = n / 2 ? 0.55 : 0.45;
-        motor.omega = n % 2 ? -400.0 : 400.0;
-        motor.resistance = (share - 1.0) * PSI * motor.omega / motor.i_q;
-        motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
-        begin(&motor);
-        run(&motor, 3.0);
-        if (share < 0.5) {
-            TEST_ASSERT_EQUAL_FLOAT(x.learnt.from, x.learnt.value);
-        } else {
-            TEST_ASSERT_TRUE(ratio() > 0.9);
-        }
-    }
-}
-
-/* The error of R that a cycle finds is limited to the parameter. At a rate of 1/s, R moves by half of the
- * parameter in 0.5 s at most, although the true R is nine times as large. */
-static void test_r_moves_by_no_more_than_the_parameter_times_the_rate(void)
-{
-    motor_t motor = usual();
-    motor.omega = 60.0;
-    motor.rate = 1.0;
-    motor.r_from = R_TRUE / 9.0;
-    begin(&motor);
-    run(&motor, 0.5);
-    TEST_ASSERT_TRUE(x.resistance.value > 1.2f * x.resistance.from);
-    TEST_ASSERT_TRUE(x.resistance.value <= 1.5f * x.resistance.from);
 }

@@ -5,11 +5,6 @@
 #include "tests/unit/sweep.h"
 #include "tests/unit/vectors.h"
 
-#include <complex.h>
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #define COUNTS     7500
 #define DUTY_MIN   0.04
 #define DUTY_MAX   0.96
@@ -145,34 +140,26 @@ static void expect_nearest_counts(double complex asked, double u_dc, abc_t duty)
 }
 
 /* Wanted voltages and currents all around; zone and beyond. */
-static void check_duties(double gain)
+static void test_duties_make_up_for_the_share_of_the_loss_that_is_compensated(void)
 {
     const double stride = SWEEP > 1 ? 0.51 : 0.17;
-    int odd = 0;
-    begin((float)gain);
-    for (double angle = -3.1; angle < 3.1; angle += stride) {
-        for (double amperes = 0.0; amperes < 10.0; amperes += 0.3) {
-            const double complex wanted = 100.0 * cexp(J * angle);
-            const double complex current = amperes * cexp(J * (angle + 0.6));
-            const double u_dc = 311.0 - 3.0 * amperes;
-            const inverter_made_t made =
-                inverter_make(&inverter, &tuning, to_ab(wanted), to_ab(current), (float)u_dc);
-            expect_nearest_counts(wanted + gain * lost_at(current, u_dc), u_dc, made.duty);
-            TEST_ASSERT_TRUE(made.missing.alpha == 0.0f && made.missing.beta == 0.0f);
-            odd += (int)nearbyint((double)made.duty.a * COUNTS) & 1;
+    for (double gain = 0.0; gain <= 1.0; gain += 1.0) {
+        int odd = 0;
+        begin((float)gain);
+        for (double angle = -3.1; angle < 3.1; angle += stride) {
+            for (double amperes = 0.0; amperes < 10.0; amperes += 0.3) {
+                const double complex wanted = 100.0 * cexp(J * angle);
+                const double complex current = amperes * cexp(J * (angle + 0.6));
+                const double u_dc = 311.0 - 3.0 * amperes;
+                const inverter_made_t made =
+                    inverter_make(&inverter, &tuning, to_ab(wanted), to_ab(current), (float)u_dc);
+                expect_nearest_counts(wanted + gain * lost_at(current, u_dc), u_dc, made.duty);
+                TEST_ASSERT_TRUE(made.missing.alpha == 0.0f && made.missing.beta == 0.0f);
+                odd += (int)nearbyint((double)made.duty.a * COUNTS) & 1;
+            }
         }
+        TEST_ASSERT_TRUE(odd > 100); /* of 1258, or 442: and not fewer counts */
     }
-    TEST_ASSERT_TRUE(odd > 100); /* of 1258, or 442: and not fewer counts */
-}
-
-static void test_duties_make_up_for_all_that_will_be_lost(void)
-{
-    check_duties(1.0);
-}
-
-static void test_duties_make_up_for_nothing(void)
-{
-    check_duties(0.0);
 }
 
 /* The limit concerns what is asked for, losses included: below, at, above. */
@@ -225,20 +212,20 @@ static void remember(const period_t *period)
 }
 
 /* Whatever share of it is compensated, all of the loss is lost. */
-static void check_acted(float gain)
+static void test_duties_of_two_steps_ago_acted_less_what_the_inverter_took(void)
 {
-    double early = 0.0;
-    double late = 0.0;
-    double edges = 0.0;
-    begin(gain);
-    for (int k = 0; k < 500; k++) {
+    double early = 0.0, late = 0.0, edges = 0.0;
+    for (int k = 0; k < 1500; k++) {
+        if (k % 500 == 0) {
+            begin(0.5f * (float)(k / 500));
+        }
         const period_t now = period_of(k);
         const period_t before = period_of(k - 1);
         const inverter_acted_t acted =
             inverter_acted(&inverter, &tuning, to_ab(now.current), (float)now.u_dc);
         const double link = 0.5 * (now.u_dc + before.u_dc);
         const double complex mean = 0.5 * (now.current + before.current);
-        if (k >= 2) {
+        if (k % 500 >= 2) {
             const abc_t oldest = period_of(k - 2).duty;
             const double complex rest = -lost_between(&oldest, before.current, now.current, link);
             TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE, 0.0,
@@ -252,13 +239,6 @@ static void check_acted(float gain)
         remember(&now);
     }
     TEST_ASSERT_TRUE(early > 10.0 && late > 10.0 && edges > 1.0); /* so it would have shown */
-}
-
-static void test_duties_of_two_steps_ago_acted_less_what_the_inverter_took(void)
-{
-    check_acted(1.0f);
-    check_acted(0.5f);
-    check_acted(0.0f);
 }
 
 /* A drop of 1.875 V in place of 0.875 V and a third of the counts; the periods are those of before. */

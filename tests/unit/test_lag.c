@@ -2,10 +2,6 @@
  *
  * The header's 1e-5 rad: atan2 3e-6, gain and coefficients 1e-6, and the first terms that W's series leaves
  * out: x^5 d/5040 = 6e-6 of the angle and x^6/30240 = 2e-6 of the length at x = omega_e T = 0.63, d = 0.3. */
-#include <math.h>
-#include <stdio.h>
-#include <unity.h>
-
 #include "estimator/lag.h"
 #include "tests/oracle/smo_oracle.h"
 #include "tests/unit/machines.h"

@@ -2,10 +2,6 @@
 #include "tests/unit/compare.h"
 #include "tests/unit/link_bench.h"
 
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 void setUp(void)
 {
     begin(0.5);

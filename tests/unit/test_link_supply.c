@@ -1,11 +1,6 @@
 /* What a supply does that stands near a trip: above the limit of braking it must not drive the rotor, below
  * that of driving it must not brake it. */
-
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
+#include "tests/unit/compare.h"
 #include "tests/unit/link_bench.h"
 
 #define FREE     1.325 /* [rad/s] 0.15 R I/K_t */

@@ -1,8 +1,5 @@
 /* The three signs of a lost rotor and when they show: LP is a low-pass of 5 ms, so that after n periods of
  * 0.1 ms a step is seen to 1 - exp(-0.02 n). */
-#include <string.h>
-#include <unity.h>
-
 #include "medium/manoeuvre/lock.h"
 #include "tests/unit/compare.h"
 

@@ -1,18 +1,26 @@
 /* What follows what. */
-#include <complex.h>
-#include <string.h>
-#include <unity.h>
-
 #include "tests/unit/manoeuvres_bench.h"
 
-static void given_running(double omega_m)
+static void given_caught(double omega_m)
 {
     machine.omega_m = omega_m;
     wish.omega_m_ref = (float)omega_m;
     begin();
     (void)steps_until(MANOEUVRE_RUN, 0.021);
+}
+
+static void given_running(double omega_m)
+{
+    given_caught(omega_m);
     steps(0.5);
     traced = 0;
+}
+
+/* To the period in which a setpoint of the window that ends now acts: the first of the next but one. */
+static void until_it_acts(void)
+{
+    windows(1u);
+    step();
 }
 
 static void given_heavy_running(double omega_m)
@@ -26,9 +34,10 @@ static void given_heavy_running(double omega_m)
 
 /* The angle of a catch trails by what the speed that it was turned with is wrong, over the 600 rad/s of its
  * low-pass. */
-static void expect_caught_angle(void)
+static void expect_caught(void)
 {
     const double miss = (double)fast.locked.omega_e - POLE_PAIRS * machine.omega_m;
+    TEST_ASSERT_DOUBLE_WITHIN(0.04 * fabs(POLE_PAIRS * machine.omega_m), 0.0, miss);
     TEST_ASSERT_DOUBLE_WITHIN(fabs(miss) / 600.0 + 1e-4, 0.0,
                               circle((double)fast.locked.theta_e - machine.theta));
 }
@@ -58,8 +67,7 @@ static void test_turning_rotor_is_caught_and_run(void)
         TEST_ASSERT_FALSE(manoeuvres_knows(&m));
         const uint32_t taken = steps_until_locked();
         TEST_ASSERT_TRUE(taken >= 100u && taken <= 200u);
-        expect_caught_angle();
-        TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)fast.locked.omega_e / (POLE_PAIRS * machine.omega_m));
+        expect_caught();
         TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
         TEST_ASSERT_TRUE(demand.frame.theta_e == fast.locked.theta_e);
         /* what flows along the d axis goes on, and makes no torque */
@@ -97,16 +105,15 @@ static void test_catch_holds_the_emf_and_hardly_a_current(void)
         if (n <= 40) {
             TEST_ASSERT_TRUE(demand.current.d == 3.0f * params.doubtful_current && demand.current.q == 0.0f);
         } else {
-            const double complex current =
-                (double)demand.current.d + (double complex)I * (double)demand.current.q;
+            const double complex current = of_dq(demand.current);
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, 3.0 * (double)params.doubtful_current,
                                       cabs(current)); /* no other */
             TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, circle(carg(current) - machine.theta));
         }
-        const double complex voltage = (double)demand.emf.d + (double complex)I * (double)demand.emf.q;
-        const double complex emf = (double)estimate.emf.alpha + (double complex)I * (double)estimate.emf.beta;
+        const double complex voltage = of_dq(demand.emf);
+        const double complex emf = of_ab(estimate.emf);
         TEST_ASSERT_EQUAL(n > 40, turned < 0.0);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, cabs(voltage - emf * cexp((double complex)I * turned)));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, cabs(voltage - emf * cexp(J * turned)));
         TEST_ASSERT_EQUAL_FLOAT(fast.catching.omega_e, reference_speed(&fast));
     }
 }
@@ -153,8 +160,7 @@ static uint32_t align_periods(double inertia)
 /* Once round from where the frame stands, in the direction that is wished for, from every angle, the unstable
  * one too: at its end the rotor turns with the frame, behind it by asin(T_f/(K_t I)) and by what is left of
  * its swing. That had omega_if/w_n = 2 pi/16 when the frame came by, and half of the turn at least to fade,
- * exp(-8 zeta): zeta is 0.5 for the light rotor, 0.22 for the heavy one, so that 0.01 and 0.07 rad are left.
- */
+ * exp(-8 zeta): zeta is 0.5 for the light rotor, 0.22 for the heavy one: 0.01 and 0.07 rad are left. */
 static void test_alignment_of_one_slow_turn_takes_every_rotor_along(void)
 {
     for (int n = 0; n < 48; n++) {
@@ -167,8 +173,7 @@ static void test_alignment_of_one_slow_turn_takes_every_rotor_along(void)
         wish.omega_m_ref *= (float)way;
         begin();
         TEST_ASSERT_EQUAL_UINT32(200u, steps_until(MANOEUVRE_ALIGN, 0.021));
-        windows(1u);
-        step(); /* in the window after the next */
+        until_it_acts();
         TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
         const uint32_t periods = align_periods(machine.inertia);
         const double speed = way * 2.0 * PI / (periods * T);
@@ -198,8 +203,8 @@ static void test_forced_frame_gets_its_share_of_the_emf(void)
     while (m.now != (int32_t)MANOEUVRE_HANDOVER) {
         step();
         TEST_ASSERT_TRUE(period < 30000u);
-        const double complex emf = (double)estimate.emf.alpha + (double complex)I * (double)estimate.emf.beta;
-        const double complex in_frame = emf * cexp(-(double complex)I * (double)demand.frame.theta_e);
+        const double complex emf = of_ab(estimate.emf);
+        const double complex in_frame = emf * cexp(-J * (double)demand.frame.theta_e);
         TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.8 * creal(in_frame), (double)demand.emf.d);
         TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.8 * cimag(in_frame), (double)demand.emf.q);
         TEST_ASSERT_EQUAL_FLOAT(demand.frame.omega_e, reference_speed(&fast));
@@ -245,8 +250,7 @@ static void check_start(const start_t *start, double theta)
     /* the mean of a window is half a window old, in which the current comes down by 10/s of 10 A at most */
     TEST_ASSERT_DOUBLE_WITHIN(0.02 + 0.04, cimag(had), made_i_q());
     TEST_ASSERT_DOUBLE_WITHIN(0.02 + 0.04, creal(had), (double)made.current.d);
-    windows(1u);
-    step(); /* in the window after the next */
+    until_it_acts();
     TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, circle((double)demand.frame.theta_e - machine.theta));
     /* there is something to keep: the load's current, some swing left */
@@ -327,8 +331,7 @@ static void test_blocked_rotor_is_tried_again_with_more_current_and_a_slower_ram
         TEST_ASSERT_EQUAL_HEX32(n == 3u ? MANOEUVRE_STALLED : 0u, m.failed);
         if (n < 3u) {
             TEST_ASSERT_EQUAL_INT32(MANOEUVRE_CATCH, m.now);
-            windows(1u);
-            step();
+            until_it_acts();
             TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
             TEST_ASSERT_EQUAL_UINT32(2999u, steps_until(MANOEUVRE_ALIGN, 1.0));
         }
@@ -361,8 +364,7 @@ static void test_reference_too_slow_to_track_is_forced(void)
     }
 }
 
-/* The turn of the alignment would drive the motor for 0.3 to 2 s more: the frame slows down at once instead.
- */
+/* The turn of the alignment would drive the motor for 0.3 to 2 s more: the frame slows down at once. */
 static void test_a_quick_stop_in_the_alignment_stops_the_frame(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -410,8 +412,7 @@ static void test_a_forced_frame_turns_evenly_above_the_pendulum_s_own_frequency(
     (void)steps_until(MANOEUVRE_ALIGN, 1.0);
     for (int n = 1; n <= 10; n++) {
         const double current = n;
-        const double natural =
-            sqrt(POLE_PAIRS * 1.5 * POLE_PAIRS * PSI * current / (double)params.motor_inertia);
+        const double natural = sqrt(POLE_PAIRS * KT * current / (double)params.motor_inertia);
         m.forced.current = (float)current;
         for (int sign = -1; sign <= 1; sign += 2) {
             m.forced.speed = (float)(sign * 0.98 * natural / 3.0);
@@ -523,16 +524,14 @@ static void test_lost_rotor_is_caught_again(void)
         lose();
         TEST_ASSERT_EQUAL_UINT32(1u, m.losses.count);
         TEST_ASSERT_FALSE(manoeuvres_judged(&m) || manoeuvres_knows(&m));
-        windows(1u);
-        step(); /* in the window after the next */
+        until_it_acts();
         TEST_ASSERT_EQUAL_INT32(FRAME_ANEW, demand.change);
         TEST_ASSERT_TRUE(demand.frame.theta_e == 0.0f && demand.frame.omega_e == 0.0f);
         TEST_ASSERT_TRUE(demand.current.d == 3.0f * params.doubtful_current && demand.current.q == 0.0f);
         TEST_ASSERT_EQUAL_UINT32(0u, fast.tracking);
         TEST_ASSERT_TRUE(steps_until_locked() < 200u);
         TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RELOCK, m.now); /* locked, and not yet proved: no torque */
-        expect_caught_angle();
-        TEST_ASSERT_DOUBLE_WITHIN(0.04, 1.0, (double)fast.locked.omega_e / (POLE_PAIRS * machine.omega_m));
+        expect_caught();
         TEST_ASSERT_TRUE(demand.current.q == 0.0f);
         /* four times 2 ms, in whole windows, from the end of the one in which it was caught on */
         const uint32_t proof = PROOF_WINDOWS * m.proof.tuning.window * W;
@@ -580,10 +579,7 @@ static void test_starts_that_are_lost_at_once_are_counted_as_tries(void)
         const uint32_t left = n == 1 ? 1u : 0u;
         setUp();
         make_heavy();
-        machine.omega_m = 60.0;
-        wish.omega_m_ref = 60.0f;
-        begin();
-        (void)steps_until(MANOEUVRE_RUN, 0.021);
+        given_caught(60.0);
         m.start_try = (uint32_t)params.start_tries - left; /* as after catches that found it standing */
         steps(n == 2 ? 0.51 : 0.45);
         lose();
@@ -650,8 +646,18 @@ static void test_with_the_encoder_there_is_nothing_but_run(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.4, -40.0, machine.omega_m);
 }
 
-/* Out of the forced frame the current comes along; the other way run goes on. Both turn the integrals, once.
- */
+static void change_source(int32_t source)
+{
+    params.position_source = source;
+    tune();
+    manoeuvres_take(&m, &tuning);
+    windows(1u);
+    until_it_acts();
+    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
+    TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
+}
+
+/* Out of the forced frame the current comes along; back again run goes on. Both turn the integrals once. */
 static void test_other_source_under_way_turns_the_frame(void)
 {
     machine.friction = 2.0;
@@ -659,13 +665,7 @@ static void test_other_source_under_way_turns_the_frame(void)
     begin();
     (void)steps_until(MANOEUVRE_FORCED, 2.0);
     steps(2.0);
-    params.position_source = POSITION_ENCODER;
-    tune();
-    manoeuvres_take(&m, &tuning);
-    windows(2u);
-    step(); /* in the window after the next */
-    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
-    TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
+    change_source(POSITION_ENCODER);
     const double complex had = current_in(machine.theta);
     TEST_ASSERT_DOUBLE_WITHIN(0.05, cimag(had), (double)demand.current.q);
     /* of i_d 0.8 ms in 100 ms has faded */
@@ -674,16 +674,10 @@ static void test_other_source_under_way_turns_the_frame(void)
     TEST_ASSERT_EQUAL_INT32(FRAME_GOES_ON, demand.change);
     wish.omega_m_ref = 40.0f;
     steps(1.0);
-    params.position_source = POSITION_SENSORLESS;
-    tune();
     while (in_window != 0u) {
         step();
     }
-    manoeuvres_take(&m, &tuning);
-    windows(2u);
-    step();
-    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
-    TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
+    change_source(POSITION_SENSORLESS);
     steps(0.5);
     TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
     TEST_ASSERT_DOUBLE_WITHIN(0.4, 40.0, machine.omega_m);

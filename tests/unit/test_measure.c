@@ -1,8 +1,6 @@
 #include "fast/measure.h"
 
-#include <math.h>
-#include <string.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 #define SETTLE  64u
 #define PERIODS 16 /* of the mean: a power of two, so that means of equal samples are exact */
@@ -66,6 +64,13 @@ static void currents(float a, float b, float c)
     samples.i_c = c;
 }
 
+static void expect_abc(float a, float b, float c, abc_t found)
+{
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, a, found.a);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, b, found.b);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, c, found.c);
+}
+
 /* ---- samples to measurements ---- */
 
 static void test_a_sample_becomes_a_measurement(void)
@@ -73,9 +78,7 @@ static void test_a_sample_becomes_a_measurement(void)
     measure_step(&measure, &samples, NO_TRIM);
     const measured_t *measured = &measure.measured;
     TEST_ASSERT_EQUAL_UINT32(1u, measured->good);
-    TEST_ASSERT_EQUAL_FLOAT(2.0f, measured->current_abc.a);
-    TEST_ASSERT_EQUAL_FLOAT(-0.5f, measured->current_abc.b);
-    TEST_ASSERT_EQUAL_FLOAT(-1.5f, measured->current_abc.c);
+    expect_abc(2.0f, -0.5f, -1.5f, measured->current_abc);
     TEST_ASSERT_EQUAL_FLOAT(2.0f, measured->current.alpha);
     TEST_ASSERT_EQUAL_FLOAT(0.577350269f, measured->current.beta); /* (b - c)/sqrt(3) */
     TEST_ASSERT_EQUAL_FLOAT(311.0f, measured->u_dc);
@@ -91,9 +94,7 @@ static void test_offsets_are_removed(void)
     TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());
     currents(2.25f, -0.625f, -1.125f);
     measure_step(&measure, &samples, NO_TRIM);
-    TEST_ASSERT_EQUAL_FLOAT(2.0f, measure.measured.current_abc.a);
-    TEST_ASSERT_EQUAL_FLOAT(-0.5f, measure.measured.current_abc.b);
-    TEST_ASSERT_EQUAL_FLOAT(-1.5f, measure.measured.current_abc.c);
+    expect_abc(2.0f, -0.5f, -1.5f, measure.measured.current_abc);
 }
 
 static void test_trim_is_removed_in_the_stationary_frame_alone(void)
@@ -198,13 +199,10 @@ static void test_offsets_are_the_mean(void)
         last = calibrate();
     }
     TEST_ASSERT_EQUAL(CALIBRATION_GOOD, last);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.4f, measure.offset.a);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, -0.2f, measure.offset.b);
-    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.15f, measure.offset.c);
+    expect_abc(0.4f, -0.2f, 0.15f, measure.offset);
 }
 
-/* Neither counted nor averaged, while settling and after: with every third bad it takes half as long again.
- */
+/* Neither counted nor averaged, while settling and after: with each third bad it takes half as long again. */
 static void test_bad_samples_are_left_out(void)
 {
     calibration_t last = CALIBRATION_GOES_ON;
@@ -246,7 +244,5 @@ static void test_a_calibration_begins_anew(void)
     TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.a); /* known until then */
     currents(-0.0625f, 0.25f, 0.125f);
     TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());
-    TEST_ASSERT_EQUAL_FLOAT(-0.0625f, measure.offset.a);
-    TEST_ASSERT_EQUAL_FLOAT(0.25f, measure.offset.b);
-    TEST_ASSERT_EQUAL_FLOAT(0.125f, measure.offset.c);
+    expect_abc(-0.0625f, 0.25f, 0.125f, measure.offset);
 }

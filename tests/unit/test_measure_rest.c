@@ -2,14 +2,11 @@
  * moved, left alone where a current flows, refused where they are too large. */
 #include "fast/measure.h"
 
-#include <math.h>
-#include <string.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 #define SETTLE 64u
 #define BLOCK  512u
 #define SHARE  ((float)DRIVE_CURRENT_RANGE / 20.0f) /* [-] of the board whose sensors see 20 A */
-#define PI     3.14159265358979323846
 
 static measure_t measure;
 static measure_tuning_t tuning;
@@ -54,8 +51,7 @@ static void expect_offset(double a, double b)
     TEST_ASSERT_FLOAT_WITHIN(2e-4f * SHARE, (float)(-a - b) * SHARE, measure.offset.c);
 }
 
-/* After 64 periods of settling and 512 of the block, and again 512 later: no sooner, and nothing in between.
- */
+/* After 64 periods of settling and 512 of the block, and again 512 later: no sooner, and none between. */
 static void test_an_offset_that_has_moved_is_taken_at_the_end_of_a_block(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.5, -0.2, SETTLE + BLOCK - 1u));
@@ -69,7 +65,8 @@ static void test_an_offset_that_has_moved_is_taken_at_the_end_of_a_block(void)
     expect_offset(-0.4, 0.3);
 }
 
-/* Half a per cent of the sensors' range in the length of the vector: a alone, 2/3 of it along alpha. */
+/* Half a per cent of the sensors' range in the length of the vector: a alone, 2/3 of it along alpha. What the
+ * trim has found while turning is the sensor's, too: then nothing has moved. */
 static void test_what_has_hardly_moved_stays(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.099, -0.0495, SETTLE + 3u * BLOCK));
@@ -77,11 +74,7 @@ static void test_what_has_hardly_moved_stays(void)
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure.rest.found);
     TEST_ASSERT_EQUAL_UINT32(1u, periods(0.101, -0.0505, BLOCK));
     expect_offset(0.101, -0.0505);
-}
-
-/* What the trim has found while turning is the sensor's, too: then nothing has moved. */
-static void test_what_the_trim_has_found_has_not_moved(void)
-{
+    setUp();
     trim.alpha = 0.5f * SHARE;
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.5, -0.25, SETTLE + 2u * BLOCK));
     expect_offset(0.0, 0.0);

@@ -1,9 +1,6 @@
 /* Shafts whose motion is algebra: J domega/dt = K_t (i - i_L). T_j is 0.8 ms, the limit 10 A. */
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/protect/motion_watch.h"
+#include "tests/unit/compare.h"
 
 #define LOOK       0.8e-3 /* [s] T_j */
 #define PER_AMPERE 17.0   /* K_t/J [rad/s^2 per A] */
@@ -49,12 +46,18 @@ static motion_watch_input_t input_of(double i, double reference)
                                   .asked = true};
 }
 
+/* A judgement at this speed and current. */
+static uint32_t judged(double speed, double i, double reference)
+{
+    omega = speed;
+    const motion_watch_input_t input = input_of(i, reference);
+    return motion_watch_step(&watch, &input);
+}
+
 /* A judgement with this current on a shaft that it turns by `sign` of its torque, against this load. */
 static uint32_t turn(double i, double sign, double load, double reference)
 {
-    omega += LOOK * PER_AMPERE * (sign * i - load);
-    const motion_watch_input_t input = input_of(i, reference);
-    return motion_watch_step(&watch, &input);
+    return judged(omega + LOOK * PER_AMPERE * (sign * i - load), i, reference);
 }
 
 /* Judgements until one of the bits shows; 0: none in so many. */
@@ -120,9 +123,8 @@ static void test_a_jam_is_no_runaway(void)
         (void)turn(1.0, 1.0, 1.0, 150.0);
     }
     for (int n = 0; n < 500; n++) {
-        omega = n < 10 ? 150.0 - 15.0 * (n + 1) : 0.0;
-        const motion_watch_input_t input = input_of(LIMIT, 150.0);
-        TEST_ASSERT_EQUAL_HEX32(0u, motion_watch_step(&watch, &input) & MOTION_RUNAWAY);
+        const double speed = n < 10 ? 150.0 - 15.0 * (n + 1) : 0.0;
+        TEST_ASSERT_EQUAL_HEX32(0u, judged(speed, LIMIT, 150.0) & MOTION_RUNAWAY);
     }
 }
 
@@ -132,9 +134,8 @@ static void test_a_shaft_that_is_hit_is_no_runaway(void)
     for (int way = -1; way <= 1; way += 2) {
         setUp();
         for (int n = 0; n < 200; n++) {
-            omega = way * (n < 100 ? 20.0 : 60.0);
-            const motion_watch_input_t input = input_of(-way * LIMIT, way * 10.0);
-            TEST_ASSERT_EQUAL_HEX32(0u, motion_watch_step(&watch, &input) & MOTION_RUNAWAY);
+            const double speed = way * (n < 100 ? 20.0 : 60.0);
+            TEST_ASSERT_EQUAL_HEX32(0u, judged(speed, -way * LIMIT, way * 10.0) & MOTION_RUNAWAY);
         }
     }
 }
@@ -151,8 +152,7 @@ static void test_only_a_sensor_sees_a_runaway(void)
 }
 
 /* An elastic shaft throws the rotor on against its current: while the EMF is where the encoder puts the
- * rotor, the torque has the right sign. A runaway that begins once it is no more has to last its whole time.
- */
+ * rotor, the torque has the right sign. A runaway that begins afterwards has to last its whole time. */
 static void test_a_shaft_whose_emf_confirms_the_encoder_does_not_run_away(void)
 {
     motion_watch_input_t input = input_of(LIMIT, 60.0);
@@ -193,26 +193,19 @@ static void test_a_rotor_that_stands_at_the_limit_is_stalled_after_its_time(void
         setUp();
         TEST_ASSERT_EQUAL_UINT32(
             2000u, held_at(way * 30.0, way * 9.9, LIMIT, way * 60.0, true, ~UINT32_C(0), 2100u));
-        omega = way * 30.0;
-        const motion_watch_input_t input = input_of(way * 9.9, way * 60.0);
-        TEST_ASSERT_EQUAL_HEX32(MOTION_SPEED_ERROR, motion_watch_step(&watch, &input));
+        TEST_ASSERT_EQUAL_HEX32(MOTION_SPEED_ERROR, judged(way * 30.0, way * 9.9, way * 60.0));
     }
 }
 
-static void test_what_was_asked_for_is_no_stall(void)
+static void test_what_was_asked_for_or_is_not_judged_is_no_stall(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, false, ~UINT32_C(0), 5000u)); /* a current */
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 0.4, true, ~UINT32_C(0), 5000u));   /* it holds */
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 8.9, LIMIT, 60.0, true, ~UINT32_C(0), 5000u)); /* not its all */
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(58.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 5000u)); /* 5 % */
-}
-
-static void test_times_of_zero_are_not_judged(void)
-{
-    motion_watch_tuning_t tuning;
-    params.stall_time = 0.0f;
+    params.stall_time = 0.0f; /* times of zero */
     params.speed_error_time = 0.0f;
-    tuning = motion_watch_prepare(&params);
+    const motion_watch_tuning_t tuning = motion_watch_prepare(&params);
     motion_watch_take(&watch, &tuning);
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 20000u));
 }
@@ -225,16 +218,12 @@ static void test_a_shaft_that_comes_nearer_is_not_stuck(void)
         setUp();
         const double gain = 0.5 * LOOK / 0.7;
         for (int n = 0; n < 20000; n++) {
-            omega += way * gain;
-            const motion_watch_input_t input = input_of(way * 9.9, way * 60.0);
-            TEST_ASSERT_EQUAL_HEX32(0u, motion_watch_step(&watch, &input));
+            TEST_ASSERT_EQUAL_HEX32(0u, judged(omega + way * gain, way * 9.9, way * 60.0));
         }
         setUp();
         uint32_t seen = 0u;
         for (int n = 0; n < 3000; n++) {
-            omega += way * 0.5 * LOOK / 0.9;
-            const motion_watch_input_t input = input_of(way * 9.9, way * 60.0);
-            seen |= motion_watch_step(&watch, &input);
+            seen |= judged(omega + way * 0.5 * LOOK / 0.9, way * 9.9, way * 60.0);
         }
         TEST_ASSERT_EQUAL_HEX32(MOTION_STALLED, seen);
     }

@@ -1,10 +1,4 @@
 /* EMFs made of a turning vector and a constant: the constant is what an offset leaves, and what is found. */
-#include <complex.h>
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/adapt/offset_trim.h"
 #include "tests/unit/sweep.h"
 #include "tests/unit/vectors.h"
@@ -63,8 +57,8 @@ static ab_t step(double complex constant)
     const double complex emf =
         constant + rotor.amplitude * J * cexp(J * rotor.theta) * (rotor.samples_per_turn > 0.0 ? 1.0 : -1.0);
     const double wrapped = rotor.theta - 2.0 * PI * floor(rotor.theta / (2.0 * PI) + 0.5);
-    const ab_t offset = offset_trim_step(&rotor.trim, (ab_t){(float)creal(emf), (float)cimag(emf)},
-                                         (float)wrapped, rotor.omega, &rotor.current);
+    const ab_t offset =
+        offset_trim_step(&rotor.trim, to_ab(emf), (float)wrapped, rotor.omega, &rotor.current);
     rotor.theta += 2.0 * PI / rotor.samples_per_turn;
     return offset;
 }
@@ -163,18 +157,13 @@ static void test_a_slow_window_is_a_whole_turn(void)
 /* ---- when nothing may be concluded ---- */
 
 /* One window in which the trim is told these speeds at its beginning and end. */
-static ab_t window_of_speeds(float begin, float end)
+static void expect_window_of_speeds(float begin, float end, bool counts)
 {
     setUp();
     rotor.omega = begin;
     begin_window();
     rotor.omega = end;
-    return steps(CONSTANT, WINDOW);
-}
-
-static void expect_window_of_speeds(float begin, float end, bool counts)
-{
-    const ab_t offset = window_of_speeds(begin, end);
+    const ab_t offset = steps(CONSTANT, WINDOW);
     expect_offset(counts ? -0.05 * CONSTANT : 0.0, counts ? ROUNDING : 0.0, offset);
 }
 

@@ -1,10 +1,8 @@
 /* Does the speed loop swing a shaft? Sines of the torque reference, as they grow, stay or fade, and noise. */
-#include <math.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unity.h>
 
 #include "medium/protect/oscillation_watch.h"
+#include "tests/unit/compare.h"
 
 #define LIMIT 5.0    /* [A] */
 #define STEP  0.8e-3 /* [s] */
@@ -62,17 +60,14 @@ static void test_noise_is_none(void)
     }
 }
 
-static void test_a_change_of_the_speed_reference_begins_anew(void)
+static void test_a_change_of_the_speed_reference_and_a_rest_begin_anew(void)
 {
     for (int n = 0; n < 20; n++) { /* 48 half-waves of 50 Hz take 0.48 s */
         reference += 1.0;
         TEST_ASSERT_EQUAL_DOUBLE(0.0, told(50.0, 0.25, 0.0, 0.4));
     }
     TEST_ASSERT_TRUE(told(50.0, 0.25, 0.0, 1.0) > 0.0);
-}
-
-static void test_a_rest_begins_anew(void)
-{
+    setUp();
     TEST_ASSERT_EQUAL_DOUBLE(0.0, told(50.0, 0.25, 0.0, 0.4));
     oscillation_watch_rest(&watch);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, told(50.0, 0.25, 0.0, 0.4));

@@ -1,12 +1,9 @@
 #include "estimator/chosen.h"
 #include "settings/params.h"
 
-#include <math.h>
-#include <string.h>
-
 #include "settings/reasons.h"
 #include "settings/requests.h"
-#include "unity.h"
+#include "tests/unit/rows.h"
 
 static params_t params;
 static params_error_t why;
@@ -29,48 +26,39 @@ static void test_defaults_are_the_papers_motor_and_are_accepted(void)
 }
 
 /* Every row, just below and just above its range, and not a number: refused by its own name with a range
- * within its own. What is stored whole has no slot for a number that is none. */
-static void test_every_row_is_refused_outside_its_range_by_name(void)
+ * within its own. What is stored whole has no slot for a number that is none. Both ends belong to the range:
+ * at most a rule between rows refuses them. */
+static void test_every_row_is_refused_outside_its_range_by_name_and_takes_both_ends(void)
 {
     for (uint32_t n = 0; n < params_table.count; n++) {
         const table_row_t *row = &params_table.rows[n];
         const float min = table_min(row);
         const float max = table_max(row);
         const bool whole = row->kind != SLOT_FLOAT;
-        const float outside[] = {whole ? min - 1.0f : nextafterf(min, -INFINITY),
-                                 whole ? max + 1.0f : nextafterf(max, INFINITY), NAN};
+        const float values[] = {min, max, whole ? min - 1.0f : nextafterf(min, -INFINITY),
+                                whole ? max + 1.0f : nextafterf(max, INFINITY), NAN};
         TEST_ASSERT_FALSE_MESSAGE(table_accepts(row, NAN), row->name);
-        for (size_t m = 0; m < (whole ? 2u : 3u); m++) {
+        for (size_t m = 0; m < (whole ? 4u : 5u); m++) {
             params_defaults(&params);
-            table_set(row, &params, outside[m]);
-            TEST_ASSERT_FALSE_MESSAGE(params_check(&params, &why), row->name);
+            table_set(row, &params, values[m]);
+            const bool accepted = params_check(&params, &why);
+            if (m < 2u) {
+                TEST_ASSERT_TRUE_MESSAGE(accepted || why.reason == REASON_CROSS_RULE, row->name);
+                continue;
+            }
+            TEST_ASSERT_FALSE_MESSAGE(accepted, row->name);
             TEST_ASSERT_EQUAL_STRING(row->name, why.field);
             TEST_ASSERT_EQUAL_UINT32(row->id, why.id);
             TEST_ASSERT_EQUAL_INT32(REASON_OUT_OF_RANGE, why.reason);
             TEST_ASSERT_TRUE_MESSAGE(why.min >= min && why.min <= why.max && why.max <= max, row->name);
-            TEST_ASSERT_TRUE(m == 2 ? isnan(why.value) : why.value == outside[m]);
-        }
-    }
-}
-
-/* Both ends belong to the range: at most a rule between rows refuses them. */
-static void test_every_row_takes_both_ends_of_its_range(void)
-{
-    for (uint32_t n = 0; n < params_table.count; n++) {
-        const table_row_t *row = &params_table.rows[n];
-        const float ends[] = {table_min(row), table_max(row)};
-        for (size_t m = 0; m < 2u; m++) {
-            params_defaults(&params);
-            table_set(row, &params, ends[m]);
-            TEST_ASSERT_TRUE_MESSAGE(params_check(&params, &why) || why.reason == REASON_CROSS_RULE,
-                                     row->name);
+            TEST_ASSERT_TRUE(m == 4u ? isnan(why.value) : why.value == values[m]);
         }
     }
 }
 
 static void expect_rule(const char *field, float min, float max)
 {
-    const table_row_t *row = table_by_name(&params_table, field);
+    const table_row_t *row = row_of(field);
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_EQUAL_STRING(field, why.field);
     /* what was given, in the row's unit */
@@ -98,102 +86,69 @@ static void test_a_motor_that_does_not_fit_is_refused_by_its_row(void)
 /* What a rule gives as its limit is accepted itself. */
 static void expect_accepted_at(const char *field, float limit)
 {
-    table_set(table_by_name(&params_table, field), &params, limit);
+    table_set(row_of(field), &params, limit);
     TEST_ASSERT_TRUE_MESSAGE(params_check(&params, &why), field);
 }
 
 typedef struct {
     const char *field;
     float good, bad, min, max; /* good NAN: none is */
-    struct {
-        const char *row;
-        float value;
-    } given[4];
+    const char *given;         /* other rows */
 } rule_t;
 
 /* The last value that is accepted and the first that is not, among rows that are given; the range that the
  * refusal says, and that the end of it which was passed is accepted. */
 static void check_rule(const rule_t *rule)
 {
-    const table_row_t *row = table_by_name(&params_table, rule->field);
     params_defaults(&params);
-    for (size_t n = 0; n < 4u && rule->given[n].row != NULL; n++) {
-        table_set(table_by_name(&params_table, rule->given[n].row), &params, rule->given[n].value);
-    }
+    set_rows(&params, rule->given);
     if (!isnan(rule->good)) {
         expect_accepted_at(rule->field, rule->good);
     }
-    table_set(row, &params, rule->bad);
+    table_set(row_of(rule->field), &params, rule->bad);
     expect_rule(rule->field, rule->min, rule->max);
     expect_accepted_at(rule->field, rule->bad > why.max ? why.max : why.min);
 }
 
+#define FASTEST "observer_gain=1010 observer_slope=0.19 motor_flux_linkage=0.05 "
+
 static const rule_t between_rows[] = {
-    {"overcurrent_trip", 12.0f, 11.9f, 12.0f, 19.0f, {{"current_limit", 10.0f}}},
-    {"dc_undervoltage", 290.0f, 291.0f, 10.0f, 290.0f, {{"dc_overvoltage", 300.0f}}},
-    /* the bands of the limits of braking and driving must not overlap: 0.95 x 320 V/1.27 */
-    {"dc_undervoltage",
-     239.3f,
-     300.0f,
-     10.0f,
-     0.95f * 320.0f / 1.27f,
-     {{"dc_overvoltage", 320.0f}, {"ride_through_time", 0.5f}}},
+    {"overcurrent_trip", 12.0f, 11.9f, 12.0f, 19.0f, "current_limit=10"},
+    {"dc_undervoltage", 290.0f, 291.0f, 10.0f, 290.0f, "dc_overvoltage=300"},
+    /* the bands of the limits of braking and driving must not overlap */
+    {"dc_undervoltage", 239.3f, 300.0f, 10.0f, 0.95f * 320.0f / 1.27f,
+     "dc_overvoltage=320 ride_through_time=0.5"},
     /* turned off before the other switch turns on */
-    {"turn_off_delay", 2.4e-6f, 2.6e-6f, 0.0f, 2.5e-6f, {{"dead_time", 2e-6f}, {"turn_on_delay", 0.5e-6f}}},
-    {"motor_pole_pairs", 4.0f, 5.0f, 1.0f, 4.0f, {{"encoder_lines", 256.0f}}},
+    {"turn_off_delay", 2.4e-6f, 2.6e-6f, 0.0f, 2.5e-6f, "dead_time=2e-6 turn_on_delay=0.5e-6"},
+    {"motor_pole_pairs", 4.0f, 5.0f, 1.0f, 4.0f, "encoder_lines=256"},
     /* 0.5 rad/(4 pole pairs x 100 us), of a motor of 0.05 Wb that does not charge the link. The observer
      * reaches its EMF, slope by its rule. Down to estimate_speed_min, or to where 0.3 of it, the largest
      * hand-over by rule, is a start_speed that is not. */
-    {"overspeed_trip",
-     1249.0f,
-     1251.0f,
-     3.0f,
-     1250.0f,
-     {{"observer_gain", 1010.0f}, {"observer_slope", 0.19f}, {"motor_flux_linkage", 0.05f}}},
-    {"overspeed_trip",
-     1249.0f,
-     1251.0f,
-     8.0f / 0.3f,
-     1250.0f,
-     {{"observer_gain", 1010.0f},
-      {"observer_slope", 0.19f},
-      {"start_speed", 8.0f},
-      {"motor_flux_linkage", 0.05f}}},
-    /* the board's link stands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; what the observer reaches is more
-     */
-    {"overspeed_trip",
-     354.8f,
-     355.1f,
-     3.0f,
-     BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) / (1.7320508f * 0.183f * 4.0f),
-     {{"observer_gain", 295.0f}}},
-    /* a sample of half the winding's time constant: 12.5 mH/(2 x 100 us) = 62.5 ohm, 0.5 of the devices
-     */
-    {"motor_resistance", 61.9f, 62.1f, 1e-3f, 62.0f, {{"device_resistance", 0.5f}}},
+    {"overspeed_trip", 1249.0f, 1251.0f, 3.0f, 1250.0f, FASTEST},
+    {"overspeed_trip", 1249.0f, 1251.0f, 8.0f / 0.3f, 1250.0f, FASTEST "start_speed=8"},
+    /* the board's link stands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; the observer reaches more */
+    {"overspeed_trip", 354.8f, 355.1f, 3.0f,
+     BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) / (1.7320508f * 0.183f * 4.0f), "observer_gain=295"},
+    /* a sample of half the winding's time constant: 12.5 mH/(2 x 100 us) = 62.5 ohm, 0.5 of the devices */
+    {"motor_resistance", 61.9f, 62.1f, 1e-3f, 62.0f, "device_resistance=0.5"},
     /* slower than the loop that it is part of; a torque feed-forward requires 0.1 rad/s at least */
-    {"feedforward_cutoff",
-     94.9f,
-     95.1f,
-     0.0f,
-     95.0f,
-     {{"torque_feedforward", 0.0f}, {"pll_bandwidth", 100.0f}}},
-    {"torque_feedforward", 0.0f, 0.5f, 0.0f, 0.0f, {{"feedforward_cutoff", 0.0f}, {"pll_bandwidth", 200.0f}}},
-    {"start_current", 10.0f, 10.1f, 0.0f, 10.0f, {{NULL, 0.0f}}},
-    {"estimate_speed_min", 219.9f, 220.0f, 0.0f, 220.0f, {{NULL, 0.0f}}}, /* below the fastest */
-    {"estimate_speed_min", 219.9f, 221.0f, 0.0f, 220.0f, {{NULL, 0.0f}}},
-    {"low_speed_current", 10.0f, 10.1f, 0.0f, 10.0f, {{NULL, 0.0f}}},
-    {"low_speed_current", 1.5f, 2.0f, 0.0f, 1.5f, {{"current_limit", 1.5f}}},
-    /* half of 220 rad/s; downwards, no less than a start_speed that is not by rule; 0, by rule, is apart
-     */
-    {"handover_speed", 8.0f, 110.1f, 8.0f, 110.0f, {{"start_speed", 8.0f}}},
-    {"handover_speed", 0.0f, 110.1f, 0.0f, 110.0f, {{NULL, 0.0f}}},
+    {"feedforward_cutoff", 94.9f, 95.1f, 0.0f, 95.0f, "torque_feedforward=0 pll_bandwidth=100"},
+    {"torque_feedforward", 0.0f, 0.5f, 0.0f, 0.0f, "feedforward_cutoff=0 pll_bandwidth=200"},
+    {"start_current", 10.0f, 10.1f, 0.0f, 10.0f, ""},
+    {"estimate_speed_min", 219.9f, 220.0f, 0.0f, 220.0f, ""}, /* below the fastest */
+    {"estimate_speed_min", 219.9f, 221.0f, 0.0f, 220.0f, ""},
+    {"low_speed_current", 10.0f, 10.1f, 0.0f, 10.0f, ""},
+    {"low_speed_current", 1.5f, 2.0f, 0.0f, 1.5f, "current_limit=1.5"},
+    /* half of 220 rad/s; downwards, no less than a start_speed that is not by rule; 0, by rule, is apart */
+    {"handover_speed", 8.0f, 110.1f, 8.0f, 110.0f, "start_speed=8"},
+    {"handover_speed", 0.0f, 110.1f, 0.0f, 110.0f, ""},
     /* 15.710 rad/s by rule */
-    {"fallback_speed", 15.7f, 15.72f, 0.0f, 1.15f * 10.0f / 0.732f, {{NULL, 0.0f}}},
-    {"start_speed", 15.71f, 15.72f, 0.0f, 1.15f * 10.0f / 0.732f, {{NULL, 0.0f}}},
-    {"start_speed", 8.0f, 8.1f, 0.0f, 8.0f, {{"handover_speed", 8.0f}}},
+    {"fallback_speed", 15.7f, 15.72f, 0.0f, 1.15f * 10.0f / 0.732f, ""},
+    {"start_speed", 15.71f, 15.72f, 0.0f, 1.15f * 10.0f / 0.732f, ""},
+    {"start_speed", 8.0f, 8.1f, 0.0f, 8.0f, "handover_speed=8"},
     /* 0.7 1.5 0.732 Wb I/0.0636 kg m^2: 120.85 rad/s^2 with 10 A, 60.42 with 5 A */
-    {"start_ramp", 120.8f, 121.0f, 0.0f, 0.7f * 10.98f / 0.0636f, {{NULL, 0.0f}}},
-    {"start_ramp", 60.4f, 100.0f, 0.0f, 0.7f * 5.49f / 0.0636f, {{"start_current", 5.0f}}},
+    {"start_ramp", 120.8f, 121.0f, 0.0f, 0.7f * 10.98f / 0.0636f, ""},
+    {"start_ramp", 60.4f, 100.0f, 0.0f, 0.7f * 5.49f / 0.0636f, "start_current=5"},
 };
 
 static void test_rules_between_rows_hold_at_their_limits(void)
@@ -203,10 +158,11 @@ static void test_rules_between_rows_hold_at_their_limits(void)
     }
     /* a feed-forward that forgets its error may be fed with the torque */
     params_defaults(&params);
-    params.torque_feedforward = 0.5f;
-    params.pll_bandwidth = 200.0f;
+    set_rows(&params, "torque_feedforward=0.5 pll_bandwidth=200");
     expect_accepted_at("feedforward_cutoff", 1.0f);
 }
+
+#define ROUND_ROTORS_OBSERVER "mtpa=off field_weakening=off observer_gain=200 observer_slope=1"
 
 /* On the estimator L_q is 4 L_d at most, 50 mH of 12.5 mH; the fixed-point twin takes 1.2. An
  * observer with a slope of 1 and 200 V does not ring from where (1 - exp(-R T/L))/R is 12 mA/V. */
@@ -216,20 +172,11 @@ static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(v
     const double x =
         0.012 * resistance; /* its logarithm as a series, which a double of 32 bits has exactly, too */
     const float ringing = (float)(1e-4 / 0.012 / (1.0 + x * (1.0 / 2.0 + x * (1.0 / 3.0 + x / 4.0))));
-    const float most = CHOSEN_SALIENT_MAX;
-    const rule_t on_the_estimator = {"motor_inductance_q",
-                                     0.99f * most * 12.5e-3f,
-                                     1.01f * most * 12.5e-3f,
-                                     ringing,
-                                     most * 12.5e-3f,
-                                     {{"mtpa", MTPA_OFF},
-                                      {"field_weakening", WEAKENING_OFF},
-                                      {"observer_gain", 200.0f},
-                                      {"observer_slope", 1.0f}}}; /* i_d needs more of observer_gain */
+    const float most = CHOSEN_SALIENT_MAX * 12.5e-3f;
+    const rule_t on_the_estimator = {"motor_inductance_q", 0.99f * most, 1.01f * most, ringing, most,
+                                     ROUND_ROTORS_OBSERVER}; /* i_d needs more of observer_gain */
     check_rule(&on_the_estimator);
-    params.mtpa = MTPA_OFF;
-    params.field_weakening = WEAKENING_OFF;
-    params.motor_inductance_q = 1.01f * most * 12.5e-3f;
+    params.motor_inductance_q = 1.01f * most;
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_NOT_NULL(strstr(why.rule, "motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d"));
     TEST_ASSERT_NOT_NULL(strstr(why.rule, "use an encoder"));
@@ -239,23 +186,19 @@ static void test_a_salient_rotor_beyond_what_was_tried_runs_on_an_encoder_only(v
     params.encoder_fault_reaction = ENCODER_FAULT_IGNORED;
     TEST_ASSERT_TRUE(params_check(&params, &why));
     params.encoder_fault_reaction = ENCODER_FAULT_SENSORLESS; /* leads back to the estimator */
-    expect_rule("motor_inductance_q", ringing, most * 12.5e-3f);
+    expect_rule("motor_inductance_q", ringing, most);
 }
 
 /* With an L_d whose largest L_q is 6 mH, and 8.3 mH at least are needed for the observer: an encoder makes
- * room.
- */
+ * room. */
 static void test_a_salient_rotor_is_advised_an_encoder(void)
 {
+    set_rows(&params, ROUND_ROTORS_OBSERVER);
     params.motor_inductance_d = 6e-3f / CHOSEN_SALIENT_MAX;
-    params.observer_gain = 200.0f;
-    params.observer_slope = 1.0f;
-    params.mtpa = MTPA_OFF;
-    params.field_weakening = WEAKENING_OFF;
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_EQUAL_STRING("motor_inductance_q", why.field);
     TEST_ASSERT_TRUE(params_none_accepted(&why));
-    TEST_ASSERT_EQUAL_UINT32(table_by_name(&params_table, "position_source")->id, why.change);
+    TEST_ASSERT_EQUAL_UINT32(row_of("position_source")->id, why.change);
 }
 
 /* k_s 1.25 times the EMF at overspeed_trip, 0.183 x 4 x 220 = 161.04 V; a_f = 1.6 L/(k_s T_s). A
@@ -361,11 +304,7 @@ static void test_a_start_goes_by_rules_where_the_rows_are_0(void)
 
 static void test_a_start_goes_by_the_rows_where_they_are_not_0(void)
 {
-    params.start_current = 6.0f;
-    params.start_ramp = 12.0f;
-    params.handover_speed = 25.0f;
-    params.fallback_speed = 9.0f;
-    params.start_speed = 11.0f;
+    set_rows(&params, "start_current=6 start_ramp=12 handover_speed=25 fallback_speed=9 start_speed=11");
     start_params_t start = start_of();
     TEST_ASSERT_EQUAL_FLOAT(6.0f, start.current);
     TEST_ASSERT_EQUAL_FLOAT(12.0f, start.ramp);
@@ -379,7 +318,6 @@ static void test_a_start_goes_by_the_rows_where_they_are_not_0(void)
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
-/* By rule what is caught is slower than the hand-over, whatever that is. */
 static void test_by_rule_a_start_catches_below_its_hand_over(void)
 {
     for (params.handover_speed = 110.0f; params.handover_speed > 1e-3f; params.handover_speed *= 0.1f) {
@@ -392,21 +330,13 @@ static void test_by_rule_a_start_catches_below_its_hand_over(void)
 static void test_estimators_set_is_made_of_the_rows(void)
 {
     estimator_params_t estimator;
-    params.torque_feedforward = 0.5f;
-    params.inertia_adaptation = INERTIA_OFF; /* J is what the row says */
-    params.estimate_amplitude_max = 1.0f;
-    params.motor_inductance_d = 12e-3f; /* the observer lives on L_q */
-    params.lag_compensation = LAG_PRINTED;
-    params.observer_switching = SMO_SIGMOID;
-    params.observer_emf_cutoff = 1800.0f;
-    params.observer_gain = 190.0f;
-    params.observer_slope = 0.9f;
-    params.flux_adaptation = 2.0f;
-    params.estimate_amplitude_min = 0.4f;
-    params.estimate_detector_max = 0.45f;
-    params.estimate_current_max = 3.5f;
-    params.estimate_speed_min = 2.5f;
-    params.estimate_time = 0.07f;
+    /* J is what the row says; the observer lives on L_q */
+    set_rows(&params,
+             "torque_feedforward=0.5 inertia_adaptation=off motor_inductance_d=12e-3 flux_adaptation=2 "
+             "lag_compensation=printed observer_switching=sigmoid observer_emf_cutoff=1800 "
+             "observer_gain=190 observer_slope=0.9 estimate_amplitude_min=0.4 estimate_amplitude_max=1 "
+             "estimate_detector_max=0.45 estimate_current_max=3.5 estimate_speed_min=2.5 "
+             "estimate_time=0.07");
     const believed_t believed = params_believed(&params);
     params_estimator(&params, &believed, &estimator);
     TEST_ASSERT_TRUE(estimator_params_check(&estimator, &why));
@@ -446,25 +376,22 @@ static void test_estimators_set_is_made_of_the_rows(void)
     TEST_ASSERT_EQUAL_FLOAT(1.01f, estimator.validity.amplitude_max);
 }
 
+#define SALIENT "motor_inductance_q=20e-3 motor_inductance_d=10e-3 motor_flux_linkage=0.1 current_limit=10 "
+
 /* psi_f 0.1 Wb, D 10 mH, 10 A: i_d of most torque per ampere is -2 D I^2/(psi_f + sqrt(psi_f^2 + 8 D^2 I^2))
- * = -5 A, so that psi_a is 0.15 Wb. With p 4, 200 rad/s and J 0.01 the torque at half of the limit is 3 N m,
- * the bandwidth 6.4 sqrt(1200) = 221.7 rad/s, ki its 0.403 squared, and the cutoff ki/(0.6 800). */
+ * = -5 A, so that psi_a is 0.15 Wb beside 8.66 A. With p 4, 200 rad/s and J 0.01 the torque at the limit
+ * is 7.794 N m, the bandwidth 6.4 sqrt(4 3.897/0.01) = 252.7 rad/s, ki its 0.403 squared, and the cutoff
+ * ki/(0.6 800). */
 static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
 {
-    params.motor_inductance_q = 20e-3f;
-    params.motor_inductance_d = 10e-3f;
     params.position_source = POSITION_ENCODER; /* the fixed-point twin takes no such rotor without one */
-    params.motor_flux_linkage = 0.1f;
-    params.motor_inertia = 0.01f;
-    params.current_limit = 10.0f;
-    params.overspeed_trip = 200.0f;
-    params.field_weakening = WEAKENING_OFF;
+    set_rows(&params, SALIENT "motor_inertia=0.01 overspeed_trip=200 field_weakening=off");
     const believed_t believed = params_believed(&params);
     estimator_params_t estimator;
     params_estimator(&params, &believed, &estimator);
     TEST_ASSERT_FLOAT_WITHIN(1e-8f, 10e-3f, estimator.saliency);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.15f, estimator.flux_most);
-    TEST_ASSERT_FLOAT_WITHIN(0.05f, 16.63f, estimator.pll.feedforward_cutoff);
+    TEST_ASSERT_FLOAT_WITHIN(0.05f, 21.6f, estimator.pll.feedforward_cutoff);
     params.observer_gain = 1.1f * 0.15f * 800.0f * 1.001f;
     TEST_ASSERT_TRUE(params_check(&params, &why));
     params.observer_gain = 1.1f * 0.15f * 800.0f * 0.999f;
@@ -478,11 +405,7 @@ static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
  * the active flux is psi_f + D I. At a speed that the link holds it is that of most torque per ampere. */
 static void test_a_weakened_field_has_more_active_flux(void)
 {
-    params.motor_inductance_q = 20e-3f;
-    params.motor_inductance_d = 10e-3f;
-    params.motor_flux_linkage = 0.1f;
-    params.current_limit = 10.0f;
-    params.overspeed_trip = 20.0f;
+    set_rows(&params, SALIENT "overspeed_trip=20");
     const believed_t believed = params_believed(&params);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.15f, params_flux_most(&params, &believed));
     float last = 0.15f;
@@ -503,10 +426,7 @@ static void test_a_weakened_field_has_more_active_flux(void)
 /* 1.5 p psi_f I of a round rotor; of the one above, -5 A and psi_a 0.15 Wb. */
 static void test_the_most_torque_is_that_of_current_limit(void)
 {
-    params.motor_inductance_q = 20e-3f;
-    params.motor_inductance_d = 10e-3f;
-    params.motor_flux_linkage = 0.1f;
-    params.current_limit = 10.0f;
+    set_rows(&params, SALIENT);
     believed_t believed = params_believed(&params);
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.5f * 4.0f * 0.15f * 8.660254f, params_torque_most(&params, &believed));
     params.mtpa = MTPA_OFF;

@@ -1,8 +1,5 @@
-#include <math.h>
-#include <stdint.h>
-#include <unity.h>
-
 #include "math/pi.h"
+#include "tests/unit/compare.h"
 
 static const float PERIOD = 1e-4f;
 
@@ -20,8 +17,7 @@ static double draw(double least, double most)
 }
 
 /* y = kp e + I, cut to the limits by itself or by what follows; what is missing of it leaves the integral
- * with ki T/kp: I' = I + ki T e + (ki T/kp) (cut y - y). Numbers up to 100 round by 4e-6 three times a step.
- */
+ * with ki T/kp: I' = I + ki T e + (ki T/kp) (cut y - y). Numbers up to 100 round by 4e-6 thrice a step. */
 static void test_runs_as_its_law_in_double_precision(void)
 {
     for (int n = 0; n < 100; n++) {

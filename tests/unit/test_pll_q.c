@@ -2,9 +2,6 @@
  *
  *     eps = -e_d s/|e|,   s = +-1 from a reset, zero counting as positive, until |w_s| has been at 20 rad/s,
  *                         from then on w_s/(20 rad/s), at most +-1 */
-#include <math.h>
-#include <unity.h>
-
 #include "estimator/fixed/fixed.h"
 #include "tests/unit/compare.h"
 

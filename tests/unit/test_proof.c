@@ -1,9 +1,6 @@
 /* The proof of a lock: several windows of the EMF agree, one after the other, or it fails in time. */
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/manoeuvre/proof.h"
+#include "tests/unit/compare.h"
 
 #define T      1e-4f
 #define PSI    0.183
@@ -21,8 +18,7 @@ void setUp(void)
     proof_init(&proof, &tuning);
 }
 
-/* A loop at this speed [rad/s] whose rotor is ahead by `off` [rad], with an EMF of this share of psi_f omega.
- */
+/* A loop at this speed [rad/s] whose rotor is ahead by `off` [rad], with this share of psi_f omega as EMF. */
 static void given(double omega, double off, double share)
 {
     const double emf = share * PSI * omega;

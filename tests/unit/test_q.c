@@ -1,10 +1,5 @@
 /* Integer arithmetic against 128-bit integers and double libm: exhaustive where the domain is small, else by
  * a dense sweep and a fixed-seed draw. */
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <unity.h>
-
 #include "math/filter_q.h"
 #include "math/frames_q.h"
 #include "math/q.h"
@@ -39,13 +34,6 @@ static int64_t draw_signed(void)
 static int32_t draw_short(void)
 {
     return (int32_t)(draw_signed() % INT64_C(0x80000000));
-}
-
-static void check_at_most(double limit, double value, const char *what)
-{
-    char text[120];
-    snprintf(text, sizeof text, "%s: %.4g, limit %.4g", what, value, limit);
-    TEST_ASSERT_TRUE_MESSAGE(value <= limit, text);
 }
 
 /* floor by division, which C defines. */
@@ -200,8 +188,8 @@ static void test_inverse_root_is_within_its_bound(void)
             worst_root = fmax(worst_root, off / exact);
         }
     }
-    check_at_most(2e-8, worst, "1/sqrt");
-    check_at_most(2e-8, worst_root, "sqrt beyond one unit");
+    check_below(worst, 2e-8, "1/sqrt");
+    check_below(worst_root, 2e-8, "sqrt beyond one unit");
 }
 
 /* 2e-8 of the reciprocal, and half a unit. */
@@ -222,7 +210,7 @@ static void test_quotient_is_within_its_bound(void)
             worst = fmax(worst, off > 0.0 ? off / fabs(exact) : 0.0);
         }
     }
-    check_at_most(2e-8, worst, "quotient beyond half a unit");
+    check_below(worst, 2e-8, "quotient beyond half a unit");
     TEST_ASSERT_EQUAL_INT32(-Q_LARGEST, quotient_q(-Q_LARGEST, reciprocal_q(2), 30));
     TEST_ASSERT_EQUAL_INT32(0, quotient_q(0, reciprocal_q(2), 30));
 }
@@ -245,9 +233,9 @@ static void test_tanh_ratio_is_within_its_bound(void)
         TEST_ASSERT_TRUE((double)found <= (double)before * (1.0 + 4e-7));
         before = found;
     }
-    check_at_most(8e-7, worst[0], "tanh(x)/x below 2");
-    check_at_most(7e-7, worst[1], "tanh(x)/x below 64");
-    check_at_most(3e-7, worst[2], "tanh(x)/x beyond");
+    check_below(worst[0], 8e-7, "tanh(x)/x below 2");
+    check_below(worst[1], 7e-7, "tanh(x)/x below 64");
+    check_below(worst[2], 3e-7, "tanh(x)/x beyond");
     TEST_ASSERT_TRUE(tanh_ratio_q(UINT64_MAX) > 0);
 }
 
@@ -260,7 +248,7 @@ static void test_rotation_is_within_its_bound(void)
         worst = fmax(worst, fabs((double)found.sin / 1073741824.0 - sin(angle)));
         worst = fmax(worst, fabs((double)found.cos / 1073741824.0 - cos(angle)));
     }
-    check_at_most(6e-9, worst, "sine and cosine");
+    check_below(worst, 6e-9, "sine and cosine");
 }
 
 static void test_rotation_is_exact_at_quarters_and_symmetric(void)
@@ -307,8 +295,8 @@ static void test_direction_is_within_its_bound(void)
         worst_cosine = fmax(worst_cosine, fabs((double)found.cosine / 1073741824.0 - (double)x / length) -
                                               2.0 / 1073741824.0);
     }
-    check_at_most(2e-8, worst_length, "length beyond one unit");
-    check_at_most(2e-8, worst_cosine, "cosine beyond two units");
+    check_below(worst_length, 2e-8, "length beyond one unit");
+    check_below(worst_cosine, 2e-8, "cosine beyond two units");
 }
 
 static void test_arc_tangent_is_within_its_bound(void)
@@ -320,7 +308,7 @@ static void test_arc_tangent_is_within_its_bound(void)
         int32_t x = (int32_t)lrint(2147483000.0 * cos(angle));
         worst = fmax(worst, apart(trig_atan2_q(y, x), (uint32_t)n));
     }
-    check_at_most(1.2e-7, worst, "arc tangent");
+    check_below(worst, 1.2e-7, "arc tangent");
 }
 
 static void test_arc_tangent_at_the_edges(void)
@@ -349,8 +337,7 @@ static void test_park_turns(void)
     TEST_ASSERT_INT32_WITHIN(4, INT32_C(-1518500250), frames_park_q((ab_q_t){-most, -most}, eighth).d);
 }
 
-/* The smallest coefficient still reaches its input: there is no dead zone. 1 - (1 - 2^-20)^n of 1000 counts.
- */
+/* The smallest coefficient still reaches its input, without dead zone. 1 - (1 - 2^-20)^n of 1000 counts. */
 static void test_filter_has_no_dead_zone(void)
 {
     lowpass_q_t filter = {.alpha = INT32_C(1) << 11};

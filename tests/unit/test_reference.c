@@ -1,7 +1,6 @@
 #include "fast/reference/reference.h"
 
-#include <string.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 /* References in the rotor's frame, from the setpoints of windows of eight periods. Powers of two where the
  * sums shall be exact. */
@@ -25,8 +24,7 @@ void setUp(void)
     setpoint.change = (int32_t)FRAME_ANEW;
 }
 
-/* A window begins: its setpoint makes this i_q at its end with the speed at zero, less so much for the speed.
- */
+/* A window begins: its setpoint makes this i_q at its end at speed zero, less so much for the speed. */
 static void begin(float standing, float stiffness)
 {
     setpoint.current.q = standing;

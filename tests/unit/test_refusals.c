@@ -1,13 +1,9 @@
 /* What a refusal of the parameters tells is true: every value of the told range is accepted as far as the row
  * is concerned, one number beyond it is not, and where nothing is accepted the row to change makes room. */
-#include <math.h>
-#include <string.h>
-
-#include "settings/params.h"
 #include "settings/reasons.h"
 #include "settings/requests.h"
+#include "tests/unit/rows.h"
 #include "tests/unit/sweep.h"
-#include "unity.h"
 
 static params_t params;
 static params_error_t why;
@@ -22,15 +18,7 @@ void setUp(void)
 static void given_observer(void)
 {
     params_defaults(&params);
-    params.observer_gain = 200.0f;
-    params.observer_slope = 1.0f;
-}
-
-static const table_row_t *row_of(const char *name)
-{
-    const table_row_t *row = table_by_name(&params_table, name);
-    TEST_ASSERT_NOT_NULL_MESSAGE(row, name);
-    return row;
+    set_rows(&params, "observer_gain=200 observer_slope=1");
 }
 
 /* Is the row named again with this value in it? */
@@ -110,8 +98,7 @@ static void expect_true(const params_t *set)
         }
     }
     if (why.min > table_min(row)) {
-        const float value = beyond(row, why.min, -INFINITY);
-        expect_refused_at(set, row, value);
+        expect_refused_at(set, row, beyond(row, why.min, -INFINITY));
     } else {
         TEST_ASSERT_FALSE(table_accepts(row, beyond(row, why.min, -INFINITY)));
     }
@@ -220,43 +207,32 @@ static void test_the_row_to_change_makes_room_for_the_one_that_has_none(void)
     TEST_ASSERT_TRUE(found > 40u / SWEEP_LONG);
 }
 
-typedef struct {
-    const char *row;
-    float value;
-} setting_t;
-
 /* Every rule of the estimator that a set of rows can break, by the field that the estimator itself names, and
  * the row by which it is told. What is not here is kept by the ranges of the rows. */
 static const struct {
-    const char *field;
-    const char *row;
-    setting_t settings[3];
+    const char *field, *row, *settings;
 } broken[] = {
-    {"resistance",
-     "motor_resistance",
-     {{"motor_resistance", 99.9f}, {"device_resistance", 0.2f}, {"motor_inductance_q", 1.0f}}},
-    {"period", "motor_resistance", {{"motor_resistance", 62.6f}}},
-    {"period", "motor_resistance", {{"motor_inductance_q", 1.9e-4f}}},
-    {"period", "motor_resistance", {{"device_resistance", 1.0f}, {"motor_inductance_q", 3e-4f}}},
-    {"gain", "observer_gain", {{"observer_gain", 302.0f}}},
-    {"gain", "observer_gain", {{"observer_slope", 1.6f}}},
-    {"gain", "observer_gain", {{"motor_inductance_q", 8e-3f}}},
-    {"gain", "observer_gain", {{"observer_gain", 177.0f}}},
-    {"gain", "observer_gain", {{"overspeed_trip", 249.0f}}},
-    {"gain", "observer_gain", {{"motor_flux_linkage", 0.25f}}},
-    {"gain", "observer_gain", {{"motor_pole_pairs", 5.0f}}},
-    {"emf_cutoff", "observer_emf_cutoff", {{"observer_emf_cutoff", 100.0f}}},
-    {"emf_cutoff", "observer_emf_cutoff", {{"pll_bandwidth", 4750.0f}, {"feedforward_cutoff", 50.0f}}},
-    {"emf_cutoff", "observer_emf_cutoff", {{"observer_emf_cutoff", 105.0f}, {"pll_damping", 2.0f}}},
-    {"torque_feedforward", "torque_feedforward", {{"torque_feedforward", 1.0f}, {"motor_inertia", 4e-7f}}},
-    {"torque_feedforward",
-     "torque_feedforward",
-     {{"torque_feedforward", 0.5f}, {"feedforward_cutoff", 0.0f}, {"pll_bandwidth", 200.0f}}},
-    {"speed_min", "estimate_speed_min", {{"estimate_speed_min", 220.0f}}},
-    {"speed_min", "estimate_speed_min", {{"estimate_speed_min", 300.0f}}},
-    {"period",
-     "feedforward_cutoff",
-     {{"feedforward_cutoff", 200.0f}, {"pll_bandwidth", 200.0f}}}, /* no such loop: none is made */
+    {"resistance", "motor_resistance", "motor_resistance=99.9 device_resistance=0.2 motor_inductance_q=1"},
+    {"period", "motor_resistance", "motor_resistance=62.6"},
+    {"period", "motor_resistance", "motor_inductance_q=1.9e-4"},
+    {"period", "motor_resistance", "device_resistance=1 motor_inductance_q=3e-4"},
+    {"gain", "observer_gain", "observer_gain=302"},
+    {"gain", "observer_gain", "observer_slope=1.6"},
+    {"gain", "observer_gain", "motor_inductance_q=8e-3"},
+    {"gain", "observer_gain", "observer_gain=177"},
+    {"gain", "observer_gain", "overspeed_trip=249"},
+    {"gain", "observer_gain", "motor_flux_linkage=0.25"},
+    {"gain", "observer_gain", "motor_pole_pairs=5"},
+    {"emf_cutoff", "observer_emf_cutoff", "observer_emf_cutoff=100"},
+    {"emf_cutoff", "observer_emf_cutoff", "pll_bandwidth=4750 feedforward_cutoff=50"},
+    {"emf_cutoff", "observer_emf_cutoff", "observer_emf_cutoff=105 pll_damping=2"},
+    {"torque_feedforward", "torque_feedforward", "torque_feedforward=1 motor_inertia=4e-7"},
+    {"torque_feedforward", "torque_feedforward",
+     "torque_feedforward=0.5 feedforward_cutoff=0 pll_bandwidth=200"},
+    {"speed_min", "estimate_speed_min", "estimate_speed_min=220"},
+    {"speed_min", "estimate_speed_min", "estimate_speed_min=300"},
+    {"period", "feedforward_cutoff",
+     "feedforward_cutoff=200 pll_bandwidth=200"}, /* no such loop: none is made */
 };
 
 static void test_every_rule_of_the_estimator_is_told_in_rows_and_truly(void)
@@ -264,9 +240,7 @@ static void test_every_rule_of_the_estimator_is_told_in_rows_and_truly(void)
     for (size_t n = 0; n < sizeof broken / sizeof broken[0]; n++) {
         estimator_params_t estimator;
         given_observer();
-        for (size_t m = 0; m < 3 && broken[n].settings[m].row != NULL; m++) {
-            table_set(row_of(broken[n].settings[m].row), &params, broken[n].settings[m].value);
-        }
+        set_rows(&params, broken[n].settings);
         const believed_t believed = params_believed(&params);
         params_estimator(&params, &believed, &estimator);
         TEST_ASSERT_FALSE_MESSAGE(estimator_params_check(&estimator, &why), broken[n].field);
@@ -307,9 +281,7 @@ static void test_rules_of_thumb_are_told(void)
 static void test_a_gain_without_room_asks_for_another_slope(void)
 {
     given_observer();
-    params.overspeed_trip = 300.0f;
-    params.motor_inductance_d = 9e-3f;
-    params.motor_inductance_q = 9e-3f;
+    set_rows(&params, "overspeed_trip=300 motor_inductance_d=9e-3 motor_inductance_q=9e-3");
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_EQUAL_STRING("observer_gain", why.field);
     TEST_ASSERT_TRUE(params_none_accepted(&why));
@@ -323,8 +295,7 @@ static void test_a_gain_without_room_asks_for_another_slope(void)
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
-/* A row beyond its own range is told what all rules leave of it: 200 V/(1.1 x 0.183 Wb x 4) = 248.385 rad/s.
- */
+/* A row beyond its own range is told what all rules leave: 200 V/(1.1 x 0.183 Wb x 4) = 248.385 rad/s. */
 static void test_a_row_out_of_range_is_told_what_the_rules_leave_of_it(void)
 {
     given_observer();

@@ -1,9 +1,5 @@
 /* A rotor that was lost and is caught again while it turns against the wish: it keeps its speed until its
  * lock has been judged, and after a second loss it is reversed in the forced frame. */
-#include <complex.h>
-#include <string.h>
-#include <unity.h>
-
 #include "tests/unit/manoeuvres_bench.h"
 
 #define JUDGED 76u /* [windows] of proving: 50 ms in which the scatter is not judged, 63, and 10 ms, 13 */
@@ -67,45 +63,33 @@ static void test_a_loop_that_scatters_is_lost_before_the_reversal(void)
     TEST_ASSERT_TRUE(machine.omega_m < -55.0);
 }
 
-static void test_a_relocked_rotor_with_the_wish_has_its_torque_at_once(void)
+/* Nothing is waited for with a wish of the rotor's own direction, 40 rad/s times k_i, 158 A/s; with a stop;
+ * with a current, which is torque and no speed; nor any more when the wish turns round. */
+static void test_another_wish_has_its_torque_at_once(void)
 {
-    given_relocked(-100.0);
-    steps(0.01);
-    TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
-    TEST_ASSERT_TRUE((double)demand.current.q < -1.0); /* 40 rad/s times k_i, 158 A/s */
-}
-
-static void test_a_stop_waits_for_nothing(void)
-{
-    given_relocked(60.0);
-    steps(0.01);
-    wish.mode = RUN_STOP;
-    steps(0.03);
-    TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
-    TEST_ASSERT_TRUE((double)demand.current.q > 3.0);
-}
-
-/* A current is torque, not a speed: nothing else drives the rotor meanwhile. */
-static void test_a_wish_for_a_current_has_it_at_once(void)
-{
-    given_relocked(60.0);
-    steps(0.01);
-    wish = (run_wish_t){RUN_CURRENT, 0.0f, {0.0f, 2.0f}, 0.0f};
-    windows(1u);
-    TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
-    TEST_ASSERT_EQUAL_FLOAT(2.0f, made.current.q);
-    lose_and_catch();
-    TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
-    TEST_ASSERT_EQUAL_FLOAT(2.0f, made.current.q);
-}
-
-static void test_a_wish_that_turns_round_ends_it(void)
-{
-    given_relocked(60.0);
-    steps(0.01);
-    wish.omega_m_ref = -100.0f;
-    windows(1u);
-    TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
+    static const struct {
+        double relocked_with; /* [rad/s] */
+        run_wish_t wish;
+        double seconds, least, most; /* then i_q is within these [A] */
+    } cases[] = {{-100.0, {RUN_SPEED, -100.0f, {0.0f, 0.0f}, 0.0f}, 0.0, -10.0, -1.0},
+                 {60.0, {RUN_STOP, 60.0f, {0.0f, 0.0f}, 0.0f}, 0.03, 3.0, 10.0},
+                 {60.0, {RUN_CURRENT, 0.0f, {0.0f, 2.0f}, 0.0f}, 3.0 * W * T, 2.0, 2.0},
+                 {60.0, {RUN_SPEED, -100.0f, {0.0f, 0.0f}, 0.0f}, W * T, -10.0, 10.0}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        given_relocked(cases[n].relocked_with);
+        steps(0.01);
+        wish = cases[n].wish;
+        steps(cases[n].seconds);
+        TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
+        TEST_ASSERT_TRUE((double)demand.current.q >= cases[n].least &&
+                         (double)demand.current.q <= cases[n].most);
+        if (wish.mode == RUN_CURRENT) { /* nor after another loss */
+            lose_and_catch();
+            TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
+            TEST_ASSERT_EQUAL_FLOAT(2.0f, made.current.q);
+        }
+    }
 }
 
 /* At first sight of a rotor nothing was lost: it is reversed as it is caught. */

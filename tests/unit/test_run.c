@@ -1,10 +1,7 @@
 #include "medium/manoeuvre/run.h"
 
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "fast/reference/demand.h"
+#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 
 /* The paper's speed control; powers of two where the sums shall be exact. */
@@ -174,7 +171,6 @@ static void test_ramps_take_the_reference_to_the_wish(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, step(RUN_STOP, -7.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
 }
 
-/* A ramp begins where the motor is, not where the reference was before another mode. */
 static void test_a_ramp_begins_at_the_speed_of_the_motor(void)
 {
     run_tuning_t tuning = tuning_of(&SPEED);

@@ -1,8 +1,7 @@
 /* The processor's look at itself, above memories of the test's own. */
 #include "app/self_watch.h"
 
-#include <string.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 #define WORDS 100u
 

@@ -1,7 +1,3 @@
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "tests/unit/sequence_bench.h"
 #include "tests/unit/sweep.h"
 
@@ -27,7 +23,6 @@ static void test_a_calibration_ends_in_ready_or_in_a_fault(void)
 
 /* ---- ready ---- */
 
-/* Switched on until the fast task has the bridge on, and its gates are charged. */
 static void test_on_goes_through_switched_on_until_the_bridge_is_on(void)
 {
     from(DRIVE_READY);
@@ -157,7 +152,6 @@ static void test_the_first_fault_stays_and_later_ones_are_added(void)
     expect_later(NOTHING); /* nothing of the one before */
 }
 
-/* What stopped the drive goes on, or comes again: that is known already. */
 static void test_the_latched_fault_is_no_later_one(void)
 {
     from(DRIVE_FAULT);
@@ -197,7 +191,6 @@ static void test_reset_needs_quiet_for_its_whole_time(void)
     }
 }
 
-/* A request that came too early must go and come again. */
 static void test_reset_needs_an_edge(void)
 {
     from(DRIVE_FAULT);
@@ -205,11 +198,7 @@ static void test_reset_needs_an_edge(void)
     go(3u * REARM, DRIVE_FAULT, OFF);
     reset_edge();
     expect_state(DRIVE_NOT_READY);
-}
-
-static void test_a_reset_from_before_the_fault_is_no_edge(void)
-{
-    from(DRIVE_OPERATION_ENABLED);
+    from(DRIVE_OPERATION_ENABLED); /* one from before the fault is none */
     requests.fault_reset = 1;
     steps(1);
     sequence_fault(&sequence, REASON_MODULE_FAULT);
@@ -349,9 +338,15 @@ static void test_no_other_fault_and_no_lasting_one_resets_itself(void)
     go(3u * RETRY_PAUSE, DRIVE_FAULT, OFF);
     is.fault_line = false;
     go(REARM, DRIVE_NOT_READY, OFF);
+    for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP;
+         wish += 2) { /* nor one without a wish for on */
+        from(DRIVE_OPERATION_ENABLED);
+        fail_the_module();
+        requests.enable = wish;
+        go(3u * RETRY_PAUSE, DRIVE_FAULT, OFF);
+    }
 }
 
-/* A minute without a fault and all retries are there again. */
 static void test_retries_are_forgotten_after_a_quiet_minute(void)
 {
     from(DRIVE_OPERATION_ENABLED);
@@ -455,16 +450,4 @@ static void test_no_input_leads_where_it_must_not(void)
         }
     }
     TEST_ASSERT_EQUAL_MEMORY(may, seen, sizeof may); /* and every one of them can be had */
-}
-
-static void test_without_a_wish_for_on_no_fault_of_the_module_resets_itself(void)
-{
-    static const int32_t wishes[] = {REQUEST_OFF, REQUEST_QUICK_STOP};
-    for (size_t n = 0; n < sizeof wishes / sizeof wishes[0]; n++) {
-        from(DRIVE_OPERATION_ENABLED);
-        fail_the_module();
-        requests.enable = wishes[n];
-        steps(3u * RETRY_PAUSE);
-        expect_state(DRIVE_FAULT);
-    }
 }

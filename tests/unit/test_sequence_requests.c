@@ -1,13 +1,20 @@
 /* What a request leads to: on after a quick stop, on after a reset, and that no request stays without an
  * effect and without a refusal. */
-#include <unity.h>
-
 #include "tests/unit/sequence_bench.h"
 
-static void expect(drive_state_t state, int32_t refusal)
+/* So many windows with this value of `enable`; then the machine is there and says this of the request. */
+static void ask(int32_t enable, uint32_t windows, drive_state_t state, int32_t refusal)
 {
+    requests.enable = enable;
+    steps(windows);
     expect_state(state);
     TEST_ASSERT_EQUAL_INT32(refusal, sequence.refusal);
+}
+
+static void reset_and_expect(uint32_t windows, drive_state_t state, int32_t refusal)
+{
+    reset_edge();
+    ask(requests.enable, windows, state, refusal);
 }
 
 /* The next calibration is good. */
@@ -22,8 +29,7 @@ static void bring_to_fault(void)
 {
     from(DRIVE_FAULT);
     input.calibration = CALIBRATION_GOOD;
-    steps(2u * REARM);
-    expect(DRIVE_FAULT, REASON_FAULT_LATCHED);
+    ask(REQUEST_ON, 2u * REARM, DRIVE_FAULT, REASON_FAULT_LATCHED);
 }
 
 /* ---- on, and quick stop ---- */
@@ -32,34 +38,25 @@ static void bring_to_fault(void)
 static void test_on_during_a_quick_stop_names_the_stop_and_runs_after_it(void)
 {
     bring_to_operation();
-    requests.enable = REQUEST_QUICK_STOP;
-    steps(10);
-    expect(DRIVE_QUICK_STOP, REASON_NONE);
-    requests.enable = REQUEST_ON;
+    ask(REQUEST_QUICK_STOP, 10u, DRIVE_QUICK_STOP, REASON_NONE);
     for (int n = 0; n < 100; n++) {
-        steps(1);
-        expect(DRIVE_QUICK_STOP, REASON_STOPPING);
+        ask(REQUEST_ON, 1u, DRIVE_QUICK_STOP, REASON_STOPPING);
     }
     is.standing = true;
-    steps(1);
-    expect(DRIVE_READY, REASON_NONE);
-    steps(1);
-    expect(DRIVE_SWITCHED_ON, REASON_NONE);
+    ask(REQUEST_ON, 1u, DRIVE_READY, REASON_NONE);
+    ask(REQUEST_ON, 1u, DRIVE_SWITCHED_ON, REASON_NONE);
     bridge = BRIDGE_ON;
-    steps(2);
-    expect(DRIVE_OPERATION_ENABLED, REASON_NONE);
+    ask(REQUEST_ON, 2u, DRIVE_OPERATION_ENABLED, REASON_NONE);
 }
 
 static void test_on_during_a_stop_for_a_fault_is_refused_by_that_fault(void)
 {
     bring_to_operation();
     input.stops = fault_set_of(FAULT_MOTOR_HOT);
-    steps(5);
-    expect(DRIVE_QUICK_STOP, REASON_MOTOR_HOT);
+    ask(REQUEST_ON, 5u, DRIVE_QUICK_STOP, REASON_MOTOR_HOT);
     is.standing = true;
     steps(1);
-    TEST_ASSERT_EQUAL_INT32(DRIVE_FAULT, sequence.state);
-    TEST_ASSERT_EQUAL_INT32(REASON_MOTOR_HOT, sequence.fault_reason);
+    expect_fault(REASON_MOTOR_HOT);
 }
 
 /* ---- a reset ---- */
@@ -70,21 +67,14 @@ static void test_a_reset_starts_nothing_while_enable_is_on(void)
     reset_edge();
     steps(1); /* the offsets are measured */
     for (uint32_t n = 0; n < 3u * RETRY_PAUSE; n++) {
-        steps(1);
+        ask(REQUEST_ON, 1u, DRIVE_READY, REASON_ENABLE_HELD);
         TEST_ASSERT_EQUAL_UINT32(OFF, order & SEQUENCE_ON);
-        expect(DRIVE_READY, REASON_ENABLE_HELD);
     }
     requests.enable = REQUEST_QUICK_STOP; /* is no off */
     steps(1);
-    requests.enable = REQUEST_ON;
-    steps(1);
-    expect(DRIVE_READY, REASON_ENABLE_HELD);
-    requests.enable = REQUEST_OFF;
-    steps(1);
-    expect(DRIVE_READY, REASON_NONE);
-    requests.enable = REQUEST_ON;
-    steps(1);
-    expect(DRIVE_SWITCHED_ON, REASON_NONE);
+    ask(REQUEST_ON, 1u, DRIVE_READY, REASON_ENABLE_HELD);
+    ask(REQUEST_OFF, 1u, DRIVE_READY, REASON_NONE);
+    ask(REQUEST_ON, 1u, DRIVE_SWITCHED_ON, REASON_NONE);
 }
 
 /* Off and on again before the reset is no start either: the reset comes last. */
@@ -94,42 +84,32 @@ static void test_enable_toggled_before_the_reset_is_still_held(void)
     requests.enable = REQUEST_OFF;
     steps(1);
     requests.enable = REQUEST_ON;
-    reset_edge();
-    steps(2);
-    expect(DRIVE_READY, REASON_ENABLE_HELD);
+    reset_and_expect(2u, DRIVE_READY, REASON_ENABLE_HELD);
 }
 
-/* Whoever has it off, or at quick stop, over the reset starts with the next on. */
+/* Where it is off, or at quick stop, over the reset the next on starts. */
 static void test_enable_that_is_not_on_over_the_reset_starts_with_on(void)
 {
     for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP; wish += 2) {
         bring_to_fault();
         requests.enable = wish;
         steps(1);
-        reset_edge();
-        steps(10);
-        expect(DRIVE_READY, REASON_NONE);
-        requests.enable = REQUEST_ON;
-        steps(1);
-        expect(DRIVE_SWITCHED_ON, REASON_NONE);
+        reset_and_expect(10u, DRIVE_READY, REASON_NONE);
+        ask(REQUEST_ON, 1u, DRIVE_SWITCHED_ON, REASON_NONE);
     }
 }
 
-/* A reset that is refused holds nothing back. */
 static void test_a_refused_reset_leaves_enable_as_it_is(void)
 {
     bring_to_operation();
     input.faults = fault_set_of(FAULT_LATE);
     steps(1);
-    reset_edge();
-    TEST_ASSERT_EQUAL_INT32(REASON_FAULT_PRESENT, sequence.refusal);
+    reset_and_expect(0u, DRIVE_FAULT, REASON_FAULT_PRESENT);
     input.faults = fault_set_none();
     requests.enable = REQUEST_OFF;
     steps(2u * REARM);
     reset_edge();
-    requests.enable = REQUEST_ON;
-    steps(3);
-    TEST_ASSERT_EQUAL_INT32(DRIVE_SWITCHED_ON, sequence.state);
+    ask(REQUEST_ON, 3u, DRIVE_SWITCHED_ON, REASON_NONE);
 }
 
 /* module_fault_retries says that the motor starts again by itself: that is its purpose. */
@@ -138,17 +118,12 @@ static void test_a_retry_of_its_own_starts_the_motor(void)
     bring_to_operation();
     sequence.tuning.retries = 1u;
     sequence_fault(&sequence, REASON_MODULE_FAULT);
-    steps(RETRY_PAUSE + 2u);
-    expect(DRIVE_SWITCHED_ON, REASON_NONE);
+    ask(REQUEST_ON, RETRY_PAUSE + 2u, DRIVE_SWITCHED_ON, REASON_NONE);
     bridge = BRIDGE_ON;
-    steps(2);
-    expect(DRIVE_OPERATION_ENABLED, REASON_NONE);
+    ask(REQUEST_ON, 2u, DRIVE_OPERATION_ENABLED, REASON_NONE);
     sequence_fault(&sequence, REASON_MODULE_FAULT);
-    steps(2u * RETRY_PAUSE);
-    expect(DRIVE_FAULT, REASON_FAULT_LATCHED); /* one retry is allowed */
-    reset_edge();
-    steps(2);
-    expect(DRIVE_READY, REASON_ENABLE_HELD);
+    ask(REQUEST_ON, 2u * RETRY_PAUSE, DRIVE_FAULT, REASON_FAULT_LATCHED); /* one retry is allowed */
+    reset_and_expect(2u, DRIVE_READY, REASON_ENABLE_HELD);
 }
 
 /* ---- every request has an effect ---- */

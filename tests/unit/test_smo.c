@@ -1,12 +1,6 @@
 /* Fed with exact data of a turning machine (oracle), open loop. Float against double: current_hat of up to 15
  * A rounds by 1e-6 A, times b^-1 = 125 V/A is 1e-4 V on an EMF of 7.7 V and more: 0.02 mrad at worst in a
  * mean. */
-#include <math.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
 #include "estimator/smo.h"
 #include "tests/oracle/smo_oracle.h"
 #include "tests/unit/machines.h"

@@ -1,12 +1,6 @@
-#include <complex.h>
-#include <math.h>
-#include <stdbool.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/manoeuvre/speed_control.h"
-#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
+#include "tests/unit/vectors.h"
 
 /* The paper's gains and limit, section 2. */
 static const speed_control_params_t PARAMS = {
@@ -89,8 +83,7 @@ static void test_weight_is_the_references_share_of_the_proportional_part(void)
     }
 }
 
-/* Beside its reference the output stays, whatever the gain and the weight become; sums of 157 round by 2e-5.
- */
+/* Beside its reference the output stays, whatever gain and weight become; sums of 157 round by 2e-5. */
 static void test_new_gains_are_bumpless_at_the_reference(void)
 {
     for (unsigned k = 0; k < 8; k++) {
@@ -140,7 +133,7 @@ static void begin_loop(speed_control_t *control, double weight, float limit)
 /* Step answer of the loop in closed form: residues of the two poles. */
 static double answer(double weight, double t)
 {
-    const double complex root = (double complex)I * sqrt(KI * C - KP * KP * C * C / 4.0);
+    const double complex root = J * sqrt(KI * C - KP * KP * C * C / 4.0);
     const double complex s = -KP * C / 2.0 + root;
     const double complex residue = (weight * KP * s + KI) * C / (s * 2.0 * root);
     return 1.0 + 2.0 * creal(residue * cexp(s * t));

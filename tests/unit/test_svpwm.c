@@ -1,9 +1,5 @@
-/* Oracle: the space vector of three pole voltages d u_dc in double precision, and the hexagon it can reach.
+/* Oracle: the space vector of three pole voltages d u_dc in double precision, and the hexagon of its reach.
  */
-#include <complex.h>
-#include <math.h>
-#include <unity.h>
-
 #include "fast/inverter/svpwm.h"
 #include "tests/unit/sweep.h"
 #include "tests/unit/vectors.h"

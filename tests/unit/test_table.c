@@ -1,13 +1,10 @@
 #include "contract/table.h"
 
-#include <math.h>
-#include <string.h>
-
 #include "settings/params.h"
 #include "settings/reasons.h"
 #include "settings/requests.h"
 #include "settings/signals.h"
-#include "unity.h"
+#include "tests/unit/compare.h"
 
 typedef struct {
     float f;
@@ -62,10 +59,8 @@ static void test_whole_limits_are_exact_and_so_are_defaults(void)
     row.whole = (table_whole_t){16777217, -16777217, 16777219};
     table_defaults(&one, &slots);
     TEST_ASSERT_EQUAL_INT32(16777217, slots.i);
-    TEST_ASSERT_TRUE(table_accepts_whole(&row, 16777219));
-    TEST_ASSERT_FALSE(table_accepts_whole(&row, 16777220));
-    TEST_ASSERT_TRUE(table_accepts_whole(&row, -16777217));
-    TEST_ASSERT_FALSE(table_accepts_whole(&row, -16777218));
+    TEST_ASSERT_TRUE(table_accepts_whole(&row, 16777219) && table_accepts_whole(&row, -16777217));
+    TEST_ASSERT_FALSE(table_accepts_whole(&row, 16777220) || table_accepts_whole(&row, -16777218));
     TEST_ASSERT_FALSE(table_accepts_whole(&row, INT64_C(4294967296) + 5)); /* 5 in its last 32 bits */
     slots.i = 16777220;
     TEST_ASSERT_FALSE(table_holds(&row, &slots));
@@ -89,20 +84,30 @@ static void test_whole_limits_of_the_drive_are_exact_as_floats(void)
     }
 }
 
-static void test_range_is_judged_below_at_and_above_each_limit(void)
+/* Below, at and above each limit; what is no number, not whole or no choice. */
+static void test_values_are_accepted_within_the_range_of_their_row(void)
 {
-    TEST_ASSERT_FALSE(table_accepts(&rows[0], nextafterf(-2.0f, -3.0f)));
-    TEST_ASSERT_TRUE(table_accepts(&rows[0], -2.0f));
-    TEST_ASSERT_TRUE(table_accepts(&rows[0], 2.0f));
-    TEST_ASSERT_FALSE(table_accepts(&rows[0], nextafterf(2.0f, 3.0f)));
-}
-
-static void test_what_is_no_number_or_not_whole_is_refused(void)
-{
-    TEST_ASSERT_FALSE(table_accepts(&rows[0], NAN));
-    TEST_ASSERT_FALSE(table_accepts(&rows[0], INFINITY));
-    TEST_ASSERT_FALSE(table_accepts(&rows[1], 1.5f));
-    TEST_ASSERT_TRUE(table_accepts(&rows[1], 1.0f));
+    const struct {
+        uint32_t row;
+        float value;
+        bool accepted;
+    } cases[] = {{0, nextafterf(-2.0f, -3.0f), false},
+                 {0, -2.0f, true},
+                 {0, 2.0f, true},
+                 {0, nextafterf(2.0f, 3.0f), false},
+                 {0, NAN, false},
+                 {0, INFINITY, false},
+                 {1, 1.5f, false},
+                 {1, 1.0f, true},
+                 {3, 2.0f, true},
+                 {3, 3.0f, false},
+                 {3, -1.0f, false},
+                 {3, 1.5f, false},
+                 {3, NAN, false}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        TEST_ASSERT_EQUAL_MESSAGE(cases[n].accepted, table_accepts(&rows[cases[n].row], cases[n].value),
+                                  rows[cases[n].row].name);
+    }
 }
 
 static void test_choices_are_found_by_whole_name_and_bound_the_value(void)
@@ -111,11 +116,6 @@ static void test_choices_are_found_by_whole_name_and_bound_the_value(void)
     TEST_ASSERT_EQUAL_INT32(2, table_choice(&rows[3], "blue"));
     TEST_ASSERT_EQUAL_INT32(-1, table_choice(&rows[3], "gree"));
     TEST_ASSERT_EQUAL_INT32(-1, table_choice(&rows[3], ""));
-    TEST_ASSERT_TRUE(table_accepts(&rows[3], 2.0f));
-    TEST_ASSERT_FALSE(table_accepts(&rows[3], 3.0f));
-    TEST_ASSERT_FALSE(table_accepts(&rows[3], -1.0f));
-    TEST_ASSERT_FALSE(table_accepts(&rows[3], 1.5f));
-    TEST_ASSERT_FALSE(table_accepts(&rows[3], NAN));
     TEST_ASSERT_EQUAL_FLOAT(2.0f, table_max(&rows[3]));
     TEST_ASSERT_EQUAL_FLOAT(9.0f, table_max(&rows[2]));
 }

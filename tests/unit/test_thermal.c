@@ -3,10 +3,6 @@
 #include "medium/protect/thermal.h"
 #include "tests/unit/compare.h"
 
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #define PERIOD  1e-4 /* [s] of the carrier */
 #define EVERY   16   /* periods from one square to the next */
 #define WITHIN  0.02 /* of the largest heat */
@@ -194,27 +190,28 @@ static void test_torque_sags_to_what_the_motor_stands_and_nothing_trips(void)
     TEST_ASSERT_FLOAT_WITHIN(0.001f, 1.0f, x.motor_heat);
 }
 
+/* [s] on all of the limit. */
+static double tripped_after(uint32_t condition)
+{
+    double t = 0.0;
+    while ((x.conditions & condition) == 0u && t < 100.0) {
+        hold(phases(MAX_A, 0.0));
+        t += STEP_S;
+    }
+    return t;
+}
+
 /* Who does not heed the limit is stopped when h = 1.1: after tau ln(1/(1 - 1.1 I_c^2/I^2)). */
 static void test_who_goes_on_trips(void)
 {
     const double until = -60.0 * log(1.0 - 1.1 * pow(MOTOR_A / MAX_A, 2.0));
-    double t = 0.0;
-    while ((x.conditions & THERMAL_MOTOR) == 0u && t < 100.0) {
-        hold(phases(MAX_A, 0.0));
-        t += STEP_S;
-    }
-    TEST_ASSERT_DOUBLE_WITHIN(0.02 * until, until, t);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * until, until, tripped_after(THERMAL_MOTOR));
 
     thermal_params_t params = usual();
     params.module_continuous = 5.0f;
     begin(&params);
     const double leg = -0.2 * log(1.0 - 1.1 * 0.25);
-    t = 0.0;
-    while ((x.conditions & THERMAL_MODULE) == 0u && t < 100.0) {
-        hold(phases(10.0, 0.0));
-        t += STEP_S;
-    }
-    TEST_ASSERT_DOUBLE_WITHIN(1.5 * STEP_S, leg, t);
+    TEST_ASSERT_DOUBLE_WITHIN(1.5 * STEP_S, leg, tripped_after(THERMAL_MODULE));
     TEST_ASSERT_EQUAL_UINT32(THERMAL_MODULE | THERMAL_DERATING, x.conditions);
 }
 
@@ -263,13 +260,13 @@ static void test_new_coefficients_keep_the_heat_and_a_lower_limit_acts_at_once(v
     const float heat = x.motor_heat;
     thermal_params_t params = usual();
     params.current_max = 4.0f;
-    const thermal_tuning_t tuning = thermal_prepare(&params);
+    thermal_tuning_t tuning = thermal_prepare(&params);
     thermal_take(&x, &tuning);
     TEST_ASSERT_TRUE(x.motor_heat == heat && x.limit == 4.0f);
     params.current_max = 10.0f;
     params.motor_continuous = 2.0f;
-    const thermal_tuning_t other = thermal_prepare(&params);
-    thermal_take(&x, &other);
+    tuning = thermal_prepare(&params);
+    thermal_take(&x, &tuning);
     hold(phases(9.0, 0.0));
     TEST_ASSERT_TRUE(x.motor_heat > heat);
 }

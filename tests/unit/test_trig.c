@@ -22,16 +22,13 @@ static void look_at(float theta)
     keep_worst((double)rotation.cos - cos((double)theta));
 }
 
-static void test_sine_and_cosine_of_every_third_float_to_pi(void)
+/* Every third float to pi, every float from there to the limit. */
+static void test_sine_and_cosine_of_all_angles(void)
 {
     for (float theta = 0.1f; theta <= (float)PI; theta = floats_on(theta, 3)) {
         look_at(theta);
     }
     check("to pi", SINE_TOLERANCE);
-}
-
-static void test_sine_and_cosine_of_every_float_from_pi_to_the_limit(void)
-{
     for (float theta = (float)PI; theta <= TRIG_LIMIT; theta = floats_on(theta, 1)) {
         look_at(theta);
     }
@@ -49,15 +46,10 @@ static void test_small_angles_keep_their_relative_accuracy(void)
     check("sine, relative", RELATIVE_TOLERANCE);
 }
 
-static void test_angle_zero_is_exact(void)
+static void test_angle_zero_is_exact_and_sine_is_odd_and_cosine_even_bit_for_bit(void)
 {
-    rotation_t rotation = trig_rotation(0.0f);
-    TEST_ASSERT_TRUE(rotation.sin == 0.0f);
-    TEST_ASSERT_TRUE(rotation.cos == 1.0f);
-}
-
-static void test_sine_is_odd_and_cosine_even_bit_for_bit(void)
-{
+    const rotation_t none = trig_rotation(0.0f);
+    TEST_ASSERT_TRUE(none.sin == 0.0f && none.cos == 1.0f);
     int unequal = 0;
     for (int32_t k = 0; k <= 400000; k += SWEEP) {
         rotation_t forward = trig_rotation((float)k * 1e-5f);

@@ -3,20 +3,8 @@
  * by 2.4e-7 A in float, which L/T = 125 ohm makes 3e-5 V twice (sample and observer); angles 1.2e-7 rad of
  * the arc tangent, float 3e-6; speeds 3e-5 rad/s a count, float 1e-7 of up to 1e3 rad/s and its dead zone,
  * 2e-4 of a mrad of angle. */
-#include <math.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
 #include "estimator/fixed/fixed.h"
-#include "tests/oracle/estimator_oracle.h"
-#include "tests/unit/compare.h"
-#include "tests/unit/sweep.h"
-
-#define T           1e-4
-#define RAD_PER_RPM (4.0 * PI / 30.0)
-#define PSI         0.183
+#include "tests/unit/estimator_bench.h"
 
 #define VOLTAGE_APART   4e-4  /* [V] */
 #define GAIN_APART      4e-6  /* of k_f: the same tanh [-] */
@@ -25,60 +13,29 @@
 #define MRAD_APART      0.01  /* composed, settled [mrad] */
 #define SPEED_APART     0.003 /* composed, settled [rad/s] */
 
-static estimator_t flt;
-static fixed_t fix;
+static fixed_t fix; /* beside est, the float one */
 
-void setUp(void)
+static estimator_params_t twin_params(smo_switching_t switching, lag_mode_t lag, float emf_cutoff)
 {
-    memset(&flt, 0, sizeof flt);
-    memset(&fix, 0, sizeof fix);
-}
-
-static ab_t as_float(const double value[2])
-{
-    return (ab_t){(float)value[0], (float)value[1]};
-}
-
-static estimator_params_t params_of(smo_switching_t switching, lag_mode_t lag, float emf_cutoff)
-{
-    estimator_params_t params = {.smo = {.resistance = 0.95f,
-                                         .inductance = 0.0125f,
-                                         .gain = 200.0f,
-                                         .slope = 1.0f,
-                                         .emf_cutoff = emf_cutoff,
-                                         .period = 1e-4f,
-                                         .switching = switching},
-                                 .lag = lag,
-                                 .pll = {.amplitude_floor = 2.0f},
-                                 .flux_linkage = (float)PSI};
-    TEST_ASSERT_TRUE(pll_design(&params.pll, 200.0f, 1.0f, 50.0f, 1e-4f));
+    estimator_params_t params = paper_params(lag);
+    params.smo.switching = switching;
+    params.smo.emf_cutoff = emf_cutoff;
+    params.pll.amplitude_floor = 2.0f;
     return params;
 }
 
-static estimator_oracle_case_t rig_of(double rpm, double current_q)
+static void init_both(const estimator_params_t *params)
 {
-    estimator_oracle_case_t rig = {.resistance = 0.95,
-                                   .inductance = 0.0125,
-                                   .flux_linkage = PSI,
-                                   .period = T,
-                                   .theta_start = 0.3,
-                                   .omega_start = rpm * RAD_PER_RPM,
-                                   .current_q = current_q};
-    return rig;
-}
-
-static void init(const estimator_params_t *params)
-{
-    estimator_init(&flt, params);
+    estimator_init(&est, params);
+    memset(&fix, 0, sizeof fix);
     fixed_init(&fix, params);
 }
 
-static void reset(const estimator_oracle_case_t *rig, long k, double beside)
+static void reset_both(const estimator_oracle_case_t *rig, long k, double beside)
 {
-    estimator_oracle_sample_t now;
-    estimator_oracle_sample(rig, k, &now);
+    const estimator_oracle_sample_t now = sample_of(rig, k);
     position_t start = {(float)circle(now.theta + beside), (float)now.omega};
-    estimator_reset(&flt, start, as_float(now.current));
+    estimator_reset(&est, start, as_float(now.current));
     fixed_reset(&fix, start, as_float(now.current));
 }
 
@@ -86,8 +43,8 @@ static void reset(const estimator_oracle_case_t *rig, long k, double beside)
 
 static void test_units_are_the_bases_over_their_counts(void)
 {
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 0.0f);
-    init(&params);
+    estimator_params_t params = twin_params(SMO_SIGMOID_VECTOR, LAG_EXACT, 0.0f);
+    init_both(&params);
     /* k_s 200 V: U = 256 V; k_s T/L = 1.6 A: I = 2 A. */
     TEST_ASSERT_EQUAL_FLOAT(256.0f / 134217728.0f, fix.scale.units.voltage);
     TEST_ASSERT_EQUAL_FLOAT(2.0f / 33554432.0f, fix.scale.units.current);
@@ -97,18 +54,17 @@ static void test_units_are_the_bases_over_their_counts(void)
 /* Both observers run on the same data for a second; currents of 0 and 6 A, both directions. */
 static void check_observers(smo_switching_t switching, float emf_cutoff)
 {
-    estimator_params_t params = params_of(switching, LAG_CORRECTED, emf_cutoff);
+    estimator_params_t params = twin_params(switching, LAG_CORRECTED, emf_cutoff);
     double volts = 0.0;
     double gain = 0.0;
     for (int n = 0; n < 8; n += SWEEP_FEW) {
         static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};
         double way = n % 2 ? -1.0 : 1.0;
-        estimator_oracle_case_t rig = rig_of(way * rpm[n / 2], n / 4 ? 6.0 : 0.0);
-        init(&params);
+        estimator_oracle_case_t rig = rig_of(0, way * rpm[n / 2] * RAD_PER_RPM, n / 4 ? 6.0 : 0.0);
+        init_both(&params);
         for (long k = 1; k <= 3000; k++) {
-            estimator_oracle_sample_t now;
-            estimator_oracle_sample(&rig, k, &now);
-            ab_t a = smo_step(&flt.observer.smo, as_float(now.voltage), as_float(now.current));
+            const estimator_oracle_sample_t now = sample_of(&rig, k);
+            ab_t a = smo_step(&est.observer.smo, as_float(now.voltage), as_float(now.current));
             const ab_q_t u = {(int32_t)lrint(now.voltage[0] / (double)fix.scale.units.voltage),
                               (int32_t)lrint(now.voltage[1] / (double)fix.scale.units.voltage)};
             const ab_q_t i = {(int32_t)lrint(now.current[0] / (double)fix.scale.units.current),
@@ -116,7 +72,7 @@ static void check_observers(smo_switching_t switching, float emf_cutoff)
             ab_q_t b = smo_step_q(&fix.q.smo, u, i);
             volts = fmax(volts, hypot((double)a.alpha - b.alpha * (double)fix.scale.units.voltage,
                                       (double)a.beta - b.beta * (double)fix.scale.units.voltage));
-            double k_f = (double)smo_equivalent_gain(&flt.observer.smo);
+            double k_f = (double)smo_equivalent_gain(&est.observer.smo);
             gain = fmax(
                 gain,
                 fabs((double)smo_equivalent_gain_q(&fix.q.smo) * (double)fix.scale.units.gain / k_f - 1.0));
@@ -126,16 +82,12 @@ static void check_observers(smo_switching_t switching, float emf_cutoff)
     check_below(gain, switching == SMO_SIGMOID ? MEAN_APART : GAIN_APART, "k_f");
 }
 
-static void test_observers_of_the_vector_form(void)
+static void test_observers_of_both_forms(void)
 {
-    check_observers(SMO_SIGMOID_VECTOR, 0.0f);
-    check_observers(SMO_SIGMOID_VECTOR, 2000.0f);
-}
-
-static void test_observers_per_axis(void)
-{
-    check_observers(SMO_SIGMOID, 0.0f);
-    check_observers(SMO_SIGMOID, 2000.0f);
+    for (int s = SMO_SIGMOID; s <= SMO_SIGMOID_VECTOR; s++) {
+        check_observers((smo_switching_t)s, 0.0f);
+        check_observers((smo_switching_t)s, 2000.0f);
+    }
 }
 
 /* ---- all in a row ---- */
@@ -144,19 +96,18 @@ static void test_observers_per_axis(void)
 static void check_composed(smo_switching_t switching, lag_mode_t mode, float emf_cutoff)
 {
     static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};
-    estimator_params_t params = params_of(switching, mode, emf_cutoff);
+    estimator_params_t params = twin_params(switching, mode, emf_cutoff);
     double transient = 0.0;
     double settled = 0.0;
     double speed = 0.0;
     for (int n = 0; n < 16; n += SWEEP_FEW) {
         double way = n % 2 ? -1.0 : 1.0;
-        estimator_oracle_case_t rig = rig_of(way * rpm[n / 2 % 4], n / 8 ? way * 4.55 : 0.0);
-        init(&params);
-        reset(&rig, 0, 0.1);
+        estimator_oracle_case_t rig = rig_of(0, way * rpm[n / 2 % 4] * RAD_PER_RPM, n / 8 ? way * 4.55 : 0.0);
+        init_both(&params);
+        reset_both(&rig, 0, 0.1);
         for (long k = 1; k <= 8000; k++) {
-            estimator_oracle_sample_t now;
-            estimator_oracle_sample(&rig, k, &now);
-            position_t a = estimator_step(&flt, as_float(now.voltage), as_float(now.current));
+            const estimator_oracle_sample_t now = sample_of(&rig, k);
+            position_t a = estimator_step(&est, as_float(now.voltage), as_float(now.current));
             position_t b = fixed_step(&fix, as_float(now.voltage), as_float(now.current));
             double between = 1e3 * fabs(circle((double)a.theta_e - (double)b.theta_e));
             if (k > 5000) {
@@ -166,26 +117,20 @@ static void check_composed(smo_switching_t switching, lag_mode_t mode, float emf
                 transient = fmax(transient, between);
             }
         }
-        TEST_ASSERT_EQUAL_UINT16(estimator_invalid(&flt), fixed_invalid(&fix));
+        TEST_ASSERT_EQUAL_UINT16(estimator_invalid(&est), fixed_invalid(&fix));
     }
     check_below(transient, TRANSIENT_APART, "angle on the way [mrad]");
     check_below(settled, MRAD_APART, "angle [mrad]");
     check_below(speed, SPEED_APART, "speed [rad/s]");
 }
 
-static void test_estimators_of_the_vector_form(void)
+static void test_estimators_of_both_forms(void)
 {
     for (int mode = LAG_NONE; mode <= LAG_EXACT; mode++) {
         check_composed(SMO_SIGMOID_VECTOR, (lag_mode_t)mode, 2000.0f);
-    }
-    check_composed(SMO_SIGMOID_VECTOR, LAG_EXACT, 0.0f);
-}
-
-static void test_estimators_per_axis(void)
-{
-    for (int mode = LAG_NONE; mode <= LAG_EXACT; mode++) {
         check_composed(SMO_SIGMOID, (lag_mode_t)mode, 0.0f);
     }
+    check_composed(SMO_SIGMOID_VECTOR, LAG_EXACT, 0.0f);
 }
 
 /* ---- the boundary ---- */
@@ -221,10 +166,10 @@ static void test_constants_that_do_not_fit_are_refused_by_name(void)
     };
 #undef SET
     params_error_t why;
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
+    estimator_params_t params = twin_params(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
     TEST_ASSERT_TRUE(fixed_params_check(&params, &why));
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        params = params_of(SMO_SIGMOID_VECTOR, cases[n].lag, 2000.0f);
+        params = twin_params(SMO_SIGMOID_VECTOR, cases[n].lag, 2000.0f);
         for (size_t m = 0; m < 3u && cases[n].set[m].at != 0u; m++) {
             memcpy((char *)&params + cases[n].set[m].at, &cases[n].set[m].value, sizeof(float));
         }
@@ -236,11 +181,10 @@ static void test_constants_that_do_not_fit_are_refused_by_name(void)
     }
 }
 
-/* A limit that is just kept, and just not: the rule says which. */
 static void test_the_limit_of_a_refusal_is_accepted(void)
 {
     params_error_t why;
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
+    estimator_params_t params = twin_params(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
     params.flux_linkage = 0.005f;
     TEST_ASSERT_FALSE(fixed_params_check(&params, &why));
     params.flux_linkage = why.min;
@@ -254,24 +198,24 @@ static void test_the_limit_of_a_refusal_is_accepted(void)
 static void test_samples_that_do_not_fit_are_none(void)
 {
     static const float bad[] = {NAN, INFINITY, -INFINITY, 1e30f, -1100.0f, 1100.0f};
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
-    estimator_oracle_case_t rig = rig_of(1000.0, 4.0);
+    estimator_params_t params = twin_params(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
+    estimator_oracle_case_t rig = rig_of(0, 1000.0 * RAD_PER_RPM, 4.0);
     for (unsigned n = 0; n < sizeof bad / sizeof bad[0]; n++) {
         for (int place = 0; place < 4; place++) {
             estimator_oracle_sample_t now;
-            init(&params);
-            reset(&rig, 0, 0.0);
+            init_both(&params);
+            reset_both(&rig, 0, 0.0);
             for (long k = 1; k < 100; k++) {
-                estimator_oracle_sample(&rig, k, &now);
+                now = sample_of(&rig, k);
                 (void)fixed_step(&fix, as_float(now.voltage), as_float(now.current));
             }
             float v[4] = {0.0f, 50.0f, 1.0f, 0.0f};
             v[place] = bad[n];
-            estimator_oracle_sample(&rig, 100, &now);
+            now = sample_of(&rig, 100);
             position_t coasting = fixed_step(&fix, (ab_t){v[0], v[1]}, (ab_t){v[2], v[3]});
             TEST_ASSERT_TRUE((fixed_invalid(&fix) & ESTIMATOR_SAMPLE) != 0u);
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.0, circle((double)coasting.theta_e - now.theta));
-            estimator_oracle_sample(&rig, 101, &now);
+            now = sample_of(&rig, 101);
             (void)fixed_step(&fix, as_float(now.voltage), as_float(now.current));
             TEST_ASSERT_EQUAL_UINT16(0, fixed_invalid(&fix));
         }
@@ -281,8 +225,8 @@ static void test_samples_that_do_not_fit_are_none(void)
 /* 4 U = 1024 V and 16 I = 32 A are still measurements. */
 static void test_range_of_the_samples(void)
 {
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
-    init(&params);
+    estimator_params_t params = twin_params(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
+    init_both(&params);
     (void)fixed_step(&fix, (ab_t){1.0f, 0.0f}, (ab_t){1.0f, 0.0f});
     (void)fixed_step(&fix, (ab_t){1024.0f, -1024.0f}, (ab_t){-32.0f, 32.0f});
     TEST_ASSERT_EQUAL_UINT16(0, fixed_invalid(&fix) & ESTIMATOR_SAMPLE);
@@ -295,28 +239,28 @@ static void test_range_of_the_samples(void)
 /* k_s 300 V needs U = 512 V and I = 4 A: the state is carried over, and back, and goes on as float's does. */
 static void test_take_in_other_bases_keeps_the_estimate(void)
 {
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
+    estimator_params_t params = twin_params(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
     estimator_params_t other = params;
     other.smo.gain = 300.0f;
     other.smo.slope = 0.6f;
-    estimator_oracle_case_t rig = rig_of(1000.0, 4.0);
+    estimator_oracle_case_t rig = rig_of(0, 1000.0 * RAD_PER_RPM, 4.0);
     double apart = 0.0;
     estimator_oracle_sample_t now;
-    init(&params);
-    reset(&rig, 0, 0.0);
+    init_both(&params);
+    reset_both(&rig, 0, 0.0);
     for (long k = 1; k <= 6000; k++) {
         if (k % 1000 == 0) {
             const float before = fix.scale.units.voltage;
             estimator_tuning_t tuning;
             fixed_tuning_t fixed_tuning;
             estimator_prepare(&tuning, k % 2000 ? &other : &params);
-            estimator_take(&flt, &tuning);
+            estimator_take(&est, &tuning);
             fixed_prepare(&fixed_tuning, k % 2000 ? &other : &params);
             fixed_take(&fix, &fixed_tuning);
             TEST_ASSERT_TRUE(before != fix.scale.units.voltage);
         }
-        estimator_oracle_sample(&rig, k, &now);
-        position_t a = estimator_step(&flt, as_float(now.voltage), as_float(now.current));
+        now = sample_of(&rig, k);
+        position_t a = estimator_step(&est, as_float(now.voltage), as_float(now.current));
         position_t b = fixed_step(&fix, as_float(now.voltage), as_float(now.current));
         apart = fmax(apart, 1e3 * fabs(circle((double)a.theta_e - (double)b.theta_e)));
     }
@@ -327,36 +271,32 @@ static void test_take_in_other_bases_keeps_the_estimate(void)
  * not. */
 static void test_at_its_limit_a_criterion_still_holds(void)
 {
-    estimator_params_t params = params_of(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
+    estimator_params_t params = twin_params(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);
     params.validity.amplitude_max = 1.5f;
-    estimator_oracle_case_t rig = rig_of(1000.0, 4.0);
+    estimator_oracle_case_t rig = rig_of(0, 1000.0 * RAD_PER_RPM, 4.0);
     estimator_oracle_sample_t now;
-    init(&params);
-    reset(&rig, 0, 0.05);
+    init_both(&params);
+    reset_both(&rig, 0, 0.05);
     for (long k = 1; k < 60; k++) {
-        estimator_oracle_sample(&rig, k, &now);
+        now = sample_of(&rig, k);
         (void)fixed_step(&fix, as_float(now.voltage), as_float(now.current));
     }
     const estimator_q_t before = fix.q;
-    estimator_oracle_sample(&rig, 60, &now);
+    now = sample_of(&rig, 60);
     (void)fixed_step(&fix, as_float(now.voltage), as_float(now.current));
     const estimator_q_t judged = fix.q;
     const int32_t speed = q_magnitude(judged.pll.omega_smooth);
     const int32_t detector = q_magnitude(judged.pll.detector);
     TEST_ASSERT_TRUE(speed > 1000 && detector > 1000);
-    for (int32_t beyond = 0; beyond < 2; beyond++) {
-        const uint32_t expected = beyond ? ESTIMATOR_SPEED : 0u;
+    for (int32_t n = 0; n < 6; n++) {
+        const int32_t beyond = n % 2;
+        const uint32_t bit = n < 4 ? ESTIMATOR_SPEED : ESTIMATOR_DETECTOR;
         fix.q = before;
-        fix.q.tuning.speed_min = speed + beyond;
+        *(n < 2   ? &fix.q.tuning.speed_min
+          : n < 4 ? &fix.q.tuning.speed_max
+                  : &fix.q.tuning.detector_max) =
+            n < 2 ? speed + beyond : (n < 4 ? speed : detector) - beyond;
         (void)fixed_step(&fix, as_float(now.voltage), as_float(now.current));
-        TEST_ASSERT_EQUAL_UINT16(expected, fixed_invalid(&fix));
-        fix.q = before;
-        fix.q.tuning.speed_max = speed - beyond;
-        (void)fixed_step(&fix, as_float(now.voltage), as_float(now.current));
-        TEST_ASSERT_EQUAL_UINT16(expected, fixed_invalid(&fix));
-        fix.q = before;
-        fix.q.tuning.detector_max = detector - beyond;
-        (void)fixed_step(&fix, as_float(now.voltage), as_float(now.current));
-        TEST_ASSERT_EQUAL_UINT16(beyond ? ESTIMATOR_DETECTOR : 0u, fixed_invalid(&fix));
+        TEST_ASSERT_EQUAL_UINT16(beyond != 0 ? bit : 0u, fixed_invalid(&fix));
     }
 }

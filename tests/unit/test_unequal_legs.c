@@ -1,10 +1,5 @@
 /* What three legs that lose different voltages and have different resistances leave in an EMF, summed leg by
  * leg; expected are the differences from their mean. */
-#include <complex.h>
-#include <math.h>
-#include <string.h>
-#include <unity.h>
-
 #include "medium/adapt/unequal_legs.h"
 #include "tests/unit/vectors.h"
 
@@ -37,11 +32,10 @@ static double complex axis(int32_t leg)
 /* Part of a difference, given as a vector, that is this leg's. */
 static double of_leg(ab_t difference, int32_t leg)
 {
-    return creal(((double)difference.alpha + J * (double)difference.beta) * conj(axis(leg)));
+    return creal(of_ab(difference) * conj(axis(leg)));
 }
 
-/* The EMF without its mean: what is lost more than is believed, but for the part that turns with the current.
- */
+/* The EMF without its mean: what is lost more than is believed, without what turns with the current. */
 static double complex rest_of(const lost_t *lost, double complex current)
 {
     const double volt = (lost->volt[0] + lost->volt[1] + lost->volt[2]) / 3.0;
@@ -62,10 +56,7 @@ static void turn(const lost_t *lost, double amplitude, double omega, double seco
         angle += omega * STEP;
         const double complex current = amplitude * cexp(J * angle);
         const double complex rest = rest_of(lost, current);
-        const unequal_legs_input_t input = {{(float)creal(rest), (float)cimag(rest)},
-                                            {(float)creal(current), (float)cimag(current)},
-                                            (float)STEP,
-                                            1.0f};
+        const unequal_legs_input_t input = {to_ab(rest), to_ab(current), (float)STEP, 1.0f};
         unequal_legs_step(&legs, &input);
     }
 }

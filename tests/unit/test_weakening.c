@@ -1,7 +1,6 @@
 #include "medium/manoeuvre/weakening.h"
 
-#include <math.h>
-#include <unity.h>
+#include "tests/unit/compare.h"
 
 /* A family of rotors: L_q 20 mH, psi_f 0.1 Wb, 15 A; without R, so that voltage is speed times flux. */
 #define FLUX    0.1
@@ -62,8 +61,7 @@ static double most_torque(double flux)
     return most;
 }
 
-/* Up to six times the flux of rest, both directions: the circle, the ellipse, and where MTPV is within 15 A.
- */
+/* Up to six times the flux of rest, both directions: circle, ellipse, and where MTPV is within 15 A. */
 static void test_the_most_torque_is_that_of_trying_every_i_d(void)
 {
     for (unsigned n = 0; n < RATIOS; n++) {
@@ -109,7 +107,6 @@ static void test_a_torque_takes_no_more_i_d_than_the_voltage_needs(void)
     }
 }
 
-/* Backwards and braking: the same i_d. */
 static void test_i_d_is_the_same_in_every_quarter(void)
 {
     begin(3.0, 0.0);
@@ -138,7 +135,6 @@ static void test_below_the_voltage_nothing_is_weakened(void)
     TEST_ASSERT_TRUE(weakening.looks != 0u);
 }
 
-/* Without a share of the link there is no weakening at any speed. */
 static void test_off_is_off(void)
 {
     begin(2.0, 1.0);
@@ -148,8 +144,7 @@ static void test_off_is_off(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, weakening_i_d(&weakening, 20.0f, 0.0f, 4000.0f));
 }
 
-/* R takes 15 A of 1 ohm along the EMF of a current along it: driving the flux is less by that, braking more.
- */
+/* R takes 15 A of 1 ohm along the EMF of a current along it: driving the flux is less, braking more. */
 static void test_the_drop_of_r_counts_in_the_direction_of_the_emf(void)
 {
     begin(1.0, 1.0);

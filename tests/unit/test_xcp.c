@@ -2,12 +2,11 @@
  * the answers that it lays out for them. Behind the addresses stands a memory of this file: extension 1,
  * slots 1 to 8, which may hold anything but 0xDEADDEAD; extension 0, which cannot be written; texts of
  * extensions 5 and 6. */
+#include "contract/line.h"
 #include "talk/xcp.h"
 
-#include <stdio.h>
+#include "tests/unit/compare.h"
 #include <stdlib.h>
-#include <string.h>
-#include <unity.h>
 
 #define SLOTS 9u /* slot 0 is none */
 
@@ -20,18 +19,15 @@ static uint32_t memory[SLOTS];
 static uint32_t applied_memory[SLOTS];
 static bool set_is_bad;
 static uint32_t clock_now;
+static uint32_t key; /* 0: open */
 
+/* NULL: it holds none. */
 static const char *text_of(uint32_t extension)
 {
-    return extension == XCP_EXTENSION_A2L   ? "a file to upload, 33 octets of it"
-           : extension == XCP_EXTENSION_EPK ? "lagless-01234567"
-                                            : "isr_10kHz";
-}
-
-static bool is_text(uint32_t extension)
-{
-    return extension == XCP_EXTENSION_A2L || extension == XCP_EXTENSION_EPK ||
-           extension == XCP_EXTENSION_EVENT;
+    return extension == XCP_EXTENSION_A2L     ? "a file to upload, 33 octets of it"
+           : extension == XCP_EXTENSION_EPK   ? "lagless-01234567"
+           : extension == XCP_EXTENSION_EVENT ? "isr_10kHz"
+                                              : NULL;
 }
 
 static uint32_t text_length(uint32_t extension)
@@ -43,7 +39,7 @@ static uint32_t read_memory(uint32_t extension, uint32_t address, uint32_t count
 {
     for (uint32_t n = 0; n < count; n++) {
         const uint32_t at = address + n;
-        if (is_text(extension)) {
+        if (text_of(extension) != NULL) {
             if (at >= text_length(extension)) {
                 return XCP_OUT_OF_RANGE;
             }
@@ -119,6 +115,11 @@ static uint32_t clock_of_drive(void)
     return clock_now;
 }
 
+static uint32_t key_of_drive(void)
+{
+    return key;
+}
+
 static xcp_access_t access = {
     .read = read_memory,
     .write = write_memory,
@@ -130,6 +131,7 @@ static xcp_access_t access = {
     .apply = apply,
     .applied = applied,
     .clock = clock_of_drive,
+    .key = key_of_drive,
     .period = 100000u,
 };
 
@@ -172,15 +174,29 @@ static void send(const uint16_t *octets, uint32_t count)
     length = xcp_command(&xcp, &daq, &access, (frame_packet_t){octets, count}, answer);
 }
 
-/* A command and its answer; NULL: it only prepares. */
 static void ask(const char *command, const char *expected)
 {
     uint16_t octets[FRAME_MAX_DTO];
     send(octets, octets_of(command, octets));
-    if (expected != NULL) {
-        expect(expected, answer, length);
+    expect(expected, answer, length);
+}
+
+/* Commands that are done, without an answer of their own. */
+static void prepare(const char *commands)
+{
+    char command[80];
+    for (size_t count; *commands != '\0'; commands += count + strspn(commands + count, ", ")) {
+        count = strcspn(commands, ",");
+        TEST_ASSERT_TRUE(count < sizeof command);
+        memcpy(command, commands, count);
+        command[count] = '\0';
+        ask(command, "FF");
     }
 }
+
+/* RESOURCE: CAL/PAG and DAQ. COMM_MODE_BASIC: Intel, BYTE, no block mode, GET_COMM_MODE_INFO is there.
+ * MAX_CTO 64, MAX_DTO 128, both versions 1. */
+#define CONNECTED "FF 05 80 40 80 00 01 01"
 
 void setUp(void)
 {
@@ -195,17 +211,11 @@ void setUp(void)
     set_is_bad = false;
     clock_now = UINT32_C(0x12345678);
     access.period = 100000u;
-    ask("FF 00", NULL);
+    key = 0u;
+    ask("FF 00", CONNECTED);
 }
 
 /* ---- session ---- */
-
-/* RESOURCE: CAL/PAG and DAQ. COMM_MODE_BASIC: Intel, BYTE, no block mode, GET_COMM_MODE_INFO is there.
- * MAX_CTO 64, MAX_DTO 128, both versions 1. */
-static void test_connect_tells_what_the_slave_can(void)
-{
-    expect("FF 05 80 40 80 00 01 01", answer, length);
-}
 
 static void test_without_a_connection_only_connect_is_answered(void)
 {
@@ -214,35 +224,31 @@ static void test_without_a_connection_only_connect_is_answered(void)
         send((const uint16_t[8]){code}, 8u);
         TEST_ASSERT_EQUAL_UINT32(0u, length);
     }
-    ask("FF 00", "FF 05 80 40 80 00 01 01");
+    ask("FF 00", CONNECTED);
 }
+
+/* A list of one ODT of one entry, to which the pointer is set. */
+#define ONE_LIST "D5 00 01 00, D4 00 00 00 01, D3 00 00 00 00 01, E2 00 00 00 00 00"
 
 static void test_a_new_connection_begins_anew(void)
 {
-    ask("D5 00 01 00", NULL);
-    ask("D4 00 00 00 01", NULL);
-    ask("D3 00 00 00 00 01", NULL);
-    ask("E2 00 00 00 00 00", NULL);
-    ask("E1 FF 04 00 04 00 00 00", NULL);
-    ask("DE 01 00 00", NULL);
-    ask("EB 02 00 00", NULL);
+    prepare(ONE_LIST ", E1 FF 04 00 04 00 00 00");
+    ask("DE 01 00 00", "FF 00");
+    prepare("EB 02 00 00");
     ask("FD", "FF 40 00 00 00 00"); /* DAQ_RUNNING */
-    ask("FF 00", NULL);
+    ask("FF 00", CONNECTED);
     ask("FD", "FF 00 00 00 00 00");
     ask("EA 02 00", "FF 00 00 01"); /* the client looks at the staged page again */
     TEST_ASSERT_EQUAL_UINT32(0u, daq.lists);
 }
 
-static void test_synch_is_answered_by_its_error_and_comm_mode_info_by_octets(void)
+/* Synchronisation is answered by its error, the mode of communication by octets. */
+static void test_unknown_commands_are_told_so(void)
 {
     ask("FC", "FE 00");
     ask("FB", "FF 00 00 00 00 00 00 10");
-}
-
-static void test_unknown_commands_are_told_so(void)
-{
-    static const uint16_t unknown[] = {0xF8, 0xF7, 0xF2, 0xF1, 0xEF, 0xEE, 0xED, 0xEC, 0xE6,
-                                       0xE3, 0xDF, 0xDB, 0xD8, 0xD2, 0xC7, 0xC0, 0x80, 0x00};
+    static const uint16_t unknown[] = {0xF2, 0xF1, 0xEF, 0xEE, 0xED, 0xEC, 0xE6, 0xE3,
+                                       0xDF, 0xDB, 0xD8, 0xD2, 0xC7, 0xC0, 0x80, 0x00};
     for (uint32_t n = 0; n < sizeof unknown / sizeof unknown[0]; n++) {
         send((const uint16_t[8]){unknown[n]}, 8u);
         expect("FE 20", answer, length);
@@ -255,8 +261,8 @@ static void test_short_commands_are_told_so(void)
     static const struct {
         uint16_t code;
         uint32_t octets;
-    } needs[] = {{0xFF, 2}, {0xFA, 2}, {0xF6, 8}, {0xF5, 2}, {0xF4, 8}, {0xF3, 8}, {0xF0, 2},
-                 {0xEB, 4}, {0xEA, 3}, {0xE8, 5}, {0xE7, 4}, {0xE2, 6}, {0xE1, 8}, {0xE0, 8},
+    } needs[] = {{0xFF, 2}, {0xFA, 2}, {0xF8, 3}, {0xF7, 2}, {0xF6, 8}, {0xF5, 2}, {0xF4, 8}, {0xF3, 8},
+                 {0xF0, 2}, {0xEB, 4}, {0xEA, 3}, {0xE8, 5}, {0xE7, 4}, {0xE2, 6}, {0xE1, 8}, {0xE0, 8},
                  {0xDE, 4}, {0xDD, 2}, {0xD7, 4}, {0xD5, 4}, {0xD4, 5}, {0xD3, 6}};
     for (uint32_t n = 0; n < sizeof needs / sizeof needs[0]; n++) {
         for (uint32_t octets = 1u; octets < needs[n].octets; octets++) {
@@ -267,8 +273,132 @@ static void test_short_commands_are_told_so(void)
     }
 }
 
-/* Mode 1: the text stands in the answer. Mode 0: it is to be uploaded from where the transfer address now is.
- */
+/* ---- seed and key ---- */
+
+static void connect_locked(void)
+{
+    key = 4711u;
+    ask("FF 00", "FF 05 80 40 80 00 01 01");
+    ask("FD", "FF 00 01 00 00 00");
+}
+
+/* CAL/PAG: the octets of the seed. */
+static uint32_t seed_of_drive(void)
+{
+    ask("F8 00 01", NULL);
+    TEST_ASSERT_EQUAL_UINT32(6u, length);
+    TEST_ASSERT_EQUAL_HEX16(0xFF, answer[0]);
+    TEST_ASSERT_EQUAL_HEX16(4u, answer[1]);
+    return (uint32_t)answer[2] | (uint32_t)answer[3] << 8 | (uint32_t)answer[4] << 16 |
+           (uint32_t)answer[5] << 24;
+}
+
+static void answer_seed(uint32_t reply, const char *expected)
+{
+    const uint16_t unlock[] = {0xF7,
+                               4u,
+                               (uint16_t)(reply & 0xFFu),
+                               (uint16_t)(reply >> 8 & 0xFFu),
+                               (uint16_t)(reply >> 16 & 0xFFu),
+                               (uint16_t)(reply >> 24)};
+    send(unlock, 6u);
+    expect(expected, answer, length);
+}
+
+/* By another program that follows the text of docs/serial.md. */
+static void test_the_answer_to_a_seed_is_that_of_the_guide(void)
+{
+    static const struct {
+        uint32_t seed, key, reply;
+    } cases[] = {{UINT32_C(0x00000000), UINT32_C(1), UINT32_C(0x8F281456)},
+                 {UINT32_C(0x12345678), UINT32_C(9999999), UINT32_C(0xFDD00E98)},
+                 {UINT32_C(0xFFFFFFFF), UINT32_C(4711), UINT32_C(0x20D4B002)},
+                 {UINT32_C(0x00000001), UINT32_C(4711), UINT32_C(0xCDE9A026)}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        TEST_ASSERT_EQUAL_HEX32(cases[n].reply, line_unlocks(cases[n].seed, cases[n].key));
+    }
+}
+
+static void test_without_a_key_the_seed_is_empty_and_nothing_is_locked(void)
+{
+    ask("FD", "FF 00 00 00 00 00");
+    ask("F8 00 01", "FF 00");
+    ask("F7 04 01 02 03 04", "FF 00");
+    ask("F6 00 00 01 04 00 00 00", "FF");
+    ask("F0 04 78 56 34 12", "FF");
+    TEST_ASSERT_EQUAL_HEX32(0x12345678u, memory[1]);
+}
+
+static void test_a_locked_slave_is_read_and_measured_but_not_written(void)
+{
+    uint32_t before[SLOTS];
+    memcpy(before, memory, sizeof memory);
+    connect_locked();
+    ask("F4 04 00 01 04 00 00 00", "FF 04 05 06 07");
+    ask("F6 00 00 01 04 00 00 00", "FF");
+    ask("F5 04", "FF 04 05 06 07");
+    ask("EB 02 00 00", "FF"); /* the page that is read */
+    ask("D5 00 01 00", "FF");
+    ask("F6 00 00 01 04 00 00 00", "FF");
+    ask("F0 04 78 56 34 12", "FE 25");
+    ask("F0 08 78 56 34 12 78 56 34 12", "FE 25");
+    ask("EB 01 00 00", "FE 25");
+    ask("EB 83 00 00", "FE 25");
+    TEST_ASSERT_EQUAL_HEX32_ARRAY(before, memory, SLOTS);
+}
+
+static void test_the_right_answer_opens_the_session_and_no_other_one(void)
+{
+    connect_locked();
+    answer_seed(line_unlocks(seed_of_drive(), key), "FF 00");
+    ask("FD", "FF 00 00 00 00 00");
+    ask("F6 00 00 01 04 00 00 00", "FF");
+    ask("F0 04 78 56 34 12", "FF");
+    TEST_ASSERT_EQUAL_HEX32(0x12345678u, memory[1]);
+    ask("EB 01 00 00", "FF");
+    answer_seed(0u, "FF 00"); /* repeated, its answer was lost */
+    ask("FF 00", NULL);
+    ask("FD", "FF 00 01 00 00 00");
+    ask("F6 00 00 01 04 00 00 00", "FF");
+    ask("F0 04 00 00 00 00", "FE 25");
+    TEST_ASSERT_EQUAL_HEX32(0x12345678u, memory[1]);
+}
+
+static void test_a_wrong_answer_ends_the_session(void)
+{
+    for (uint32_t bit = 0; bit < 32u; bit++) {
+        connect_locked();
+        answer_seed(line_unlocks(seed_of_drive(), key) ^ UINT32_C(1) << bit, "FE 25");
+        ask("FD", "");
+    }
+    connect_locked();
+    (void)seed_of_drive();
+    ask("F7 02 00 00", "FE 25"); /* of another length */
+    ask("FD", "");
+}
+
+static void test_a_seed_is_good_for_one_answer(void)
+{
+    connect_locked();
+    answer_seed(0u, "FE 29"); /* no seed was asked for */
+    const uint32_t first = seed_of_drive();
+    const uint32_t second = seed_of_drive(); /* at the same time */
+    TEST_ASSERT_TRUE(first != second);
+    answer_seed(line_unlocks(first, key), "FE 25");
+    connect_locked();
+    answer_seed(line_unlocks(second, key), "FE 29");
+}
+
+static void test_other_resources_are_open_and_a_seed_comes_in_one_piece(void)
+{
+    connect_locked();
+    ask("F8 00 04", "FF 00"); /* DAQ */
+    ask("F8 01 00", "FE 29");
+    ask("F8 00 00", "FE 22");
+    ask("F8 00 05", "FE 22");
+}
+
+/* Mode 1: the text stands in the answer. Mode 0: it is uploaded from where the transfer address now is. */
 static void test_identification(void)
 {
     ask("FA 00", "FF 01 00 00 07 00 00 00 'lagless'");
@@ -284,16 +414,12 @@ static void test_identification(void)
 
 /* ---- memory ---- */
 
-static void test_upload_goes_on_where_it_ended(void)
+static void test_uploads_go_on_where_the_last_one_ended(void)
 {
     ask("F6 00 00 01 04 00 00 00", "FF");
     ask("F5 04", "FF 04 05 06 07");
     ask("F5 06", "FF 08 09 0A 0B 0C 0D");
     ask("F5 01", "FF 0E");
-}
-
-static void test_short_upload_brings_its_address(void)
-{
     ask("F4 04 00 01 08 00 00 00", "FF 08 09 0A 0B");
     ask("F5 04", "FF 0C 0D 0E 0F");             /* the transfer address stands behind it */
     ask("F4 02 00 00 07 00 00 00", "FF 07 08"); /* from the midst of a slot */
@@ -314,7 +440,7 @@ static void test_what_is_not_there_is_out_of_range(void)
 
 static void test_download_writes_slots(void)
 {
-    ask("F6 00 00 01 08 00 00 00", NULL);
+    ask("F6 00 00 01 08 00 00 00", "FF");
     ask("F0 08 11 22 33 44 55 66 77 88", "FF");
     TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x44332211), memory[2]);
     TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x88776655), memory[3]);
@@ -326,18 +452,18 @@ static void test_a_refused_download_changes_nothing(void)
 {
     uint32_t before[SLOTS];
     memcpy(before, memory, sizeof memory);
-    ask("F6 00 00 01 04 00 00 00", NULL);
+    ask("F6 00 00 01 04 00 00 00", "FF");
     ask("F0 08 01 00 00 00 AD DE AD DE", "FE 22"); /* the second of two */
     ask("F0 02 01 00", "FE 22");                   /* half a slot */
     ask("F0 00", "FE 22");
     ask("F0 04 01 00 00", "FE 21"); /* an octet is missing */
     ask("F0 3F 01 00 00", "FE 21"); /* more than a command holds */
     ask("F0 FF 01 00 00", "FE 21");
-    ask("F6 00 00 01 05 00 00 00", NULL); /* across two slots */
+    ask("F6 00 00 01 05 00 00 00", "FF"); /* across two slots */
     ask("F0 04 01 00 00 00", "FE 22");
-    ask("F6 00 00 00 04 00 00 00", NULL); /* a signal */
+    ask("F6 00 00 00 04 00 00 00", "FF"); /* a signal */
     ask("F0 04 01 00 00 00", "FE 23");
-    ask("F6 00 00 09 04 00 00 00", NULL); /* nothing at all */
+    ask("F6 00 00 09 04 00 00 00", "FF"); /* nothing at all */
     ask("F0 04 01 00 00 00", "FE 22");
     TEST_ASSERT_EQUAL_HEX32_ARRAY(before, memory, SLOTS);
 }
@@ -345,10 +471,10 @@ static void test_a_refused_download_changes_nothing(void)
 /* CRC-32 of IEEE 802.3 over 04h, 05h, ... 0Fh, by Python's zlib.crc32(bytes(range(4, 16))): 0xBCFF1C39. */
 static void test_checksum_of_a_block(void)
 {
-    ask("F6 00 00 01 04 00 00 00", NULL);
+    ask("F6 00 00 01 04 00 00 00", "FF");
     ask("F3 00 00 00 0C 00 00 00", "FF 09 00 00 39 1C FF BC");
     ask("F5 01", "FF 10"); /* the address stands behind the block */
-    ask("F6 00 00 01 04 00 00 00", NULL);
+    ask("F6 00 00 01 04 00 00 00", "FF");
     ask("F3 00 00 00 00 00 00 00", "FE 22");
     ask("F3 00 00 00 0D 00 00 00", "FE 22");
     ask("F3 00 00 00 00 00 00 80",
@@ -411,27 +537,18 @@ static void test_what_is_said_of_segment_and_pages(void)
 
 /* DAQ_PROPERTIES: dynamic, prescaler, stamps, overload by event. Lists as allocated, one event, none
  * predefined, key 0: absolute ODT numbers. Resolution: entries of four octets; stamps of four octets, fixed,
- * unit 5 (100 us), one tick each. */
+ * unit 5 (100 us), one tick each. Event 0: for DAQ, consistent as a whole, two lists, nine letters of name,
+ * every 1 x 100 us. Other carriers: 50 us are 5 x 10 us; 62.5 us are 625 x 100 ns, as an octet 63 x 1 us. */
 static void test_what_is_said_of_acquisition(void)
 {
     ask("DA", "FF 93 00 00 01 00 00 00");
-    ask("D5 00 02 00", NULL);
+    ask("D5 00 02 00", "FF");
     ask("DA", "FF 93 02 00 01 00 00 00");
     ask("D9", "FF 04 04 01 00 5C 01 00");
     ask("DC", "FF 00 00 00 78 56 34 12");
-}
-
-/* Event 0: for DAQ, consistent as a whole, two lists, nine letters of name, every 1 x 100 us. */
-static void test_the_event_has_name_and_cycle(void)
-{
     ask("D7 00 00 00", "FF 84 02 09 01 05 FF");
     ask("F5 09", "FF 'isr_10kHz'");
     ask("D7 00 01 00", "FE 22");
-}
-
-/* Other carriers: 50 us are 5 x 10 us; 62.5 us are 625 x 100 ns, as an octet 63 x 1 us. */
-static void test_other_periods_are_told_as_exactly_as_it_can_be(void)
-{
     access.period = 50000u;
     ask("D9", "FF 04 04 01 00 4C 05 00");
     access.period = 62500u;
@@ -442,23 +559,12 @@ static void test_other_periods_are_told_as_exactly_as_it_can_be(void)
 /* Two ODTs of list 0: slots 1 and 2, and slot 3; one of list 1: slot 4. */
 static void configure(void)
 {
-    ask("D6", "FF");
-    ask("D5 00 02 00", "FF");
-    ask("D4 00 00 00 02", "FF");
-    ask("D4 00 01 00 01", "FF");
-    ask("D3 00 00 00 00 02", "FF");
-    ask("D3 00 00 00 01 01", "FF");
-    ask("D3 00 01 00 00 01", "FF");
-    ask("E2 00 00 00 00 00", "FF");
-    ask("E1 FF 04 00 04 00 00 00", "FF");
-    ask("E1 FF 04 00 08 00 00 00", "FF");    /* the pointer goes on */
-    ask("E1 FF 04 00 0C 00 00 00", "FE 22"); /* but not into the next ODT */
-    ask("E2 00 00 00 01 00", NULL);
-    ask("E1 FF 04 00 0C 00 00 00", "FF");
-    ask("E2 00 01 00 00 00", NULL);
-    ask("E1 FF 04 00 10 00 00 00", "FF");
-    ask("E0 10 00 00 00 00 01 00", "FF");
-    ask("E0 10 01 00 00 00 03 00", "FF");
+    prepare("D6, D5 00 02 00, D4 00 00 00 02, D4 00 01 00 01");
+    prepare("D3 00 00 00 00 02, D3 00 00 00 01 01, D3 00 01 00 00 01, E2 00 00 00 00 00");
+    prepare("E1 FF 04 00 04 00 00 00, E1 FF 04 00 08 00 00 00"); /* the pointer goes on */
+    ask("E1 FF 04 00 0C 00 00 00", "FE 22");                     /* but not into the next ODT */
+    prepare("E2 00 00 00 01 00, E1 FF 04 00 0C 00 00 00, E2 00 01 00 00 00, E1 FF 04 00 10 00 00 00");
+    prepare("E0 10 00 00 00 00 01 00, E0 10 01 00 00 00 03 00");
 }
 
 static void sample(uint32_t period)
@@ -520,7 +626,7 @@ static void test_one_list_is_started_and_stopped_by_itself(void)
     packet("");
     sample(4u);
     packet("02 04 00 00 00 10 11 12 13");
-    ask("DE 02 01 00", NULL);
+    ask("DE 02 01 00", "FF 02");
     ask("DD 02", "FF"); /* stop what is selected */
     ask("FD", "FF 00 00 00 00 00");
 }
@@ -528,11 +634,11 @@ static void test_one_list_is_started_and_stopped_by_itself(void)
 static void test_a_running_list_is_not_changed(void)
 {
     configure();
-    ask("DE 01 00 00", NULL);
+    ask("DE 01 00 00", "FF 00");
     ask("D5 00 01 00", "FE 11");
     ask("D4 00 00 00 01", "FE 11");
     ask("D3 00 00 00 00 01", "FE 11");
-    ask("E2 00 00 00 00 00", NULL);
+    ask("E2 00 00 00 00 00", "FF");
     ask("E1 FF 04 00 04 00 00 00", "FE 11");
     ask("E0 10 00 00 00 00 01 00", "FE 11");
     ask("D6", "FF"); /* but all of it may be given up */
@@ -544,7 +650,7 @@ static void test_allocations_have_an_order_and_an_end(void)
     ask("D4 00 00 00 01", "FE 29");
     ask("D3 00 00 00 00 01", "FE 29");
     ask("D5 00 03 00", "FE 30");
-    ask("D5 00 02 00", NULL);
+    ask("D5 00 02 00", "FF");
     ask("D5 00 02 00", "FE 29");
     ask("D3 00 00 00 00 01", "FE 29");
     ask("D4 00 02 00 01", "FE 22");
@@ -563,9 +669,7 @@ static void test_allocations_have_an_order_and_an_end(void)
 
 static void test_what_cannot_be_measured_is_refused(void)
 {
-    ask("D5 00 01 00", NULL);
-    ask("D4 00 00 00 01", NULL);
-    ask("D3 00 00 00 00 01", NULL);
+    prepare(ONE_LIST);
     ask("E2 00 00 00 00 01", "FE 22");
     ask("E2 00 00 00 01 00", "FE 22");
     ask("E2 00 01 00 00 00", "FE 22");
@@ -585,18 +689,12 @@ static void test_what_cannot_be_measured_is_refused(void)
     ask("E0 10 01 00 00 00 01 00", "FE 22"); /* another list */
 }
 
-/* One of the lists that shall start is not complete: neither does. */
 static void test_a_common_start_is_all_or_nothing(void)
 {
-    ask("D5 00 02 00", NULL);
-    ask("D4 00 00 00 01", NULL);
-    ask("D4 00 01 00 01", NULL);
-    ask("D3 00 00 00 00 01", NULL);
-    ask("D3 00 01 00 00 01", NULL);
-    ask("E2 00 00 00 00 00", NULL);
-    ask("E1 FF 04 00 04 00 00 00", NULL);
-    ask("DE 02 00 00", NULL);
-    ask("DE 02 01 00", NULL);
+    prepare("D5 00 02 00, D4 00 00 00 01, D4 00 01 00 01, D3 00 00 00 00 01, D3 00 01 00 00 01");
+    prepare("E2 00 00 00 00 00, E1 FF 04 00 04 00 00 00");
+    ask("DE 02 00 00", "FF 00");
+    ask("DE 02 01 00", "FF 01");
     ask("DD 01", "FE 2A");
     TEST_ASSERT_EQUAL_UINT32(0u, daq.running);
 }

@@ -14,6 +14,16 @@ static inline double complex of_ab(ab_t vector)
     return (double)vector.alpha + J * (double)vector.beta;
 }
 
+static inline double complex of_dq(dq_t vector)
+{
+    return (double)vector.d + J * (double)vector.q;
+}
+
+static inline dq_t to_dq(double complex vector)
+{
+    return (dq_t){(float)creal(vector), (float)cimag(vector)};
+}
+
 static inline ab_t to_ab(double complex vector)
 {
     return (ab_t){(float)creal(vector), (float)cimag(vector)};

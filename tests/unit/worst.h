@@ -2,12 +2,7 @@
 #ifndef TESTS_UNIT_WORST_H
 #define TESTS_UNIT_WORST_H
 
-#include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <string.h>
-#include <unity.h>
-
+#include "tests/unit/compare.h"
 #include "tests/unit/sweep.h"
 
 static double worst;

@@ -1,5 +1,5 @@
 # A processor with 16-bit int and 32-bit double, as the C28x has them, simulated: an ATmega2560 with 64 K of RAM, which
-# tests/target/avr/simulator.c plays; the preset `host` builds it.
+# tools/target/avr/simulator.c plays; the preset `host` builds it.
 include("${CMAKE_CURRENT_LIST_DIR}/need.cmake")
 lagless_need(avr avr-gcc gcc-avr)
 lagless_need_library(avr avr-gcc libc.a avr-libc)

@@ -193,9 +193,10 @@ typedef struct {
     position_t encoder;         /* at its end */
     float omega_m;              /* [rad/s] mechanical, assumed speed of the rotor at its end */
     run_wish_t wish;
-    uint32_t losses;   /* [-] not 0: the guard reports that the lock is lost */
-    int32_t outcome;   /* [-] catch_outcome_t of the active catch */
-    uint32_t setpoint; /* [windows] number of the setpoint that was active */
+    uint32_t voltage_near; /* [-] 1: the dead time is nearly known, so that the estimate's frame is right */
+    uint32_t losses;       /* [-] not 0: the guard reports that the lock is lost */
+    int32_t outcome;       /* [-] catch_outcome_t of the active catch */
+    uint32_t setpoint;     /* [windows] number of the setpoint that was active */
 } manoeuvres_input_t;
 
 /* Computes the coefficients; parameters that are 0 are replaced by their rules. For the background. */

@@ -144,12 +144,13 @@ static void see_need(manoeuvres_t *m, const manoeuvres_input_t *input, const set
 }
 
 /* The current of the forced frame: the full start current while it accelerates or passes zero; at a constant
- * speed the measured need of the load and a reserve, because a step of the
- * load is not detected beforehand. */
-static void force_current(manoeuvres_t *m)
+ * speed the measured need of the load and a reserve, because a step of the load is not detected beforehand.
+ * The need is measured in the estimate's frame: a wrong dead time turns that frame so far that a load seems
+ * to need nothing. */
+static void force_current(manoeuvres_t *m, bool voltage_near)
 {
     float wanted = m->forced.wanted;
-    if (m->now == (int32_t)MANOEUVRE_FORCED) {
+    if (m->now == (int32_t)MANOEUVRE_FORCED && voltage_near) {
         const float with_margin = 1.5f * m->forced.needed + 0.1f * m->forced.wanted;
         wanted = with_margin < wanted ? with_margin : wanted;
         wanted = wanted > 0.5f * m->forced.wanted ? wanted : 0.5f * m->forced.wanted;
@@ -177,7 +178,7 @@ void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
     name_forced(m, wanted);
     track_beside(m, input, setpoint);
     see_need(m, input, setpoint);
-    force_current(m);
+    force_current(m, input->voltage_near != 0u);
     force_by(m, setpoint);
     if (stalls(m, input)) {
         fail(m, MANOEUVRE_STALLED, setpoint);

@@ -71,3 +71,6 @@
 
 #define BOARD_SERIAL_BAUD 937500 /* 18: LSPCLK / 40, exactly */
 #define BOARD_SERIAL_PINS BOARD_SCIA_GPIO28
+
+/* 19: the kit has no switch for it. Every client on the serial line may start the motor. */
+#define BOARD_ENABLE_INPUT BOARD_NONE

@@ -72,3 +72,8 @@
 
 #define BOARD_SERIAL_BAUD 937500 /* 18: LSPCLK / 40, exactly */
 #define BOARD_SERIAL_PINS BOARD_SCIA_GPIO28
+
+/* 19: a contact that a hand closes to 3.3 V, with a resistor to ground: an open wire is off */
+#define BOARD_ENABLE_INPUT       27
+#define BOARD_ENABLE_ACTIVE_HIGH 1
+#define BOARD_ENABLE_DEBOUNCE_US 5000

@@ -1,0 +1,191 @@
+/* `lagless fmu SCENARIO`: the ring as a functional mock-up unit, one archive. */
+#include <argp.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host_sim/cli/arguments.h"
+#include "host_sim/cli/cli.h"
+#include "host_sim/cli/library.h"
+#include "host_sim/cli/output.h"
+#include "host_sim/lab/fmu_model.h"
+#include "host_sim/lab/json.h"
+#include "host_sim/lab/scenario_write.h"
+#include "host_sim/lab/zip.h"
+#include "host_sim/rig/rig.h"
+
+#define LIBRARY_MAX (UINT32_C(256) << 20) /* [octets] */
+
+typedef struct {
+    arguments_scenario_t of;
+    arguments_output_t output;
+} options_t;
+
+static error_t parse(int key, char *argument, struct argp_state *state)
+{
+    options_t *options = state->input;
+    return arguments_output(key, argument, &options->output) == 0
+               ? 0
+               : arguments_scenario(key, argument, state, &options->of);
+}
+
+/* A file of the archive, in memory. */
+typedef struct {
+    char *octets;
+    size_t count;
+} content_t;
+
+/* The library of this build. false: said why on stderr. */
+static bool read_library(content_t *content)
+{
+    const char *set = getenv("LAGLESS_FMU");
+    const char *path = set != NULL && set[0] != '\0' ? set : LAGLESS_FMU;
+    FILE *file = fopen(path, "rb");
+    if (file == NULL) {
+        fprintf(stderr,
+                "lagless fmu: %s is missing, the library that an FMU contains: run tools/get-fmi, configure "
+                "again and build the target lagless_fmu\n",
+                path);
+        return false;
+    }
+    content->octets = malloc(LIBRARY_MAX);
+    content->count = content->octets != NULL ? fread(content->octets, 1, LIBRARY_MAX, file) : 0u;
+    const bool whole = content->count > 0u && content->count < LIBRARY_MAX && ferror(file) == 0;
+    fclose(file);
+    if (!whole) {
+        fprintf(stderr, "lagless fmu: %s cannot be read completely\n", path);
+    }
+    return whole;
+}
+
+/* Description and scenario; returns the number of variables, 0 without memory. */
+static uint32_t make_texts(const scenario_t *scenario, uint64_t seed, content_t *description, content_t *text)
+{
+    FILE *first = open_memstream(&description->octets, &description->count);
+    FILE *second = open_memstream(&text->octets, &text->count);
+    uint32_t variables = 0;
+    bool good = first != NULL && second != NULL;
+    if (good) {
+        variables = fmu_describe(first, scenario, LAGLESS_COMMIT);
+        scenario_write(second, scenario, seed);
+    }
+    good = first != NULL && fclose(first) == 0 && good;
+    good = second != NULL && fclose(second) == 0 && good;
+    return good ? variables : 0u;
+}
+
+static int write_archive(const char *path, const content_t *description, const content_t *library,
+                         const content_t *text)
+{
+    FILE *file = output_open(path);
+    if (file == NULL) {
+        return EXIT_INTERNAL;
+    }
+    zip_t zip = {.file = file};
+    const bool fits =
+        zip_add(&zip, "modelDescription.xml", description->octets, description->count) &&
+        zip_add(&zip, "binaries/linux64/" FMU_IDENTIFIER ".so", library->octets, library->count) &&
+        zip_add(&zip, "resources/scenario.toml", text->octets, text->count);
+    if (!fits) {
+        fprintf(stderr, "lagless fmu: %s: the files are too large for an archive\n", path);
+        output_abandon(file, path);
+        return EXIT_INTERNAL;
+    }
+    zip_end(&zip);
+    return output_close(file, path) ? EXIT_DONE : EXIT_INTERNAL;
+}
+
+static const char *base_name(char name[256], const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    snprintf(name, 256, "%s", slash != NULL ? slash + 1 : path);
+    const size_t length = strlen(name);
+    if (length > 5u && strcmp(name + length - 5u, ".toml") == 0) {
+        name[length - 5u] = '\0';
+    }
+    return name;
+}
+
+static void tell(const options_t *options, const char *path, uint32_t variables, const scenario_t *scenario)
+{
+    if (options->output.json) {
+        printf("{\"file\": ");
+        json_text(stdout, path);
+        printf(", \"variables\": %" PRIu32 ", \"period_s\": %.9g, \"duration_s\": %.9g}\n", variables,
+               RIG_PERIOD_SECONDS, scenario->duration);
+    } else {
+        printf("%s: %" PRIu32 " variables, step %.9g s, stop time %.9g s\n", path, variables,
+               RIG_PERIOD_SECONDS, scenario->duration);
+    }
+}
+
+static int make(const options_t *options, scenario_t *scenario)
+{
+    char name[256];
+    char file[264];
+    char path[PATH_SIZE];
+    scenario_error_t error;
+    uint64_t seed = scenario->seed;
+    const char *folder = options->output.folder != NULL ? options->output.folder : ".";
+    if (options->of.seed != NULL && !arguments_whole(options->of.seed, 0u, INT64_MAX, &seed)) {
+        fprintf(stderr, "lagless fmu: --seed %s: accepted whole numbers 0 to %" PRIi64 "\n", options->of.seed,
+                INT64_MAX);
+        return EXIT_USAGE;
+    }
+    if (!scenario_check(scenario, &error)) {
+        library_say(&error);
+        return EXIT_USAGE;
+    }
+    snprintf(file, sizeof file, "%s.fmu", base_name(name, scenario->path));
+    if (!output_folder(folder)) {
+        return EXIT_INTERNAL;
+    }
+    if (!output_path(path, folder, file) || !output_allowed(path)) {
+        return EXIT_USAGE;
+    }
+    content_t description = {0}, library = {0}, text = {0};
+    uint32_t variables = 0;
+    int exit_code = EXIT_INTERNAL;
+    if (read_library(&library)) {
+        variables = make_texts(scenario, seed, &description, &text);
+        exit_code = variables > 0u ? write_archive(path, &description, &library, &text) : EXIT_INTERNAL;
+    }
+    free(description.octets);
+    free(library.octets);
+    free(text.octets);
+    if (exit_code == EXIT_DONE) {
+        tell(options, path, variables, scenario);
+    }
+    return exit_code;
+}
+
+int command_fmu(int argc, char **argv)
+{
+    static const struct argp_option rows[] = {
+        ARGUMENTS_SCENARIO,
+        ARGUMENTS_OUTPUT("one JSON object on stdout", "write NAME.fmu there (default: the present folder)"),
+        {0},
+    };
+    static const struct argp argp = {
+        rows,
+        parse,
+        "SCENARIO",
+        "Writes a functional mock-up unit (FMI 2.0, co-simulation) of drive and motor: a simulation program "
+        "runs the scenario with its "
+        "events, sets requests, parameters, plant and rig, and reads all signals and true values.",
+        NULL,
+        NULL,
+        NULL};
+    options_t options = {0};
+    if (!arguments_parse(&argp, argc, argv, &options)) {
+        return EXIT_USAGE;
+    }
+    scenario_t *scenario = library_read("fmu", &options.of);
+    if (scenario == NULL) {
+        return EXIT_USAGE;
+    }
+    const int exit_code = make(&options, scenario);
+    scenario_free(scenario);
+    return exit_code;
+}

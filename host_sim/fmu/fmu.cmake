@@ -1,0 +1,14 @@
+# The library in the archives that `lagless fmu` writes (docs/fmu.md). Like the Python package's it needs nothing but libc and libm where
+# it runs.
+include(${CMAKE_SOURCE_DIR}/cmake/lagless_fmi.cmake)
+if(NOT FMI_DIR OR LAGLESS_SANITIZE OR SKBUILD) # a master that is not sanitized cannot load it
+    return()
+endif()
+add_library(lagless_fmu SHARED fmu/fmu.c fmu/fmu_none.c fmu/fmu_state.c)
+desk_room(lagless_fmu)
+target_compile_definitions(lagless_fmu PRIVATE _GNU_SOURCE)
+target_include_directories(lagless_fmu SYSTEM PRIVATE ${FMI_DIR})
+target_link_libraries(lagless_fmu PRIVATE lagless_lab)
+target_link_options(lagless_fmu PRIVATE ${LAGLESS_FAST_LINK} -Wl,--as-needed -Wl,--no-undefined -Wl,--exclude-libs,ALL -Wl,--strip-all
+    -static-libgcc -static-libstdc++)
+set_target_properties(lagless_fmu PROPERTIES OUTPUT_NAME lagless PREFIX "" LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/fmu)

@@ -1,0 +1,15 @@
+/* Text in XML. */
+#ifndef HOST_SIM_LAB_XML_H
+#define HOST_SIM_LAB_XML_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+/* What stands for a character that is markup, in text and in a value between quotes; NULL: itself. */
+const char *xml_entity(uint32_t code);
+
+/* Writes one line of printable UTF-8. */
+void xml_text(FILE *file, const char *text);
+
+#endif

@@ -1,0 +1,37 @@
+#!/usr/bin/env python3
+"""What a requirements.txt pins is in the lock beside it, in that version, and each archive of a lock has its hash: tools/setup
+installs nothing that was not named here. A new pin needs a new lock:
+
+    uv pip compile --universal --python-version 3.11 --generate-hashes --no-annotate --no-header FOLDER/requirements.txt -o FOLDER/requirements.lock
+"""
+import pathlib
+import re
+import unittest
+
+PROJECT = pathlib.Path(__file__).resolve().parents[2]
+FILES = sorted(path for folder in ("docs", "tests", "tools") for path in (PROJECT / folder).glob("*/requirements.txt"))
+PIN = re.compile(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)((?:[^\n]*\\\n)*[^\n]*)", re.MULTILINE)
+
+
+def plain(name):
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+class Locks(unittest.TestCase):
+    def test_each_pin_is_in_its_lock_and_each_line_has_a_hash(self):
+        self.assertEqual(len(FILES), 4)
+        for path in FILES:
+            lock = path.with_suffix(".lock").read_text(encoding="utf-8")
+            locked = [(plain(name), version, rest) for name, version, rest in PIN.findall(lock)]
+            for name, version, _ in PIN.findall(path.read_text(encoding="utf-8")):
+                with self.subTest(file=path.parent.name, name=name):
+                    self.assertIn((plain(name), version), [(n, v) for n, v, _ in locked])
+            for name, _, rest in locked:
+                with self.subTest(file=path.parent.name, name=name):
+                    self.assertRegex(rest, r"--hash=sha256:[0-9a-f]{64}\b")
+            lines = [line for line in lock.splitlines() if line.strip() and not line.startswith((" ", "#"))]
+            self.assertEqual(len(lines), len(locked), "a line of the lock that pins no version")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,44 @@
+"""What the checks of recordings share: the CSV file, whose texts say which bits every other format must hold. Python 3.9."""
+import struct
+import sys
+
+
+def expect(condition, text):
+    if not condition:
+        sys.exit(f"FAILED: {text}")
+
+
+def read_csv(path):
+    """Comments by key, and the columns as {name: (unit, texts)}."""
+    keys, text, names, columns = {}, [], None, []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if line.startswith("# "):
+            key, _, value = line[2:].partition(": ")
+            if key == "text":
+                text.append(value)
+            else:
+                keys[key] = value
+        elif names is None:
+            names = [cell.rstrip("]").split("[") for cell in line.split(",")]
+            columns = [[] for _ in names]
+        else:
+            cells = line.split(",")
+            assert len(cells) == len(names), line
+            for column, cell in zip(columns, cells):
+                column.append(cell)
+    return keys, text, {name: (unit, column) for (name, unit), column in zip(names, columns)}
+
+
+def words_of(cells, kind):
+    """The bit patterns that the texts mean."""
+    if kind == "double":
+        return [struct.unpack("<Q", struct.pack("<d", float(c)))[0] for c in cells]
+    if kind == "single":
+        # A float's NaN has no sign or payload in text.
+        return [struct.unpack("<I", struct.pack("<f", float(c)))[0] for c in cells]
+    return [int(c) & 0xFFFFFFFF for c in cells]
+
+
+def plain_nan(words):
+    """The words of floats, every NaN as the one that CSV's text means."""
+    return [0x7FC00000 if w & 0x7FFFFFFF > 0x7F800000 else w for w in words]

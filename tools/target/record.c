@@ -1,0 +1,577 @@
+/* Writes a recording (recording.h): an ordinary second, and what is rare, forced, so that the longest
+ * interrupt is among them. The linker passes the interrupt's drive_step and the background's drive_prepare
+ * through here
+ * (--wrap), so what is recorded is what the real ones got and gave.
+ *
+ * usage: record FILE */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/app.h"
+#include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
+#include "tools/target/recording.h"
+
+#define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
+
+/* ---- what is written ---- */
+
+static FILE *file;
+static uint32_t recorded, length; /* [periods] of this part: so far, in all */
+static params_t made_with;        /* the set of the part's power-on */
+static params_t prepared;         /* the newest set whose tuning was prepared, */
+static believed_t prepared_with;  /* with this belief */
+static bool made;
+static void (*tampering)(drive_samples_t *samples); /* with what the sensors say; NULL: nobody */
+
+static void put(uint32_t word)
+{
+    for (uint32_t shift = 0; shift < 32u; shift += 8u) {
+        if (putc((int)(word >> shift & 0xFFu), file) == EOF) {
+            perror("record");
+            exit(3);
+        }
+    }
+}
+
+static void put_words(const void *slots, uint32_t count)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        uint32_t word;
+        memcpy(&word, (const char *)slots + 4u * n, 4);
+        put(word);
+    }
+}
+
+static void put_table(const table_t *table, const void *base)
+{
+    for (uint32_t n = 0; n < table->count; n++) {
+        put(table_bits(&table->rows[n], base));
+    }
+}
+
+void __real_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed);
+void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed);
+
+void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    prepared = *params;
+    prepared_with = *believed;
+    if (!made) {
+        made_with = *params;
+        made = true;
+    }
+    __real_drive_prepare(tuning, params, believed);
+}
+
+bool __real_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
+bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
+
+bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
+{
+    drive_samples_t taken = *samples;
+    if (recorded == length) {
+        return __real_drive_step(drive, samples, command);
+    }
+    if (tampering != NULL) {
+        tampering(&taken);
+    }
+    if (recorded++ == 0u) {
+        put_table(&params_table, &made_with);
+    }
+    put(drive->offered);
+    if (drive->offered != 0u) {
+        put_table(&params_table, &prepared);
+        put_words(&prepared_with, RECORDING_BELIEVED);
+    }
+    put_table(&requests_table, &drive->requests);
+    put_words(&taken, RECORDING_SAMPLES);
+    const bool due = __real_drive_step(drive, &taken, command);
+    drive->fast_took = (drive_duration_t){0u, 0u}; /* a replay measures no time */
+    drive->medium_took = (drive_duration_t){0u, 0u};
+    put_table(&signals_table, drive);
+    put_words(command, RECORDING_COMMAND);
+    return due;
+}
+
+/* ---- steps of a part ---- */
+
+static rig_t *rig;
+static bool good; /* the part has gone as it was meant to so far */
+
+static void set(const char *name, double value)
+{
+    good = rig_put(rig, name, value) && good;
+}
+
+static void apply(void)
+{
+    good = rig_apply(rig) && good;
+}
+
+static double value(const char *name)
+{
+    return rig_value(rig, name);
+}
+
+static void expect_at(bool as_meant, int line)
+{
+    if (!as_meant) {
+        fprintf(stderr, "record: line %d, period %u: manoeuvre %g, state %g, %g r/min\n", line,
+                (unsigned)recorded, value("manoeuvre"), value("state"), value("omega_m") / RPM);
+    }
+    good = good && as_meant;
+}
+
+/* What must hold here. */
+#define expect(as_meant) expect_at(as_meant, __LINE__)
+
+static void run(uint32_t periods)
+{
+    rig_run(rig, periods);
+}
+
+static bool operating(void)
+{
+    return value("state") == (double)DRIVE_OPERATION_ENABLED;
+}
+
+/* With the rotor's frame, caught or handed over if there is no encoder. */
+static bool running(void)
+{
+    return operating() && value("manoeuvre") == (double)MANOEUVRE_RUN;
+}
+
+/* On to this manoeuvre, which must come within so many periods. */
+static void run_to(manoeuvre_t manoeuvre, uint32_t most)
+{
+    for (uint32_t n = 0; n < most && value("manoeuvre") != (double)manoeuvre; n++) {
+        run(1);
+    }
+    expect(operating() && value("manoeuvre") == (double)manoeuvre);
+}
+
+/* The same, while a new tuning is taken in every period: in the one in which a manoeuvre ends, too. */
+static void take_to(manoeuvre_t manoeuvre, uint32_t most)
+{
+    for (uint32_t n = 0; n < most && value("manoeuvre") != (double)manoeuvre; n++) {
+        apply();
+        run(1);
+    }
+    expect(operating() && value("manoeuvre") == (double)manoeuvre);
+}
+
+/* Parameters of a part that shall be short. */
+static void stage(double position_source)
+{
+    set("calibration_periods", 16.0);
+    set("position_source", position_source);
+    set("estimate_time", 10.0);
+}
+
+/* [periods] from the power-on to operation: 20 ms of quiet, and four windows. */
+#define SWITCHING_ON (DRIVE_PERIODS(20e-3f) + 5u * DRIVE_WINDOW)
+
+/* A shaft that something else turns at this speed [r/min], and a drive that is about to catch it, without an
+ * encoder: that takes longer than a fault asks for to have been quiet. */
+static void catch_on_shaft(double speed)
+{
+    apply();
+    set("shaft_locked_speed", speed * RPM);
+    set("shaft_locked", 1.0);
+    rig_set_motion(rig, 0.0, speed * RPM);
+    set("speed_request", speed * RPM);
+    set("enable", 1.0);
+    run(SWITCHING_ON);
+}
+
+/* The drive runs on such a shaft. */
+static void start_on_shaft(double speed)
+{
+    catch_on_shaft(speed);
+    run_to(MANOEUVRE_RUN, 200);
+}
+
+/* ---- what the sensors may say ---- */
+
+static void no_number(drive_samples_t *samples)
+{
+    samples->i_a = NAN;
+}
+
+static void at_the_rail(drive_samples_t *samples)
+{
+    samples->i_b = DRIVE_CURRENT_MAX;
+}
+
+/* All that is counted before it stops the drive. */
+static void hot_and_late(drive_samples_t *samples)
+{
+    samples->sink_temperature = 200.0f;
+    samples->motor_temperature = 200.0f;
+    if (recorded % 3u != 0u) {
+        samples->flags |= DRIVE_SAMPLE_LATE;
+    }
+    if (recorded % 2u != 0u) {
+        samples->u_dc = 990.0f;
+    }
+}
+
+/* Every row of the fault table that can hold beside the others. */
+static void all_at_once(drive_samples_t *samples)
+{
+    hot_and_late(samples);
+    samples->flags |=
+        DRIVE_SAMPLE_TRIPPED | DRIVE_SAMPLE_FAULT_LINE | DRIVE_SAMPLE_ENCODER | DRIVE_SAMPLE_LATE;
+    samples->i_a = 0.96f * DRIVE_CURRENT_MAX;
+    samples->i_c = -samples->i_a - samples->i_b;
+}
+
+/* ---- the parts ---- */
+
+static uint32_t seconds(double time)
+{
+    return rig_periods(time);
+}
+
+/* Power-on, a rotor turning at 500 r/min is caught; a speed step to 1000 r/min and a load step of 5 N m, so
+ * many seconds each. */
+static void speed_and_load(double caught, double faster, double loaded)
+{
+    set("position_source", 1.0);
+    set("torque_feedforward", 1.0);
+    apply();
+    rig_set_motion(rig, 0.0, 500.0 * RPM);
+    set("speed_request", 500.0 * RPM);
+    set("enable", 1.0);
+    run(seconds(caught));
+    set("speed_request", 1000.0 * RPM);
+    run(seconds(faster));
+    set("load_torque", 5.0);
+    run(seconds(loaded));
+    expect(operating());
+}
+
+static void ordinary(void)
+{
+    speed_and_load(0.3, 0.3, 0.4);
+}
+
+/* In short, while what the drive learns by default is learnt, or nothing: their difference is what learning
+ * costs. */
+static void learning(bool on)
+{
+    static const struct {
+        const char *name;
+        double rate;
+    } rows[] = {{"inductance_adaptation", 3.0},
+                {"dead_time_adaptation", 6.0},
+                {"inertia_adaptation", 1.0},
+                {"offset_trim", 0.05}};
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        set(rows[n].name, on ? rows[n].rate : 0.0);
+    }
+    speed_and_load(0.06, 0.06, 0.04);
+}
+
+static void all_learnt(void)
+{
+    learning(true);
+}
+
+static void nothing_learnt(void)
+{
+    learning(false);
+}
+
+/* The loop is locked at the speed where that takes longest. */
+static void catch_it(void)
+{
+    stage(1.0);
+    catch_on_shaft(1900.0);
+    take_to(MANOEUVRE_RUN, 200);
+}
+
+/* From standstill on a light shaft to where the estimate takes over; it is lost, and caught again; then down
+ * to where a forced frame takes over, and through it into the other direction. */
+static void cold_start(void)
+{
+    stage(1.0);
+    set("inertia", 0.003);
+    set("motor_inertia", 0.003);
+    set("friction_coulomb", 0.05);
+    set("pll_bandwidth", 400.0);
+    set("feedforward_cutoff", 125.0);
+    set("start_align_time", 0.04);
+    set("start_ramp", 300.0);
+    apply();
+    set("speed_request", 300.0 * RPM);
+    set("enable", 1.0);
+    run(SWITCHING_ON);
+    expect(operating() && value("manoeuvre") == (double)MANOEUVRE_CATCH);
+    take_to(MANOEUVRE_ALIGN, 200);
+    run_to(MANOEUVRE_RAMP, 410);
+    run_to(MANOEUVRE_HANDOVER, 4000);
+    take_to(MANOEUVRE_RUN, 9000);
+    set("estimate_time", 0.001);
+    set("estimate_speed_min", 100.0);
+    apply();
+    take_to(MANOEUVRE_RELOCK, 600);
+    set("estimate_time", 10.0);
+    set("estimate_speed_min", 0.0);
+    apply();
+    take_to(MANOEUVRE_RUN, DRIVE_PERIODS(100e-3f)); /* once four windows of the EMF agree */
+    set("speed_request", 0.0);
+    take_to(MANOEUVRE_FORCED, 1500);
+    set("speed_request", -300.0 * RPM);
+    run_to(MANOEUVRE_REVERSE, 3 * DRIVE_WINDOW);
+    run(300);
+}
+
+/* From 300 r/min to -300 r/min on a light shaft, with the encoder, and back by a quick stop. */
+static void zero_crossing(void)
+{
+    stage(0.0);
+    set("inertia", 0.002);
+    set("friction_coulomb", 0.1);
+    set("speed_kp", 0.3);
+    set("speed_ki", 2.5);
+    set("speed_setpoint_weight", 1.0);
+    apply();
+    rig_set_motion(rig, 0.0, 300.0 * RPM);
+    set("speed_request", 300.0 * RPM);
+    set("enable", 1.0);
+    run(SWITCHING_ON);
+    expect(operating() && value("omega_m") > 0.0);
+    set("speed_request", -300.0 * RPM);
+    run(250);
+    expect(operating() && value("omega_m") < -20.0);
+    set("enable", 2.0);
+    run(250);
+    expect(value("state") == (double)DRIVE_READY && value("shoot_throughs") == 0.0);
+}
+
+/* What is no measurement: for a period, and for two at the sensor's rail. */
+static void invalid_sample(void)
+{
+    stage(1.0);
+    start_on_shaft(1000.0);
+    tampering = no_number;
+    run(1);
+    tampering = NULL;
+    run(20);
+    tampering = at_the_rail;
+    run(2);
+    tampering = NULL;
+    run(20);
+    expect(running());
+}
+
+/* A DC link too low for the speed: twice the divisions of the modulator, and the integrators held back; then
+ * the field is weakened. */
+static void voltage_limit(void)
+{
+    stage(1.0);
+    set("field_weakening", 0.0);
+    set("dc_undervoltage", 20.0);
+    start_on_shaft(1500.0);
+    set("dc_voltage", 150.0);
+    set("speed_request", 1900.0 * RPM);
+    run(200);
+    expect(running() && hypot(value("u_d") - value("u_d_ref"), value("u_q") - value("u_q_ref")) > 1.0);
+    set("field_weakening", 1.0);
+    apply();
+    run(400);
+    expect(running() && value("i_d_ref") < -1.0);
+}
+
+/* A current near zero at low speed: its leg's voltage is in doubt, and the loop coasts. */
+static void doubt(void)
+{
+    stage(1.0);
+    set("torque_feedforward", 1.0);
+    start_on_shaft(150.0);
+    set("mode", 1.0);
+    set("i_q_request", 4.0);
+    run(400);
+    expect(running());
+}
+
+/* Every criterion of the estimate fails and counts, and so does every row of the fault table that counts; the
+ * voltage limit, flux adaptation, torque feed-forward, the end of the offset trim's window; in each of these
+ * periods a new tuning is taken. Then all faults at once. */
+static void everything(void)
+{
+    stage(1.0);
+    set("torque_feedforward", 1.0);
+    set("flux_adaptation", 0.5);
+    set("field_weakening", 0.0);
+    set("dc_undervoltage", 20.0);
+    set("overcurrent_trip", 19.0);
+    start_on_shaft(1500.0);
+    set("dc_voltage", 150.0);
+    set("speed_request", 1900.0 * RPM);
+    set("estimate_amplitude_min", 1.0);
+    set("estimate_amplitude_max", 1.0001);
+    set("estimate_detector_max", 1e-6);
+    set("estimate_current_max", 1e-6);
+    set("estimate_speed_min", 200.0);
+    set("motor_flux_linkage", 0.2);
+    apply();
+    run(760);
+    tampering = hot_and_late;
+    for (uint32_t n = 0; n < 75u; n++) { /* the false link takes the estimate along: unlocked */
+        apply();
+        run(1);
+    }
+    expect(running());
+    apply();
+    tampering = all_at_once;
+    run(1);
+    tampering = NULL;
+    run(1);
+    expect(value("fault_reason") == (double)REASON_MODULE_FAULT);
+}
+
+/* The estimate is lost by all its criteria and the rotor caught again; then a fault, a reset, the calibration
+ * and a start anew. */
+static void fault_and_reset(void)
+{
+    stage(1.0);
+    start_on_shaft(1000.0);
+    run(500); /* the mask after a catch */
+    set("estimate_amplitude_min", 1.0);
+    set("estimate_amplitude_max", 1.0001);
+    set("estimate_detector_max", 1e-6);
+    set("estimate_current_max", 1e-6);
+    set("estimate_speed_min", 200.0);
+    set("estimate_time", 0.001);
+    set("motor_flux_linkage", 0.2);
+    apply();
+    run_to(MANOEUVRE_RELOCK, 100);
+    expect(value("estimator_invalid") != 0.0);
+    set("estimate_speed_min", 0.0);
+    set("estimate_time", 10.0);
+    apply();
+    run_to(MANOEUVRE_RUN, 210);
+    tampering = all_at_once;
+    run(1);
+    tampering = NULL;
+    run(1);
+    expect(value("state") == (double)DRIVE_FAULT);
+    set("enable", 0.0);
+    run(220);
+    set("fault_reset", 1.0);
+    run(100);
+    set("enable", 1.0);
+    run(20);
+    run_to(MANOEUVRE_RUN, 210);
+}
+
+/* The observers and compensations of the paper: sign, and the sigmoid per axis. */
+static void paper(double switching, double lag)
+{
+    stage(1.0);
+    set("observer_switching", switching);
+    set("lag_compensation", lag);
+    set("observer_emf_cutoff", switching == 0.0 ? 2500.0 : 0.0);
+    start_on_shaft(1000.0);
+    run(100);
+    expect(running());
+}
+
+static void paper_sign(void)
+{
+    paper(0.0, 1.0);
+}
+
+static void paper_sigmoid(void)
+{
+    paper(1.0, 1.0);
+}
+
+static const struct {
+    const char *name; /* at most 31 characters */
+    uint32_t periods; /* a second: 0 */
+    bool must_fit;
+    void (*steps)(void);
+} parts[] = {
+    {"ordinary second", 0, true, ordinary},
+    {"catch", 440, true, catch_it},
+    {"cold start and reversal", 13000, true, cold_start},
+    {"zero crossing and quick stop", 740, true, zero_crossing},
+    {"invalid samples", 480, true, invalid_sample},
+    {"voltage limit", 640, true, voltage_limit},
+    {"doubtful voltage", 840, true, doubt},
+    {"everything at once", 1260, true, everything},
+    {"relock and start anew", 1600, true, fault_and_reset},
+    {"all learnt", 1600, true, all_learnt},
+    {"nothing learnt", 1600, true, nothing_learnt},
+    {"paper sign", 540, false, paper_sign},
+    {"paper sigmoid per axis", 540, false, paper_sigmoid},
+};
+#define PARTS (sizeof parts / sizeof parts[0])
+_Static_assert(PARTS <= RECORDING_PARTS, "a replay has no room for so many");
+
+static uint32_t periods_of(size_t part)
+{
+    return parts[part].periods != 0u ? parts[part].periods : seconds(1.0);
+}
+
+static void put_contents(void)
+{
+    put(RECORDING_MAGIC);
+    put(recording_tables());
+    put((uint32_t)PARTS);
+    for (size_t n = 0; n < PARTS; n++) {
+        char name[4u * RECORDING_NAME] = "";
+        snprintf(name, sizeof name, "%s", parts[n].name);
+        for (uint32_t at = 0; at < sizeof name; at += 4u) {
+            put((uint32_t)name[at] | (uint32_t)name[at + 1] << 8 | (uint32_t)name[at + 2] << 16 |
+                (uint32_t)name[at + 3] << 24);
+        }
+        put(periods_of(n));
+        put(parts[n].must_fit ? 1u : 0u);
+    }
+}
+
+static bool part(size_t number)
+{
+    made = false;
+    recorded = 0;
+    length = periods_of(number);
+    rig = rig_create(1);
+    good = rig != NULL;
+    if (good) {
+        set("medium_time", 0.0); /* a replay's is there at once, too */
+        parts[number].steps();
+        while (recorded < length) {
+            rig_step(rig); /* what is left, and the interrupt of the last period */
+        }
+        printf("%-30s%6u interrupts, %7.1f r/min, %6.2f A, state %g, fault %g\n", parts[number].name,
+               (unsigned)recorded, value("omega_m") / RPM, value("i_q"), value("state"),
+               value("fault_reason"));
+    }
+    if (!good) {
+        fprintf(stderr, "record: %s: the drive did not run as wished: %s\n", parts[number].name,
+                rig != NULL ? rig_error(rig) : "no memory");
+    }
+    rig_free(rig);
+    return good;
+}
+
+int main(int argc, char **argv)
+{
+    if (argc != 2 || (file = fopen(argv[1], "wb")) == NULL) {
+        fprintf(stderr, "usage: record FILE, which must be writable\n");
+        return 2;
+    }
+    put_contents();
+    bool all = true;
+    for (size_t n = 0; n < PARTS; n++) {
+        all = part(n) && all;
+    }
+    return fclose(file) == 0 && all ? 0 : 3;
+}

@@ -1,0 +1,113 @@
+/* A recording through the drive on the desk, period by period, and the comparison with what was recorded: of
+ * the command and of all that the fast task shows, bit for bit. What the medium task shows is left out: it is
+ * at work while it is read.
+ *
+ * Requests and offers are the background's, which does not run while the medium task does: those of the
+ * periods in between come after it. */
+#ifndef TESTS_TARGET_RECORDED_DRIVE_H
+#define TESTS_TARGET_RECORDED_DRIVE_H
+
+#include <string.h>
+#include <unity.h>
+
+#include "tools/target/recording_in.h"
+
+static FILE *input;
+static drive_t drive;
+static uint32_t values;
+static char where[100];
+
+static uint32_t take(void)
+{
+    return recording_word(input);
+}
+
+/* ---- a period ---- */
+
+/* What the background and the sensors have brought to the period that was taken last. */
+static requests_t requests;
+static bool offers; /* one of the periods since bring() has an offer: */
+static params_t offered;
+static believed_t believed;
+static drive_samples_t samples;
+static uint32_t left; /* [periods] of the part */
+
+static void take_period(void)
+{
+    left--;
+    if (take() != 0u) {
+        take_table(&params_table, &offered);
+        take_words(&believed, RECORDING_BELIEVED);
+        offers = true;
+    }
+    take_table(&requests_table, &requests);
+    take_words(&samples, RECORDING_SAMPLES);
+}
+
+static bool is_medium(const table_row_t *row)
+{
+    return row->offset >= offsetof(drive_t, medium) &&
+           row->offset < offsetof(drive_t, medium) + sizeof drive.medium;
+}
+
+static void compare(const char *name, uint32_t here, bool counts)
+{
+    const uint32_t there = take();
+    if (counts) {
+        values++;
+        if (here != there) {
+            snprintf(where, sizeof where, "window %u, %s", (unsigned)drive.fast.report.number, name);
+            TEST_ASSERT_EQUAL_HEX32_MESSAGE(there, here, where);
+        }
+    }
+}
+
+/* The fast task. true: the medium task has a window to work on. */
+static bool fast_period(void)
+{
+    drive_command_t command;
+    uint32_t words[RECORDING_COMMAND];
+    const bool due = drive_step(&drive, &samples, &command);
+    for (uint32_t row = 0; row < signals_table.count; row++) {
+        const table_row_t *of = &signals_table.rows[row];
+        const bool medium = is_medium(of);
+        compare(of->name, medium ? 0u : table_bits(of, &drive), !medium);
+    }
+    memcpy(words, &command, sizeof words);
+    for (uint32_t word = 0; word < RECORDING_COMMAND; word++) {
+        compare("command", words[word], true);
+    }
+    return due;
+}
+
+/* What the background has brought in the periods taken. */
+static void bring(void)
+{
+    drive.requests = requests;
+    if (offers) {
+        drive_prepare(drive_idle_tuning(&drive), &offered, &believed);
+        drive_offer(&drive);
+        offers = false;
+    }
+}
+
+/* Each part of the recording by `play`, which has to take so many periods; the drive is new in each. */
+static void play_parts(void (*play)(void))
+{
+    uint32_t periods[RECORDING_PARTS];
+    input = fopen(RECORDING_FILE, "rb");
+    TEST_ASSERT_NOT_NULL_MESSAGE(input, RECORDING_FILE);
+    TEST_ASSERT_TRUE(take_head());
+    const uint32_t parts = take_parts(periods);
+    TEST_ASSERT_TRUE(parts > 0u && parts <= RECORDING_PARTS);
+    for (uint32_t n = 0; n < parts; n++) {
+        params_t params;
+        left = periods[n];
+        take_table(&params_table, &params);
+        drive_init(&drive, &params);
+        play();
+    }
+    fclose(input);
+}
+
+#endif

@@ -1,0 +1,60 @@
+/* What reads a recording (recording.h), from where take() gets its next word. */
+#ifndef TESTS_TARGET_RECORDING_IN_H
+#define TESTS_TARGET_RECORDING_IN_H
+
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "tools/target/recording.h"
+
+/* The next word; each program has its own. */
+static uint32_t take(void);
+
+/* The next word of a file. */
+static inline uint32_t recording_word(FILE *file)
+{
+    uint32_t word = 0u;
+    for (unsigned n = 0; n < 4u; n++) {
+        word |= (uint32_t)(getc(file) & 0xFF) << 8u * n;
+    }
+    return word;
+}
+
+static inline void take_words(void *slots, uint32_t count)
+{
+    for (uint32_t n = 0; n < count; n++) {
+        const uint32_t word = take();
+        memcpy((char *)slots + 4u * n, &word, 4);
+    }
+}
+
+static inline void take_table(const table_t *table, void *base)
+{
+    for (uint32_t n = 0; n < table->count; n++) {
+        const uint32_t word = take();
+        memcpy((char *)base + table->rows[n].offset, &word, 4);
+    }
+}
+
+/* Is it a recording with this estimator, of these tables? */
+static inline bool take_head(void)
+{
+    return take() == RECORDING_MAGIC && take() == recording_tables();
+}
+
+/* How many parts it has, and the periods of each; of more than RECORDING_PARTS no periods are taken. */
+static inline uint32_t take_parts(uint32_t periods[RECORDING_PARTS])
+{
+    const uint32_t parts = take();
+    for (uint32_t part = 0; part < parts && parts <= RECORDING_PARTS; part++) {
+        for (uint32_t word = 0; word < RECORDING_NAME; word++) {
+            (void)take();
+        }
+        periods[part] = take();
+        (void)take(); /* whether it has to fit */
+    }
+    return parts;
+}
+
+#endif

@@ -38,7 +38,7 @@ void fast_init(fast_t *fast, fast_orders_t orders)
     inverter_init(&fast->inverter, &tuning->inverter);
     doubt_init(&fast->doubt);
     current_control_init(&fast->current_control, &tuning->current_control);
-    excite_init(&fast->excite);
+    excite_init(&fast->control.excite);
     reference_init(&fast->reference);
     link_limit_init(&fast->link, &tuning->link);
     encoder_reset(&fast->encoder, &tuning->encoder, 0u);

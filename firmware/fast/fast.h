@@ -97,6 +97,7 @@ typedef struct {
     dq_t current;     /* [A] at t_k */
     dq_t voltage;     /* [V] that the inverter will apply, losses of the dead time included */
     uint32_t limited; /* [-] 1: this voltage is less than the current control requires */
+    excite_t excite;  /* in place of current control, while the motor is commissioned */
 } fast_control_t;
 
 /* Data of the present window beside its sums. */
@@ -131,7 +132,6 @@ typedef struct {
     chosen_t estimator;
     reference_t reference;
     current_control_t current_control;
-    excite_t excite;
     link_limit_t link;
     still_watch_t still_watch;
     guard_t trips; /* the rows of the fault table that are judged in each period */

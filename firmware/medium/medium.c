@@ -159,7 +159,7 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
         .standing =
             manoeuvres_knows(&medium->manoeuvres) && bounds_within(window->omega_m, SEQUENCE_STANDSTILL),
         .bridge = (bridge_t)window->bridge,
-        .calibration = (calibration_t)window->calibration,
+        .calibration = (calibration_t)window->sensors.calibration,
     };
     if (window->stop.reason != (int32_t)REASON_NONE && !was_fault) {
         medium_stop(medium, window, window->stop);

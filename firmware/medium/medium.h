@@ -64,6 +64,7 @@ typedef struct {
     uint32_t encoder_wrong;  /* [-] ENCODER_WATCH_... bits */
     uint32_t moves_wrong;    /* [-] MOTION_... bits */
     uint32_t current_faults; /* [-] CURRENT_WATCH_... bits */
+    uint32_t coasting; /* [-] 1: the bridge is off during a supply loss, and is switched on again after it */
 } medium_found_t;
 
 /* The difference of the EMF to that of a round rotor on equal legs. */
@@ -111,7 +112,6 @@ typedef struct {
     thermal_t thermal;
     link_watch_t link;
     commission_t commission;
-    uint32_t coasting; /* [-] 1: the bridge is off during a supply loss, and is switched on again after it */
 
     medium_background_t background;
     drive_fault_t fault; /* the last fault: measurements when the drive stopped */

@@ -182,7 +182,7 @@
       "CPU cycles from the begin to the end of the last medium task, with the interrupts during it")         \
     U(2168, medium_cycles_max, medium_took.longest, "cycles",                                                \
       "largest value of medium_cycles since the start")                                                      \
-    U(2095, coasting, medium.coasting, "-", "1: the bridge is off until the lost supply is back")            \
+    U(2095, coasting, medium.found.coasting, "-", "1: the bridge is off until the lost supply is back")      \
     F(2068, encoder_theta_e, fast.shaft.position.theta_e, "rad", "electrical angle of the encoder at t_k")   \
     F(2069, encoder_omega_e, fast.shaft.position.omega_e, "rad/s", "electrical speed of the encoder")
 

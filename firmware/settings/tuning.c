@@ -288,8 +288,8 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
     tuning->medium.thermal = thermal_prepare(&thermal);
     tuning->medium.commission = (commission_tuning_t){
         .current_max = params->current_limit,
-        .current_hold =
-            params->motor_current_continuous > 0.0f ? params->motor_current_continuous : params->current_limit,
+        .current_hold = params->motor_current_continuous > 0.0f ? params->motor_current_continuous
+                                                                : params->current_limit,
         .pole_pairs = (float)params->motor_pole_pairs,
         .undervoltage = params->dc_undervoltage,
         .noise_max = CURRENT_NOISE * DRIVE_CURRENT_RANGE,

@@ -325,8 +325,9 @@ static int run(options_t *options, const scenario_t *scenario)
     const bool known = isfinite(result.resistance.value) && isfinite(result.inductance_q.value) &&
                        isfinite(result.flux_linkage.value);
     if (options->file != NULL && !known) {
-        fprintf(stderr, "lagless commission: --write %s: not written, because R, L and psi_f are not all "
-                        "measured\n",
+        fprintf(stderr,
+                "lagless commission: --write %s: not written, because R, L and psi_f are not all "
+                "measured\n",
                 options->file);
         return EXIT_FAILED;
     }

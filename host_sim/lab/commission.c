@@ -9,18 +9,18 @@
 
 #define SQRT_3 1.7320508075688772
 
-#define WAIT_READY  2.0    /* [s] until the drive is ready */
-#define WAIT_ON     4.0    /* [s] until it is on */
-#define SLICE       25u    /* [periods] between two looks */
-#define COAST       0.3    /* [s] after a turning step */
-#define STEP_MOST   150.0  /* [s] above the largest time of every step in the drive */
-#define OVER_TOP    1.4    /* overspeed_trip over the largest speed of tune */
-#define TRIP        1.25   /* overcurrent_trip over current_limit */
-#define START       0.6    /* start_current over current_limit, at most */
+#define WAIT_READY 2.0   /* [s] until the drive is ready */
+#define WAIT_ON    4.0   /* [s] until it is on */
+#define SLICE      25u   /* [periods] between two looks */
+#define COAST      0.3   /* [s] after a turning step */
+#define STEP_MOST  150.0 /* [s] above the largest time of every step in the drive */
+#define OVER_TOP   1.4   /* overspeed_trip over the largest speed of tune */
+#define TRIP       1.25  /* overcurrent_trip over current_limit */
+#define START      0.6   /* start_current over current_limit, at most */
 
 /* A motor that is not known yet, for the rows of tune: shares of what plate and link allow. */
-#define GUESS_FLUX       0.6 /* of the link's voltage at the largest speed */
-#define GUESS_INDUCTANCE 0.3 /* L I over psi_f */
+#define GUESS_FLUX       0.6  /* of the link's voltage at the largest speed */
+#define GUESS_INDUCTANCE 0.3  /* L I over psi_f */
 #define GUESS_RESISTANCE 0.03 /* R I over the EMF */
 
 #define FLUX_SPEED     0.58 /* of the largest speed: flux test */
@@ -100,17 +100,19 @@ static motor_t motor_so_far(const work_t *work)
     const double emf = GUESS_FLUX * work->link / SQRT_3;
     const double flux = isfinite(result->flux_linkage.value) ? result->flux_linkage.value
                         : result->flux_first > 0.0           ? result->flux_first
-                                                   : emf / (plate->pole_pairs * plate->speed);
+                                                             : emf / (plate->pole_pairs * plate->speed);
     const double torque = 1.5 * plate->pole_pairs * flux * plate->current;
     motor_t motor = {.name = "measured"};
     const double values[MOTOR_QUANTITIES] = {
         [MOTOR_POLE_PAIRS] = plate->pole_pairs,
         [MOTOR_RESISTANCE] = isfinite(result->resistance.value) ? fmax(result->resistance.value, 1e-3)
                                                                 : GUESS_RESISTANCE * emf / plate->current,
-        [MOTOR_INDUCTANCE_D] = isfinite(result->inductance_d.value) ? result->inductance_d.value
-                                                                    : GUESS_INDUCTANCE * flux / plate->current,
-        [MOTOR_INDUCTANCE_Q] = isfinite(result->inductance_q.value) ? result->inductance_q.value
-                                                                    : GUESS_INDUCTANCE * flux / plate->current,
+        [MOTOR_INDUCTANCE_D] = isfinite(result->inductance_d.value)
+                                   ? result->inductance_d.value
+                                   : GUESS_INDUCTANCE * flux / plate->current,
+        [MOTOR_INDUCTANCE_Q] = isfinite(result->inductance_q.value)
+                                   ? result->inductance_q.value
+                                   : GUESS_INDUCTANCE * flux / plate->current,
         [MOTOR_FLUX] = flux,
         [MOTOR_CURRENT] = plate->current,
         [MOTOR_SPEED] = plate->speed,
@@ -118,8 +120,8 @@ static motor_t motor_so_far(const work_t *work)
         [MOTOR_INERTIA] = isfinite(result->inertia.value) ? result->inertia.value
                           : result->inertia_first > 0.0   ? result->inertia_first
                                                           : torque * 0.05 / plate->speed,
-        [MOTOR_COULOMB] = isfinite(result->friction_coulomb.value) ? result->friction_coulomb.value
-                                                                   : 0.03 * torque,
+        [MOTOR_COULOMB] =
+            isfinite(result->friction_coulomb.value) ? result->friction_coulomb.value : 0.03 * torque,
         [MOTOR_VISCOUS] = isfinite(result->friction_viscous.value) ? result->friction_viscous.value : 0.0,
     };
     memcpy(motor.value, values, sizeof values);
@@ -222,11 +224,11 @@ static void end_with_fault(work_t *work)
 {
     const reason_row_t *row = reason_by_number((int32_t)rig_value(work->rig, "fault_reason"));
     const bool wiring = work->result->step == COMMISSION_DO_wiring;
-    const char *name = row == NULL                                     ? "fault"
-                       : row->number == REASON_OVERCURRENT && wiring   ? "wiring_overcurrent"
-                       : row->number == REASON_CURRENT_OFFSET          ? "offset"
-                       : row->number == REASON_DC_UNDERVOLTAGE         ? "link_low"
-                                                                       : row->name;
+    const char *name = row == NULL                                   ? "fault"
+                       : row->number == REASON_OVERCURRENT && wiring ? "wiring_overcurrent"
+                       : row->number == REASON_CURRENT_OFFSET        ? "offset"
+                       : row->number == REASON_DC_UNDERVOLTAGE       ? "link_low"
+                                                                     : row->name;
     end_with(work, name, row != NULL ? row->text : "the drive has latched a fault",
              row != NULL ? row->remedy : "read fault_reason");
 }
@@ -325,8 +327,7 @@ static void take(work_t *work, commission_do_t step)
         const commission_value_t all = measured(work, "commission_resistance", 0.0);
         const double device = rig_value(work->rig, "device_resistance");
         const double spread = rig_value(work->rig, "commission_resistance_spread");
-        result->resistance =
-            (commission_value_t){all.value - device, 0.5 * spread * all.value};
+        result->resistance = (commission_value_t){all.value - device, 0.5 * spread * all.value};
         result->dead_voltage = measured(work, "commission_dead_voltage", 0.02);
     } else if (step == COMMISSION_DO_inductance) {
         result->inductance_d = measured(work, "commission_inductance_d", 0.01);

@@ -18,7 +18,8 @@
 #include "host_sim/lab/motor.h"
 #include "host_sim/rig/rig.h"
 
-/* S(name, what is done to the motor) in their order. The names are the choices of the request `commission`. */
+/* S(name, what is done to the motor) in their order. The names are the choices of the request `commission`.
+ */
 #define COMMISSION_LIST(S)                                                                                   \
     S(board, "nothing: the bridge is off")                                                                   \
     S(wiring, "short pulses of voltage in six directions; the rotor does not move")                          \
@@ -48,20 +49,20 @@ typedef struct {
 } commission_value_t;
 
 typedef struct {
-    commission_value_t resistance;   /* of a phase, without the devices [ohm] */
-    commission_value_t inductance_d; /* [H] */
-    commission_value_t inductance_q; /* [H] */
-    commission_value_t flux_linkage; /* psi_f [Wb] */
-    commission_value_t inertia;      /* [kg m^2] */
+    commission_value_t resistance;       /* of a phase, without the devices [ohm] */
+    commission_value_t inductance_d;     /* [H] */
+    commission_value_t inductance_q;     /* [H] */
+    commission_value_t flux_linkage;     /* psi_f [Wb] */
+    commission_value_t inertia;          /* [kg m^2] */
     commission_value_t friction_coulomb; /* [N m] */
     commission_value_t friction_viscous; /* [N m s/rad] */
     commission_value_t dead_voltage;     /* loss of a leg [V] */
     double flux_first, inertia_first;    /* of the swing [Wb], [kg m^2] */
-    uint32_t step;          /* commission_do_t of the last one that ran */
-    char reason[48];        /* "": commissioned; else the name of a reason */
-    char what[400];         /* one line: what happened, what to do */
-    double seconds;         /* [s] simulated */
-    double largest_current; /* of a phase [A] */
+    uint32_t step;                       /* commission_do_t of the last one that ran */
+    char reason[48];                     /* "": commissioned; else the name of a reason */
+    char what[400];                      /* one line: what happened, what to do */
+    double seconds;                      /* [s] simulated */
+    double largest_current;              /* of a phase [A] */
 } commission_result_t;
 
 typedef struct {

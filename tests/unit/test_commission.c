@@ -1,6 +1,6 @@
 /* The steps of commissioning against algebra: an exact winding in double precision, i(k+1) = a i(k) + b u(k),
- * a = exp(-R T/L), b = (1 - a)/R, driven by voltages that act from t_k+1 to t_k+2; matrices of wirings that are
- * made from their maps; torques that are made from J and friction. */
+ * a = exp(-R T/L), b = (1 - a)/R, driven by voltages that act from t_k+1 to t_k+2; matrices of wirings that
+ * are made from their maps; torques that are made from J and friction. */
 #include <complex.h>
 #include <math.h>
 #include <string.h>
@@ -28,9 +28,8 @@ static winding_t winding(double resistance, double inductance)
 static double complex run(winding_t *w, excite_t *excite, const excite_order_t *order)
 {
     const double complex current = w->current;
-    const ab_t asked =
-        excite_step(excite, order, (ab_t){(float)creal(current), (float)cimag(current)},
-                    (ab_t){(float)creal(w->acts), (float)cimag(w->acts)});
+    const ab_t asked = excite_step(excite, order, (ab_t){(float)creal(current), (float)cimag(current)},
+                                   (ab_t){(float)creal(w->acts), (float)cimag(w->acts)});
     w->acts = w->next;
     w->next = (double)asked.alpha + IM * (double)asked.beta;
     w->current = w->a * w->current + w->b * w->acts;
@@ -160,10 +159,9 @@ static void test_sine_solve_inverts_the_law_of_the_winding(void)
             const winding_t w = winding(resistance, inductance);
             const double complex voltage = 3.0 - 1.0 * IM;
             const double complex current = w.b * voltage / (1.0 - w.a * cexp(-IM * turn));
-            const float found = sine_solve(
-                (sine_sum_t){(float)creal(voltage), (float)cimag(voltage)},
-                (sine_sum_t){(float)creal(current), (float)cimag(current)},
-                (rotation_t){(float)sin(turn), (float)cos(turn)}, (float)PERIOD);
+            const float found = sine_solve((sine_sum_t){(float)creal(voltage), (float)cimag(voltage)},
+                                           (sine_sum_t){(float)creal(current), (float)cimag(current)},
+                                           (rotation_t){(float)sin(turn), (float)cos(turn)}, (float)PERIOD);
             TEST_ASSERT_DOUBLE_WITHIN((periods < 4.0 ? 1e-3 : 1e-4) * inductance, inductance, (double)found);
         }
     }
@@ -187,7 +185,8 @@ static wiring_matrix_t seen_by(wiring_map_t map, double saliency, double angle, 
         }
         if (open > 0) { /* the voltage between the other two drives one current */
             const int one = open % 3, other = (open + 1) % 3;
-            const double between = cos(direction - 2.0 * PI * one / 3.0) - cos(direction - 2.0 * PI * other / 3.0);
+            const double between =
+                cos(direction - 2.0 * PI * one / 3.0) - cos(direction - 2.0 * PI * other / 3.0);
             leg[open - 1] = 0.0;
             leg[one] = 0.5 * between;
             leg[other] = -0.5 * between;

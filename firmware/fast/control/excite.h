@@ -28,33 +28,33 @@ typedef enum {
 } excite_kind_t;
 
 typedef struct {
-    int32_t kind;        /* [-] excite_kind_t */
-    uint32_t serial;     /* [-] another number begins anew: a new pulse, or a current from zero */
-    rotation_t axis;     /* direction of pulse or current [-] */
-    float voltage;       /* of the pulse, or amplitude of the sine [V] */
-    uint32_t periods;    /* [periods] of each half of a pulse */
-    float current_max;   /* the pulse ends above this current [A] */
-    float current;       /* along the axis [A] */
-    float slew;          /* largest change of the current reference per period [A] */
-    float kp;            /* of the control along the axis [V/A] */
-    float ki;            /* the same, of the integral per period [V/A] */
-    float voltage_max;   /* of the control along the axis [V] */
-    float across;        /* resistance across the axis [V/A] */
-    float across_hard;   /* additional resistance for the current above across_from [V/A] */
-    float across_from;   /* [A] */
-    float turn;          /* phase of the sine per period [rad], 0 to pi */
+    int32_t kind;         /* [-] excite_kind_t */
+    uint32_t serial;      /* [-] another number begins anew: a new pulse, or a current from zero */
+    rotation_t axis;      /* direction of pulse or current [-] */
+    float voltage;        /* of the pulse, or amplitude of the sine [V] */
+    uint32_t periods;     /* [periods] of each half of a pulse */
+    float current_max;    /* the pulse ends above this current [A] */
+    float current;        /* along the axis [A] */
+    float slew;           /* largest change of the current reference per period [A] */
+    float kp;             /* of the control along the axis [V/A] */
+    float ki;             /* the same, of the integral per period [V/A] */
+    float voltage_max;    /* of the control along the axis [V] */
+    float across;         /* resistance across the axis [V/A] */
+    float across_hard;    /* additional resistance for the current above across_from [V/A] */
+    float across_from;    /* [A] */
+    float turn;           /* phase of the sine per period [rad], 0 to pi */
     uint32_t sine_across; /* [-] 1: the sine acts across the axis; 0: along it */
 } excite_order_t;
 
 /* Sums over the periods of a window, in the frame of the axis. */
 typedef struct {
-    uint32_t periods; /* [periods] */
-    uint32_t serial;  /* [-] of the order that acted in the last period */
-    uint32_t done;    /* [-] 1: the pulse has ended, or the current has reached its reference */
-    rotation_t axis;  /* of that order [-] */
-    ab_t response;    /* change of the current by the first half of the pulse [A] */
-    dq_t voltage;     /* [V] */
-    dq_t current;     /* [A] */
+    uint32_t periods;              /* [periods] */
+    uint32_t serial;               /* [-] of the order that acted in the last period */
+    uint32_t done;                 /* [-] 1: the pulse has ended, or the current has reached its reference */
+    rotation_t axis;               /* of that order [-] */
+    ab_t response;                 /* change of the current by the first half of the pulse [A] */
+    dq_t voltage;                  /* [V] */
+    dq_t current;                  /* [A] */
     dq_t voltage_cos, voltage_sin; /* times cosine and sine of the phase [V] */
     dq_t current_cos, current_sin; /* [A] */
 } excite_seen_t;

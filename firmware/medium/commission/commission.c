@@ -45,6 +45,35 @@ static void rest(commission_t *commission)
     commission->wish = (turning_wish_t){0u, 0.0f, {0.0f, 0.0f}};
 }
 
+static void begin_work(commission_t *commission)
+{
+    commission_work_t *work = &commission->work;
+    switch ((commission_step_t)commission->step) {
+    case COMMISSION_WIRING:
+        wiring_step_begin(&work->wiring);
+        break;
+    case COMMISSION_RESISTANCE:
+        resistance_step_begin(&work->resistance);
+        break;
+    case COMMISSION_INDUCTANCE:
+        sine_step_begin(&work->sine);
+        break;
+    case COMMISSION_SWING:
+        swing_step_begin(&work->swing);
+        break;
+    case COMMISSION_FLUX:
+        flux_test_begin(&work->flux);
+        break;
+    case COMMISSION_INERTIA:
+        torque_test_begin(&work->torque);
+        break;
+    case COMMISSION_BOARD:
+    case COMMISSION_OFF:
+        work->board = (commission_board_t){.n = 0.0f};
+        break;
+    }
+}
+
 static void begin(commission_t *commission, int32_t step)
 {
     commission->step = step;
@@ -53,10 +82,7 @@ static void begin(commission_t *commission, int32_t step)
     commission->detail = 0;
     commission->windows = 0u;
     commission->largest = 0.0f;
-    memset(&commission->work, 0, sizeof commission->work);
-    if (step == (int32_t)COMMISSION_WIRING) {
-        wiring_step_begin(&commission->work.wiring);
-    }
+    begin_work(commission);
     rest(commission);
 }
 

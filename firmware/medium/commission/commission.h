@@ -17,8 +17,8 @@
 #define MEDIUM_COMMISSION_COMMISSION_H
 
 #include "medium/commission/commission_types.h"
-#include "medium/commission/sine_step.h"
 #include "medium/commission/resistance_step.h"
+#include "medium/commission/sine_step.h"
 #include "medium/commission/swing_step.h"
 #include "medium/commission/turning_steps.h"
 #include "medium/commission/wiring_step.h"

@@ -1,4 +1,5 @@
-/* What the steps of commissioning share: their inputs, their verdict, the limits, the results, the reasons. */
+/* What the steps of commissioning share: their inputs, their verdict, the limits, the results, the reasons.
+ */
 #ifndef MEDIUM_COMMISSION_COMMISSION_TYPES_H
 #define MEDIUM_COMMISSION_COMMISSION_TYPES_H
 
@@ -15,7 +16,8 @@
     R(NOISE, "|noise", "a current sensor is noisier than three steps of its converter",                      \
       "screen the cables of the current sensors, check their ground")                                        \
     R(LINK_LOW, "|link_low", "the DC link is below dc_undervoltage", "check supply and precharge")           \
-    R(ZERO_VECTOR_CURRENT, "|zero_vector_current", "a current flows with all three legs at the same voltage", \
+    R(ZERO_VECTOR_CURRENT, "|zero_vector_current",                                                           \
+      "a current flows with all three legs at the same voltage",                                             \
       "wait until the rotor stands; check the gates")                                                        \
     R(ROTOR_TURNS, "|rotor_turns", "the answers to opposite pulses do not cancel: the rotor turns",          \
       "wait until the rotor stands, or brake it")                                                            \
@@ -24,8 +26,7 @@
     R(OPEN_PHASE, "|open_phase", "a phase carries no current", "check the wire of the phase that is named")  \
     R(SENSOR_MAP, "|sensor_map", "the current sensors are not on their phases, or have the wrong sign",      \
       "exchange the signals of the sensors, or the sign, as named")                                          \
-    R(RIPPLE_TOO_LARGE, "|ripple_too_large",                                                                 \
-      "the ripple of the current exceeds 0.6 of the largest current",                                        \
+    R(RIPPLE_TOO_LARGE, "|ripple_too_large", "the ripple of the current exceeds 0.6 of the largest current", \
       "use a choke, a lower DC-link voltage or a faster carrier")                                            \
     R(HEAT_LIMIT_TOO_LOW, "|heat_limit_too_low", "the permitted steady current is below 0.5 A",              \
       "raise motor_current_continuous, if the motor permits it")                                             \
@@ -87,17 +88,17 @@ static inline commission_verdict_t commission_failed(commission_reason_t reason,
 
 /* The limits, from the parameters. */
 typedef struct {
-    float current_max;    /* largest current [A] */
-    float current_hold;   /* largest current of a standing motor, by its heat [A] */
-    float pole_pairs;     /* p [-] */
-    float undervoltage;   /* least DC link [V] */
-    float noise_max;      /* largest standard deviation of a current sensor [A] */
-    float period;         /* T [s] */
-    float window;         /* of the medium task [s] */
-    float inductance_d;   /* of the parameters, for the turning steps [H] */
-    float inductance_q;   /* [H] */
-    float flux_linkage;   /* [Wb] */
-    float inertia;        /* [kg m^2] */
+    float current_max;  /* largest current [A] */
+    float current_hold; /* largest current of a standing motor, by its heat [A] */
+    float pole_pairs;   /* p [-] */
+    float undervoltage; /* least DC link [V] */
+    float noise_max;    /* largest standard deviation of a current sensor [A] */
+    float period;       /* T [s] */
+    float window;       /* of the medium task [s] */
+    float inductance_d; /* of the parameters, for the turning steps [H] */
+    float inductance_q; /* [H] */
+    float flux_linkage; /* [Wb] */
+    float inertia;      /* [kg m^2] */
 } commission_tuning_t;
 
 /* The results; 0: not measured yet. */

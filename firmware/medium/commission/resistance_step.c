@@ -1,19 +1,17 @@
 #include "medium/commission/resistance_step.h"
 
-#include <string.h>
-
 #include "math/bounds.h"
 
-#define FIRST_SHARE   0.3f  /* of the largest current: first level [-] */
-#define BLOCK         0.1f  /* [s] of a mean */
-#define SETTLE        0.07f /* [s] after a change of the level */
-#define VOLTAGE_MOST  0.5f  /* of the DC link, for the largest level [-] */
-#define CURRENT_LEAST 0.5f  /* [A] */
-#define SPREAD_MOST   0.02f /* largest relative difference of the directions [-] */
-#define SPREAD_OHM    4e-3f /* [ohm] added to it */
-#define ACROSS        0.05f /* current across over that along of a rotor at rest [-] */
+#define FIRST_SHARE   0.3f        /* of the largest current: first level [-] */
+#define BLOCK         0.1f        /* [s] of a mean */
+#define SETTLE        0.07f       /* [s] after a change of the level */
+#define VOLTAGE_MOST  0.5f        /* of the DC link, for the largest level [-] */
+#define CURRENT_LEAST 0.5f        /* [A] */
+#define SPREAD_MOST   0.02f       /* largest relative difference of the directions [-] */
+#define SPREAD_OHM    4e-3f       /* [ohm] added to it */
+#define ACROSS        0.05f       /* current across over that along of a rotor at rest [-] */
 #define SIXTH_TURN    1.04719755f /* [rad] */
-#define LEG           0.75f /* V over the rest of the line [-] */
+#define LEG           0.75f       /* V over the rest of the line [-] */
 
 enum { BEGIN, FIRST, HALF, FULL, TURN, STILL, LEVELS };
 
@@ -22,7 +20,7 @@ static const float levels[] = {1.0f, 0.8f, 0.64f, 0.5f, 0.4f, 0.32f};
 
 void resistance_step_begin(resistance_step_t *step)
 {
-    memset(step, 0, sizeof *step);
+    *step = (resistance_step_t){.phase = BEGIN};
 }
 
 static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
@@ -199,9 +197,8 @@ commission_verdict_t resistance_step(resistance_step_t *step, const commission_t
     case STANDING_STEADY:
         return first_value(step, tuning, input, order, results);
     case STANDING_NEVER:
-        return commission_failed(step->phase == STILL ? COMMISSION_REASON_ROTOR_SWINGS
-                                                      : COMMISSION_REASON_NO_STEADY_CURRENT,
-                                 0);
+        return commission_failed(
+            step->phase == STILL ? COMMISSION_REASON_ROTOR_SWINGS : COMMISSION_REASON_NO_STEADY_CURRENT, 0);
     case STANDING_NOT_YET:
         break;
     }

@@ -23,7 +23,7 @@ typedef struct {
     dq_t first;         /* current and voltage of the first level [A], [V] */
     commission_mean_t mean;
     standing_t standing;
-    float n, x, y, xx, xy; /* sums of the line of this direction, about its first level */
+    float n, x, y, xx, xy;               /* sums of the line of this direction, about its first level */
     float slope[RESISTANCE_DIRECTIONS];  /* R by direction [ohm] */
     float before[RESISTANCE_DIRECTIONS]; /* the same of the first staircase [ohm] */
     float rest[RESISTANCE_DIRECTIONS];   /* 4/3 V by direction [V] */

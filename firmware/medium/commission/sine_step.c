@@ -1,26 +1,24 @@
 #include "medium/commission/sine_step.h"
 
-#include <string.h>
-
 #include "math/angle.h"
 #include "math/bounds.h"
 #include "math/root.h"
 #include "math/trig.h"
 
-#define BLOCK        0.1f   /* [s] of a mean and of a run */
-#define SETTLE       0.08f  /* [s] before a run */
-#define FREQUENCY    500.0f /* [Hz] */
-#define LOWER        0.7f   /* second frequency across, over the first [-] */
-#define VOLTAGE_LEAST 3.0f  /* [V] below it the frequency is doubled */
-#define VOLTAGE_MOST 0.2f   /* of the DC link [-] */
-#define AMPLITUDE    0.2f   /* of the current, over the standing one [-] */
-#define PROBE        0.35f  /* of the voltage, while L is a guess [-] */
-#define CROSS_MOST   0.15f  /* current across the sine over that along it, for an aligned rotor [-] */
-#define LESS         0.6f   /* of the current, after an unstable alignment [-] */
-#define LOWERED_MOST 2u
+#define BLOCK         0.1f   /* [s] of a mean and of a run */
+#define SETTLE        0.08f  /* [s] before a run */
+#define FREQUENCY     500.0f /* [Hz] */
+#define LOWER         0.7f   /* second frequency across, over the first [-] */
+#define VOLTAGE_LEAST 3.0f   /* [V] below it the frequency is doubled */
+#define VOLTAGE_MOST  0.2f   /* of the DC link [-] */
+#define AMPLITUDE     0.2f   /* of the current, over the standing one [-] */
+#define PROBE         0.35f  /* of the voltage, while L is a guess [-] */
+#define CROSS_MOST    0.15f  /* current across the sine over that along it, for an aligned rotor [-] */
+#define LESS          0.6f   /* of the current, after an unstable alignment [-] */
+#define LOWERED_MOST  2u
 #define SALIENCY_MOST 5.0f
-#define ACROSS       0.05f /* current across over that along of a rotor at rest [-] */
-#define SIXTH_TURN   1.04719755f /* [rad] */
+#define ACROSS        0.05f       /* current across over that along of a rotor at rest [-] */
+#define SIXTH_TURN    1.04719755f /* [rad] */
 
 enum { BEGIN, ALIGN, TURN, STILL, RUNS };
 
@@ -30,8 +28,8 @@ typedef struct {
     float bias, frequency; /* [-] shares */
 } sine_run_t;
 static const sine_run_t runs[] = {
-    {false, true, 1.0f, 1.0f}, {false, false, 1.0f, 1.0f}, {false, false, 0.6f, 1.0f},
-    {false, false, 0.3f, 1.0f}, {true, true, 1.0f, 1.0f},  {true, false, 1.0f, 1.0f},
+    {false, true, 1.0f, 1.0f},  {false, false, 1.0f, 1.0f}, {false, false, 0.6f, 1.0f},
+    {false, false, 0.3f, 1.0f}, {true, true, 1.0f, 1.0f},   {true, false, 1.0f, 1.0f},
     {true, false, 1.0f, LOWER},
 };
 #define RUNS_COUNT (sizeof runs / sizeof runs[0])
@@ -39,7 +37,7 @@ enum { RUN_D_MOST = 1, RUN_D = 2, RUN_Q = 5, RUN_Q_LOWER = 6 };
 
 void sine_step_begin(sine_step_t *step)
 {
-    memset(step, 0, sizeof *step);
+    *step = (sine_step_t){.phase = BEGIN};
 }
 
 static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
@@ -50,7 +48,7 @@ static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
 float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float period)
 {
     const sine_sum_t before = {turn.cos * current.re + turn.sin * current.im,
-                                     turn.cos * current.im - turn.sin * current.re};
+                               turn.cos * current.im - turn.sin * current.re};
     const float det = before.re * voltage.im - before.im * voltage.re;
     if (!(bounds_magnitude(det) > 0.0f)) {
         return 0.0f;
@@ -67,9 +65,8 @@ float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float 
 }
 
 /* Orders a run: a whole number of periods of the sine in a block. */
-static void prepare(sine_step_t *step, const commission_tuning_t *tuning,
-                    const commission_input_t *input, const commission_results_t *results,
-                    excite_order_t *order)
+static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const commission_input_t *input,
+                    const commission_results_t *results, excite_order_t *order)
 {
     const sine_run_t *run = &runs[step->run];
     const float bias = run->bias * step->current;
@@ -183,8 +180,8 @@ static commission_verdict_t begin(sine_step_t *step, const commission_tuning_t *
 }
 
 commission_verdict_t sine_step(sine_step_t *step, const commission_tuning_t *tuning,
-                                     const commission_input_t *input, excite_order_t *order,
-                                     commission_results_t *results)
+                               const commission_input_t *input, excite_order_t *order,
+                               commission_results_t *results)
 {
     if (step->phase == BEGIN) {
         return begin(step, tuning, input, order, results);

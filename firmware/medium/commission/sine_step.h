@@ -20,14 +20,14 @@ typedef struct {
 } sine_sum_t;
 
 typedef struct {
-    int32_t phase;      /* [-] of the step */
-    uint32_t run;       /* [-] of the table of runs */
-    uint32_t windows;   /* [windows] of this run */
-    uint32_t lowered;   /* [-] times that the current was lowered */
-    float current;      /* largest standing current [A] */
+    int32_t phase;          /* [-] of the step */
+    uint32_t run;           /* [-] of the table of runs */
+    uint32_t windows;       /* [windows] of this run */
+    uint32_t lowered;       /* [-] times that the current was lowered */
+    float current;          /* largest standing current [A] */
     float guess_d, guess_q; /* L by which the next voltage is chosen [H] */
-    float value[7];     /* L of each run [H] */
-    float turn[7];      /* w T of each run [rad] */
+    float value[7];         /* L of each run [H] */
+    float turn[7];          /* w T of each run [rad] */
     standing_t standing;
     sine_sum_t voltage, along, across; /* sums of this run */
 } sine_step_t;
@@ -38,7 +38,7 @@ float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float 
 void sine_step_begin(sine_step_t *step);
 
 commission_verdict_t sine_step(sine_step_t *step, const commission_tuning_t *tuning,
-                                     const commission_input_t *input, excite_order_t *order,
-                                     commission_results_t *results);
+                               const commission_input_t *input, excite_order_t *order,
+                               commission_results_t *results);
 
 #endif

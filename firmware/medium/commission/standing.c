@@ -18,7 +18,7 @@
 #define TURN_SLOW 0.25f
 #define AGREE     0.003f
 #define AGREE_V   0.01f /* [V] */
-#define NEAR      0.05f  /* distance of the current from its reference, relative [-] */
+#define NEAR      0.05f /* distance of the current from its reference, relative [-] */
 #define TRIES     40u
 
 void standing_gains(float u_dc, const commission_tuning_t *tuning, const commission_results_t *results,

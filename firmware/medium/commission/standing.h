@@ -8,10 +8,10 @@
 typedef enum { STANDING_NOT_YET, STANDING_STEADY, STANDING_NEVER } standing_state_t;
 
 typedef struct {
-    float angle;      /* of the axis [rad] */
-    uint32_t windows; /* [windows] of the present block */
-    uint32_t tries;   /* [-] blocks that have not agreed */
-    float last;       /* mean voltage of the last block [V]; below 0: none yet */
+    float angle;            /* of the axis [rad] */
+    uint32_t windows;       /* [windows] of the present block */
+    uint32_t tries;         /* [-] blocks that have not agreed */
+    float last;             /* mean voltage of the last block [V]; below 0: none yet */
     commission_mean_t mean; /* of the present block, or of the last one when steady */
 } standing_t;
 
@@ -26,8 +26,8 @@ void standing_gains(float u_dc, const commission_tuning_t *tuning, const commiss
 /* Waits anew until it is steady. */
 void standing_wait(standing_t *standing);
 
-/* One window towards an angle [rad], slower while a current flows across the axis: the rotor lags, or the loss
- * of the dead time, which lies on the axis only at multiples of 60 degrees. true: it has arrived. */
+/* One window towards an angle [rad], slower while a current flows across the axis: the rotor lags, or the
+ * loss of the dead time, which lies on the axis only at multiples of 60 degrees. true: it has arrived. */
 bool standing_turn(standing_t *standing, float angle, const commission_tuning_t *tuning,
                    const excite_seen_t *seen, excite_order_t *order);
 

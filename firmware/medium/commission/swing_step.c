@@ -1,33 +1,31 @@
 #include "medium/commission/swing_step.h"
 
-#include <string.h>
-
 #include "math/angle.h"
 #include "math/bounds.h"
 #include "math/root.h"
 #include "math/trig.h"
 
-#define JUMPS      5u    /* the first one only for the voltage at rest of the second direction */
-#define BLOCK      0.1f  /* [s] of a mean at rest */
-#define LEAST      0.25f /* [s] of a jump */
-#define ACROSS      0.004f /* current across over that along of a rotor at rest [-] */
-#define ACROSS_LEAST 0.01f /* [A] added to it */
-#define SLOW        0.2f  /* of the largest speed of a jump: its motion ends [-] */
-#define UNDER_WAY   0.8f  /* cosine of the least angle before that [-] */
-#define THIRD_TURN 2.09439510f /* [rad] */
-#define SHARE_MOST  0.9f /* of the largest current [-] */
-#define HOLD_MOST   1.3f /* of the held current, for a short time [-] */
-#define SEEN_SHARE  0.05f /* least share of J in the square of the impulse [-] */
-#define FREER       7.0f  /* factor of the resistance across the axis where J does not show [-] */
-#define FREER_MOST  2u    /* [-] times */
-#define FLUX_LEAST 2e-4f /* [Wb] */
-#define ZONE       0.1f  /* [A] current below which the sign of a leg's loss fades */
+#define JUMPS        5u          /* the first one only for the voltage at rest of the second direction */
+#define BLOCK        0.1f        /* [s] of a mean at rest */
+#define LEAST        0.25f       /* [s] of a jump */
+#define ACROSS       0.004f      /* current across over that along of a rotor at rest [-] */
+#define ACROSS_LEAST 0.01f       /* [A] added to it */
+#define SLOW         0.2f        /* of the largest speed of a jump: its motion ends [-] */
+#define UNDER_WAY    0.8f        /* cosine of the least angle before that [-] */
+#define THIRD_TURN   2.09439510f /* [rad] */
+#define SHARE_MOST   0.9f        /* of the largest current [-] */
+#define HOLD_MOST    1.3f        /* of the held current, for a short time [-] */
+#define SEEN_SHARE   0.05f       /* least share of J in the square of the impulse [-] */
+#define FREER        7.0f        /* factor of the resistance across the axis where J does not show [-] */
+#define FREER_MOST   2u          /* [-] times */
+#define FLUX_LEAST   2e-4f       /* [Wb] */
+#define ZONE         0.1f        /* [A] current below which the sign of a leg's loss fades */
 
 enum { BEGIN, ALIGN, JUMP, REST };
 
 void swing_step_begin(swing_step_t *step)
 {
-    memset(step, 0, sizeof *step);
+    *step = (swing_step_t){.phase = BEGIN};
 }
 
 static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
@@ -56,9 +54,9 @@ static ab_t active(const swing_motion_t *motion, const commission_results_t *res
 {
     const float l_d = results->inductance_d;
     const float l_q = results->inductance_q;
-    return (ab_t){motion->before.alpha + l_d * motion->from.alpha + motion->flux.alpha -
-                      l_q * motion->last.alpha,
-                  motion->before.beta + l_d * motion->from.beta + motion->flux.beta - l_q * motion->last.beta};
+    return (ab_t){
+        motion->before.alpha + l_d * motion->from.alpha + motion->flux.alpha - l_q * motion->last.alpha,
+        motion->before.beta + l_d * motion->from.beta + motion->flux.beta - l_q * motion->last.beta};
 }
 
 /* Psi_m(t) - Psi_m(0). */
@@ -293,7 +291,8 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
         const swing_window_t window = window_of(input, input->seen->axis);
         add(step, tuning, &window, results);
     }
-    const standing_want_t want = {windows_of(BLOCK, tuning), order->current, ACROSS * order->current + ACROSS_LEAST};
+    const standing_want_t want = {windows_of(BLOCK, tuning), order->current,
+                                  ACROSS * order->current + ACROSS_LEAST};
     switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
         if (step->phase == REST) {

@@ -13,8 +13,8 @@
  * The circle needs no angle at which the rotor rests: friction may leave it short of the axis. The rotor is
  * braked by the resistance across the axis. If that holds it so much that the torque hardly accelerates it,
  * the jumps are repeated with a larger resistance, which brakes less; J may stay unknown. The regression ends
- * where a jump becomes slow: friction then holds the rotor with a torque of unknown size. Several jumps to and
- * fro. */
+ * where a jump becomes slow: friction then holds the rotor with a torque of unknown size. Several jumps to
+ * and fro. */
 #ifndef MEDIUM_COMMISSION_SWING_STEP_H
 #define MEDIUM_COMMISSION_SWING_STEP_H
 
@@ -30,15 +30,15 @@ typedef struct {
 
 /* What the flux of the magnets and the torque do during a jump. */
 typedef struct {
-    ab_t flux;     /* int (u - R i - v) dt [Wb] */
-    ab_t from;     /* current at the beginning [A] */
-    ab_t last;     /* current at the end of the last window [A] */
-    ab_t before;   /* Psi_m at the beginning, once psi_f is known [Wb] */
-    ab_t begun;    /* active flux at the beginning [Wb] */
+    ab_t flux;                /* int (u - R i - v) dt [Wb] */
+    ab_t from;                /* current at the beginning [A] */
+    ab_t last;                /* current at the end of the last window [A] */
+    ab_t before;              /* Psi_m at the beginning, once psi_f is known [Wb] */
+    ab_t begun;               /* active flux at the beginning [Wb] */
     float xx, xy, yy, xz, yz; /* sums of the circle */
-    float impulse; /* int of the torque [N m s] */
-    float moving;  /* time forwards minus time backwards [s] */
-    float peak;    /* largest speed, electrical [rad/s] */
+    float impulse;            /* int of the torque [N m s] */
+    float moving;             /* time forwards minus time backwards [s] */
+    float peak;               /* largest speed, electrical [rad/s] */
     uint32_t over; /* [-] 1: the first motion of the jump has ended, after which friction holds the rotor */
 } swing_motion_t;
 
@@ -48,16 +48,16 @@ typedef struct {
 } swing_fit_t;
 
 typedef struct {
-    int32_t phase;      /* [-] of the step */
-    uint32_t jump;      /* [-] */
-    uint32_t windows;   /* [windows] of this jump */
-    uint32_t freer;     /* [-] times that the braking was made less, because J did not show */
+    int32_t phase;              /* [-] of the step */
+    uint32_t jump;              /* [-] */
+    uint32_t windows;           /* [windows] of this jump */
+    uint32_t freer;             /* [-] times that the braking was made less, because J did not show */
     float flux, inertia, share; /* of the jumps in which J showed best [Wb], [kg m^2], [-] */
-    float current;      /* [A] */
-    float angle;        /* of the axis [rad] */
-    ab_t rest[2];       /* voltage at rest that the law does not explain, of both directions [V] */
-    ab_t used;          /* the one of this jump [V] */
-    float flux_sum;     /* of psi_f over the jumps [Wb] */
+    float current;              /* [A] */
+    float angle;                /* of the axis [rad] */
+    ab_t rest[2];               /* voltage at rest that the law does not explain, of both directions [V] */
+    ab_t used;                  /* the one of this jump [V] */
+    float flux_sum;             /* of psi_f over the jumps [Wb] */
     swing_motion_t motion;
     swing_fit_t fit;
     standing_t standing;

@@ -1,7 +1,5 @@
 #include "medium/commission/turning_steps.h"
 
-#include <string.h>
-
 #include "math/angle.h"
 #include "math/bounds.h"
 #include "math/root.h"
@@ -13,24 +11,24 @@
 #define STEADY      0.6f  /* [s] near it before a mean */
 #define MEAN        1.0f  /* [s] */
 
-#define CYCLES      3u
-#define LOW_SHARE   0.35f /* low over high speed of the torque test [-] */
-#define LOW_ABOVE   1.3f  /* low speed over that of the hand-over [-] */
-#define COAST_TO    0.35f /* of the way from low to high, where braking begins [-] */
-#define BRAKE       0.5f  /* braking over accelerating current [-] */
-#define PUSH_TIME   0.6f  /* [s] of the acceleration */
-#define PUSH_LEAST  0.08f /* of the largest current [-] */
-#define PUSH_MOST   0.8f
-#define PUSH_ADDED  0.05f /* of the largest current, for friction [-] */
-#define PUSH_GROWTH 1.4f
-#define PUSH_WAIT   3.0f  /* [s] after which a push that does not suffice grows */
-#define COAST_MOST  3.0f  /* [s] */
-#define SLICES      6.0f  /* of a push [-] */
-#define SLICE_LEAST 6.0f  /* [windows] */
-#define SLICE_MOST  250.0f
-#define SKIP        12u   /* [windows] after a change of the torque */
+#define CYCLES       3u
+#define LOW_SHARE    0.35f /* low over high speed of the torque test [-] */
+#define LOW_ABOVE    1.3f  /* low speed over that of the hand-over [-] */
+#define COAST_TO     0.35f /* of the way from low to high, where braking begins [-] */
+#define BRAKE        0.5f  /* braking over accelerating current [-] */
+#define PUSH_TIME    0.6f  /* [s] of the acceleration */
+#define PUSH_LEAST   0.08f /* of the largest current [-] */
+#define PUSH_MOST    0.8f
+#define PUSH_ADDED   0.05f /* of the largest current, for friction [-] */
+#define PUSH_GROWTH  1.4f
+#define PUSH_WAIT    3.0f /* [s] after which a push that does not suffice grows */
+#define COAST_MOST   3.0f /* [s] */
+#define SLICES       6.0f /* of a push [-] */
+#define SLICE_LEAST  6.0f /* [windows] */
+#define SLICE_MOST   250.0f
+#define SKIP         12u /* [windows] after a change of the torque */
 #define SLICES_LEAST 12.0f
-#define STEADY_HIGH 0.9f  /* of the high speed: first steady speed [-] */
+#define STEADY_HIGH  0.9f /* of the high speed: first steady speed [-] */
 
 enum { START, UP, COAST, DOWN, STEADY_FAST, STEADY_SLOW };
 
@@ -109,7 +107,7 @@ static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, co
 
 void flux_test_begin(flux_test_t *step)
 {
-    memset(step, 0, sizeof *step);
+    *step = (flux_test_t){.windows = 0u};
 }
 
 commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t *tuning,
@@ -120,7 +118,7 @@ commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t
     const float near = tuning->flux_linkage;
     *wish = (turning_wish_t){0u, input->speed, {BIAS * tuning->current_max, 0.0f}};
     if (!is_steady(&step->windows, tuning, input, input->speed)) {
-        memset(mean, 0, sizeof *mean);
+        *mean = (turning_mean_t){.windows = 0.0f};
         return commission_goes_on();
     }
     mean_add(mean, tuning, input, near);
@@ -195,15 +193,15 @@ bool turning_fit_solve(const turning_fit_t *fit, float x[TURNING_UNKNOWNS], floa
 
 void torque_test_begin(torque_test_t *step)
 {
-    memset(step, 0, sizeof *step);
+    *step = (torque_test_t){.phase = START};
 }
 
 static void begin_phase(torque_test_t *step, int32_t phase)
 {
     step->phase = phase;
     step->windows = 0u;
-    memset(&step->slice, 0, sizeof step->slice);
-    memset(&step->mean, 0, sizeof step->mean);
+    step->slice = (turning_slice_t){.windows = 0u};
+    step->mean = (turning_mean_t){.windows = 0.0f};
 }
 
 /* The end of a slice: speed and acceleration from the parabola, mechanical. */
@@ -214,9 +212,9 @@ static void close(torque_test_t *step, const commission_tuning_t *tuning)
     const float of_square = n * (n * n - 1.0f) * (n * n - 4.0f) * (1.0f / 180.0f);
     const float of_linear = n * (n * n - 1.0f) * (1.0f / 12.0f);
     const float per_time = 1.0f / tuning->window;
-    const float x[TURNING_UNKNOWNS] = {
-        2.0f * part->square * per_time * per_time / (of_square * tuning->pole_pairs), 1.0f,
-        part->linear * per_time / (of_linear * tuning->pole_pairs)};
+    const float x[TURNING_UNKNOWNS] = {2.0f * part->square * per_time * per_time /
+                                           (of_square * tuning->pole_pairs),
+                                       1.0f, part->linear * per_time / (of_linear * tuning->pole_pairs)};
     turning_fit_add(&step->fit, x, part->torque / n);
     part->windows = 0u;
     part->turned = part->linear = part->square = part->torque = 0.0f;
@@ -313,7 +311,7 @@ static commission_verdict_t hold_speed(torque_test_t *step, const commission_tun
     turning_mean_t *mean = &step->mean;
     wish->omega_m_ref = which == 0u ? STEADY_HIGH * step->high : step->low;
     if (!is_steady(&step->windows, tuning, input, wish->omega_m_ref)) {
-        memset(mean, 0, sizeof *mean);
+        *mean = (turning_mean_t){.windows = 0.0f};
         return commission_goes_on();
     }
     mean_add(mean, tuning, input, psi);

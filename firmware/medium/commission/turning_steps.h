@@ -19,12 +19,13 @@
 
 /* A window of the running drive. */
 typedef struct {
-    uint32_t runs;     /* [-] 1: run on the estimate, which is judged as good */
-    float theta_e;     /* of the estimate [rad] */
-    float omega_e;     /* the same, mean of the window [rad/s] */
-    dq_t emf, current; /* vectors summed over the window in the stationary frame, as means in its frame [V], [A] */
-    float speed;       /* requested largest speed, mechanical [rad/s] */
-    float least;       /* speed of the hand-over, mechanical [rad/s] */
+    uint32_t runs; /* [-] 1: run on the estimate, which is judged as good */
+    float theta_e; /* of the estimate [rad] */
+    float omega_e; /* the same, mean of the window [rad/s] */
+    dq_t emf,
+        current; /* vectors summed over the window in the stationary frame, as means in its frame [V], [A] */
+    float speed; /* requested largest speed, mechanical [rad/s] */
+    float least; /* speed of the hand-over, mechanical [rad/s] */
 } turning_input_t;
 
 /* What the drive shall do. */
@@ -88,12 +89,12 @@ bool turning_fit_solve(const turning_fit_t *fit, float x[TURNING_UNKNOWNS], floa
 
 void flux_test_begin(flux_test_t *step);
 commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t *tuning,
-                               const turning_input_t *input, turning_wish_t *wish,
-                               commission_results_t *results);
+                                    const turning_input_t *input, turning_wish_t *wish,
+                                    commission_results_t *results);
 
 void torque_test_begin(torque_test_t *step);
 commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuning_t *tuning,
-                                  const turning_input_t *input, turning_wish_t *wish,
-                                  commission_results_t *results);
+                                      const turning_input_t *input, turning_wish_t *wish,
+                                      commission_results_t *results);
 
 #endif

@@ -1,22 +1,20 @@
 #include "medium/commission/wiring_step.h"
 
-#include <string.h>
-
 #include "math/bounds.h"
 #include "math/root.h"
 
-#define ZERO_WINDOWS  12u   /* [windows] of the zero vector */
-#define ZERO_CURRENT  0.12f /* [A] largest one in that time */
-#define PULSE_WINDOWS 250u  /* [windows] longest decay of a pulse */
-#define PULSE_LEAST   0.4f  /* [A] least answer */
-#define PULSE_SHARE   0.1f  /* of the largest current [-] */
-#define PULSE_MOST    0.6f  /* of the largest current, at which a pulse ends [-] */
+#define ZERO_WINDOWS  12u    /* [windows] of the zero vector */
+#define ZERO_CURRENT  0.12f  /* [A] largest one in that time */
+#define PULSE_WINDOWS 250u   /* [windows] longest decay of a pulse */
+#define PULSE_LEAST   0.4f   /* [A] least answer */
+#define PULSE_SHARE   0.1f   /* of the largest current [-] */
+#define PULSE_MOST    0.6f   /* of the largest current, at which a pulse ends [-] */
 #define FIRST_SHARE   0.005f /* of the DC link: voltage of the first pulse [-] */
 #define MOST_SHARE    0.25f  /* of the DC link: largest voltage [-] */
 #define GROWTH        1.25f
 #define LESS          0.85f
 #define PERIODS_MOST  100u
-#define RIPPLE_MOST   0.6f  /* of the largest current [-] */
+#define RIPPLE_MOST   0.6f /* of the largest current [-] */
 #define RANK_LEAST    0.3f
 #define TURNS_FROM    0.08f /* sum of the answers over the sum of their lengths [-] */
 
@@ -25,16 +23,14 @@ enum { ZERO, SEARCH, MATRIX, COMPARE };
 static rotation_t unit(uint32_t direction)
 {
     static const rotation_t units[WIRING_DIRECTIONS] = {
-        {0.0f, 1.0f},   {FRAMES_HALF_OF_SQRT_3, 0.5f},   {FRAMES_HALF_OF_SQRT_3, -0.5f},
-        {0.0f, -1.0f},  {-FRAMES_HALF_OF_SQRT_3, -0.5f}, {-FRAMES_HALF_OF_SQRT_3, 0.5f}};
+        {0.0f, 1.0f},  {FRAMES_HALF_OF_SQRT_3, 0.5f},   {FRAMES_HALF_OF_SQRT_3, -0.5f},
+        {0.0f, -1.0f}, {-FRAMES_HALF_OF_SQRT_3, -0.5f}, {-FRAMES_HALF_OF_SQRT_3, 0.5f}};
     return units[direction];
 }
 
 void wiring_step_begin(wiring_step_t *step)
 {
-    memset(step, 0, sizeof *step);
-    step->phase = ZERO;
-    step->periods = 1u;
+    *step = (wiring_step_t){.phase = ZERO, .periods = 1u};
 }
 
 /* Orders a pulse in this direction. */

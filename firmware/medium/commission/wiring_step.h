@@ -23,10 +23,10 @@ typedef struct {
     uint32_t periods;   /* [periods] of half a pulse */
     float largest;      /* answer of this search [A] */
     wiring_matrix_t matrix;
-    ab_t sum;                        /* of the answers [A] */
-    float lengths;                   /* of the answers, summed [A] */
-    float along[WIRING_DIRECTIONS];  /* answers along their directions [A] */
-    float inductances;               /* sum of L [H] */
+    ab_t sum;                       /* of the answers [A] */
+    float lengths;                  /* of the answers, summed [A] */
+    float along[WIRING_DIRECTIONS]; /* answers along their directions [A] */
+    float inductances;              /* sum of L [H] */
 } wiring_step_t;
 
 void wiring_step_begin(wiring_step_t *step);

@@ -144,7 +144,7 @@ static void ask(options_t *options, commission_options_t *steps)
 {
     char line[16] = "y";
     if (options->turns && !options->yes && isatty(STDIN_FILENO) && isatty(STDERR_FILENO)) {
-        fprintf(stderr, "Is the shaft free and uncoupled, and nobody near? It will turn. [y/n] ");
+        fprintf(stderr, "Is the shaft free, uncoupled and out of reach of persons? It will turn. [y/n] ");
         if (fgets(line, sizeof line, stdin) == NULL || (line[0] != 'y' && line[0] != 'Y')) {
             options->turns = false;
         }

@@ -48,7 +48,7 @@
       "permit more speed")                                                                                   \
     R(SENSORLESS_LOST, "|sensorless_lost", "the drive lost the rotor, or did not reach the speed",           \
       "uncouple the load; permit more current")                                                              \
-    R(INERTIA_NOT_SEEN, "|inertia_not_seen", "the torque did not change the speed as an inertia does",       \
+    R(INERTIA_NOT_SEEN, "|inertia_not_seen", "the torque test gave no J, or another one than the swing",     \
       "uncouple the load, and repeat")                                                                       \
     R(TIME_OUT, "|time_out", "the step exceeded its largest time", "repeat the step")                        \
     R(EARLIER_STEP, "|earlier_step", "the step needs the result of an earlier one",                          \

@@ -26,7 +26,8 @@
 #define SLICES       6.0f /* of a push [-] */
 #define SLICE_LEAST  6.0f /* [windows] */
 #define SLICE_MOST   250.0f
-#define SKIP         12u /* [windows] after a change of the torque */
+#define SKIP         12u   /* [windows] after a change of the torque */
+#define AGREES       0.25f /* largest relative distance from the J of the swing [-] */
 #define SLICES_LEAST 12.0f
 #define STEADY_HIGH  0.9f /* of the high speed: first steady speed [-] */
 
@@ -289,6 +290,11 @@ static commission_verdict_t judge(const torque_test_t *step, commission_results_
     float x[TURNING_UNKNOWNS];
     float error;
     if (step->fit.n < SLICES_LEAST || !turning_fit_solve(&step->fit, x, &error) || !(x[0] > 0.0f)) {
+        return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
+    }
+    /* the swing has measured J in another way: two values that disagree are none */
+    const float first = results->inertia_first;
+    if (first > 0.0f && !bounds_within(x[0] - first, AGREES * first)) {
         return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
     }
     const float apart = step->omega[0] - step->omega[1];

@@ -69,6 +69,7 @@ typedef struct {
     uint32_t cycle;   /* [-] */
     uint32_t windows; /* [windows] of this phase */
     float push;       /* i_q upwards [A] */
+    float earlier;    /* J of a first test that disagreed with the swing; 0: none [kg m^2] */
     uint32_t length;  /* N: of a slice [windows] */
     float low, high;  /* speeds, mechanical [rad/s] */
     turning_slice_t slice;

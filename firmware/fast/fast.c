@@ -245,8 +245,7 @@ static void limit_reference(const bounds_t *bounds, dq_t *current)
 /* Adds the dither, from whose response L is identified. */
 static void inject_dither(const setpoint_t *setpoint, dq_t *current)
 {
-    current->d += setpoint->dither.d;
-    current->q += setpoint->dither.q;
+    current->d += setpoint->dither;
 }
 
 /* Field-oriented control: demand to duties. */

@@ -289,8 +289,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->moments = moments(medium, tuning);
     setpoint->jump = (int32_t)at_a_jump(medium, window);
     setpoint->jump_periods = MANOEUVRE_CATCH_PERIODS;
-    setpoint->dither =
-        manoeuvres_dithers(&medium->manoeuvres) ? medium->inductance.dither : (dq_t){0.0f, 0.0f};
+    setpoint->dither = manoeuvres_dithers(&medium->manoeuvres) ? medium->inductance.dither : 0.0f;
     const float room = run_room(&medium->manoeuvres.run); /* beside the remaining i_d of a hand-over */
     setpoint->current_limit = room < medium->thermal.limit ? room : medium->thermal.limit;
     setpoint->only_brakes =

@@ -36,7 +36,7 @@ static void average(medium_t *medium, const window_t *window)
     };
     sums_mean(&sums, 1.0f / (float)DRIVE_WINDOW, estimate->frame.rotation, estimate->omega_smooth, TO_MIDDLE,
               &medium->means);
-    medium->means.theta = estimate->frame.theta_e;
+    medium->means.theta = estimate->frame.theta_e - TO_MIDDLE * estimate->omega_smooth;
     medium->means.even = manoeuvres_even(&medium->manoeuvres) ? 1u : 0u;
     medium->estimate = *estimate;
     medium->estimate.invalid = medium->validity.debounce.invalid | (estimate->invalid & ESTIMATOR_SAMPLE);

@@ -91,7 +91,7 @@ typedef struct {
     int32_t lock;          /* [-] lock_order_t, of the first period */
     dq_t current;          /* reference in this frame, at the end of the window [A]; q: for speed zero */
     float stiffness;       /* decrease of i_q with the speed of each period [A s/rad], mechanical */
-    dq_t dither;           /* added to the reference from the first period on [A] */
+    float dither;          /* added to the reference of i_d from the first period on [A] */
     float omega_m_ref;     /* present speed reference [rad/s], mechanical */
     float current_limit;   /* of i_q [A], by heat and by the i_d that a hand-over has left */
     uint32_t only_brakes;  /* [-] 1: a quick stop, in which no current drives the rotor */

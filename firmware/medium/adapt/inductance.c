@@ -7,7 +7,6 @@
 #define TWO_PI        6.2831853f
 #define TRUST         0.2f /* [-] change of the confidence by a cycle that agrees with the one before */
 #define CONFIDENT     0.5f /* [-] confidence from which the result of a cycle is used */
-#define OPPOSED       0.5f /* [-] of the remaining swing of i_q that is opposed in each cycle */
 #define WAVE_SQUARE   0.53333333f                             /* mean of s^2 [-] */
 #define SHARE_MAX     0.5f                                    /* [-] */
 #define TORQUE_MIN    (INDUCTANCE_TORQUE / INDUCTANCE_DITHER) /* [-] of the dither: least i_q */
@@ -16,6 +15,7 @@
 #define EMF_MIN       0.5f                                    /* [-] of psi_f |omega| */
 #define SETTLED       0.2f /* [-] of the initial rate: at this rate R has been learnt for long enough */
 #define PLAUSIBLE_MAX 3.0f /* [-] of the parameter: largest L that a noisy cycle can give */
+#define CONDITION     0.5f /* [-] least area of U and V over that without a swing of i_q */
 
 static inductance_wave_t wave_of(const inductance_params_t *params, float frequency)
 {
@@ -27,6 +27,8 @@ static inductance_wave_t wave_of(const inductance_params_t *params, float freque
     return (inductance_wave_t){
         .steps = steps,
         .step = 2.0f / count,
+        .omega = TWO_PI / (count * step),
+        .turn_share = count * step / TWO_PI,
         .per_sum = 1.0f / (passed * WAVE_SQUARE * count),
     };
 }
@@ -92,25 +94,32 @@ static bool loaded(const inductance_t *x, float i_q)
     return !bounds_within(i_q, TORQUE_MIN * x->tuning.current);
 }
 
-/* True if the frequency is near one or two times the electrical one. All in [rad/s]. */
+/* True if the electrical frequency is so near that motion and L can hardly be told apart. All in [rad/s]. */
 static bool is_near_first(float frequency, float omega)
 {
-    return bounds_within(frequency - omega, TWO_PI * INDUCTANCE_NEAR) ||
-           bounds_within(frequency - 2.0f * omega, TWO_PI * INDUCTANCE_NEAR);
+    return bounds_within(frequency - INDUCTANCE_FIRST_SHARE * omega, INDUCTANCE_FIRST_REACH * frequency);
+}
+
+/* True if a multiple of the electrical frequency is too near, `reach` for the sixth. All in [rad/s]. */
+static bool is_disturbed(float frequency, float omega, float reach)
+{
+    return is_near_first(frequency, omega) ||
+           bounds_within(frequency - 2.0f * omega, TWO_PI * INDUCTANCE_NEAR) ||
+           bounds_within(frequency - 6.0f * omega, reach);
 }
 
 /* The frequency at this speed [rad/s]: the first one that is not near one, two or six times the electrical
- * one, and without torque not near five or seven times either. If the first one is near such a multiple, the
- * second one may be near the sixth. */
+ * one, and without torque not near five or seven times either. Near one times it, the third is the next. */
 static uint32_t frequency_at(float omega, bool torque)
 {
-    const float sixth = 6.0f * omega;
+    static const float frequencies[] = {TWO_PI * INDUCTANCE_FREQUENCY_1, TWO_PI * INDUCTANCE_FREQUENCY_2,
+                                        TWO_PI * INDUCTANCE_FREQUENCY_3};
     const float reach = torque ? TWO_PI * INDUCTANCE_NEAR_SIXTH : TWO_PI * INDUCTANCE_NEAR + omega;
-    if (!bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_1 - sixth, reach) &&
-        !is_near_first(TWO_PI * INDUCTANCE_FREQUENCY_1, omega)) {
+    if (!is_disturbed(frequencies[0], omega, reach)) {
         return 0u;
     }
-    return bounds_within(TWO_PI * INDUCTANCE_FREQUENCY_2 - sixth, reach) ? 2u : 1u;
+    const uint32_t next = is_near_first(frequencies[0], omega) ? 2u : 1u;
+    return is_disturbed(frequencies[next], omega, reach) ? 3u - next : next;
 }
 
 /* True if R still has to be learnt at this speed [rad/s]. */
@@ -141,7 +150,7 @@ static bool rests(inductance_t *x, float i_q)
     }
     x->look.rests = bounds_within(i_q - x->look.looked_at, x->tuning.moved) ? x->look.rests - 1u : 0u;
     x->follows = 0u;
-    x->dither = (dq_t){0.0f, 0.0f};
+    x->dither = 0.0f;
     return x->look.rests != 0u;
 }
 
@@ -171,12 +180,8 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     x->voltage_known = input->voltage_known ? 1u : 0u;
     x->t = -1.0f;
     x->omega = input->omega_smooth;
-    x->sum.emf = 0.0f;
-    x->sum.answer = 0.0f;
-    x->sum.drop = 0.0f;
-    x->swing.s = 0.0f;
-    x->swing.c = 0.0f;
-    x->sum.detector = 0.0f;
+    x->emf_from = x->emf_mean;
+    x->sum = (inductance_sums_t){0};
     return true;
 }
 
@@ -188,15 +193,47 @@ static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, floa
     return turns && x->sum.detector < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
 }
 
-/* L_q from the cycle that ends now [H]; 0: no result. */
-static float said_by(const inductance_t *x, const inductance_wave_t *wave, float omega)
+/* The errors of L_d against the assumed L_q [H] and of R [ohm] that a cycle shows. */
+typedef struct {
+    float inductance, resistance;
+} inductance_errors_t;
+
+/* Im(conj(a) b): the area between both, in the product of their units. */
+static float beside(inductance_phasor_t a, inductance_phasor_t b)
 {
-    if (x->follows == 0u || !is_locked(x, wave, bounds_magnitude(omega))) {
-        return 0.0f;
+    return a.s * b.c - a.c * b.s;
+}
+
+/* a - j share b, share being omega/W [-]: what is left if b is the speed that belongs to the angle a. */
+static inductance_phasor_t less_motion(inductance_phasor_t a, float share, inductance_phasor_t b)
+{
+    return (inductance_phasor_t){a.s + share * b.c, a.c - share * b.s};
+}
+
+/* The solution of Z = dR U + dL_d V (inductance.h). If i_q swings so that U lies along V, its swing is left
+ * out: U = I_d. */
+static inductance_errors_t errors_of(const inductance_t *x, const inductance_wave_t *wave, float omega)
+{
+    const float share = omega * wave->turn_share;
+    const float turn = wave->omega - omega * share;
+    const inductance_phasor_t i_d = x->sum.i_d;
+    const inductance_phasor_t z = less_motion(x->sum.across, share, x->sum.emf);
+    const inductance_phasor_t v = {-turn * i_d.c, turn * i_d.s};
+    inductance_phasor_t u = less_motion(i_d, share, x->sum.i_q);
+    float area = beside(u, v);
+    const float square = beside(i_d, v);
+    if (!(area * square > CONDITION * square * square)) {
+        u = i_d;
+        area = square;
     }
-    const inductance_tuning_t *tuning = &x->tuning;
-    const float miss = x->sum.emf / (omega * x->sum.answer) - tuning->saliency;
-    const float said = tuning->inductance_q + tuning->ratio * miss;
+    const float per_area = 1.0f / area;
+    return (inductance_errors_t){per_area * beside(u, z), -per_area * beside(v, z)};
+}
+
+/* L_q from this error [H]; 0: it is not plausible. */
+static float said_by(const inductance_tuning_t *tuning, float error)
+{
+    const float said = tuning->inductance_q + tuning->ratio * (error - tuning->saliency);
     return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
 }
 
@@ -207,15 +244,6 @@ static bool is_trusted(inductance_t *x, float said)
     x->confidence = lowpass_step(x->confidence, TRUST, agrees ? 1.0f : 0.0f);
     x->said = said;
     return agrees && x->confidence > CONFIDENT;
-}
-
-/* The next cycle opposes the swing of i_q that this one has measured. */
-static void oppose(inductance_t *x, const inductance_wave_t *wave)
-{
-    const float most = x->tuning.current;
-    const float part = OPPOSED * wave->per_sum;
-    x->swing.against_s = bounds_clamp(x->swing.against_s - part * x->swing.s, most);
-    x->swing.against_c = bounds_clamp(x->swing.against_c - part * x->swing.c, most);
 }
 
 /* A value follows the result of a cycle of this time [s] by its rate, which falls; it stays between half and
@@ -231,10 +259,10 @@ static void learn(const inductance_tuning_t *tuning, float time, float said, lea
     *rate = gain_step(*rate, tuning->rate, time);
 }
 
-/* R from the component of e_d that is in step with i_d in this cycle [ohm]. */
-static float resistance_said(const inductance_t *x)
+/* R from this error [ohm]. */
+static float resistance_said(const inductance_t *x, float error)
 {
-    return x->tuning.resistance + bounds_clamp(x->sum.drop / x->sum.answer, x->resistance.from);
+    return x->tuning.resistance + bounds_clamp(error, x->resistance.from);
 }
 
 /* How steady the speed was in a cycle: RIPPLED is accepted for a light rotor, STEADY by all laws. */
@@ -254,24 +282,27 @@ static steadiness_t steadiness(const inductance_t *x, float omega)
 
 static void end(inductance_t *x, float omega_smooth)
 {
-    const inductance_wave_t *wave = &x->tuning.wave[x->which];
-    const float told = x->tuning.current;
-    const float answer = wave->per_sum * x->sum.answer;
+    const inductance_tuning_t *tuning = &x->tuning;
+    const inductance_wave_t *wave = &tuning->wave[x->which];
+    const float told = tuning->current;
+    const float answer = wave->per_sum * x->sum.i_d.s;
+    const float speed = bounds_magnitude(omega_smooth);
     const steadiness_t steady = steadiness(x, omega_smooth);
     x->follows = x->sound != 0u && answer > ANSWER_MIN * told && answer < ANSWER_MAX * told;
-    const float said = steady != UNSTEADY ? said_by(x, wave, omega_smooth) : 0.0f;
-    if (said > 0.0f) {
-        const inductance_tuning_t *tuning = &x->tuning;
+    float said = 0.0f;
+    if (steady != UNSTEADY && x->follows != 0u && is_locked(x, wave, speed)) {
         const float time = (float)wave->steps * tuning->time;
-        oppose(x, wave);
-        if (steady == STEADY && x->voltage_known != 0u && bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
-            learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
+        const inductance_errors_t errors = errors_of(x, wave, omega_smooth);
+        said = said_by(tuning, errors.inductance);
+        if (said > 0.0f && steady == STEADY && x->voltage_known != 0u &&
+            bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
+            learn(tuning, time, resistance_said(x, errors.resistance), &x->resistance, &x->resistance_rate);
         }
-        if (is_trusted(x, said) && loaded(x, x->mean.q)) {
+        if (said > 0.0f && is_trusted(x, said) && loaded(x, x->mean.q)) {
             learn(tuning, time, said, &x->learnt, &x->rate);
         }
     }
-    look(x, said > 0.0f, bounds_magnitude(omega_smooth));
+    look(x, said > 0.0f, speed);
 }
 
 /* The wave of the dither at t, -1..1. */
@@ -287,6 +318,12 @@ static float later(float t, float by)
     return next < 1.0f ? next : next - 2.0f;
 }
 
+static void add(inductance_phasor_t *sum, float value, float s, float c)
+{
+    sum->s += value * s;
+    sum->c += value * c;
+}
+
 void inductance_step(inductance_t *x, const inductance_input_t *input)
 {
     const float share = x->tuning.mean_share;
@@ -296,22 +333,17 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->emf_mean = lowpass_step(x->emf_mean, share, input->emf.q);
     x->mean.d = lowpass_step(x->mean.d, share, input->current.d);
     x->mean.q = lowpass_step(x->mean.q, share, input->current.q);
+    x->emf_d_mean = lowpass_step(x->emf_d_mean, share, input->emf.d);
     const float s = wave_at(x->t);
     const float c = wave_at(later(x->t, 0.5f));
-    const float t = later(x->t, x->tuning.ahead * x->tuning.wave[x->which].step);
-    const float given = wave_at(t);
-    x->dither = (dq_t){x->tuning.current * given,
-                       x->swing.against_s * given + x->swing.against_c * wave_at(later(t, 0.5f))};
-    const float i_q = input->current.q - x->mean.q;
-    x->sum.emf += (input->emf.q - x->emf_mean) * s;
-    x->sum.answer += (input->current.d - x->mean.d) * s;
-    x->swing.s += i_q * s;
-    x->swing.c += i_q * c;
+    x->dither = x->tuning.current * wave_at(later(x->t, x->tuning.ahead * x->tuning.wave[x->which].step));
     const float moved = angle_wrap(input->theta - x->theta) - x->tuning.time * x->omega;
     x->theta = input->theta;
     x->turned = (1.0f - share) * (x->turned + moved);
-    x->emf_d_mean = lowpass_step(x->emf_d_mean, share, input->emf.d);
-    x->sum.drop += (input->emf.d - x->emf_d_mean - x->tuning.flux_linkage * x->omega * x->turned) * s;
+    add(&x->sum.across, input->emf.d - x->emf_d_mean - x->emf_from * x->turned, s, c);
+    add(&x->sum.emf, input->emf.q - x->emf_mean, s, c);
+    add(&x->sum.i_d, input->current.d - x->mean.d, s, c);
+    add(&x->sum.i_q, input->current.q - x->mean.q, s, c);
     x->sum.detector += bounds_magnitude(input->detector);
     if (!input->sound) {
         x->sound = 0u;

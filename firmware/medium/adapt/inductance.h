@@ -1,28 +1,33 @@
-/* Inductance L from the response of the EMF to a small alternating i_d, while the motor turns.
+/* Inductance L, and R at low speed, from the response of the EMF to a small alternating i_d, while the motor
+ * turns.
  *
- * The EMF that is observed with the assumed R and L_q is u - R i - L_q di/dt - j omega L_q i. In the rotor's
- * frame its q axis is, with the effect of each error (true minus assumed value),
+ * The EMF that is observed with the assumed R and L_q is u - R i - L_q di/dt - j omega L_q i. Let W be the
+ * frequency of the dither, and let capital letters be the alternating parts of frequency W as phasors, with
+ * the errors dR and dL_d, dL_q (true L_d and L_q minus the assumed L_q). The rotor swings by the angle P, the
+ * frame of the loop by the angle D:
  *
- *     e_q = psi_f omega + dL (omega i_d + di_q/dt) + dR i_q,       dL = L_d,true - L_q,assumed
+ *     E_d = psi_f omega (D - P) + dR I_d + j W dL_d I_d - omega dL_q I_q
+ *     E_q = psi_f j W P         + dR I_q + j W dL_q I_q + omega dL_d I_d
  *
- * If i_q does not swing, e_q responds to i_d with omega dL, for any R, psi_f, dead time and shaft;
- * with a correct assumed value dL is L_d - L_q, which is zero for a round rotor. Over each whole
- * cycle of a dither with the wave s
+ * Every motion of the rotor shows twice: in the direction of the EMF and in its length, which is the speed.
+ * D is known. The combination in which P cancels does not contain dL_q either:
  *
- *     dL = sum(e_q s)/(omega sum(i_d s))
+ *     Z = (E_d - psi_f omega D) - j (omega/W) E_q = dR U + dL_d V
+ *     U = I_d - j (omega/W) I_q,   V = j (W - omega^2/W) I_d
  *
- * and the learnt L follows the result of the cycle by its rate (medium/adapt/gain.h) times the cycle's
- * length. The ratio of L_d and L_q is kept.
+ * These are two real equations for dR and dL_d. They hold for any shaft, any answer of the speed control and
+ * any bandwidth of the loop.
  *
- * Without a countermeasure i_q would swing: a wrong R or L turns the estimate to and fro with the dither, its
- * speed swings with it, and the speed control responds. Each cycle measures this swing in step with the wave
- * and a quarter of a cycle ahead (c), and the next cycle opposes it.
+ * A correct assumed value gives dL_d = L_d - L_q, which is zero for a round rotor. The learnt L follows the
+ * result of each cycle by its rate (medium/adapt/gain.h) times the cycle's length. The ratio of L_d and L_q
+ * is kept.
  *
- * Components that are not in step average out, constants exactly; a low-pass is subtracted from all of them
- * to remove slow changes. The wave consists of parabolas, s = 4 t (1 - |t|) for t from -1 to 1: a sine with a
- * third harmonic of 1/27. Its frequency is one of three. It is never near one, two, five, six or seven times
- * the electrical one, because errors of the current sensors, the dead time, and both together make e_q and
- * i_d swing at these frequencies (docs/theory.md, 24).
+ * The phasors are sums over a whole cycle with the wave s and with c, a quarter of a cycle ahead. Components
+ * of other frequencies average out, constants exactly; a low-pass is subtracted from all of them to remove
+ * slow changes. The wave consists of parabolas, s = 4 t (1 - |t|) for t from -1 to 1: a sine with a third
+ * harmonic of 1/27. Its frequency is one of three. It is never near one, two, five, six or seven times the
+ * electrical one: at W = omega motion and L cannot be distinguished, and errors of the current sensors, the
+ * dead time, and both together make EMF and current swing at the multiples (docs/theory.md, 24).
  *
  * A cycle has a result only if throughout the cycle the samples were sound, the loop was locked and the speed
  * was constant, if i_d followed its command, the EMF is present, and the resulting L is plausible. The result
@@ -38,7 +43,7 @@
  *
  * One step in every `every` periods of T, from the means over these. The response to the dither of a step
  * is evaluated in the means of the next step; if the dither acts later, it is output earlier by the same
- * time. Two divisions at the end of a cycle. Does not handle: an L_q that falls with i_q by another law
+ * time. One division at the end of a cycle. Does not handle: an L_q that falls with i_q by another law
  * than L_d; a salient rotor, for which the learnt value drifts away from the correct one and disturbs the
  * loop: above L_q = 1.1 L_d the rate is 0. */
 #ifndef MEDIUM_ADAPT_INDUCTANCE_H
@@ -58,7 +63,9 @@
 #define INDUCTANCE_FREQUENCY_2   43.0f /* [Hz] if the first is too near */
 #define INDUCTANCE_FREQUENCY_3   57.0f /* [Hz] if the second is too near, too */
 #define INDUCTANCE_FREQUENCIES   3u
-#define INDUCTANCE_NEAR          4.0f     /* [Hz] */
+#define INDUCTANCE_NEAR          4.0f     /* [Hz] distance to two times the electrical one */
+#define INDUCTANCE_FIRST_SHARE   0.89f    /* [-] of the electrical one, to which the distance is ... */
+#define INDUCTANCE_FIRST_REACH   0.27f    /* [-] ... this part of the frequency: 0.82 to 1.43 times it */
 #define INDUCTANCE_NEAR_SIXTH    6.5f     /* [Hz] distance to six times the electrical one, under torque */
 #define INDUCTANCE_SPEED_MIN     30.0f    /* [rad/s] electrical */
 #define INDUCTANCE_R_SPEED_MAX   100.0f   /* [rad/s] up to which R is learnt: the dead time is known there */
@@ -91,9 +98,11 @@ typedef struct {
 
 /* A frequency of the dither: a cycle consists of whole periods. */
 typedef struct {
-    uint32_t steps; /* [-] in a cycle, each of `every` periods */
-    float step;     /* advance of the wave's t per step [-] */
-    float per_sum;  /* amplitude of a current over its sum with s in a cycle, after the low-pass [-] */
+    uint32_t steps;   /* [-] in a cycle, each of `every` periods */
+    float step;       /* advance of the wave's t per step [-] */
+    float omega;      /* W [rad/s] */
+    float turn_share; /* 1/W [s] */
+    float per_sum;    /* amplitude of a current over its sum with s in a cycle, after the low-pass [-] */
 } inductance_wave_t;
 
 typedef struct {
@@ -122,22 +131,19 @@ typedef struct {
     float looked_at; /* i_q of the last interval [A] */
 } inductance_look_t;
 
-/* Sums over a cycle, s being the wave. */
+/* A sum over a cycle, with the wave and with the wave a quarter of a cycle ahead. */
 typedef struct {
-    float detector; /* sum(|detector|) [-] */
-    float drop;     /* sum((e_d - mean - psi_f omega turned) s) [V] */
-    float emf;      /* sum((e_q - mean) s) [V] */
-    float answer;   /* sum((i_d - mean) s) [A] */
-} inductance_sums_t;
+    float s, c; /* in the unit of the summed value */
+} inductance_phasor_t;
 
-/* The component of i_q with the wave and a quarter of a cycle ahead, and the current
- * that opposes it in the next cycle. */
+/* Sums over a cycle of what the high-pass leaves. */
 typedef struct {
-    float s;         /* sum((i_q - mean) s) [A] */
-    float c;         /* sum((i_q - mean) c) [A] */
-    float against_s; /* i_q against that swing, in step [A] */
-    float against_c; /* the same, a quarter of a cycle ahead [A] */
-} inductance_swing_t;
+    float detector;             /* sum(|detector|) [-] */
+    inductance_phasor_t across; /* of e_d less the part that the loop's own turn makes [V] */
+    inductance_phasor_t emf;    /* of e_q [V] */
+    inductance_phasor_t i_d;    /* [A] */
+    inductance_phasor_t i_q;    /* [A] */
+} inductance_sums_t;
 
 typedef struct {
     inductance_tuning_t tuning;
@@ -160,10 +166,10 @@ typedef struct {
     float turned;           /* high-pass of the loop's angle [rad] */
     float emf_d_mean;       /* low-pass of e_d [V] */
     float emf_mean;         /* low-pass of e_q [V] */
+    float emf_from;         /* the same at the beginning [V] */
     dq_t mean;              /* low-pass of the current [A] */
     inductance_sums_t sum;  /* of the cycle */
-    inductance_swing_t swing;
-    dq_t dither; /* to be added to the references until the next step [A] */
+    float dither;           /* to be added to the reference of i_d until the next step [A] */
 } inductance_t;
 
 /* The means over the periods since the last step. */
@@ -172,7 +178,7 @@ typedef struct {
     dq_t current;       /* mean in the rotor's frame [A] */
     float detector;     /* present value [-] */
     float omega_smooth; /* present value [rad/s] electrical */
-    float theta;        /* present angle of the rotor's frame [rad] */
+    float theta;        /* angle of the rotor's frame in the middle of the means [rad] */
     bool sound;         /* all samples and estimates are valid */
     bool voltage_known; /* the dead time is learnt: a missing voltage along d comes from R */
 } inductance_input_t;
@@ -194,9 +200,7 @@ static inline void inductance_rest(inductance_t *x)
     x->follows = 0u;
     x->confidence = 0.0f;
     x->said = 0.0f;
-    x->swing.against_s = 0.0f;
-    x->swing.against_c = 0.0f;
-    x->dither = (dq_t){0.0f, 0.0f};
+    x->dither = 0.0f;
 }
 
 /* In every `every`-th period with a locked loop: one step of the wave. */

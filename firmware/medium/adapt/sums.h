@@ -23,7 +23,7 @@ typedef struct {
     ab_t current;       /* stationary [A] */
     dq_t emf_rotor;     /* in the rotor's frame at the middle of the periods [V] */
     dq_t current_rotor; /* the same of the current [A] */
-    float theta;        /* angle of the rotor at their end [rad] */
+    float theta;        /* angle of the rotor's frame in their middle [rad] */
     float omega;        /* smoothed speed of the rotor at their end [rad/s] */
     uint32_t unsound;   /* [-] not 0: one of the periods has no valid sample or estimate */
     uint32_t even;      /* [-] 1: the rotor turns so evenly that it causes no ripple of the EMF */

@@ -42,16 +42,8 @@ function(lagless_write_runners)
         COMMAND "${Python3_EXECUTABLE}" -B "${LAGLESS_RUNNER}" "${list}" COMMENT "Runners of tests" VERBATIM)
 endfunction()
 
-set(LAGLESS_UNITY_CACHE "$ENV{XDG_CACHE_HOME}")
-if(NOT LAGLESS_UNITY_CACHE)
-    set(LAGLESS_UNITY_CACHE "$ENV{HOME}/.cache")
-endif()
-string(APPEND LAGLESS_UNITY_CACHE "/lagless/unity")
-
-set(UNITY_DIR "" CACHE PATH "Folder with unity.c and unity.h")
-if(NOT UNITY_DIR AND EXISTS "${LAGLESS_UNITY_CACHE}/unity.c")
-    set(UNITY_DIR "${LAGLESS_UNITY_CACHE}" CACHE PATH "Folder with unity.c and unity.h" FORCE)
-endif()
+include("${CMAKE_CURRENT_LIST_DIR}/lagless_cached.cmake")
+lagless_cached(UNITY_DIR unity unity.c "Folder with unity.c and unity.h")
 
 if(NOT UNITY_DIR)
     find_package(unity CONFIG QUIET)

@@ -21,9 +21,8 @@ typedef enum {
 #define APP_STORE_SERVICES(F, I, U, E)                                                                       \
     E(1940, store_state, PARAMETERS_STATE_NAMES, TABLE_READ,                                                 \
       "last event of the stored parameters; corrupt: the defaults are active, and the bridge is refused "    \
-      "until a reset; foreign: the defaults are active, and the memory holds data of another program, "      \
-      "which "                                                                                               \
-      "order erase removes")                                                                                 \
+      "until a reset; foreign: the defaults are active, and the memory holds data of another "               \
+      "program, which order erase removes")                                                                  \
     U(1941, store_saves, "-", 0, 0, 0, TABLE_READ, "times that parameters were saved since the start")       \
     U(1942, store_unknown, "-", 0, 0, 0, TABLE_READ,                                                         \
       "number of stored rows that this program does not have")                                               \

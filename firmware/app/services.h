@@ -35,9 +35,8 @@ typedef enum {
 #define APP_SERVICES(F, I, U, E)                                                                             \
     E(1900, order, SERVICE_ORDERS, TABLE_LIVE,                                                               \
       "acts when written: apply activates the staged parameters, save stores the active ones, load and "     \
-      "defaults stage those stored and the program's defaults, restart resets the controller, erase "        \
-      "removes "                                                                                             \
-      "all stored parameters")                                                                               \
+      "defaults stage those stored and the program's defaults, restart resets the controller, "              \
+      "erase removes all stored parameters")                                                                 \
     I(1901, order_refusal, "-", 0, 0, 0, TABLE_READ, "reason why the last order was refused; 0: executed")   \
     U(1902, order_row, "-", 0, 0, 0, TABLE_READ, "id of the row of that refusal; 0: none")                   \
     APP_CAPTURE_SERVICES(F, I, U, E)                                                                         \

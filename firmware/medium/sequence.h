@@ -74,7 +74,7 @@ typedef struct {
     uint32_t quiet_windows;   /* [windows] without a fault or its line, up to the number that a reset needs */
     int32_t fault_reset_seen; /* [-] last value of the request, for its edge */
     uint32_t held;       /* [-] 1: `enable` was on during a reset, or without the enable input; it must go off
-                            before       the next start */
+                            before the next start */
     uint32_t input_lost; /* [-] 1: the enable input is not active, debounced */
     uint32_t input_differs; /* [windows] its level has been the other one */
     uint32_t input_losses;  /* [-] since the bridge came on */

@@ -1,6 +1,7 @@
 #include "host_sim/cli/arguments.h"
 
 #include <argp.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -111,4 +112,17 @@ bool arguments_whole(const char *text, uint64_t min, uint64_t max, uint64_t *val
     const bool digits = text[0] >= '0' && text[0] <= '9';
     *value = digits ? strtoull(text, &end, 10) : 0u;
     return digits && *end == '\0' && *value >= min && *value <= max && strlen(text) < 20;
+}
+
+bool arguments_number(const char *command, const char *option, const char *text, uint64_t min, uint64_t max,
+                      uint64_t *value)
+{
+    uint64_t number = 0;
+    if (text != NULL && !arguments_whole(text, min, max, &number)) {
+        fprintf(stderr, "lagless %s: %s %s: accepted whole numbers %" PRIu64 " to %" PRIu64 "\n", command,
+                option, text, min, max);
+        return false;
+    }
+    *value = text != NULL ? number : *value;
+    return true;
 }

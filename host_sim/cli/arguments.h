@@ -69,4 +69,9 @@ int arguments_scenario(int key, char *argument, struct argp_state *state, argume
 /* A whole number of decimal digits, min <= value <= max < 10^19. false: it is none. */
 bool arguments_whole(const char *text, uint64_t min, uint64_t max, uint64_t *value);
 
+/* The whole number of an option; text NULL: it is not given, and *value stays. false: said on stderr what is
+ * accepted. */
+bool arguments_number(const char *command, const char *option, const char *text, uint64_t min, uint64_t max,
+                      uint64_t *value);
+
 #endif

@@ -96,17 +96,6 @@ static int write_archive(const char *path, const content_t *description, const c
     return output_close(file, path) ? EXIT_DONE : EXIT_INTERNAL;
 }
 
-static const char *base_name(char name[256], const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    snprintf(name, 256, "%s", slash != NULL ? slash + 1 : path);
-    const size_t length = strlen(name);
-    if (length > 5u && strcmp(name + length - 5u, ".toml") == 0) {
-        name[length - 5u] = '\0';
-    }
-    return name;
-}
-
 static void tell(const options_t *options, const char *path, uint32_t variables, const scenario_t *scenario)
 {
     if (options->output.json) {
@@ -128,16 +117,15 @@ static int make(const options_t *options, scenario_t *scenario)
     scenario_error_t error;
     uint64_t seed = scenario->seed;
     const char *folder = options->output.folder != NULL ? options->output.folder : ".";
-    if (options->of.seed != NULL && !arguments_whole(options->of.seed, 0u, INT64_MAX, &seed)) {
-        fprintf(stderr, "lagless fmu: --seed %s: accepted whole numbers 0 to %" PRIi64 "\n", options->of.seed,
-                INT64_MAX);
+    if (!arguments_number("fmu", "--seed", options->of.seed, 0u, INT64_MAX, &seed)) {
         return EXIT_USAGE;
     }
     if (!scenario_check(scenario, &error)) {
         library_say(&error);
         return EXIT_USAGE;
     }
-    snprintf(file, sizeof file, "%s.fmu", base_name(name, scenario->path));
+    scenario_file_name(scenario->path, name, sizeof name);
+    snprintf(file, sizeof file, "%s.fmu", name);
     if (!output_folder(folder)) {
         return EXIT_INTERNAL;
     }

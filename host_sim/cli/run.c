@@ -109,16 +109,6 @@ static bool complain(const char *what, const char *value, const char *accepted)
     return false;
 }
 
-static bool read_whole(const char *what, const char *text, uint64_t min, uint64_t max, uint64_t *value)
-{
-    char accepted[80];
-    if (arguments_whole(text, min, max, value)) {
-        return true;
-    }
-    snprintf(accepted, sizeof accepted, "whole numbers %" PRIu64 " to %" PRIu64, min, max);
-    return complain(what, text, accepted);
-}
-
 static bool read_formats(const char *text, uint32_t *formats)
 {
     *formats = recorder_formats(text);
@@ -192,7 +182,7 @@ static bool choose(const options_t *options, const scenario_t *scenario, uint32_
                    uint32_t *count, uint64_t *every)
 {
     *every = scenario->every;
-    return (options->every == NULL || read_whole("--every", options->every, 1u, SCENARIO_EVERY_MAX, every)) &&
+    return arguments_number("run", "--every", options->every, 1u, SCENARIO_EVERY_MAX, every) &&
            choose_rows(options, scenario, ids, count);
 }
 
@@ -260,17 +250,6 @@ static bool note_events(recorder_t *recorder, const scenario_t *scenario)
     return good;
 }
 
-static const char *base_name(char name[256], const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    snprintf(name, 256, "%s", slash != NULL ? slash + 1 : path);
-    const size_t length = strlen(name);
-    if (length > 5 && strcmp(name + length - 5, ".toml") == 0) {
-        name[length - 5] = '\0';
-    }
-    return name;
-}
-
 typedef struct {
     recorder_t *recorder;
     const char *folder;
@@ -296,7 +275,8 @@ static bool make_folder(const options_t *options, const scenario_t *scenario, re
         return output_folder(options->folder);
     }
     recording->folder = fresh;
-    return output_fresh_folder(fresh, "runs", base_name(recording->name, scenario->path));
+    scenario_file_name(scenario->path, recording->name, sizeof recording->name);
+    return output_fresh_folder(fresh, "runs", recording->name);
 }
 
 /* All that the run may write: the recording, the history of a fault, pictures. */
@@ -334,7 +314,7 @@ static int open_recording(const options_t *options, const scenario_t *scenario, 
     if (!make_folder(options, scenario, recording)) {
         return EXIT_INTERNAL;
     }
-    (void)base_name(recording->name, scenario->path);
+    scenario_file_name(scenario->path, recording->name, sizeof recording->name);
     if (!is_allowed(options, recording)) {
         return EXIT_USAGE;
     }
@@ -751,11 +731,11 @@ static int run(const options_t *options, scenario_t *scenario)
     uint64_t seed = scenario->seed;
     uint64_t stop_period = 0;
 
-    if (options->of.seed != NULL && !read_whole("--seed", options->of.seed, 0u, INT64_MAX, &seed)) {
+    if (!arguments_number("run", "--seed", options->of.seed, 0u, INT64_MAX, &seed)) {
         return EXIT_USAGE;
     }
     const char *stop_text = getenv("LAGLESS_STOP");
-    if (stop_text != NULL && !read_whole("LAGLESS_STOP", stop_text, 0u, UINT32_MAX, &stop_period)) {
+    if (!arguments_number("run", "LAGLESS_STOP", stop_text, 0u, UINT32_MAX, &stop_period)) {
         return EXIT_USAGE;
     }
     if (options->plot != NULL && !plot_formats("run", options->plot)) {

@@ -75,15 +75,6 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     }
 }
 
-static bool read_whole(const char *what, const char *text, uint64_t max, uint64_t *value)
-{
-    if (text == NULL || arguments_whole(text, 0u, max, value)) {
-        return true;
-    }
-    fprintf(stderr, "lagless serve: %s %s: accepted whole numbers 0 to %" PRIu64 "\n", what, text, max);
-    return false;
-}
-
 static bool read_until(const char *text, uint32_t *periods)
 {
     units_error_t why;
@@ -291,8 +282,8 @@ int command_serve(int argc, char **argv)
     options_t options = {0};
     numbers_t numbers = {.port = LINE_PORT};
     if (!arguments_parse(&argp, argc, argv, &options) ||
-        !read_whole("--port", options.port, 65535u, &numbers.port) ||
-        !read_whole("--seed", options.of.seed, INT64_MAX, &numbers.seed) ||
+        !arguments_number("serve", "--port", options.port, 0u, 65535u, &numbers.port) ||
+        !arguments_number("serve", "--seed", options.of.seed, 0u, INT64_MAX, &numbers.seed) ||
         !read_until(options.until, &numbers.periods)) {
         return EXIT_USAGE;
     }

@@ -84,16 +84,6 @@ static void say_initial(campaign_writing_t *text, const campaign_case_t *drawn)
     }
 }
 
-static const char *table_of(const table_row_t *row)
-{
-    for (size_t t = 0; t < SCENARIO_SETTABLE; t++) {
-        if (table_by_id(scenario_table(scenario_settable[t]), row->id) == row) {
-            return scenario_settable[t];
-        }
-    }
-    return "";
-}
-
 static void say_events(campaign_writing_t *text, const campaign_case_t *drawn)
 {
     const scenario_t *scenario = drawn->around;
@@ -108,7 +98,7 @@ static void say_events(campaign_writing_t *text, const campaign_case_t *drawn)
         }
         for (uint32_t n = 0; n < event->count; n++) {
             const scenario_setting_t *setting = &event->settings[n];
-            campaign_say(text, "%s.%s = ", table_of(setting->row), setting->row->name);
+            campaign_say(text, "%s.%s = ", scenario_table_of(setting->row)->name, setting->row->name);
             campaign_say_value(text, setting->row, wrong_value(drawn, setting->row, setting->value));
         }
     }

@@ -39,7 +39,7 @@ static void say_settings(text_t *text, const campaign_settings_t *settings)
         bool first = true;
         for (uint32_t n = 0; n < settings->count; n++) {
             const table_row_t *row = settings->settings[n].row;
-            if (row >= table->rows && row < table->rows + table->count) {
+            if (scenario_table_of(row) == table) {
                 say(text, "%s%s%s%s = ", first ? "\n[" : "", first ? table->name : "", first ? "]\n" : "",
                     row->name);
                 campaign_say_value(text, row, settings->settings[n].value);
@@ -53,12 +53,7 @@ static void say_settings(text_t *text, const campaign_settings_t *settings)
 static void say_at(text_t *text, const char *name, double value)
 {
     const table_row_t *row = rig_row_by_name(name);
-    for (uint32_t t = 0; t < rig_table_count(); t++) {
-        const table_t *table = rig_table(t);
-        if (row >= table->rows && row < table->rows + table->count) {
-            say(text, "%s.%s = ", table->name, row->name);
-        }
-    }
+    say(text, "%s.%s = ", scenario_table_of(row)->name, row->name);
     campaign_say_value(text, row, value);
 }
 

@@ -12,21 +12,10 @@ static bool is_in_model(const table_t *table)
     return strcmp(table->name, "services") != 0;
 }
 
-static bool is_of(const table_row_t *row, const char *table_name)
-{
-    for (uint32_t t = 0; t < rig_table_count(); t++) {
-        const table_t *table = rig_table(t);
-        if (row >= table->rows && row < table->rows + table->count) {
-            return strcmp(table->name, table_name) == 0;
-        }
-    }
-    return false;
-}
-
 const table_row_t *fmu_row(uint32_t reference)
 {
     const table_row_t *row = rig_row(reference);
-    return row != NULL && !is_of(row, "services") ? row : NULL;
+    return row != NULL && is_in_model(scenario_table_of(row)) ? row : NULL;
 }
 
 const table_row_t *fmu_variable(uint32_t n)

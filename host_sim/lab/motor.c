@@ -198,16 +198,6 @@ bool motor_read_table(const toml_file_t *file, const toml_entry_t *table, const 
     return true;
 }
 
-/* "folder/teknic.toml" is called "teknic". */
-static void name_of(const char *path, char *to, size_t size)
-{
-    const char *slash = strrchr(path, '/');
-    const char *begin = slash != NULL ? slash + 1 : path;
-    size_t length = strlen(begin);
-    length -= length > 5u && strcmp(begin + length - 5u, ".toml") == 0 ? 5u : 0u;
-    snprintf(to, size, "%.*s", (int)length, begin);
-}
-
 static bool in_file(bool good, const char *path, scenario_error_t *error)
 {
     if (!good) {
@@ -221,7 +211,7 @@ bool motor_read_file(const char *path, motor_sheet_t *sheet, scenario_error_t *e
     toml_error_t why;
     toml_file_t *file = toml_read(path, &why);
     *sheet = (motor_sheet_t){.name = ""};
-    name_of(path, sheet->name, sizeof sheet->name);
+    scenario_file_name(path, sheet->name, sizeof sheet->name);
     if (file == NULL) {
         return in_file(
             scenario_fail(error, (scenario_place_t){why.line, why.column}, why.name, "%s", why.message), path,

@@ -111,11 +111,12 @@ const table_t *scenario_table(const char *name)
     return NULL;
 }
 
-static const table_t *table_of(const table_row_t *row)
+const table_t *scenario_table_of(const table_row_t *row)
 {
     for (uint32_t n = 0; n < rig_table_count(); n++) {
-        if (table_by_id(rig_table(n), row->id) == row) {
-            return rig_table(n);
+        const table_t *table = rig_table(n);
+        if (row >= table->rows && row < table->rows + table->count) {
+            return table;
         }
     }
     return NULL;
@@ -133,7 +134,7 @@ static bool is_settable_table(const table_t *table)
 
 bool scenario_is_param(const table_row_t *row)
 {
-    return table_of(row) == scenario_table("params");
+    return scenario_table_of(row) == scenario_table("params");
 }
 
 /* How many tables have a row of this name; the first such row, and the names of these tables ("params,
@@ -158,12 +159,21 @@ static uint32_t count_rows(const char *name, bool settable, const table_row_t **
     return count;
 }
 
+void scenario_file_name(const char *path, char *to, size_t size)
+{
+    const char *slash = strrchr(path, '/');
+    const char *begin = slash != NULL ? slash + 1 : path;
+    size_t length = strlen(begin);
+    length -= length > 5u && strcmp(begin + length - 5u, ".toml") == 0 ? 5u : 0u;
+    snprintf(to, size, "%.*s", (int)length, begin);
+}
+
 void scenario_row_name(const table_row_t *row, char *to, size_t size)
 {
     char tables[NAMES_LENGTH_MAX * 4u];
     const table_row_t *first;
     const bool alone = count_rows(row->name, false, &first, tables, sizeof tables) == 1u;
-    snprintf(to, size, "%s%s%s", alone ? "" : table_of(row)->name, alone ? "" : ".", row->name);
+    snprintf(to, size, "%s%s%s", alone ? "" : scenario_table_of(row)->name, alone ? "" : ".", row->name);
 }
 
 scenario_hint_t scenario_near_row(const char *name, const table_t *table)
@@ -172,7 +182,7 @@ scenario_hint_t scenario_near_row(const char *name, const table_t *table)
     char tables[NAMES_LENGTH_MAX * 4u];
     const table_row_t *first;
     if (table != NULL && count_rows(name, false, &first, tables, sizeof tables) > 0u) {
-        const bool shown = table_of(first) != NULL && !is_settable_table(table_of(first));
+        const bool shown = scenario_table_of(first) != NULL && !is_settable_table(scenario_table_of(first));
         snprintf(hint.text, sizeof hint.text, "; it is %s%s", tables,
                  shown ? ", which is shown, not set" : "");
         return hint;
@@ -243,7 +253,7 @@ static const table_row_t *find_row(const char *name, bool settable, scenario_err
             return NULL;
         }
     }
-    if (settable && !is_settable_table(table_of(row))) {
+    if (settable && !is_settable_table(scenario_table_of(row))) {
         scenario_fail(error, nowhere, name,
                       "it is shown, not set; accepted: rows of params, requests, plant, rig");
         return NULL;

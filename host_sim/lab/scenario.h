@@ -194,6 +194,9 @@ const table_row_t *scenario_row(const char *name, scenario_error_t *error);
 /* "row", or "table.row" where two tables have the name. */
 void scenario_row_name(const table_row_t *row, char *to, size_t size);
 
+/* The name of a scenario or of a motor by its file: that of "folder/teknic.toml" is "teknic". */
+void scenario_file_name(const char *path, char *to, size_t size);
+
 /* Value at t = 0 [unit of the row] of a row of params, requests, plant or rig. */
 double scenario_initial(const scenario_t *scenario, const table_row_t *row);
 
@@ -204,6 +207,8 @@ bool scenario_set(rig_t *rig, const scenario_setting_t *settings, uint32_t count
 void scenario_refused(const scenario_t *scenario, rig_t *rig, const scenario_setting_t *settings,
                       uint32_t count, scenario_error_t *error);
 
+/* The rig's table that a row is in; NULL: none of them. */
+const table_t *scenario_table_of(const table_row_t *row);
 bool scenario_is_param(const table_row_t *row);
 
 const char *statistic_text(statistic_t statistic);

@@ -5,15 +5,6 @@
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/units.h"
 
-static const table_t *table_of(const table_row_t *row)
-{
-    uint32_t t = 0;
-    while (row < rig_table(t)->rows || row >= rig_table(t)->rows + rig_table(t)->count) {
-        t++;
-    }
-    return rig_table(t);
-}
-
 static void write_value(FILE *file, const scenario_setting_t *setting)
 {
     char text[UNITS_TEXT_SIZE];
@@ -30,7 +21,7 @@ static void write_initial(FILE *file, const scenario_event_t *initial)
     for (uint32_t t = 0; t < rig_table_count(); t++) {
         const char *section = rig_table(t)->name;
         for (uint32_t n = 0; n < initial->count; n++) {
-            if (table_of(initial->settings[n].row) != rig_table(t)) {
+            if (scenario_table_of(initial->settings[n].row) != rig_table(t)) {
                 continue;
             }
             if (section != NULL) {
@@ -49,7 +40,7 @@ static void write_event(FILE *file, const scenario_event_t *event)
         fprintf(file, "ramp = %.17g\n", event->ramp);
     }
     for (uint32_t n = 0; n < event->count; n++) {
-        fprintf(file, "%s.", table_of(event->settings[n].row)->name);
+        fprintf(file, "%s.", scenario_table_of(event->settings[n].row)->name);
         write_value(file, &event->settings[n]);
     }
 }

@@ -39,6 +39,11 @@ class Archive(unittest.TestCase):
             self.assertEqual(archive.namelist(), ["modelDescription.xml", "binaries/linux64/lagless.so", "resources/scenario.toml"])
             self.assertEqual(archive.read("binaries/linux64/lagless.so")[:4], b"\x7fELF")
 
+    def test_the_document_shows_what_the_command_prints(self):
+        document = (pathlib.Path(__file__).resolve().parents[2] / "docs/fmu.md").read_text(encoding="utf-8")
+        printed = self.made("load_step").replace(f"{FOLDER}/", "units/")
+        self.assertIn(f"    $ build/host/lagless fmu load_step --out units\n    {printed}", document)
+
     def test_every_row_of_the_tables_is_a_variable_with_unit_range_and_start(self):
         self.made("load_step", "--set", "inertia=0.01")
         with zipfile.ZipFile(FOLDER / "load_step.fmu") as archive:

@@ -61,8 +61,8 @@
 #define ENCODER_WATCH_GONE   0.25f /* [-] of psi_f |omega|: a smaller EMF counts as missing */
 #define ENCODER_WATCH_SPEED  0.6f  /* [-] of psi_f |omega|: least EMF of a rotor at that speed ... */
 #define ENCODER_WATCH_TURNS  0.7f  /* [-] of |omega|: ... whose EMF turns more slowly, behind the low-pass */
-#define ENCODER_WATCH_SIXTH  0.16666667f
-#define ENCODER_WATCH_ALONE  5.0f   /* [-] of psi_f omega_least: EMF of a window above the noise */
+#define ENCODER_WATCH_SIXTH  0.16666667f /* [-] of x^2 in the series of sin(x)/x */
+#define ENCODER_WATCH_ALONE  5.0f        /* [-] of psi_f omega_least: EMF of a window above the noise */
 #define ENCODER_WATCH_SIGNS  2.0f   /* [-] of psi_f omega_least, if the signs of the currents are uncertain */
 #define ENCODER_WATCH_LEAP   0.5f   /* [rad] electrical: largest change per period beyond the speed */
 #define ENCODER_WATCH_CUTOFF 500.0f /* [rad/s] of the low-pass */

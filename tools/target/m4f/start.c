@@ -29,7 +29,7 @@ void reset(void)
     exit(main());
 }
 
-/* newlib's exit asks for these; there are no constructors. */
+/* newlib's exit requires these; there are no constructors. */
 void _init(void);
 void _fini(void);
 void _init(void)

@@ -14,6 +14,12 @@
 #define CHOSEN_SALIENT_MAX 1.2f
 #define CHOSEN_SALIENT     "1.2"
 
+/* Least saturation current of the q axis over the current limit [-]: this version has no saturation, and at
+ * this ratio L_q changes by half a percent. */
+#define CHOSEN_SATURATION_LEAST 10.0f
+#define CHOSEN_SATURATION_TEXT                                                                               \
+    "at least 10 current_limit, because the fixed-point estimator has no saturation"
+
 typedef fixed_t chosen_t;
 typedef fixed_tuning_t chosen_tuning_t;
 #define chosen_params_check fixed_params_check
@@ -34,23 +40,28 @@ typedef fixed_tuning_t chosen_tuning_t;
 #include "estimator/estimator.h"
 
 /* Largest L_q/L_d of a supported motor [-], the limit of the tests (docs/theory.md, 30). */
-#define CHOSEN_SALIENT_MAX  4.0f
-#define CHOSEN_SALIENT      "4"
+#define CHOSEN_SALIENT_MAX      4.0f
+#define CHOSEN_SALIENT          "4"
+
+/* Least saturation current of the q axis over the current limit [-]: with less, the incremental inductance at
+ * the current limit is below 1/40 of that without current. */
+#define CHOSEN_SATURATION_LEAST 0.4f
+#define CHOSEN_SATURATION_TEXT  "at least 0.4 current_limit, because the current control is unstable below"
 
 typedef estimator_t chosen_t;
 typedef estimator_tuning_t chosen_tuning_t;
-#define chosen_params_check estimator_params_check
-#define chosen_prepare      estimator_prepare
-#define chosen_take         estimator_take
-#define chosen_init         estimator_init
-#define chosen_set_flux     estimator_set_flux
-#define chosen_set_load     estimator_set_load
-#define chosen_reset        estimator_reset
-#define chosen_step         estimator_step
-#define chosen_track        estimator_track
-#define chosen_coast        estimator_coast
-#define chosen_observe      estimator_observe
-#define chosen_lock         estimator_lock
+#define chosen_params_check     estimator_params_check
+#define chosen_prepare          estimator_prepare
+#define chosen_take             estimator_take
+#define chosen_init             estimator_init
+#define chosen_set_flux         estimator_set_flux
+#define chosen_set_load         estimator_set_load
+#define chosen_reset            estimator_reset
+#define chosen_step             estimator_step
+#define chosen_track            estimator_track
+#define chosen_coast            estimator_coast
+#define chosen_observe          estimator_observe
+#define chosen_lock             estimator_lock
 
 #endif
 

@@ -15,6 +15,7 @@ typedef struct {
     dq_t emf_loop;      /* back-EMF in this frame, filtered by the loop [V] */
     float amplitude;    /* its length in the loop [V] */
     float flux;         /* estimated psi_a that makes the EMF in the loop [Wb]; psi_f for a round rotor */
+    float cross;        /* psi_q - L_q i_q by the saturation of the q axis [Wb]; 0 without */
     float detector;     /* sine of the loop's error [-]; 0 while it coasts */
     ab_t current_err;   /* observed minus measured current [A] */
     uint32_t invalid;   /* [-] bits of validity.h: 0, or the criteria that failed */

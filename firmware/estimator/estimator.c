@@ -31,6 +31,7 @@ static inline void show_tracker(estimator_t *est, position_t position)
     estimate->amplitude = pll->amplitude;
     estimate->detector = pll->detector;
     estimate->flux = est->tracker.motor.flux_emf;
+    estimate->cross = est->tracker.motor.cross;
     estimate->invalid = est->tracker.validity.debounce.invalid;
 }
 
@@ -40,7 +41,9 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     const rotation_t rotation = trig_turn(rotor.theta_e);
     const dq_t current_rotor = frames_park(current, rotation);
     const float length = tracker_flux(&est->tracker, current_rotor.d) * start.omega_e;
-    const ab_t emf = {-length * rotation.sin, length * rotation.cos};
+    const float bent = tracker_cross(&est->tracker, current_rotor.q) * start.omega_e;
+    const ab_t emf = {-length * rotation.sin - bent * rotation.cos,
+                      length * rotation.cos - bent * rotation.sin};
     const float added = observer_reset(&est->observer, start.omega_e, current, emf);
     tracker_reset(&est->tracker, (position_t){rotor.theta_e + added, start.omega_e}, current_rotor,
                   bounds_magnitude(length));
@@ -86,13 +89,13 @@ static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float
 {
     tracker_t *tracker = &est->tracker;
     estimate_t *estimate = &est->estimate;
-    const bool salient = tracker->saliency != 0.0f;
+    const bool salient = tracker_is_salient(tracker);
     const dq_t current_loop = frames_park(current, tracker->pll.rotation);
     if (salient) {
         if (tracking == REST) {
             at_rest(est, current, &voltage);
         } else {
-            tracker_transient(tracker, current_loop.d, &voltage);
+            tracker_transient(tracker, current_loop, &voltage);
         }
     }
     ab_t emf;
@@ -109,6 +112,9 @@ static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float
     }
     if (salient && good) {
         tracker_follow(tracker, current_loop);
+        if (saturation_is_on(&tracker->saturation)) {
+            tracker_straighten(tracker, &emf);
+        }
     }
     /* the last step has turned it to t_k */
     estimate->frame.rotation = (rotation_t){tracker->pll.rotation.sin, tracker->pll.rotation.cos};

@@ -24,7 +24,7 @@
  * The results of a step are in `estimate` and `observed`; other modules do not read the rest.
  *
  * Does not handle: standstill and very slow passages through zero (the EMF vanishes; the criterion of speed
- * reports it), saturation of the iron, the choice of the dead-time model. */
+ * reports it), saturation of the d axis and between the axes, the choice of the dead-time model. */
 #ifndef ESTIMATOR_ESTIMATOR_H
 #define ESTIMATOR_ESTIMATOR_H
 
@@ -59,6 +59,7 @@ typedef struct {
     float flux_adaptation;    /* [rad/s], 0..100; 0 = off; for medium/adapt/flux.h, which runs beside the
                                  estimator */
     float torque_feedforward; /* K = 1.5 p^2 psi_f/J [rad/s^2 per A], 0..1e7; 0 = off, as in the paper */
+    saturation_params_t saturation; /* of the q axis, with smo.inductance; all zero: none */
     validity_params_t validity;
 } estimator_params_t;
 

@@ -11,6 +11,7 @@ estimator_parts_t estimator_parts(const estimator_params_t *params)
                                        .flux_linkage = params->flux_linkage,
                                        .saliency = params->saliency,
                                        .torque_feedforward = params->torque_feedforward,
+                                       .saturation = params->saturation,
                                        .validity = params->validity};
     if (params->lag == LAG_EXACT) {
         parts.tracker.pll.emf_cutoff = params->smo.emf_cutoff;

@@ -9,6 +9,8 @@ void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params)
     tuning->saliency = params->saliency;
     tuning->saliency_rate = params->saliency / params->pll.period;
     tuning->torque_feedforward = params->torque_feedforward / params->flux_linkage;
+    tuning->frequency = 1.0f / params->pll.period;
+    tuning->saturation = saturation_prepare(&params->saturation);
 }
 
 void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amplitude)
@@ -25,6 +27,8 @@ void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amp
     motor->flux = tracker_flux(tracker, current.d);
     motor->flux_emf = motor->flux;
     motor->speed_per_volt = 1.0f / motor->flux;
+    motor->cross = tracker_cross(tracker, current.q);
+    motor->per_turned = motor->speed_per_volt;
     motor->lean = bounds_clamp(tracker->saliency * current.q * motor->speed_per_volt, TRACKER_LEAN_MOST);
     const float magnitude = bounds_magnitude(pll->omega_smooth);
     const float speed = magnitude > PLL_SIGN_SPEED ? magnitude : PLL_SIGN_SPEED;

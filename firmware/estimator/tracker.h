@@ -10,6 +10,15 @@
  *     f = 1/(1 + kp |t/omega|)     factor of kp and ki where t omega < 0, braking: there the motion of the
  *                                  loop itself changes psi_a in the opposite direction
  *
+ * Where the iron of the q axis saturates (saturation.h), psi_q = L_q i_q + c with the constant L_q of the
+ * observer, and the flux behind the EMF is psi_a + j c in the frame of the rotor. The part of c is known:
+ * omega c is added to the EMF along the d axis, and the change of c to the voltage along the q axis. Then
+ *
+ *     t = (D + excess) i_q/psi_t,  psi_t = psi_f - (D + excess + |i_q| slope) i_d
+ *
+ * because an error of the angle changes the currents with the incremental inductances, and the torque is 1.5
+ * p (psi_a i_q - c i_d).
+ *
  * The speed from the length of the EMF is this length over a psi_a that is low-passed like the EMF. The
  * acceleration by the torque, K (psi_a i_q - psi_f i_L) with the load as a current of psi_f, can support the
  * loop (K = 0: off, as in the paper).
@@ -24,6 +33,7 @@
 
 #include "estimator/pll.h"
 #include "estimator/position.h"
+#include "estimator/saturation.h"
 #include "estimator/validity.h"
 #include "math/frames.h"
 
@@ -36,6 +46,7 @@ typedef struct {
     float flux_linkage;       /* psi_f [Wb], 1e-4..10 */
     float saliency;           /* D = L_q - L_d [H] */
     float torque_feedforward; /* 1.5 p^2 psi_f/J [rad/s^2 per A] */
+    saturation_params_t saturation;
     validity_params_t validity;
 } tracker_params_t;
 
@@ -47,6 +58,8 @@ typedef struct {
     float saliency;           /* D [H] */
     float saliency_rate;      /* D/T [V/A] */
     float torque_feedforward; /* K = 1.5 p^2/J [rad/s^2 per Wb and A] */
+    float frequency;          /* 1/T [1/s] */
+    saturation_t saturation;
 } tracker_tuning_t;
 
 /* The model of the motor in the loop. For a round rotor it is constant with psi_f. */
@@ -58,6 +71,8 @@ typedef struct {
     float lean;           /* t [-] */
     float share;          /* f [-] */
     float inverse;        /* 1/(|omega| + kp |t|) [s/rad] */
+    float cross;          /* c = psi_q - L_q i_q of the last step [Wb]; 0 without saturation */
+    float per_turned;     /* 1/psi_t [1/Wb], with saturation */
 } tracker_motor_t;
 
 typedef struct {
@@ -66,6 +81,8 @@ typedef struct {
     float saliency_rate;      /* D/T, of the tuning [V/A] */
     float torque_feedforward; /* K, of the tuning [rad/s^2 per Wb and A] */
     float load;               /* i_L [A], set by the caller; 0: the load is unknown */
+    float frequency;          /* 1/T, of the tuning [1/s] */
+    saturation_t saturation;  /* of the tuning */
     tracker_motor_t motor;
     pll_t pll;
     validity_t validity;
@@ -75,11 +92,17 @@ typedef struct {
  * background. */
 void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params);
 
+/* true: psi_a depends on the current. */
+static inline bool tracker_is_salient(const tracker_t *tracker)
+{
+    return tracker->saliency != 0.0f || saturation_is_on(&tracker->saturation);
+}
+
 /* Sets another psi_f [Wb] and its reciprocal [rad/s/V]. */
 static inline void tracker_set_flux(tracker_t *tracker, float flux_linkage, float speed_per_volt)
 {
     tracker->flux_linkage = flux_linkage;
-    if (tracker->saliency == 0.0f) {
+    if (!tracker_is_salient(tracker)) {
         tracker->motor.flux = flux_linkage;
         tracker->motor.flux_emf = flux_linkage;
         tracker->motor.speed_per_volt = speed_per_volt;
@@ -94,7 +117,12 @@ static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuni
     tracker->saliency = tuning->saliency;
     tracker->saliency_rate = tuning->saliency_rate;
     tracker->torque_feedforward = tuning->torque_feedforward;
-    if (tuning->saliency == 0.0f) {
+    tracker->frequency = tuning->frequency;
+    tracker->saturation = tuning->saturation;
+    if (!saturation_is_on(&tuning->saturation)) {
+        tracker->motor.cross = 0.0f;
+    }
+    if (!tracker_is_salient(tracker)) {
         tracker->motor.lean = 0.0f;
         tracker->motor.share = 1.0f;
     }
@@ -113,17 +141,35 @@ static inline float tracker_flux(const tracker_t *tracker, float i_d)
     return flux > least ? flux : least;
 }
 
-/* Adds to the voltage [V] the part that the change of psi_a since t_k-1 causes, with this i_d [A] at t_k:
- * along the magnet in the middle of the period. For a salient rotor. */
-void tracker_transient(const tracker_t *tracker, float i_d, ab_t *voltage);
+/* c [Wb] at this i_q [A]; 0 without saturation. */
+static inline float tracker_cross(const tracker_t *tracker, float i_q)
+{
+    return saturation_is_on(&tracker->saturation) ? saturation_at(&tracker->saturation, i_q).excess * i_q
+                                                  : 0.0f;
+}
+
+/* Adds to the voltage [V] the part that the change of psi_a and c since t_k-1 causes, with this current [A]
+ * at t_k: along the axes of the magnet in the middle of the period. For a salient rotor. */
+void tracker_transient(const tracker_t *tracker, dq_t current, ab_t *voltage);
 
 /* Updates the motor with this current [A] in the frame of the loop at t_k. For a salient rotor. */
 void tracker_follow(tracker_t *tracker, dq_t current);
 
-/* Acceleration by the torque: K (psi_a i_q - psi_f i_L) [rad/s^2]. */
+/* Acceleration by the torque: K (psi_a i_q - c i_d - psi_f i_L) [rad/s^2]. */
 static inline float tracker_acceleration(const tracker_t *tracker, float i_q)
 {
-    return tracker->torque_feedforward * (tracker->motor.flux * i_q - tracker->flux_linkage * tracker->load);
+    const tracker_motor_t *motor = &tracker->motor;
+    return tracker->torque_feedforward *
+           (motor->flux * i_q - motor->cross * motor->i_d - tracker->flux_linkage * tracker->load);
+}
+
+/* Adds to the EMF [V] the part omega c that the saturation takes from it, along the magnet. */
+static inline void tracker_straighten(const tracker_t *tracker, ab_t *emf)
+{
+    const pll_t *pll = &tracker->pll;
+    const float missing = pll->omega_e * tracker->motor.cross;
+    emf->alpha += missing * pll->rotation.cos;
+    emf->beta += missing * pll->rotation.sin;
 }
 
 /* Position at t_k from the EMF [V] and the i_q [A] at t_k, with the motor of tracker_follow(). */

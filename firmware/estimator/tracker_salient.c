@@ -10,13 +10,34 @@ static inline float tracker_reciprocal(float value, float last)
     return last * (2.0f - (product < 1.5f ? product : 1.5f));
 }
 
-void tracker_transient(const tracker_t *tracker, float i_d, ab_t *voltage)
+void tracker_transient(const tracker_t *tracker, dq_t current, ab_t *voltage)
 {
     const pll_t *pll = &tracker->pll;
-    const float taken = tracker->saliency_rate * (i_d - tracker->motor.i_d);
+    const float taken = tracker->saliency_rate * (current.d - tracker->motor.i_d);
     const float back = 0.5f * pll->tuning.period * pll->omega_e;
-    voltage->alpha += taken * (pll->rotation.cos + back * pll->rotation.sin);
-    voltage->beta += taken * (pll->rotation.sin - back * pll->rotation.cos);
+    const float cosine = pll->rotation.cos + back * pll->rotation.sin;
+    const float sine = pll->rotation.sin - back * pll->rotation.cos;
+    voltage->alpha += taken * cosine;
+    voltage->beta += taken * sine;
+    if (saturation_is_on(&tracker->saturation)) {
+        const float change = tracker_cross(tracker, current.q) - tracker->motor.cross;
+        const float across = -tracker->frequency * change;
+        voltage->alpha -= across * sine;
+        voltage->beta += across * cosine;
+    }
+}
+
+/* t [-] and c [Wb] where the q axis saturates. */
+static void bend(const tracker_t *tracker, dq_t current, tracker_motor_t *motor)
+{
+    const saturation_point_t point = saturation_at(&tracker->saturation, current.q);
+    const float apart = tracker->saliency + point.excess;
+    const float turned =
+        tracker->flux_linkage - (apart + bounds_magnitude(current.q) * point.slope) * current.d;
+    const float least = TRACKER_FLUX_LEAST * tracker->flux_linkage;
+    motor->cross = point.excess * current.q;
+    motor->per_turned = tracker_reciprocal(turned > least ? turned : least, motor->per_turned);
+    motor->lean = bounds_clamp(apart * current.q * motor->per_turned, TRACKER_LEAN_MOST);
 }
 
 /* f [-]. */
@@ -38,5 +59,8 @@ void tracker_follow(tracker_t *tracker, dq_t current)
     motor->flux_emf = motor->flux + pll->tuning.emf_decay * (motor->flux_emf - motor->flux);
     motor->speed_per_volt = tracker_reciprocal(motor->flux_emf, motor->speed_per_volt);
     motor->lean = bounds_clamp(tracker->saliency * current.q * motor->speed_per_volt, TRACKER_LEAN_MOST);
+    if (saturation_is_on(&tracker->saturation)) {
+        bend(tracker, current, motor);
+    }
     motor->share = share_of(pll, motor);
 }

@@ -133,9 +133,9 @@ static void estimate_load(fast_t *fast, const setpoint_t *setpoint)
         fast->load_current = 0.0f;
     } else {
         const estimate_t *estimate = &fast->estimator.estimate;
-        const float i_q = frames_park(fast->measure.measured.current, estimate->frame.rotation).q;
-        const float torque =
-            i_q * estimate->flux * setpoint->models.speed_per_volt; /* as a current of psi_f */
+        const dq_t current = frames_park(fast->measure.measured.current, estimate->frame.rotation);
+        const float torque = (current.q * estimate->flux - current.d * estimate->cross) *
+                             setpoint->models.speed_per_volt; /* as a current of psi_f */
         fast->load_current = lowpass_step(fast->load_current, setpoint->models.load_share, torque);
     }
     chosen_set_load(&fast->estimator, fast->load_current);

@@ -75,7 +75,9 @@ static void learn_inertia(medium_t *medium, const window_t *window)
     const inertia_input_t input = {
         .omega_ref = medium->manoeuvres.limits.pole_pairs * window->omega_m_ref,
         .omega = medium->means.omega,
-        .i_q = medium->means.current_rotor.q * window->estimate.flux * medium->flux.speed_per_volt,
+        .i_q = (medium->means.current_rotor.q * window->estimate.flux -
+                medium->means.current_rotor.d * window->estimate.cross) *
+               medium->flux.speed_per_volt,
     };
     if (medium->means.unsound != 0u || !manoeuvres_steady(&medium->manoeuvres)) {
         inertia_spoil(inertia);

@@ -54,7 +54,7 @@ static float torque_slew(const params_t *params, const believed_t *believed)
 
 static run_tuning_t prepare_run(const params_t *params, const believed_t *believed, float handover_speed)
 {
-    const float fast = params_loop(params, believed).bandwidth / PARAMS_SPEED_BELOW_LOOP;
+    const float fast = params_loop(params, believed).speed;
     const float per_ampere =
         1.5f * (float)params->motor_pole_pairs * believed->flux_linkage / believed->inertia;
     const float kp = params->speed_kp > 0.0f ? params->speed_kp : fast / per_ampere;
@@ -66,6 +66,7 @@ static run_tuning_t prepare_run(const params_t *params, const believed_t *believ
         .period = DRIVE_WINDOW_PERIOD,
     };
     const weakening_params_t weakening = params_weakening(params, believed);
+    const saturation_params_t saturation = params_saturation(params, believed);
     return (run_tuning_t){
         .speed = speed_control_prepare(&speed),
         .ramp = params->speed_ramp * DRIVE_WINDOW_PERIOD,
@@ -77,6 +78,7 @@ static run_tuning_t prepare_run(const params_t *params, const believed_t *believ
         .saliency = params_salient(believed)
                         ? (believed->inductance_q - believed->inductance_d) / believed->flux_linkage
                         : 0.0f,
+        .saturation = saturation_prepare(&saturation),
         .mtpa = params->mtpa == (int32_t)MTPA_ON,
         .per_torque = 1.0f / (1.5f * (float)params->motor_pole_pairs * believed->flux_linkage),
         .slew = torque_slew(params, believed),

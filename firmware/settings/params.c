@@ -41,12 +41,31 @@ float params_duty_max(const params_t *params)
     return 1.0f - (BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR && settled > short_of ? settled : short_of);
 }
 
+#define SATURATION_AT  0.8f  /* [-] of current_limit: i_q at which the constant L_q is that of the table */
+#define SATURATION_END 1.25f /* [-] of current_limit: end of the table */
+
+saturation_params_t params_saturation(const params_t *params, const believed_t *believed)
+{
+    if (params->motor_saturation_current == 0.0f) {
+        return (saturation_params_t){.current = 0.0f};
+    }
+    return (saturation_params_t){
+        .inductance = believed->inductance_q,
+        .bend = believed->bend,
+        .current = params->motor_saturation_current,
+        .current_max = SATURATION_END * params->current_limit,
+    };
+}
+
 believed_t params_believed(const params_t *params)
 {
+    const saturation_params_t law = {.current = params->motor_saturation_current};
+    const float share = saturation_share(&law, SATURATION_AT * params->current_limit);
     return (believed_t){
         .resistance = params->motor_resistance + params->device_resistance,
         .inductance_d = params->motor_inductance_d,
-        .inductance_q = params->motor_inductance_q,
+        .inductance_q = share * params->motor_inductance_q,
+        .bend = 1.0f / share - 1.0f,
         .flux_linkage = params->motor_flux_linkage,
         .inertia = params->motor_inertia,
     };
@@ -74,23 +93,84 @@ static float salient_cutoff(float bandwidth, float omega_max)
     return least < SALIENT_MOST ? least : SALIENT_MOST;
 }
 
+/* Cutoff of the feed-forward for half of this torque at current_limit [N m], at most LOOP_MOST [rad/s]. */
+static float loop_cutoff(const params_t *params, const believed_t *believed, float torque)
+{
+    const float half = LOOP_TORQUE * torque;
+    const float square =
+        LOOP_CUTOFF * LOOP_CUTOFF * (float)params->motor_pole_pairs * half / believed->inertia;
+    const float cutoff = square * inverse_root(square);
+    const float most = LOOP_MOST / DRIVE_PERIOD;
+    return cutoff < most ? cutoff : most;
+}
+
+static float at_least(float cutoff)
+{
+    return cutoff > LOOP_LEAST ? cutoff : LOOP_LEAST;
+}
+
+/* The loop of a salient rotor is designed for all of its torque, that of the reluctance among it, because a
+ * load step of it moves the rotor as much, and in a weakened field an angle error does (docs/theory.md, 30).
+ * The speed control keeps to the torque of the magnets. */
 loop_params_t params_loop(const params_t *params, const believed_t *believed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const float torque = LOOP_TORQUE * 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
-    const float square = LOOP_CUTOFF * LOOP_CUTOFF * pole_pairs * torque / believed->inertia;
-    const float cutoff = square * inverse_root(square);
-    const float most = LOOP_MOST / DRIVE_PERIOD;
-    const float within = cutoff < most ? cutoff : most;
+    const float magnets = 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
+    const bool salient = params_salient(believed);
+    const float by_magnets = loop_cutoff(params, believed, magnets);
+    const float within =
+        salient ? loop_cutoff(params, believed, params_torque_most(params, believed)) : by_magnets;
     if (params->pll_bandwidth == 0.0f && params->feedforward_cutoff == 0.0f) {
-        const float by_rule = within > LOOP_LEAST ? within : LOOP_LEAST;
+        const float by_rule = at_least(within);
         const float bandwidth = LOOP_BANDWIDTHS * by_rule;
-        const float apart = pole_pairs * params->overspeed_trip;
-        return (loop_params_t){bandwidth,
-                               params_salient(believed) ? salient_cutoff(bandwidth, apart) : by_rule, false};
+        return (loop_params_t){
+            .bandwidth = bandwidth,
+            .cutoff = salient ? salient_cutoff(bandwidth, pole_pairs * params->overspeed_trip) : by_rule,
+            .speed = LOOP_BANDWIDTHS * at_least(by_magnets) / PARAMS_SPEED_BELOW_LOOP,
+            .slow = false};
     }
-    return (loop_params_t){params->pll_bandwidth, params->feedforward_cutoff,
-                           params->pll_bandwidth < LOOP_SLOW * LOOP_BANDWIDTHS * within};
+    return (loop_params_t){.bandwidth = params->pll_bandwidth,
+                           .cutoff = params->feedforward_cutoff,
+                           .speed = params->pll_bandwidth / PARAMS_SPEED_BELOW_LOOP,
+                           .slow = params->pll_bandwidth < LOOP_SLOW * LOOP_BANDWIDTHS * within};
+}
+
+/* L_q at this i_q minus L_d [H]: apparent, and incremental. */
+typedef struct {
+    float apparent, incremental;
+} apart_t;
+
+static apart_t apart_at(const params_t *params, const believed_t *believed, float i_q)
+{
+    const saturation_params_t saturation = params_saturation(params, believed);
+    const float apparent = believed->inductance_q * saturation_share(&saturation, i_q);
+    float incremental = apparent;
+    if (saturation.current > 0.0f) {
+        const float x = i_q / saturation.current;
+        incremental = apparent / (1.0f + x * x);
+    }
+    return (apart_t){apparent - believed->inductance_d, incremental - believed->inductance_d};
+}
+
+#define MTPA_HALVINGS 20 /* of the current limit */
+
+/* i_d of most torque per ampere with a current of this length [A], where the q axis saturates: between zero
+ * and -`current` the sign of D_i i_d^2 - psi_f i_d - D_a i_q^2 changes there, D_a and D_i of the apparent and
+ * the incremental L_q (docs/theory.md, 30). */
+static float most_per_ampere(const params_t *params, const believed_t *believed, float current)
+{
+    float low = -current;
+    float high = 0.0f;
+    for (int n = 0; n < MTPA_HALVINGS; n++) {
+        const float i_d = 0.5f * (low + high);
+        const float square = current * current - i_d * i_d;
+        const apart_t apart = apart_at(params, believed, root_or_none(square));
+        const bool beyond =
+            apart.incremental * i_d * i_d - believed->flux_linkage * i_d - apart.apparent * square > 0.0f;
+        low = beyond ? i_d : low;
+        high = beyond ? high : i_d;
+    }
+    return 0.5f * (low + high);
 }
 
 float params_mtpa(const params_t *params, const believed_t *believed)
@@ -100,6 +180,9 @@ float params_mtpa(const params_t *params, const believed_t *believed)
     if (!params_salient(believed) || params->mtpa == (int32_t)MTPA_OFF) {
         return 0.0f;
     }
+    if (believed->bend > 0.0f) {
+        return most_per_ampere(params, believed, params->current_limit);
+    }
     const float square = psi_f * psi_f + 8.0f * taken * taken;
     return -2.0f * taken * params->current_limit / (psi_f + square * inverse_root(square));
 }
@@ -108,7 +191,8 @@ float params_torque_most(const params_t *params, const believed_t *believed)
 {
     const float i_d = params_mtpa(params, believed);
     const float square = params->current_limit * params->current_limit - i_d * i_d;
-    const float saliency = params_salient(believed) ? believed->inductance_q - believed->inductance_d : 0.0f;
+    const float root = root_or_none(square);
+    const float saliency = params_salient(believed) ? apart_at(params, believed, root).apparent : 0.0f;
     return 1.5f * (float)params->motor_pole_pairs * (believed->flux_linkage - saliency * i_d) * square *
            inverse_root(square);
 }
@@ -179,7 +263,7 @@ observer_rows_t params_observer(const params_t *params, const believed_t *believ
     observer_rows_t in_force = {
         .gain = params->observer_gain,
         /* a configured slope is scaled with L: the gain of the observer's loop is kept */
-        .slope = params->observer_slope * (believed->inductance_q / params->motor_inductance_q),
+        .slope = params->observer_slope * (believed->inductance_q / configured.inductance_q),
         .current_max = params->estimate_current_max,
     };
     if (in_force.gain == 0.0f) {
@@ -218,6 +302,7 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
         .saliency = believed->inductance_q - believed->inductance_d,
         .flux_most = params_flux_most(params, believed),
         .flux_adaptation = params->flux_adaptation,
+        .saturation = params_saturation(params, believed),
         .torque_feedforward =
             params->torque_feedforward * 1.5f * pole_pairs * pole_pairs * psi_f / believed->inertia,
         .validity =
@@ -251,7 +336,7 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
  * and on that axis it has no EMF. */
 static float start_most(const params_t *params, const believed_t *believed)
 {
-    const float saliency = believed->inductance_q - believed->inductance_d;
+    const float saliency = (1.0f + believed->bend) * believed->inductance_q - believed->inductance_d;
     const float most = START_SALIENT * believed->flux_linkage;
     const bool less = params_salient(believed) && most < saliency * params->current_limit;
     return less ? most / saliency : params->current_limit;

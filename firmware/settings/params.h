@@ -246,6 +246,10 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     I(123, line_key, "-", 0, 0, 999999, TABLE_LIVE,                                                          \
       "key without which a client on the serial link reads but does not write; 0: open. It acts from the "   \
       "next connection on")                                                                                  \
+    F(94, motor_saturation_current, "A", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                   \
+      "i_q at which the flux of the q axis is 1/sqrt 2 of motor_inductance_q i_q, by saturation of the "     \
+      "iron; "                                                                                               \
+      "motor_inductance_q is then that without current; 0: no saturation")                                   \
     I(91, module_fault_retries, "-", 0, 0, 100, TABLE_LIVE,                                                  \
       "number of times that a fault of the power module is reset after a second while `enable` stays on: "   \
       "the motor then starts again by itself")
@@ -287,6 +291,7 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
 typedef struct {
     float bandwidth; /* [rad/s] */
     float cutoff;    /* of the feed-forward [rad/s] */
+    float speed;     /* of the speed control, by its rule [rad/s] */
     bool slow;       /* true: a torque step of the current limit exceeds the range of the loop */
 } loop_params_t;
 
@@ -329,6 +334,9 @@ float params_mtpa(const params_t *params, const believed_t *believed);
 
 /* The largest torque at current_limit [N m]. */
 float params_torque_most(const params_t *params, const believed_t *believed);
+
+/* The saturation of the q axis, for its table; all zero without. */
+saturation_params_t params_saturation(const params_t *params, const believed_t *believed);
 
 /* The assumed values that a set of parameters gives for all values that can be learnt. */
 believed_t params_believed(const params_t *params);

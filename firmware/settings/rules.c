@@ -42,11 +42,18 @@ const rule_t rules[RULES] = {
     [RULE_TURN] = {"overspeed_trip motor_pole_pairs T_s <= 0.5 rad",
                    2,
                    {{PARAM_overspeed_trip, LESS_HELPS}, {PARAM_motor_pole_pairs, LESS_HELPS}}},
-    [RULE_WINDING] = {"motor_resistance + device_resistance <= motor_inductance_q / (2 T_s), and 100 ohm",
-                      3,
-                      {{PARAM_motor_resistance, LESS_HELPS},
-                       {PARAM_device_resistance, LESS_HELPS},
-                       {PARAM_motor_inductance_q, MORE_HELPS}}},
+    [RULE_SATURATION] = {"motor_saturation_current = 0, or " CHOSEN_SATURATION_TEXT,
+                         2,
+                         {{PARAM_motor_saturation_current, MORE_HELPS}, {PARAM_current_limit, LESS_HELPS}}},
+    [RULE_WINDING] =
+        {"motor_resistance + device_resistance <= motor_inductance_q / (2 T_s), and 100 ohm; with "
+         "motor_saturation_current the inductance at 0.8 current_limit counts",
+         5,
+         {{PARAM_motor_resistance, LESS_HELPS},
+          {PARAM_device_resistance, LESS_HELPS},
+          {PARAM_motor_inductance_q, MORE_HELPS},
+          {PARAM_current_limit, IS_READ},
+          {PARAM_motor_saturation_current, IS_READ}}},
     [RULE_FEEDFORWARD] = {"feedforward_cutoff <= 0.95 pll_bandwidth, or both 0: by their rule",
                           2,
                           {{PARAM_feedforward_cutoff, LESS_HELPS}, {PARAM_pll_bandwidth, MORE_HELPS}}},
@@ -67,12 +74,14 @@ const rule_t rules[RULES] = {
     /* b k_s a_f/2 <= 1.2, b = (1 - exp(-R T_s/L))/R */
     [RULE_RINGING] = {"observer_gain observer_slope (1 - exp(-R T_s / motor_inductance_q)) / (2 R) <= 1.2, R "
                       "= motor_resistance + device_resistance, else the observer oscillates",
-                      6,
+                      8,
                       {{PARAM_observer_gain, LESS_HELPS},
                        {PARAM_observer_slope, LESS_HELPS},
                        {PARAM_motor_inductance_q, MORE_HELPS},
                        {PARAM_motor_resistance, MORE_HELPS},
                        {PARAM_device_resistance, MORE_HELPS},
+                       {PARAM_current_limit, IS_READ},
+                       {PARAM_motor_saturation_current, IS_READ},
                        {PARAM_observer_switching, IS_READ}}},
     [RULE_LOOP] = {"pll_bandwidth, pll_damping and feedforward_cutoff make a stable loop at the PWM "
                    "frequency",
@@ -91,7 +100,7 @@ const rule_t rules[RULES] = {
     [RULE_REACH] = {"observer_gain >= 1.1 times the largest EMF, motor_flux_linkage motor_pole_pairs "
                     "overspeed_trip, of a salient rotor with the flux that mtpa and "
                     "field_weakening add at current_limit, motor_inductance_q and motor_inductance_d",
-                    10,
+                    11,
                     {{PARAM_observer_gain, MORE_HELPS},
                      {PARAM_motor_flux_linkage, LESS_HELPS},
                      {PARAM_overspeed_trip, LESS_HELPS},
@@ -101,7 +110,8 @@ const rule_t rules[RULES] = {
                      {PARAM_motor_inductance_d, MORE_HELPS},
                      {PARAM_mtpa, LESS_HELPS},
                      {PARAM_field_weakening, LESS_HELPS},
-                     {PARAM_dc_undervoltage, MORE_HELPS}}},
+                     {PARAM_dc_undervoltage, MORE_HELPS},
+                     {PARAM_motor_saturation_current, IS_READ}}},
     [RULE_START] = {"start_current <= current_limit",
                     2,
                     {{PARAM_start_current, LESS_HELPS}, {PARAM_current_limit, MORE_HELPS}}},
@@ -144,7 +154,7 @@ const rule_t rules[RULES] = {
     [RULE_SALIENT] =
         {"motor_inductance_q <= " CHOSEN_SALIENT " motor_inductance_d where position_source or "
          "encoder_fault_reaction is sensorless, because the estimator loses the rotor beyond that; use "
-         "an encoder",
+         "an encoder; saturated: at 0.8 current_limit",
          4,
          {{PARAM_motor_inductance_q, LESS_HELPS},
           {PARAM_position_source, LESS_HELPS},
@@ -171,6 +181,14 @@ static estimator_params_t harmless(void)
                 .period = DRIVE_PERIOD},
         .flux_linkage = 1e-4f,
     };
+}
+
+/* The values that RULE_REACH reads beside the gain. */
+static void take_reach(estimator_params_t *alone, const estimator_params_t *all)
+{
+    alone->flux_linkage = all->flux_linkage;
+    alone->flux_most = all->flux_most;
+    alone->validity.speed_max = all->validity.speed_max;
 }
 
 /* Evaluates the estimator's own rules, one at a time: the set has the values of the rows that the rule reads,
@@ -210,9 +228,7 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
         break;
     case RULE_REACH:
         observer->gain = of_all->gain;
-        alone.flux_linkage = all.flux_linkage;
-        alone.flux_most = all.flux_most;
-        alone.validity.speed_max = all.validity.speed_max;
+        take_reach(&alone, &all);
         break;
     case RULE_TRIP:
     case RULE_LINK:
@@ -229,6 +245,7 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     case RULE_RAMP:
     case RULE_RIDE:
     case RULE_OPEN:
+    case RULE_SATURATION:
     case RULE_SALIENT:
     case RULES:
         break;
@@ -254,13 +271,19 @@ static bool start_takes(rule_number_t rule, const params_t *params)
     return params->start_ramp * believed.inertia <= RAMP_SHARE * per_ampere * start.current;
 }
 
+static bool saturation_takes(const params_t *params)
+{
+    return params->motor_saturation_current == 0.0f ||
+           params->motor_saturation_current * ROUNDING >= CHOSEN_SATURATION_LEAST * params->current_limit;
+}
+
 /* RULE_SALIENT: after a fault of the encoder the estimator may have to control the motor. */
 static bool salient_takes(const params_t *params)
 {
     const bool estimated = params->position_source == (int32_t)POSITION_SENSORLESS ||
                            params->encoder_fault_reaction == (int32_t)ENCODER_FAULT_SENSORLESS;
-    return !estimated ||
-           params->motor_inductance_q <= CHOSEN_SALIENT_MAX * params->motor_inductance_d * ROUNDING;
+    const believed_t believed = params_believed(params);
+    return !estimated || believed.inductance_q <= CHOSEN_SALIENT_MAX * believed.inductance_d * ROUNDING;
 }
 
 /* True if the board's link withstands the EMF of a rotor at its trip speed,
@@ -322,6 +345,8 @@ bool rules_hold(rule_number_t rule, const params_t *params)
                    (LINK_FULL - LINK_OVER_BAND) * params->dc_overvoltage * ROUNDING;
     case RULE_OPEN:
         return params->field_weakening == (int32_t)WEAKENING_OFF || open_bridge_takes(params);
+    case RULE_SATURATION:
+        return saturation_takes(params);
     case RULE_SALIENT:
         return salient_takes(params);
     case RULES:
@@ -338,8 +363,8 @@ float rules_least_above_zero(param_t param)
     if (param == PARAM_observer_slope) {
         return PARAMS_OBSERVER_SLOPE_LEAST;
     }
-    const bool apart =
-        param == PARAM_observer_emf_cutoff || param == PARAM_start_current || param == PARAM_handover_speed;
+    const bool apart = param == PARAM_observer_emf_cutoff || param == PARAM_start_current ||
+                       param == PARAM_handover_speed || param == PARAM_motor_saturation_current;
     return apart ? FLT_MIN : 0.0f;
 }
 

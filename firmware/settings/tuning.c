@@ -33,7 +33,7 @@ believed_t drive_believed(const params_t *params, const learnt_t *learnt)
     if (learnt->resistance.from == believed.resistance) {
         believed.resistance = learnt->resistance.value;
     }
-    if (learnt->inductance_q.from == params->motor_inductance_q) {
+    if (learnt->inductance_q.from == params->motor_inductance_q && params->motor_saturation_current == 0.0f) {
         /* exactly 1 for a round rotor, which then stays round: the estimator
          * has more work for a salient one */
         const float ratio = params->motor_inductance_d / params->motor_inductance_q;
@@ -89,7 +89,7 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
         .resistance_from = params_believed(params).resistance,
         .flux_linkage = believed->flux_linkage,
         .current_max = params->current_limit,
-        .rate = params->inductance_adaptation,
+        .rate = params->motor_saturation_current == 0.0f ? params->inductance_adaptation : 0.0f,
         .period = DRIVE_PERIOD,
         .every = DRIVE_WINDOW,
         .ahead = DRIVE_LATENCY,
@@ -232,10 +232,10 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .every = DRIVE_WINDOW,
     };
     tuning->medium.motion_watch = motion_watch_prepare(&motion);
-    const float bandwidth = params_loop(params, believed).bandwidth;
+    const loop_params_t loop = params_loop(params, believed);
     const oscillation_watch_params_t oscillation = {
-        .slow = bandwidth / PARAMS_SPEED_BELOW_LOOP,
-        .fast = bandwidth,
+        .slow = loop.speed,
+        .fast = loop.bandwidth,
         .current_limit = params->current_limit,
         .period = DRIVE_PERIOD,
         .every = DRIVE_WINDOW,
@@ -255,7 +255,7 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
     const current_watch_params_t current = {
         .resistance = params->motor_resistance + params->device_resistance,
         .inductance_d = params->motor_inductance_d,
-        .inductance_q = params->motor_inductance_q,
+        .inductance_q = params_believed(params).inductance_q,
         .flux_linkage = params->motor_flux_linkage,
         .per_ampere = 1.5f * (float)params->motor_pole_pairs * (float)params->motor_pole_pairs *
                       params->motor_flux_linkage / params->motor_inertia,
@@ -269,8 +269,8 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
     tuning->medium.current_watch = current_watch_prepare(&current);
     const still_watch_params_t still = {
         .range = current.range,
-        .inductance =
-            current.inductance_d > current.inductance_q ? current.inductance_d : current.inductance_q,
+        .inductance = current.inductance_d > params->motor_inductance_q ? current.inductance_d
+                                                                        : params->motor_inductance_q,
         .period = current.period,
         .three_sensors = current.three_sensors,
         .judged = current.judged,

@@ -16,7 +16,7 @@
  *                                           what makers of brushless DC motors print
  *   psi_f = (V/Hz)/(2 pi)                   peak of a phase per electrical hertz
  *
- * Does not handle: saturation, iron loss, EMF that is no sine. */
+ * Does not handle: saturation along the magnets, iron loss, EMF that is no sine. */
 #ifndef HOST_SIM_LAB_MOTOR_H
 #define HOST_SIM_LAB_MOTOR_H
 
@@ -34,6 +34,7 @@ typedef enum {
     MOTOR_RESISTANCE,
     MOTOR_INDUCTANCE_D,
     MOTOR_INDUCTANCE_Q,
+    MOTOR_SATURATION,
     MOTOR_FLUX,
     MOTOR_CURRENT,
     MOTOR_SPEED,
@@ -61,6 +62,7 @@ typedef enum {
     K(inductance_q,           MOTOR_INDUCTANCE_Q, 1.0,                 "H",         1e-5,  1.0,   "of a phase, across them") \
     K(inductance,             MOTOR_INDUCTANCE_Q, 1.0,                 "H",         1e-5,  1.0,   "of a phase, both axes") \
     K(inductance_line,        MOTOR_INDUCTANCE_Q, 0.5,                 "H",         2e-5,  2.0,   "between two lines, both axes") \
+    K(saturation_current,     MOTOR_SATURATION,   1.0,                 "A",         1.0,   1e4,   "peak, across the magnets, at which saturation leaves 1/sqrt 2 of L_q i_q; inductance_q is then that without current") \
     K(flux_linkage,           MOTOR_FLUX,         0.0,                 "Wb",        1e-4,  10.0,  "psi_f, peak of a phase") \
     K(flux_volts_per_hertz,   MOTOR_FLUX,         0.0,                 "V/Hz",      6e-4,  60.0,  "peak of a phase per electrical hertz") \
     K(ke_line_peak,           MOTOR_FLUX,         0.0,                 "V/krpm",    0.01,  1e4,   "EMF between lines, peak, per 1000 r/min") \

@@ -52,6 +52,7 @@
 #define HANDOVER_SHARE    0.3   /* ... and no more than this of overspeed_trip */
 #define FALLBACK_SHARE    0.4   /* 23: of the hand-over, below which the frame is forced again */
 #define WINDING_LEAST     2.0   /* [periods] of L_q/R, the firmware's rule */
+#define SATURATED_AT      0.8   /* 30: of current_limit, at which the drive takes its constant L_q */
 #define SALIENT_FROM      1.1   /* 30: L_q/L_d from which on a rotor counts as salient, the firmware's rule */
 #define SALIENT_NATURAL   0.403 /* 30: natural frequency of the loop over its bandwidth */
 #define SALIENT_SPEED     0.6   /* 30: of ki over the product of cutoff and largest speed */
@@ -148,7 +149,10 @@ double tune_load_time(double torque, double speed, double inertia, double bandwi
 /* ---- what the board leaves of the motor ---- */
 
 typedef struct {
-    double p, r, l_d, l_q, psi, kt, inertia;
+    double p, r, l_d, psi, kt, inertia;
+    double l_q;                         /* [H] with saturation that at 0.8 of the current limit */
+    double l_0;                         /* [H] without current */
+    double saturation;                  /* [A] of the q axis; 0: none */
     double rated_current, rated_torque; /* [A] peak, [N m] */
     double limit, trip, start;          /* [A] */
     bool resistive;                     /* the limit is what R leaves of it */
@@ -204,6 +208,12 @@ static void take_link(const motor_t *motor, tune_t *tune, given_t *g)
     g->ripple = g->link * T_S / (6.0 * smaller(g->l_d, g->l_q));
 }
 
+/* L_q at this i_q [H]. */
+static double apparent(const given_t *g, double i_q)
+{
+    return g->saturation > 0.0 ? g->l_0 / hypot(1.0, i_q / g->saturation) : g->l_0;
+}
+
 static void take_current(tune_t *tune, given_t *g)
 {
     const double top = smaller(most("current_limit"), most("overcurrent_trip") / TRIP_LEAST);
@@ -212,7 +222,8 @@ static void take_current(tune_t *tune, given_t *g)
     g->resistive = resistive < g->limit;
     g->limit = smaller(g->limit, resistive);
     g->limit = larger(four_digits(g->limit), least("current_limit"));
-    const double salient = g->l_q > g->l_d ? SALIENT_MOST * g->psi / (g->l_q - g->l_d) : g->limit;
+    const double salient = g->l_0 > g->l_d ? SALIENT_MOST * g->psi / (g->l_0 - g->l_d) : g->limit;
+    g->l_q = apparent(g, SATURATED_AT * g->limit);
     const double module = BOARD_MODULE_CONTINUOUS_MA / 1e3;
     const double stands = module > 0.0 ? module : g->limit;
     g->by_module = stands < g->limit && stands < salient;
@@ -359,7 +370,11 @@ static void add_motor(const motor_t *motor, tune_t *tune, const given_t *g)
     add(tune, "motor_pole_pairs", g->p, "of the motor");
     add(tune, "motor_resistance", g->r, "[ohm] of a phase");
     add(tune, "motor_inductance_d", g->l_d, "[H]");
-    add(tune, "motor_inductance_q", g->l_q, "[H]");
+    add(tune, "motor_inductance_q", g->l_0, g->saturation > 0.0 ? "[H] without current" : "[H]");
+    if (g->saturation > 0.0) {
+        add(tune, "motor_saturation_current", g->saturation,
+            "[A] L_q is %.4g mH at 0.8 of current_limit (theory, 30)", 1e3 * g->l_q);
+    }
     add(tune, "motor_flux_linkage", g->psi, "[Wb] psi_f, peak: K_t = 1.5 p psi_f = %.4g N m/A", g->kt);
     add(tune, "motor_inertia", g->inertia, "[kg m^2] rotor%s%s; learnt from steps of the speed",
         motor->value[MOTOR_LOAD_INERTIA] > 0.0 ? " and load" : "",
@@ -406,9 +421,30 @@ static double voltage_used(void)
     return smaller(VOLTAGE_USE / SQRT_3, WITHIN_MADE * ((1.0 - 2.0 * duty_least) / SQRT_3 - 4.0 / PI * lost));
 }
 
-/* i_d of most torque per ampere at this current [A]. */
+/* The torque over 1.5 p [Wb A] at this i_d, beside the i_q that this current leaves [A]. */
+static double torque_at(const given_t *g, double i_d, double current)
+{
+    const double i_q = sqrt(current * current - i_d * i_d);
+    return (g->psi + (g->l_d - apparent(g, i_q)) * i_d) * i_q;
+}
+
+/* i_d of most torque per ampere at this current [A]; with saturation by halves of what is left, as the torque
+ * has one maximum. */
 static double most_per_ampere(const given_t *g, double current)
 {
+    if (g->saturation > 0.0 && g->l_q > SALIENT_FROM * g->l_d) {
+        double low = -current;
+        double high = 0.0;
+        while (high - low > 1e-6 * current) {
+            const double step = (high - low) / 3.0;
+            if (torque_at(g, low + step, current) > torque_at(g, high - step, current)) {
+                high -= step;
+            } else {
+                low += step;
+            }
+        }
+        return 0.5 * (low + high);
+    }
     const double taken = g->l_q > SALIENT_FROM * g->l_d ? (g->l_q - g->l_d) * current : 0.0;
     return -2.0 * taken * current / (g->psi + hypot(g->psi, sqrt(8.0) * taken));
 }
@@ -421,7 +457,7 @@ static double corner(const given_t *g, double current)
     const double i_q = sqrt(current * current - i_d * i_d);
     const double r = g->r + DEVICE_RESISTANCE;
     const double d = g->psi + g->l_d * i_d;
-    const double q = g->l_q * i_q;
+    const double q = apparent(g, i_q) * i_q;
     const double a = d * d + q * q;
     const double b = r * (i_q * d - i_d * q);
     const double c = r * current * r * current - voltage_used() * g->link * voltage_used() * g->link;
@@ -434,7 +470,7 @@ static void add_reference(tune_t *tune, const given_t *g)
     const double i_q = sqrt(g->limit * g->limit - i_d * i_d);
     if (i_d < 0.0) {
         add(tune, "mtpa", 1.0, "at current_limit %.3g A of i_d and %.3g A of i_q: %.3g N m (theory, 30)", i_d,
-            i_q, 1.5 * g->p * (g->psi - (g->l_q - g->l_d) * i_d) * i_q);
+            i_q, 1.5 * g->p * torque_at(g, i_d, g->limit));
     }
     add(tune, "field_weakening", 1.0,
         "from %.0f r/min on at current_limit, %.0f at %.3g A, %.0f without load; above %.0f the EMF alone "
@@ -464,8 +500,7 @@ static double weakened(const given_t *g)
 static void add_estimator(tune_t *tune, const given_t *g)
 {
     const bool salient = g->l_q > SALIENT_FROM * g->l_d;
-    const double taken = salient ? (g->l_q - g->l_d) * g->limit : 0.0;
-    const double flux = 0.75 * g->psi + 0.25 * sqrt(g->psi * g->psi + 8.0 * taken * taken);
+    const double flux = g->psi - (salient ? (g->l_q - g->l_d) * most_per_ampere(g, g->limit) : 0.0);
     const double weak = salient ? weakened(g) : 0.0;
     const double gain = GAIN_RULE * larger(flux, weak) * g->p * g->overspeed;
     const double slope = SLOPE_RULE * g->l_q / (gain * T_S);
@@ -535,7 +570,10 @@ static void add_plant(const motor_t *motor, tune_t *tune, const given_t *g)
     add(tune, "plant.pole_pairs", g->p, "of the motor, as the following rows");
     add(tune, "plant.resistance", g->r, "[ohm]");
     add(tune, "plant.inductance_d", g->l_d, "[H]");
-    add(tune, "plant.inductance_q", g->l_q, "[H]");
+    add(tune, "plant.inductance_q", g->l_0, "[H]");
+    if (g->saturation > 0.0) {
+        add(tune, "plant.saturation_q", g->saturation, "[A]");
+    }
     add(tune, "plant.flux_linkage", g->psi, "[Wb]");
     add(tune, "plant.inertia", motor->value[MOTOR_INERTIA], "[kg m^2]%s",
         motor->has[MOTOR_INERTIA] ? "" : " assumed");
@@ -577,6 +615,8 @@ bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error)
         .r = value[MOTOR_RESISTANCE],
         .l_d = value[MOTOR_INDUCTANCE_D],
         .l_q = value[MOTOR_INDUCTANCE_Q],
+        .l_0 = value[MOTOR_INDUCTANCE_Q],
+        .saturation = value[MOTOR_SATURATION],
         .psi = value[MOTOR_FLUX],
         .kt = motor_torque_constant(motor),
         .inertia = motor_inertia(motor),
@@ -612,7 +652,7 @@ bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error)
     add_reference(tune, &g);
     add_estimator(tune, &g);
     if (tune->needs_encoder) {
-        add(tune, "position_source", ENCODER, "L_q is %.3g L_d: without an encoder at most %.2g (theory, 6)",
+        add(tune, "position_source", ENCODER, "L_q is %.3g L_d: without an encoder at most %.2g (theory, 30)",
             g.l_q / g.l_d, ESTIMATED_MOST);
     } else {
         add(tune, "position_source", SENSORLESS, "without an encoder");

@@ -4,6 +4,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "host_sim/plant/magnetics.h"
 #include "host_sim/plant/phasor.h"
 
 #define TICK          (1.0 / 150e6)
@@ -180,6 +181,12 @@ static double torque_of(const plant_t *plant)
 {
     double d, q;
     emf_shape(plant, plant->cos_e, plant->sin_e, &d, &q);
+    if (plant->saturates != 0.0) {
+        magnetics_t field = magnetics_at(plant, plant->i_d, plant->i_q);
+        d += -field.flux_q;
+        q += field.flux_d;
+        return 1.5 * plant->p * (d * plant->i_d + q * plant->i_q);
+    }
     return 1.5 * plant->p * (d * plant->i_d + q * plant->i_q + plant->saliency * plant->i_d * plant->i_q);
 }
 
@@ -191,6 +198,15 @@ static void emf_of(const plant_t *plant, double omega_e, double cosine, double s
     emf_shape(plant, cosine, sine, &d, &q);
     *alpha = omega_e * (d * cosine - q * sine);
     *beta = omega_e * (d * sine + q * cosine);
+}
+
+double interval_magnetic(const plant_t *plant)
+{
+    const plant_params_t *q = &plant->params;
+    if (plant->saturates != 0.0) {
+        return magnetics_energy(plant, plant->i_d, plant->i_q);
+    }
+    return 0.75 * (q->inductance_d * plant->i_d * plant->i_d + q->inductance_q * plant->i_q * plant->i_q);
 }
 
 /* Nothing flows whatever the legs do: idle, or two wires broken. */
@@ -287,6 +303,33 @@ void interval_restart(plant_t *plant)
     shaft_restart(plant);
 }
 
+/* The same as current_slope where an axis saturates, by the incremental inductances at these currents; (e_d,
+ * e_q) is the EMF of the magnets. */
+static __attribute__((noinline)) void bent_slope(const plant_t *plant, double omega_e, double cosine,
+                                                 double sine, double i_d, double i_q, double drive_d,
+                                                 double drive_q, double *di_d, double *di_q)
+{
+    const double resistance = plant->params.resistance;
+    const magnetics_t field = magnetics_at(plant, i_d, i_q);
+    if (plant->open == 0u) {
+        *di_d = (drive_d - resistance * i_d + omega_e * field.flux_q) / field.slope_d;
+        *di_q = (drive_q - resistance * i_q - omega_e * field.flux_d) / field.slope_q;
+        return;
+    }
+    /* The flux along the line m: d(m psi)/dt = m (u - e) - R y, with the currents y m and m turning back. */
+    double m_d, m_q;
+    open_line(plant, cosine, sine, &m_d, &m_q);
+    double y = i_d * m_d + i_q * m_q;
+    double turn_d = omega_e * m_q;
+    double turn_q = -omega_e * m_d;
+    double l_m = field.slope_d * m_d * m_d + field.slope_q * m_q * m_q;
+    double moved = y * (m_d * field.slope_d * turn_d + m_q * field.slope_q * turn_q) + field.flux_d * turn_d +
+                   field.flux_q * turn_q;
+    double dy = (drive_d * m_d + drive_q * m_q - resistance * y - moved) / l_m;
+    *di_d = dy * m_d + y * turn_d;
+    *di_q = dy * m_q + y * turn_q;
+}
+
 /* Derivative of the currents at (i_d, i_q) under a voltage, with the rotor at (cosine, sine). */
 static void current_slope(const plant_t *plant, double omega_e, double cosine, double sine, double i_d,
                           double i_q, double u_d, double u_q, double *di_d, double *di_q)
@@ -296,6 +339,10 @@ static void current_slope(const plant_t *plant, double omega_e, double cosine, d
     emf_shape(plant, cosine, sine, &e_d, &e_q);
     e_d *= omega_e;
     e_q *= omega_e;
+    if (plant->saturates != 0.0) {
+        bent_slope(plant, omega_e, cosine, sine, i_d, i_q, u_d - e_d, u_q - e_q, di_d, di_q);
+        return;
+    }
     if (plant->open == 0u) {
         *di_d = (u_d - params->resistance * i_d + omega_e * params->inductance_q * i_q - e_d) * plant->k_d;
         *di_q = (u_q - params->resistance * i_q - omega_e * params->inductance_d * i_d - e_q) * plant->k_q;
@@ -783,8 +830,7 @@ static void settle(plant_t *plant, uint64_t ticks)
     if (plant->calm_ticks >= PLANT_IDLE_TICKS &&
         interval_line_emf(plant) < plant->v_dc + 2.0 * plant->params.diode_voltage) {
         if (plant->metering) {
-            plant->energy_inverter += 0.75 * (plant->params.inductance_d * plant->i_d * plant->i_d +
-                                              plant->params.inductance_q * plant->i_q * plant->i_q);
+            plant->energy_inverter += interval_magnetic(plant);
         }
         plant->idle = 1;
         plant->calm_ticks = 0;
@@ -855,9 +901,32 @@ static __attribute__((noinline)) void twist_step(plant_t *plant, double h, doubl
     }
 }
 
+/* What an interval's length is measured by, where an axis saturates: the smallest incremental inductance at
+ * the present currents, and the time in which the link's voltage moves a current so far that it changes. */
+static __attribute__((noinline)) void bent_rate(plant_t *plant)
+{
+    const plant_params_t *q = &plant->params;
+    const magnetics_t field = magnetics_at(plant, plant->i_d, plant->i_q);
+    plant->k_max = 1.0 / (field.slope_d < field.slope_q ? field.slope_d : field.slope_q);
+    double least_square = 1e12;
+    if (q->saturation_d > 0.0) {
+        least_square = q->saturation_d * q->saturation_d + plant->i_d * plant->i_d;
+    }
+    if (q->saturation_q > 0.0) {
+        least_square = least(least_square, q->saturation_q * q->saturation_q + plant->i_q * plant->i_q);
+    }
+    plant->rate = plant->ohms * plant->k_max +
+                  plant->p * (q->flux_linkage + fabs(field.flux_d) + fabs(field.flux_q)) *
+                      sqrt(1.5 * plant->k_max * plant->inertia_inverse) +
+                  plant->rate_other + plant->v_dc * plant->k_max / sqrt(least_square);
+}
+
 /* An interval in which the shaft goes on as it does: held, or with friction against one direction. */
 static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
 {
+    if (plant->saturates != 0.0) {
+        bent_rate(plant);
+    }
     double rate = fabs(plant->p * plant->omega_m) + plant->rate;
     if (plant->works) {
         double inverse = plant->load_inverse > 0.0 ? plant->load_inverse : plant->inertia_inverse;
@@ -892,7 +961,8 @@ static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
     double i_c = plant->i[2];
     double torque_0 = plant->torque;
     bool phases_known = true;
-    if (plant->idle | plant->open || !series_interval(plant, h, omega_e, cos_1, sin_1, &sums)) {
+    if (plant->idle | plant->open || plant->saturates != 0.0 ||
+        !series_interval(plant, h, omega_e, cos_1, sin_1, &sums)) {
         memset(&sums, 0, sizeof sums);
         if (currentless(plant)) {
             double alpha_0, beta_0, alpha_1, beta_1;

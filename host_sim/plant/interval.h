@@ -65,6 +65,9 @@ void interval_phase_slopes(const plant_t *plant, double h, double begin[3], doub
  * part along the line that the current can take. */
 void interval_voltage(const plant_t *plant, double *u_alpha, double *u_beta);
 
+/* Energy in the field of the currents [J]. */
+double interval_magnetic(const plant_t *plant);
+
 /* Greatest EMF between two lines at this angle and speed [V]. */
 double interval_line_emf(const plant_t *plant);
 

@@ -507,6 +507,18 @@ static void make_encoder(plant_t *plant, const plant_params_t *before, int64_t s
     }
 }
 
+/* The axes whose flux bends; `own` [ohm] as make_legs has given it. */
+static void make_saturation(plant_t *plant, double own)
+{
+    const plant_params_t *q = &plant->params;
+    plant->bend_d = q->saturation_d > 0.0 ? 1.0 / (q->saturation_d * q->saturation_d) : 0.0;
+    plant->bend_q = q->saturation_q > 0.0 ? 1.0 / (q->saturation_q * q->saturation_q) : 0.0;
+    plant->saturates = plant->bend_d > 0.0 || plant->bend_q > 0.0;
+    plant->ohms = q->resistance + plant->r_mean + own;
+    plant->rate_other =
+        (q->dc_ripple != 0.0 ? q->dc_ripple_frequency : 0.0) + shaft_rate(plant) + plant->work_rate;
+}
+
 void plant_set_params(plant_t *plant, const plant_params_t *params)
 {
     assert(plant_params_check(params, NULL));
@@ -548,6 +560,7 @@ void plant_set_params(plant_t *plant, const plant_params_t *params)
     plant->rate = (q->resistance + plant->r_mean + own) * plant->k_max +
                   q->pole_pairs * q->flux_linkage * sqrt(1.5 * plant->k_max * plant->inertia_inverse) +
                   (q->dc_ripple != 0.0 ? q->dc_ripple_frequency : 0.0) + shaft_rate(plant) + plant->work_rate;
+    make_saturation(plant, own);
 
     double narrowest = (0.5 * q->dc_voltage + q->diode_voltage) * ZONE_TIME * plant->k_max;
     plant->zone = q->current_zone > narrowest ? q->current_zone : narrowest;
@@ -808,8 +821,7 @@ void plant_truth(const plant_t *plant, plant_truth_t *truth)
     truth->energy_copper = plant->energy_copper;
     truth->energy_inverter = plant->energy_inverter;
     truth->energy_mechanical = plant->energy_mechanical;
-    truth->energy_magnetic =
-        0.75 * (q->inductance_d * plant->i_d * plant->i_d + q->inductance_q * plant->i_q * plant->i_q);
+    truth->energy_magnetic = interval_magnetic(plant);
     truth->omega_load = plant->load_inverse > 0.0 ? plant->omega_load : plant->omega_m;
     truth->twist = plant->twist;
     truth->shaft_torque = plant->shaft_torque;

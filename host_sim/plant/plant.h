@@ -7,7 +7,10 @@
  *   L_q di_q/dt = u_q - R i_q - omega_e L_d i_d - e_q,   e_q =  omega_e psi_f (1 + (k_7 - k_5) cos 6 theta_e)
  *   T = 1.5 p ((e_d i_d + e_q i_q)/omega_e + (L_d - L_q) i_d i_q)
  *
- * so that the EMF of phase a is -omega_e psi_f (sin theta + k_5 sin 5 theta + k_7 sin 7 theta).
+ * With saturation_d or saturation_q the flux of an axis is L i/sqrt(1 + (i/I_s)^2), its derivative by the
+ * current L/(1 + (i/I_s)^2)^1.5, and omega_e L i above is omega_e times that flux; the axes do not act on
+ * each other (magnetics.h). So the EMF of phase a is -omega_e psi_f (sin theta + k_5 sin 5 theta + k_7 sin 7
+ * theta).
  *
  * Shaft: J domega/dt = T - (T_c + T_passive) s(omega) - B omega - T_active, with a smooth sign that lets a
  * standstill rest: s = x (3 - x^2)/2, x = omega/w, limited to +-1 beyond w. w is PLANT_SHAFT_WIDTH, or
@@ -55,9 +58,9 @@
  * Time: ticks of 1/150 MHz. Bits are the same on every machine (IEEE double, no contraction; of libm only
  * sqrt, fabs, floor, ceil, ldexp).
  *
- * Not handled: saturation, iron loss, switching energy, warming (temperatures are parameters), the current of
- * a shoot-through in the IGBTs, the 0.2 us until a short circuit is shut off, over-temperature, a floating
- * node when only one or two legs are off (the zone leaks up to its width). */
+ * Not handled: cross saturation, iron loss, switching energy, warming (temperatures are parameters), the
+ * current of a shoot-through in the IGBTs, the 0.2 us until a short circuit is shut off, over-temperature, a
+ * floating node when only one or two legs are off (the zone leaks up to its width). */
 #ifndef HOST_SIM_PLANT_PLANT_H
 #define HOST_SIM_PLANT_PLANT_H
 
@@ -121,11 +124,12 @@ typedef struct {
     double energy_copper;        /* [J] into R, since then */
     double energy_inverter;      /* [J] conduction losses, since then */
     double energy_mechanical;    /* [J] into friction, load, brake and dynamometer, since then */
-    double energy_magnetic;      /* [J] stored now, 0.75 (L_d i_d^2 + L_q i_q^2) */
-    double energy_kinetic;       /* [J] stored now, J omega_m^2/2; of both masses and in the twist */
-    double omega_load;           /* [rad/s] mechanical, of the far end of the shaft; omega_m if it is rigid */
-    double twist;                /* [rad] of an elastic shaft, the motor ahead */
-    double shaft_torque;         /* [N m] from the motor into an elastic shaft */
+    double energy_magnetic; /* [J] stored in the field of the currents; without saturation 0.75 (L_d i_d^2 +
+                               L_q i_q^2) */
+    double energy_kinetic;  /* [J] stored now, J omega_m^2/2; of both masses and in the twist */
+    double omega_load;      /* [rad/s] mechanical, of the far end of the shaft; omega_m if it is rigid */
+    double twist;           /* [rad] of an elastic shaft, the motor ahead */
+    double shaft_torque;    /* [N m] from the motor into an elastic shaft */
 } plant_truth_t;
 
 /* The whole plant: copyable with memcpy, no pointers, no padding. Fields are for the debugger. */

@@ -96,6 +96,11 @@ bool plant_params_check(const plant_params_t *params, plant_params_error_t *why)
         if (value == &params->current_range && !(fabs(*value) >= 0.1)) {
             return refuse(why, row, *value, 0.1, "a scale, of 0.1 A at least, either sign");
         }
+        if ((value == &params->saturation_d || value == &params->saturation_q) && *value != 0.0 &&
+            *value < PLANT_SATURATION_LEAST) {
+            return refuse(why, row, *value, PLANT_SATURATION_LEAST,
+                          "a current of 1 A at least; 0: no saturation");
+        }
         if (value == &params->load_torque && params->load_kind == PLANT_LOAD_PASSIVE && *value < 0.0) {
             return refuse(why, row, *value, 0.0, "a passive load can not drive");
         }

@@ -99,12 +99,16 @@
     P(load_table_3,          "N m",      0.0,     -1e4,   1e4,    "load at three times load_table_speed") \
     P(load_table_4,          "N m",      0.0,     -1e4,   1e4,    "load at four times load_table_speed") \
     P(load_table_5,          "N m",      0.0,     -1e4,   1e4,    "load at five times load_table_speed") \
-    P(load_table_6,          "N m",      0.0,     -1e4,   1e4,    "load at six times load_table_speed and above")
+    P(load_table_6,          "N m",      0.0,     -1e4,   1e4,    "load at six times load_table_speed and above") \
+    P(saturation_d,          "A",        0.0,     0.0,    1e4,    "current I_s at which the flux of i_d is inductance_d i_d/sqrt(1 + (i_d/I_s)^2), 1/sqrt 2 of the unsaturated one; 0: no saturation, else 1 A at least") \
+    P(saturation_q,          "A",        0.0,     0.0,    1e4,    "the same of i_q and inductance_q")
 /* clang-format on */
 
 /* load_kind */
 #define PLANT_LOAD_PASSIVE 0.0
 #define PLANT_LOAD_ACTIVE  1.0
+
+#define PLANT_SATURATION_LEAST 1.0 /* [A] smallest current of saturation that is not 0 */
 
 #define PLANT_SHAFT_FASTEST 1e5 /* [rad/s] that the twist of an elastic shaft may swing or settle with */
 

@@ -64,9 +64,13 @@ typedef struct {
     double load_active;        /* T_active at the far end of an elastic shaft [N m], else 0 */
     double load_inverse;       /* 1/J_load [1/(kg m^2)]; 0: the shaft is rigid */
     double load_width_inverse; /* 1/w of the far end [s/rad] */
-    double work_rate;     /* [1/s] of the swing of the inertia on spring and sine, where there are such */
-    double table[8];      /* [N m] load at 0 .. 7 times load_table_speed, the last as the one before */
-    double table_inverse; /* [s/rad] of load_table_speed; 0: no table */
+    double work_rate;      /* [1/s] of the swing of the inertia on spring and sine, where there are such */
+    double table[8];       /* [N m] load at 0 .. 7 times load_table_speed, the last as the one before */
+    double table_inverse;  /* [s/rad] of load_table_speed; 0: no table */
+    double bend_d, bend_q; /* 1/I_s^2 of either axis [1/A^2]; 0: linear */
+    double ohms;           /* [ohm] the resistance in `rate` */
+    double rate_other;     /* [1/s] the part of `rate` that does not go with an inductance */
+    double saturates;      /* [-] 1: some axis saturates; k_max and rate are those of the present currents */
     plant_law_t law[3][PLANT_LAW_AVERAGED + 1];
 
     double i[3];                  /* [A] phase currents */

@@ -88,7 +88,10 @@ class Machine
     void advance(double seconds)
     {
         while (seconds > 0.0) {
-            const double h = std::min(seconds, frame == ORACLE_ROTOR ? ORACLE_STEP_ROTOR : ORACLE_STEP);
+            const double longest = frame == ORACLE_ROTOR  ? ORACLE_STEP_ROTOR
+                                   : frame == ORACLE_FLUX ? ORACLE_STEP_FLUX
+                                                          : ORACLE_STEP;
+            const double h = std::min(seconds, longest);
             seconds = seconds - h < 1e-15 ? 0.0 : seconds - h;
             substep(h);
         }
@@ -178,7 +181,49 @@ class Machine
     double torque() const
     {
         const Vector2 i = turn(-theta) * current;
+        if (frame == ORACLE_FLUX) {
+            const Vector2 psi = linkage(i);
+            return 1.5 * p * (psi.x() * i.y() - psi.y() * i.x());
+        }
         return 1.5 * p * (q.inductance_d - q.inductance_q) * i.x() * i.y() + 1.5 * p * emf(1.0).dot(current);
+    }
+
+    /* Flux linkage of the windings in the rotor frame at these currents, and the currents at this linkage. */
+    Vector2 linkage(const Vector2 &i) const
+    {
+        const auto along = [](double inductance_0, double limit, double x) {
+            return limit > 0.0 ? inductance_0 * x / std::hypot(1.0, x / limit) : inductance_0 * x;
+        };
+        return Vector2(q.flux_linkage + along(q.inductance_d, q.saturation_d, i.x()),
+                       along(q.inductance_q, q.saturation_q, i.y()));
+    }
+
+    Vector2 linked(const Vector2 &psi) const
+    {
+        const auto back = [](double inductance_0, double limit, double x) {
+            const double i = x / inductance_0;
+            return limit > 0.0 ? i / std::sqrt((1.0 - i / limit) * (1.0 + i / limit)) : i;
+        };
+        return Vector2(back(q.inductance_d, q.saturation_d, psi.x() - q.flux_linkage),
+                       back(q.inductance_q, q.saturation_q, psi.y()));
+    }
+
+    /* Currents after h of psi' = source - resistance i in the stationary frame. */
+    Vector2 solve_flux(double h, double omega_e, const Vector2 &source, const Matrix2 &resistance) const
+    {
+        const auto currents = [&](const Vector2 &psi, double ahead) {
+            const double angle = theta + omega_e * ahead;
+            return Vector2(turn(angle) * linked(turn(-angle) * psi));
+        };
+        const auto slope = [&](const Vector2 &psi, double ahead) {
+            return Vector2(source - resistance * currents(psi, ahead));
+        };
+        const Vector2 psi = turn(theta) * linkage(turn(-theta) * current);
+        const Vector2 k1 = slope(psi, 0.0);
+        const Vector2 k2 = slope(psi + 0.5 * h * k1, 0.5 * h);
+        const Vector2 k3 = slope(psi + 0.5 * h * k2, 0.5 * h);
+        const Vector2 k4 = slope(psi + h * k3, h);
+        return currents(psi + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4), h);
     }
 
     double resisting(double speed) const
@@ -201,6 +246,9 @@ class Machine
             leg(n, region[n], a, r);
             source += 2.0 / 3.0 * a * axis;
             resistance += 2.0 / 3.0 * r * axis * axis.transpose();
+        }
+        if (frame == ORACLE_FLUX) {
+            return solve_flux(h, omega_e, source, resistance);
         }
         Matrix2 quarter;
         quarter << 0.0, -1.0, 1.0, 0.0;
@@ -355,6 +403,11 @@ bool oracle_run(const plant_params_t *params, oracle_frame_t frame, double theta
         }
     }
     const bool salient = std::fabs(params->inductance_d - params->inductance_q) > 0.0;
+    const bool saturates = params->saturation_d > 0.0 || params->saturation_q > 0.0;
+    const bool shaped = std::fabs(params->emf_5th) + std::fabs(params->emf_7th) > 0.0;
+    if (frame == ORACLE_FLUX ? shaped : saturates) {
+        return false;
+    }
     if (soft || broken || params->force_fault != 0.0 || (frame == ORACLE_STATIONARY && salient)) {
         return false;
     }

@@ -5,6 +5,9 @@
  * then obey a linear system with constant coefficients, in which voltage or EMF rotate as further states:
  *
  *   stationary frame (L_d = L_q only)   i, EMF and its harmonics, 1
+ *   flux (any L_d, L_q, saturation)     no linear system: the flux linkage of the windings, magnets included,
+ *                                       in the stationary frame is the state of a classical Runge-Kutta
+ *                                       step, psi' = u - R i, and i is the closed inverse of the flux's law
  *   rotor frame (any L_d, L_q)          i, voltage, six times the angle, 1; unlike r held at mid-step,
  *                                       of second order: 0.1 mA at 2 us, so the step is shorter
  *
@@ -31,7 +34,9 @@ extern "C" {
 #define ORACLE_STEP       2e-6   /* [s] stationary frame */
 #define ORACLE_STEP_ROTOR 0.5e-6 /* [s] rotor frame */
 
-typedef enum { ORACLE_STATIONARY, ORACLE_ROTOR } oracle_frame_t;
+#define ORACLE_STEP_FLUX 0.5e-6 /* [s] flux */
+
+typedef enum { ORACLE_STATIONARY, ORACLE_ROTOR, ORACLE_FLUX } oracle_frame_t;
 
 /* All six gate commands from this tick (1/150 MHz) on: bit 2n upper, bit 2n + 1 lower of leg n. */
 typedef struct {
@@ -48,8 +53,9 @@ typedef struct {
 
 /* Runs from tick 0 with all gates off, no current, the rotor at theta_m [rad] and omega_m [rad/s], and writes
  * a sample for each of sample_ticks (ascending). An edge that acts at a sample's tick does not matter to it:
- * currents are continuous. false if the parameters need something that is not handled, or L_d != L_q in the
- * stationary frame. Cost: about 5 us per sub-step of ORACLE_STEP or less. */
+ * currents are continuous. false if the parameters need something that is not handled, L_d != L_q in the
+ * stationary frame, saturation outside the flux frame, or EMF harmonics in it. Cost: about 5 us per sub-step
+ * of ORACLE_STEP or less. */
 bool oracle_run(const plant_params_t *params, oracle_frame_t frame, double theta_m, double omega_m,
                 const oracle_edge_t *edges, size_t edge_count, const uint64_t *sample_ticks,
                 size_t sample_count, oracle_sample_t *samples);

@@ -43,6 +43,14 @@ static void modulate(loop_t *loop, double theta, double dc_voltage)
     }
 }
 
+static void advance_in_parts(const loop_t *loop, plant_t *plant, uint64_t tick)
+{
+    const uint64_t from = plant->tick;
+    for (uint32_t n = 1; n < loop->parts && tick > from; n++) {
+        plant_advance(plant, from + (tick - from) * n / loop->parts);
+    }
+}
+
 void loop_period(loop_t *loop, plant_t *plant, oracle_edge_t *edges, size_t *count)
 {
     uint64_t start = plant->tick;
@@ -85,12 +93,14 @@ void loop_period(loop_t *loop, plant_t *plant, oracle_edge_t *edges, size_t *cou
             }
         }
         loop->gates = (loop->gates & ~list[first].clear) | list[first].set;
+        advance_in_parts(loop, plant, list[first].tick);
         plant_gates(plant, list[first].tick, loop->gates);
         if (edges != NULL) {
             edges[(*count)++] = (oracle_edge_t){list[first].tick, loop->gates};
         }
         list[first].tick = PLANT_NEVER;
     }
+    advance_in_parts(loop, plant, start + LOOP_PERIOD);
     plant_advance(plant, start + LOOP_PERIOD);
 }
 

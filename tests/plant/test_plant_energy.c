@@ -39,6 +39,9 @@ static plant_truth_t balanced(double kinetic_before, const char *what)
     "inertia = 0.003, load_inertia = 0.006, shaft_damping = 0.05, friction_coulomb = 0.3, load_torque = 4, " \
     "shaft_stiffness = 2000"
 
+#define SATURATES                                                                                            \
+    "inductance_d = 0.02, inductance_q = 0.04, saturation_d = 8, saturation_q = 8, inertia = 0.003"
+
 static void test_energy_balances(void)
 {
     static const struct {
@@ -54,6 +57,11 @@ static void test_energy_balances(void)
         {"salient, with harmonics",
          "inductance_d = 0.008, inductance_q = 0.02, emf_5th = 0.03, emf_7th = 0.02, inertia = 0.003", 0.0,
          157.0, 10.0, -4.0, 3000, 0u},
+        {"saturating on both axes", SATURATES, 0.0, 120.0, 10.0, -5.0, 3000, 0u},
+        {"the same averaged", SATURATES, 0.0, 120.0, 10.0, -5.0, 3000, 1u},
+        {"the same with a broken phase",
+         SATURATES ", open_phase_c = 1, shaft_locked = 1, shaft_locked_speed = 80", 80.0, 90.0, 5.0, 0.0,
+         2000, 0u},
         {"a broken phase",
          "inductance_d = 0.008, inductance_q = 0.02, open_phase_b = 1, shaft_locked = 1, shaft_locked_speed "
          "= 80",

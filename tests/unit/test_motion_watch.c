@@ -236,3 +236,35 @@ static void test_time_below_the_limit_counts_back(void)
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 5.0, LIMIT, 60.0, true, ~UINT32_C(0), 400u));
     TEST_ASSERT_EQUAL_UINT32(500u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 1000u));
 }
+
+/* A load beyond the brake: 10 A hold the shaft at 100 rad/s against 13 A of load, which gain 51 rad/s^2. It
+ * passes 110.5 rad/s after 0.21 s; then it is told within 100 ms, long before speed_error_time. */
+static void test_a_load_that_overruns_the_brake_is_told_at_once(void)
+{
+    omega = 100.0;
+    double passed = 0.0;
+    double told = 0.0;
+    for (int n = 1; n < 1000 && told == 0.0; n++) {
+        const uint32_t bits = turn(-10.0, 1.0, -13.0, 100.0);
+        passed = passed == 0.0 && omega > 110.0 ? n * LOOK : passed;
+        told = (bits & MOTION_SPEED_ERROR) != 0u ? n * LOOK : 0.0;
+    }
+    TEST_ASSERT_TRUE(passed > 0.0 && told > passed);
+    TEST_ASSERT_DOUBLE_WITHIN(0.04, passed + 0.06, told);
+}
+
+/* A shaft that its brake slows is not told, however far the reference is; nor one that coasts, nor one whose
+ * brake has room. */
+static void test_a_shaft_that_is_braked_or_coasts_overruns_nothing(void)
+{
+    static const struct {
+        double i, load;
+    } cases[] = {{-10.0, -9.9}, {-10.0, -10.0}, {-8.0, -10.0}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        begin(PER_AMPERE);
+        omega = 120.0;
+        for (int k = 0; k < 1000; k++) {
+            TEST_ASSERT_EQUAL_UINT32(0u, turn(cases[n].i, 1.0, cases[n].load, 60.0) & MOTION_SPEED_ERROR);
+        }
+    }
+}

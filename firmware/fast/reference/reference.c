@@ -186,7 +186,8 @@ static void run(reference_t *reference, const setpoint_t *setpoint, const frame_
 
 /* Run with the observed EMF, as the loop filters it: after one or two periods it is correct for any angle, so
  * that a lost angle causes no large current. For a salient rotor it is the EMF of the active flux, beside
- * omega L_q i_d; current control uses omega L_d i_d, and the term with D is added. */
+ * omega L_q i_d; current control uses omega L_d i_d, and the term with D is added; so is the EMF of a
+ * saturated q axis beyond omega L_q i_q, which the estimator has taken out. */
 static void run_on_estimate(reference_t *reference, const reference_tuning_t *tuning,
                             const setpoint_t *setpoint, const reference_input_t *input, demand_t *demand)
 {
@@ -199,7 +200,9 @@ static void run_on_estimate(reference_t *reference, const reference_tuning_t *tu
     } else {
         const float of_axes = estimate->frame.omega_e * tuning->saliency * reference->current.d;
         run(reference, setpoint, &estimate->frame, input->omega_m,
-            (dq_t){estimate->emf_loop.d, estimate->emf_loop.q + of_axes}, demand);
+            (dq_t){estimate->emf_loop.d - estimate->frame.omega_e * estimate->cross,
+                   estimate->emf_loop.q + of_axes},
+            demand);
         demand->origin = (int32_t)EMF_OBSERVED;
     }
 }

@@ -14,7 +14,8 @@
 typedef struct {
     float resistance;   /* R of a phase, power device included [ohm] */
     float inductance_d; /* L_d [H] */
-    float inductance_q; /* L_q [H] */
+    float inductance_q; /* L_q [H]; of a q axis that saturates at 0.8 of the current limit */
+    float bend;         /* L_q without saturation over inductance_q, minus 1 [-]; 0: no saturation */
     float flux_linkage; /* psi_f [Wb] */
     float inertia;      /* inertia of all rotating parts [kg m^2] */
 } believed_t;

@@ -14,6 +14,8 @@
 void run_init(run_t *run, const run_tuning_t *tuning)
 {
     run->tuning = *tuning;
+    run->apart = tuning->saliency;
+    run->steep = tuning->saliency;
     run->calm = 1.0f;
     run->low_kept = 1.0f;
     weakening_init(&run->weakening, &tuning->weakening);
@@ -49,10 +51,36 @@ void run_calm(run_t *run, bool whole)
 
 /* ---- i_d ---- */
 
+/* D at this i_q [A], in equal parts with that of the last step, because i_q depends on the result. A
+ * division. */
+static void saturate(run_t *run, float i_q)
+{
+    const run_tuning_t *tuning = &run->tuning;
+    const saturation_point_t point = saturation_at(&tuning->saturation, i_q);
+    const float per_flux = tuning->weakening.inverse_flux;
+    const float apart = tuning->saliency + point.excess * per_flux;
+    run->apart = lowpass_step(run->apart, RUN_MTPA_SHARE, apart);
+    run->steep = run->apart + bounds_magnitude(i_q) * point.slope * per_flux;
+    weakening_bend(&run->weakening,
+                   tuning->weakening.inductance_d + run->apart * tuning->weakening.flux_linkage);
+}
+
+/* The same as most_per_ampere() with D_a of the apparent and D_i of the incremental L_q: 2 D_a i_q^2/(psi_f +
+ * sqrt(psi_f^2 + 4 D_a D_i i_q^2)). */
+static float most_per_ampere_bent(const run_t *run, float i_q)
+{
+    const float lean = 2.0f * bounds_more(run->apart, 0.0f) * i_q;
+    const float square = 1.0f + 2.0f * run->steep * i_q * lean;
+    return lean * i_q / (1.0f + root_or_none(square));
+}
+
 /* Magnitude of the i_d of most torque per ampere beside this i_q [A]: 2 D i_q^2/(psi_f
  * + sqrt(psi_f^2 + 4 D^2 i_q^2)). */
 static float most_per_ampere(const run_t *run, float i_q)
 {
+    if (saturation_is_on(&run->tuning.saturation)) {
+        return most_per_ampere_bent(run, i_q);
+    }
     const float lean = 2.0f * run->tuning.saliency * i_q;
     const float square = 1.0f + lean * lean;
     return lean * i_q / (1.0f + square * inverse_root(square));
@@ -156,6 +184,9 @@ static dq_t current_of(run_t *run, float i_d_wanted, float omega_e)
 {
     const bool salient_rotor = run->tuning.saliency > 0.0f;
     const float i_q = salient_rotor ? run->torque / run_torque(run) : run->torque;
+    if (salient_rotor && saturation_is_on(&run->tuning.saturation)) {
+        saturate(run, i_q);
+    }
     const float full = i_d_wanted + unweakened(run, i_q, omega_e);
     run->i_d = weakening_i_d(&run->weakening, run->torque, full, omega_e) - i_d_wanted;
     const float share = salient_rotor ? 1.0f / run_torque(run) : 1.0f;

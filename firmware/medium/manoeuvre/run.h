@@ -10,8 +10,10 @@
  * A salient rotor, D = L_q - L_d above 0, gets an i_d below zero, with which the active flux psi_a = psi_f -
  * D i_d and hence EMF and torque grow: the i_d of most torque per ampere, or that of the low speed if that is
  * larger. The speed control then gives the current of psi_f that would make the torque, and i_q is
- * psi_f/psi_a of it (docs/theory.md, 30). At the voltage limit i_d goes as far below zero as the torque
- * needs, for any rotor, and the torque is limited to what is possible (weakening.h).
+ * psi_f/psi_a of the torque (docs/theory.md, 30). Where the q axis saturates, D is that of the i_q of the
+ * last step: with the apparent L_q in psi_a and the ellipse, with both L_q in the i_d of most torque per
+ * ampere. At the voltage limit i_d goes as far below zero as the torque needs, for any rotor, and the torque
+ * is limited to what is possible (weakening.h).
  *
  * One step per window, after run_look(). Does not handle: starting, standing
  * without an encoder, a lost rotor. */
@@ -21,6 +23,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "estimator/saturation.h"
 #include "math/bounds.h"
 #include "math/frames.h"
 #include "medium/manoeuvre/speed_control.h"
@@ -43,9 +46,10 @@ typedef struct {
     float low_share;   /* low-pass of that i_d, because i_q is noisy [-] */
     float fade;        /* share of a hand-over's i_d that remains one step later [-] */
     float saliency;    /* D/psi_f of a salient rotor [1/A]; 0: a round one, or nearly */
-    uint32_t mtpa;     /* [-] 1: i_d of a salient rotor for most torque per ampere */
-    float per_torque;  /* current of psi_f that makes a torque, 1/(1.5 p psi_f) [A/(N m)] */
-    float slew;        /* by which a torque may grow per step, as a current of psi_f [A]; 0: no limit */
+    saturation_t saturation; /* of the q axis, beside the L_q of `saliency` */
+    uint32_t mtpa;           /* [-] 1: i_d of a salient rotor for most torque per ampere */
+    float per_torque;        /* current of psi_f that makes a torque, 1/(1.5 p psi_f) [A/(N m)] */
+    float slew;              /* by which a torque may grow per step, as a current of psi_f [A]; 0: no limit */
     weakening_tuning_t weakening;
 } run_tuning_t;
 
@@ -59,6 +63,8 @@ typedef struct {
     float i_d_low;      /* for the low-speed current, magnitude [A] */
     float i_d_mtpa;     /* for most torque per ampere, magnitude [A] */
     float i_d;          /* of the last step, without the requested i_d [A] */
+    float apart;        /* D/psi_f at the i_q of the last step [1/A], with the apparent L_q */
+    float steep;        /* the same with the incremental L_q [1/A] */
     float torque;       /* of the last step, as a current of psi_f [A] */
     float lower;        /* lower limit of i_q [A] by heat and DC link */
     float upper;        /* upper limit of i_q [A], not below `lower` */
@@ -105,6 +111,8 @@ static inline void run_limit(run_t *run, float lower, float upper)
 static inline void run_take(run_t *run, const run_tuning_t *tuning)
 {
     run->tuning = *tuning;
+    run->apart = tuning->saliency;
+    run->steep = tuning->saliency;
     weakening_take(&run->weakening, &tuning->weakening);
     run_limit(run, -tuning->speed.current_limit, tuning->speed.current_limit);
     const speed_control_tuning_t speed = speed_control_slower(&tuning->speed, run->calm);
@@ -129,7 +137,7 @@ static inline float run_reference(const run_t *run, float wanted, float ramp)
 /* psi_a/psi_f at the i_d of the last step [-]: factor of the torque per i_q. */
 static inline float run_torque(const run_t *run)
 {
-    const float torque = 1.0f - run->tuning.saliency * run->i_d;
+    const float torque = 1.0f - run->apart * run->i_d;
     return torque > RUN_TORQUE_LEAST ? torque : RUN_TORQUE_LEAST;
 }
 

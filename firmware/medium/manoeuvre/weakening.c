@@ -39,6 +39,15 @@ void weakening_init(weakening_t *weakening, const weakening_tuning_t *tuning)
     weakening_take(weakening, tuning);
 }
 
+void weakening_bend(weakening_t *weakening, float inductance_q)
+{
+    weakening_tuning_t *tuning = &weakening->tuning;
+    tuning->inductance_q = inductance_q;
+    tuning->inverse_q = 1.0f / inductance_q;
+    tuning->saliency = inductance_q - tuning->inductance_d;
+    tuning->flux_bound = tuning->flux_linkage + inductance_q * tuning->current_max;
+}
+
 /* i_d at the intersection of circle and ellipse [A]: -c/(L_d psi_f + sqrt(L_d^2 psi_f^2 + (L_q^2 - L_d^2)
  * c)), c = psi_f^2 + L_q^2 I^2 - psi_m^2; above zero where the circle lies within. */
 static float where_they_meet(const weakening_t *weakening)

@@ -12,7 +12,7 @@
  * and bisection finds it. Errors of the motor data in the voltage are corrected by `trim`, from the voltage
  * that current control requests (docs/theory.md, 30).
  *
- * One look and one step per window. Does not handle: saturation of the iron, over-modulation. */
+ * One look and one step per window. Does not handle: saturation of the d axis, over-modulation. */
 #ifndef MEDIUM_MANOEUVRE_WEAKENING_H
 #define MEDIUM_MANOEUVRE_WEAKENING_H
 
@@ -71,6 +71,10 @@ static inline void weakening_take(weakening_t *weakening, const weakening_tuning
 {
     weakening->tuning = *tuning;
 }
+
+/* Another L_q [H], as a q axis that saturates has it at the present i_q, until weakening_take(). A division.
+ */
+void weakening_bend(weakening_t *weakening, float inductance_q);
 
 /* The limits at this DC link [V] and electrical speed [rad/s], with the voltage that current control requests
  * [V]. One division where the voltage may limit. */

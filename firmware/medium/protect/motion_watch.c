@@ -43,6 +43,7 @@ motion_watch_tuning_t motion_watch_prepare(const motion_watch_params_t *params)
         .runaway = judgements_in(larger(MOTION_RUNAWAY_TIME, MOTION_RUNAWAY_TAUS * tau), period),
         .stall = judgements_in(params->stall_time, period),
         .speed_error = judgements_in(params->speed_error_time, period),
+        .overrun = judgements_in(MOTION_OVERRUN_TIME, period),
     };
 }
 
@@ -90,6 +91,25 @@ static bool is_stuck(motion_watch_t *watch, const motion_watch_input_t *input)
     return true;
 }
 
+/* True if a load has driven the shaft beyond its reference against all of the braking current, for
+ * MOTION_OVERRUN_TIME and ever faster. */
+static bool overruns(motion_watch_t *watch, const motion_watch_input_t *input)
+{
+    const motion_watch_tuning_t *tuning = &watch->tuning;
+    const float speed = bounds_magnitude(input->omega_m);
+    const float beyond = MOTION_OVERRUN * bounds_magnitude(input->omega_m_ref) + tuning->progress;
+    const bool over = input->asked && tuning->speed_error != 0u &&
+                      input->omega_m * input->omega_m_ref > 0.0f && input->i_q_ref * input->omega_m < 0.0f &&
+                      speed > beyond && !bounds_within(input->i_q_ref, MOTION_AT_LIMIT * input->limit);
+    if (!over || watch->over == 0u || speed < watch->overrun) {
+        watch->overrun = speed;
+        watch->over = over ? 1u : 0u;
+        return false;
+    }
+    watch->over = watch->over < tuning->overrun ? watch->over + 1u : tuning->overrun;
+    return watch->over >= tuning->overrun && speed >= watch->overrun + tuning->progress;
+}
+
 uint32_t motion_watch_step(motion_watch_t *watch, const motion_watch_input_t *input)
 {
     const motion_watch_tuning_t *tuning = &watch->tuning;
@@ -115,7 +135,8 @@ uint32_t motion_watch_step(motion_watch_t *watch, const motion_watch_input_t *in
         bounds_within(input->omega_m, tuning->standing)) {
         bits |= MOTION_STALLED;
     }
-    if (tuning->speed_error != 0u && watch->stuck >= tuning->speed_error) {
+    const bool overrun = overruns(watch, input);
+    if (overrun || (tuning->speed_error != 0u && watch->stuck >= tuning->speed_error)) {
         bits |= MOTION_SPEED_ERROR;
     }
     return bits;

@@ -24,7 +24,9 @@
  * approached it by less than `progress` for this time:
  *
  *     stalled      for stall_time, and the shaft stands
- *     speed error  for speed_error_time
+ *     speed error  for speed_error_time; or for MOTION_OVERRUN_TIME, while a load drives the shaft: it is
+ *                  faster than the reference by a tenth, the current brakes at its limit, and the speed has
+ *                  grown in this time by `progress`
  *
  * motion_watch_step() every `every`-th T. Does not handle: loads beyond 1.3 times the
  * motor's limit, which accelerate the shaft; an assumed J of less than half of the true one
@@ -35,15 +37,17 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define MOTION_LOAD_MOST    1.3f  /* [-] of the current limit */
-#define MOTION_LOAD_HIT     2.0f  /* [-] of the current limit: acceleration is limited to this */
-#define MOTION_PUSHES       0.6f  /* [-] of the current limit: a smaller current is ignored */
-#define MOTION_TAU_MIN      5e-3f /* [s] */
-#define MOTION_TAU_NOISE    5.0f  /* [-] current limit over the noise of i_L */
-#define MOTION_RUNAWAY_TIME 8e-3f /* [s] for which it must last ... */
-#define MOTION_RUNAWAY_TAUS 2.2f  /* [-] ... and for this multiple of tau */
-#define MOTION_AT_LIMIT     0.9f  /* [-] of the present limit: from here on the current is at its limit */
-#define MOTION_ASKED        0.05f /* [-] of the reference: largest error of a speed at its reference */
+#define MOTION_LOAD_MOST    1.3f   /* [-] of the current limit */
+#define MOTION_LOAD_HIT     2.0f   /* [-] of the current limit: acceleration is limited to this */
+#define MOTION_PUSHES       0.6f   /* [-] of the current limit: a smaller current is ignored */
+#define MOTION_TAU_MIN      5e-3f  /* [s] */
+#define MOTION_TAU_NOISE    5.0f   /* [-] current limit over the noise of i_L */
+#define MOTION_RUNAWAY_TIME 8e-3f  /* [s] for which it must last ... */
+#define MOTION_RUNAWAY_TAUS 2.2f   /* [-] ... and for this multiple of tau */
+#define MOTION_AT_LIMIT     0.9f   /* [-] of the present limit: from here on the current is at its limit */
+#define MOTION_OVERRUN      1.1f   /* [-] of the reference: a driven shaft beyond it overruns the brake ... */
+#define MOTION_OVERRUN_TIME 50e-3f /* [s] ... and for this time */
+#define MOTION_ASKED        0.05f  /* [-] of the reference: largest error of a speed at its reference */
 
 /* The conditions: bits. */
 #define MOTION_RUNAWAY     UINT32_C(1)
@@ -72,6 +76,7 @@ typedef struct {
     uint32_t runaway;     /* judgements for which it must last [-] */
     uint32_t stall;       /* the same for a stall; 0: not judged */
     uint32_t speed_error; /* the same for a speed error; 0: not judged */
+    uint32_t overrun;     /* the same for a shaft that overruns its brake */
 } motion_watch_tuning_t;
 
 typedef struct {
@@ -85,6 +90,8 @@ typedef struct {
     uint32_t away;    /* judgements with a runaway, in a row [-] */
     uint32_t stuck;   /* judgements at the limit without an approach [-]; 0: none */
     uint32_t forward; /* [-] 1: the reference was above the speed in these */
+    float overrun;    /* |omega| at the first of the judgements with a brake overrun [rad/s] */
+    uint32_t over;    /* judgements with a brake overrun, in a row [-] */
 } motion_watch_t;
 
 /* The inputs of a judgement, all of t_k. */
@@ -117,6 +124,7 @@ static inline void motion_watch_rest(motion_watch_t *watch)
     watch->settled = 0u;
     watch->away = 0u;
     watch->stuck = 0u;
+    watch->over = 0u;
 }
 
 /* One judgement. Returns MOTION_... bits. No division. */

@@ -1,0 +1,110 @@
+/* Saturation of the iron: the limit without it, the law of the flux, and steps fine enough for both. */
+#include <math.h>
+#include <string.h>
+
+#include "tests/plant/bench.h"
+#include "unity.h"
+
+#define BENT "inductance_d = 0.02, inductance_q = 0.04, inertia = 0.003"
+
+/* The loop from rest towards 150 rad/s for some periods; between two edges time passes in so many parts. */
+static plant_truth_t drive(const plant_params_t *q, int periods, uint32_t parts)
+{
+    setUp();
+    plant_init(&plant, q, 1);
+    loop.i_d_ref = -5.0;
+    loop.parts = parts;
+    for (int k = 0; k < periods; k++) {
+        const double wish = 0.5 * (150.0 - plant.omega_m);
+        loop.i_q_ref = wish > 12.0 ? 12.0 : wish;
+        loop_period(&loop, &plant, NULL, NULL);
+    }
+    return truth();
+}
+
+static double apart(const plant_truth_t *one, const plant_truth_t *other)
+{
+    return fmax(fabs(one->i_d - other->i_d), fabs(one->i_q - other->i_q));
+}
+
+static void test_a_current_of_saturation_far_above_all_others_changes_nothing(void)
+{
+    const plant_params_t linear = plant_of(BENT);
+    const plant_params_t bent = plant_of(BENT ", saturation_d = 10000, saturation_q = 10000");
+    const plant_truth_t one = drive(&linear, 400, 0u);
+    const plant_truth_t other = drive(&bent, 400, 0u);
+    TEST_ASSERT_TRUE(fabs(one.i_q) > 5.0);
+    /* The flux differs by (12 A/10 kA)^2/2 = 7e-7 of it. */
+    TEST_ASSERT_TRUE(apart(&one, &other) < 1e-4);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, one.omega_m, other.omega_m);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4 * one.energy_magnetic, one.energy_magnetic, other.energy_magnetic);
+}
+
+/* Fourth order: with steps of a quarter the difference that is left is that of the longer ones. */
+static void test_shorter_steps_change_nothing(void)
+{
+    const plant_params_t bent =
+        plant_of(BENT ", saturation_d = 8, saturation_q = 8, turn_on_delay = 0, "
+                      "turn_off_delay = 0, shaft_locked = 1, shaft_locked_speed = 100");
+    const plant_truth_t whole = drive(&bent, 300, 0u);
+    const plant_truth_t parts = drive(&bent, 300, 4u);
+    TEST_ASSERT_TRUE(fabs(whole.i_q) > 5.0);
+    TEST_ASSERT_TRUE(apart(&whole, &parts) < 1e-4);
+}
+
+/* Held at standstill by the dynamometer, a constant current: T = 1.5 p (psi_f i_q + (L_d(i_d) - L_q(i_q)) i_d
+ * i_q) with the apparent inductances of the law. */
+static void test_torque_is_that_of_the_apparent_inductances(void)
+{
+    const plant_params_t q = plant_of(BENT ", saturation_d = 8, saturation_q = 8, " NO_DROPS
+                                           ", shaft_locked = 1, shaft_locked_speed = 0");
+    setUp();
+    plant_init(&plant, &q, 1);
+    loop.i_d_ref = -6.0;
+    loop.i_q_ref = 9.0;
+    for (int k = 0; k < 4000; k++) {
+        loop_period(&loop, &plant, NULL, NULL);
+    }
+    const plant_truth_t now = truth();
+    TEST_ASSERT_DOUBLE_WITHIN(0.2, -6.0, now.i_d);
+    TEST_ASSERT_DOUBLE_WITHIN(0.2, 9.0, now.i_q);
+    const double along = 0.02 / sqrt(1.0 + now.i_d * now.i_d / 64.0);
+    const double across = 0.04 / sqrt(1.0 + now.i_q * now.i_q / 64.0);
+    const double torque = 1.5 * 4.0 * (0.183 * now.i_q + (along - across) * now.i_d * now.i_q);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, torque, now.torque);
+}
+
+/* A winding that a voltage drives with almost no resistance takes the current of the flux: psi = integral of
+ * u. */
+static void test_a_constant_voltage_makes_the_flux_of_its_integral(void)
+{
+    plant_params_t q =
+        plant_of(BENT ", saturation_d = 8, saturation_q = 8, " NO_DROPS
+                      ", resistance = 0, flux_linkage = 0, shaft_locked = 1, shaft_locked_speed = 0, "
+                      "turn_on_delay = 0, turn_off_delay = 0, short_circuit_current = 0");
+    plant_init(&plant, &q, 1);
+    plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    uint64_t tick = 0;
+    for (int k = 0; k < 8; k++) {
+        tick += 10000u;
+        const plant_truth_t now = truth_at(tick);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.02 * now.i_d / sqrt(1.0 + now.i_d * now.i_d / 64.0),
+                                  now.flux_alpha);
+        /* Nothing but the field takes the energy: 1.5 (psi i - L I_s^2 (sqrt(1 + (i/I_s)^2) - 1)). */
+        const double root = sqrt(1.0 + now.i_d * now.i_d / 64.0);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.5 * (now.flux_alpha * now.i_d - 0.02 * 64.0 * (root - 1.0)),
+                                  now.energy_magnetic);
+    }
+    TEST_ASSERT_TRUE(plant.i_d > 6.0);
+}
+
+static void test_a_current_of_saturation_below_an_ampere_is_refused(void)
+{
+    plant_params_t q = plant_params_default();
+    plant_params_error_t why;
+    q.saturation_q = 0.5;
+    TEST_ASSERT_FALSE(plant_params_check(&q, &why));
+    TEST_ASSERT_EQUAL_STRING("saturation_q", why.field);
+    q.saturation_q = 1.0;
+    TEST_ASSERT_TRUE(plant_params_check(&q, &why));
+}

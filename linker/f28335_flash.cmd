@@ -46,9 +46,11 @@ SECTIONS
                       *(.text:inverse_root) *(.text:lag_impedance) *(.text:lag_undone) *(.text:lowpass_step)
                       *(.text:observer_step) *(.text:one_period) *(.text:pll_filtered) *(.text:pll_is_emf)
                       *(.text:pll_soft_sign) *(.text:pll_step_inline) *(.text:pll_turn) *(.text:rested)
-                      *(.text:show_observer) *(.text:show_tracker) *(.text:smo_predict) *(.text:smo_switch_vector)
-                      *(.text:smo_vector_gain) *(.text:tanh_ratio) *(.text:tracker_acceleration) *(.text:tracker_coast)
-                      *(.text:tracker_flux) *(.text:tracker_step) *(.text:tracker_watch) *(.text:trig_turn)
+                      *(.text:saturation_at) *(.text:saturation_is_on) *(.text:show_observer) *(.text:show_tracker)
+                      *(.text:smo_predict) *(.text:smo_switch_vector) *(.text:smo_vector_gain) *(.text:tanh_ratio)
+                      *(.text:tracker_acceleration) *(.text:tracker_coast) *(.text:tracker_cross) *(.text:tracker_flux)
+                      *(.text:tracker_is_salient) *(.text:tracker_step) *(.text:tracker_straighten) *(.text:tracker_watch)
+                      *(.text:trig_turn)
                       /* firmware/estimator/lag.c */
                       *(.text:conductance_of) *(.text:filter_of) *(.text:lag_angle) *(.text:lag_attenuation) *(.text:lag_emf)
                       *(.text:lag_error) *(.text:lag_filtered) *(.text:lag_switched) *(.text:over) *(.text:speed_within)
@@ -63,7 +65,8 @@ SECTIONS
                       /* firmware/estimator/tracker.c */
                       *(.text:debounce_reset) *(.text:validity_reset)
                       /* firmware/estimator/tracker_salient.c */
-                      *(.text:share_of) *(.text:tracker_follow) *(.text:tracker_reciprocal) *(.text:tracker_transient)
+                      *(.text:bend) *(.text:share_of) *(.text:tracker_follow) *(.text:tracker_reciprocal)
+                      *(.text:tracker_transient)
                       /* firmware/fast/control/current_control.c */
                       *(.text:current_control_reset)
                       /* firmware/fast/fast.c */

@@ -52,6 +52,7 @@
 #define HANDOVER_SHARE    0.3   /* ... and no more than this of overspeed_trip */
 #define FALLBACK_SHARE    0.4   /* 23: of the hand-over, below which the frame is forced again */
 #define WINDING_LEAST     2.0   /* [periods] of L_q/R, the firmware's rule */
+#define SATURATED_MOST    2.5   /* 30: current_limit over the saturation current, the drive's limit */
 #define SATURATED_AT      0.8   /* 30: of current_limit, at which the drive takes its constant L_q */
 #define SALIENT_FROM      1.1   /* 30: L_q/L_d from which on a rotor counts as salient, the firmware's rule */
 #define SALIENT_NATURAL   0.403 /* 30: natural frequency of the loop over its bandwidth */
@@ -221,6 +222,15 @@ static void take_current(tune_t *tune, given_t *g)
     const double resistive = larger(RESISTIVE_MOST * g->voltage / g->r, CURRENT_LEAST * g->rated_current);
     g->resistive = resistive < g->limit;
     g->limit = smaller(g->limit, resistive);
+    const double most_saturated = SATURATED_MOST * g->saturation;
+    if (g->saturation > 0.0 && g->limit > most_saturated) {
+        warn(
+            tune,
+            "current_limit is %.4g A in place of %.4g A: the drive accepts at most %.3g times the saturation "
+            "current of %.4g A (theory, 30)",
+            most_saturated, g->limit, SATURATED_MOST, g->saturation);
+        g->limit = most_saturated;
+    }
     g->limit = larger(four_digits(g->limit), least("current_limit"));
     const double salient = g->l_0 > g->l_d ? SALIENT_MOST * g->psi / (g->l_0 - g->l_d) : g->limit;
     g->l_q = apparent(g, SATURATED_AT * g->limit);

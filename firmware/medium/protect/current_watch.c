@@ -13,18 +13,21 @@
 #define JUMP_TIME     0.6e-3f     /* [s] ... that was reached by a jump which no current can make */
 #define LONG_STILL    15e-3f      /* [s] longest time without a change of a sound value while others change */
 #define BESIDE_SHARE  0.002f      /* [-] of the range: change of another sensor by then, four codes */
-#define URGENT        3.0f    /* [-] of the limit: beyond it any stuck value is reported after JUMP_TIME */
-#define SURPRISE      0.15f   /* [-] of the range: largest observer error of a sound current */
-#define JUMP_SHARE    0.5f    /* [-] of p: error by a wrong L */
-#define GAIN_SHARE    0.03f   /* [-] of the range: smallest Dp */
-#define GAIN_MIN      0.65f   /* [-] assumed L 30 % too small: 0.7 */
-#define GAIN_MAX      1.45f   /* [-] assumed L 30 % too large: 1.3 */
-#define GAIN_RATIO    1.2f    /* [-] of two sensors, if L is the same along all axes */
-#define GAIN_SWING    3.0f    /* [-] Dp over the error by the EMF of a rotor that swings */
-#define GAIN_PAIR     2.5f    /* [-] of the smallest Dp^2: least Dp^2 of a sensor that is compared */
-#define NONE_SHARE    0.0075f /* [-] of the range: largest value of a phase without current */
-#define CARRIES_SHARE 0.02f   /* [-] of the range: least requested current, least current of another */
-#define LOSS_TIME     3.2e-3f /* [s] */
+#define URGENT        3.0f  /* [-] of the limit: beyond it any stuck value is reported after JUMP_TIME */
+#define SURPRISE      0.15f /* [-] of the range: largest observer error of a sound current */
+#define JUMP_SHARE    0.5f  /* [-] of p: error by a wrong L */
+#define GAIN_SHARE    0.03f /* [-] of the range: smallest Dp */
+#define GAIN_MIN      0.65f /* [-] assumed L 30 % too small: 0.7 */
+#define GAIN_MAX      1.45f /* [-] assumed L 30 % too large: 1.3 */
+#define GAIN_RATIO    1.2f  /* [-] of two sensors, if L is the same along all axes */
+#define GAIN_APART    1e-3f /* [-] with less the ratio of two sensors is not limited */
+#define GAIN_SALIENT  0.05f /* [-] (L_q - L_d)/(L_q + L_d) from which the position of the rotor counts */
+#define GAIN_AXIS     0.33333333f /* [-] half of the vector along the axis of the sensor: 3/4 of a square 1/4 */
+#define GAIN_SWING    3.0f        /* [-] Dp over the error by the EMF of a rotor that swings */
+#define GAIN_PAIR     2.5f        /* [-] of the smallest Dp^2: least Dp^2 of a sensor that is compared */
+#define NONE_SHARE    0.0075f     /* [-] of the range: largest value of a phase without current */
+#define CARRIES_SHARE 0.02f       /* [-] of the range: least requested current, least current of another */
+#define LOSS_TIME     3.2e-3f     /* [s] */
 #define FLUX_TURN     2.6f  /* [-] of psi_f: half a turn, and an assumed psi_f that is a quarter too small */
 #define SUM_SHARE     0.08f /* [-] of the range */
 
@@ -34,6 +37,8 @@ current_watch_tuning_t current_watch_prepare(const current_watch_params_t *param
     const float half = 0.5f * bounds_magnitude(params->inductance_q - params->inductance_d);
     const float larger = inductance + half;
     const float smaller = inductance - half;
+    const float saliency = half / inductance;
+    const float apart = 1.0f - 2.0f * saliency; /* from zero on the ratio of two sensors is unlimited */
     const winding_t winding = winding_prepare(params->resistance, inductance, params->period);
     const float per_speed = winding.per_volt * params->flux_linkage;
     const float least = GAIN_SHARE * params->range;
@@ -56,7 +61,8 @@ current_watch_tuning_t current_watch_prepare(const current_watch_params_t *param
         .surprise = SURPRISE * params->range,
         .gain_least = least * least,
         .gain_pair = GAIN_PAIR * least * least,
-        .gain_ratio = GAIN_RATIO * larger / smaller,
+        .gain_axis = saliency > GAIN_SALIENT ? GAIN_AXIS : 0.0f,
+        .gain_ratio = GAIN_RATIO * (1.0f + 2.0f * saliency) / (apart > GAIN_APART ? apart : GAIN_APART),
         .gain_swing = GAIN_SWING * per_speed * params->per_ampere * params->period,
         .gain_min = GAIN_MIN * inductance / larger,
         .gain_max = GAIN_MAX * inductance / smaller,

@@ -13,10 +13,10 @@
  *             or it has not changed for long, while another sensor's value has and p went up and down
  *     gain    of the new part of the change in a window, Dm against Dp:  g = sum Dm Dp/sum Dp^2  per sensor;
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one differs from another by more than GAIN_RATIO
- *     loss    a phase for which a current is requested, on a window's mean, with more voltage than the dead
- *             time may take, has nearly no current for some time, while another carries some; or its voltage
- *             exceeds the effect of any rotor's flux
- *     sum     three sensors whose currents do not add up to zero
+ * and than the saliency of a rotor in any position explains loss    a phase for which a current is requested,
+ * on a window's mean, with more voltage than the dead time may take, has nearly no current for some time,
+ * while another carries some; or its voltage exceeds the effect of any rotor's flux sum     three sensors
+ * whose currents do not add up to zero
  *
  * Derivation, margins and undetected errors: docs/theory.md, 27. Only the voltage is summed in each period;
  * the rest is computed once per window. No division.
@@ -78,6 +78,7 @@ typedef struct {
     float surprise;              /* largest observer error of a sound sensor [A] */
     float gain_least;            /* smallest Dp that is judged, squared [A^2] */
     float gain_pair;             /* least sum of Dp^2 of a sensor that is compared with the other [A^2] */
+    float gain_axis;             /* least Dp^2 of such a sensor over that of the vector, three quarters [-] */
     float gain_ratio;            /* largest gain of one sensor over the other's [-] */
     float gain_swing;            /* smallest Dp that is judged, per ampere and squared period [-] */
     float gain_min;              /* least gain of both sensors [-] */

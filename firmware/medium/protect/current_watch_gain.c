@@ -14,6 +14,7 @@
 #define NOISE_LEAST  0.1f  /* [-] of the smallest Dp^2: noise below this is ignored */
 #define NOISE_MOST   0.1f  /* [-] of the smallest Dp^2: largest noise */
 #define NOISE_SHARE  0.05f /* [-] of a window in the mean noise */
+#define GAIN_AXES    1.5f  /* [-] most that the noise of two sensors counts in the length of the vector */
 #define ZONE_SHARE   0.67f /* [-] of the zone: above this the loss of a leg is constant */
 
 /* True if the loss of a leg is constant at all three window ends. */
@@ -54,13 +55,15 @@ static inline bool is_beyond(float over, float noise, float weight)
     return over > 0.0f && over * over > GAIN_SIGMAS * noise * weight;
 }
 
-/* True if the gain of both sensors is wrong: the range, or L outside its assumed error. */
+/* True if the gain of both sensors is wrong: the range, or L outside its assumed error. The products are
+ * those of the vectors, so that their ratio is between those of L_d and of L_q for any position of a salient
+ * rotor. */
 static bool is_wrong(const current_watch_tuning_t *tuning, const current_watch_gain_t *all, float noise)
 {
     const float sum = all->product[0] + all->product[1];
     const float squares = all->square[0] + all->square[1];
-    return is_beyond(tuning->gain_min * squares - sum, noise, squares) ||
-           is_beyond(sum - tuning->gain_max * squares, noise, squares);
+    return is_beyond(tuning->gain_min * squares - sum, noise, GAIN_AXES * squares) ||
+           is_beyond(sum - tuning->gain_max * squares, noise, GAIN_AXES * squares);
 }
 
 /* True if one sensor differs from the other, for any L. */
@@ -106,17 +109,25 @@ bool current_watch_gain(current_watch_t *watch, const current_watch_input_t *inp
         !keeps_sign(tuning, &phase[2], window->value[2])) {
         return false;
     }
-    const float product[2] = {step[0] * (window->change[0] - phase[0].change),
-                              step[1] * (window->change[1] - phase[1].change)};
-    const float sum = product[0] + product[1];
+    const float moved[2] = {window->change[0] - phase[0].change, window->change[1] - phase[1].change};
+    const float product[2] = {step[0] * moved[0], step[1] * moved[1]};
+    /* Of the vectors: three quarters of the square of a length are a^2 + b^2 + a b. */
+    const float square_all[2] = {square[0] + 0.5f * step[0] * step[1], square[1] + 0.5f * step[0] * step[1]};
+    const float product_all[2] = {product[0] + 0.5f * step[0] * moved[1],
+                                  product[1] + 0.5f * step[1] * moved[0]};
+    const float length = square_all[0] + square_all[1];
+    const float sum = product_all[0] + product_all[1];
     bool wrong = false;
-    if (sum < GAIN_SANE * both || GAIN_SANE * sum > both) {
+    if (sum < GAIN_SANE * length || GAIN_SANE * sum > length) {
         *all = (current_watch_gain_t){0};
         *pair = (current_watch_gain_t){0};
     } else {
-        const bool enough = gather(all, side_of(sum, both), square, product);
-        const int32_t side = side_of(product[0] * square[1], product[1] * square[0]);
-        wrong = gather(pair, side, square, product) && is_uneven(tuning, pair, watch->noise);
+        const float least = tuning->gain_axis * length;
+        if (square[0] >= least && square[1] >= least) {
+            const int32_t side = side_of(product[0] * square[1], product[1] * square[0]);
+            wrong = gather(pair, side, square, product) && is_uneven(tuning, pair, watch->noise);
+        }
+        const bool enough = gather(all, side_of(sum, length), square_all, product_all);
         wrong = wrong || (enough && is_wrong(tuning, all, watch->noise));
     }
     return wrong;

@@ -103,7 +103,10 @@ static bool overruns(motion_watch_t *watch, const motion_watch_input_t *input)
                       speed > beyond && !bounds_within(input->i_q_ref, MOTION_AT_LIMIT * input->limit);
     if (!over || watch->over == 0u || speed < watch->overrun) {
         watch->overrun = speed;
-        watch->over = over ? 1u : 0u;
+        watch->over = 0u;
+        if (over) {
+            watch->over = 1u;
+        }
         return false;
     }
     watch->over = watch->over < tuning->overrun ? watch->over + 1u : tuning->overrun;

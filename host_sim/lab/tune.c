@@ -52,6 +52,7 @@
 #define HANDOVER_SHARE    0.3   /* ... and no more than this of overspeed_trip */
 #define FALLBACK_SHARE    0.4   /* 23: of the hand-over, below which the frame is forced again */
 #define WINDING_LEAST     2.0   /* [periods] of L_q/R, the firmware's rule */
+#define COARSE            0.2   /* 3: L_q i/T of a step of the converter, of the EMF at overspeed_trip */
 #define SATURATED_MOST    2.5   /* 30: current_limit over the saturation current, the drive's limit */
 #define SATURATED_AT      0.8   /* 30: of current_limit, at which the drive takes its constant L_q */
 #define SALIENT_FROM      1.1   /* 30: L_q/L_d from which on a rotor counts as salient, the firmware's rule */
@@ -313,6 +314,18 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
 
 /* ---- what will not work ---- */
 
+/* Current of a step of the converter [A]. */
+static double current_step(void)
+{
+    return fabs((double)BOARD_CURRENT_PER_CODE);
+}
+
+/* Voltage that such a step makes of the current between two samples [V]. */
+static double step_voltage(const given_t *g)
+{
+    return g->l_0 * current_step() / T_S;
+}
+
 static void judge_winding(tune_t *tune, const given_t *g)
 {
     const double tau = g->l_q / g->r;
@@ -328,6 +341,16 @@ static void judge_winding(tune_t *tune, const given_t *g)
              "a ripple of %.3g A would trip the check of the current sensors' gain: current_judged is set to "
              "0",
              g->ripple);
+    }
+    const double code = step_voltage(g);
+    const double emf = g->psi * g->p * g->overspeed;
+    if (code > COARSE * emf) {
+        warn(tune,
+             "a step of the board's current sensors, %.3g A, is L_q i/T = %.3g V in a period, and the EMF at "
+             "overspeed_trip is %.3g V: the estimated speed is too coarse to run without an encoder; use a "
+             "board "
+             "with a smaller range or a higher link voltage",
+             current_step(), code, emf);
     }
     if (g->limit + 0.5 * g->ripple > g->trip) {
         warn(tune, "current_limit %.4g A and half a ripple of %.3g A pass overcurrent_trip, %.4g A", g->limit,

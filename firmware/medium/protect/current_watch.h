@@ -62,6 +62,17 @@ typedef enum {
     STILL_KINDS
 } current_watch_still_t;
 
+/* What the comparison of measured changes with expected ones is judged by. */
+typedef struct {
+    float least; /* smallest Dp that is judged, squared [A^2] */
+    float pair;  /* least sum of Dp^2 of a sensor that is compared with the other [A^2] */
+    float axis;  /* least Dp^2 of such a sensor over that of the vector, three quarters [-] */
+    float ratio; /* largest gain of one sensor over the other's [-] */
+    float swing; /* smallest Dp that is judged, per ampere and squared period [-] */
+    float min;   /* least gain of both sensors [-] */
+    float max;   /* largest gain of both sensors [-] */
+} current_watch_limits_t;
+
 typedef struct {
     uint32_t judged;   /* [-] 1 */
     winding_t winding; /* of R and the mean of L_d and L_q */
@@ -76,14 +87,8 @@ typedef struct {
     uint32_t still[STILL_KINDS]; /* [periods] for which a value must not have changed */
     uint32_t long_still;         /* [periods] for which no current stays constant while others change */
     float surprise;              /* largest observer error of a sound sensor [A] */
-    float gain_least;            /* smallest Dp that is judged, squared [A^2] */
-    float gain_pair;             /* least sum of Dp^2 of a sensor that is compared with the other [A^2] */
-    float gain_axis;             /* least Dp^2 of such a sensor over that of the vector, three quarters [-] */
-    float gain_ratio;            /* largest gain of one sensor over the other's [-] */
-    float gain_swing;            /* smallest Dp that is judged, per ampere and squared period [-] */
-    float gain_min;              /* least gain of both sensors [-] */
-    float gain_max;              /* largest gain of both sensors [-] */
-    float none;                  /* largest value of a phase without current [A] */
+    current_watch_limits_t gain;
+    float none;       /* largest value of a phase without current [A] */
     float slow_link;  /* DC link, below which the voltage limit lets a current lag far behind [V] */
     float carries;    /* least current of a phase that carries current [A] */
     uint32_t absent;  /* [periods] without current that count as a loss */

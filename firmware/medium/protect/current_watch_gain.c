@@ -62,8 +62,8 @@ static bool is_wrong(const current_watch_tuning_t *tuning, const current_watch_g
 {
     const float sum = all->product[0] + all->product[1];
     const float squares = all->square[0] + all->square[1];
-    return is_beyond(tuning->gain_min * squares - sum, noise, GAIN_AXES * squares) ||
-           is_beyond(sum - tuning->gain_max * squares, noise, GAIN_AXES * squares);
+    return is_beyond(tuning->gain.min * squares - sum, noise, GAIN_AXES * squares) ||
+           is_beyond(sum - tuning->gain.max * squares, noise, GAIN_AXES * squares);
 }
 
 /* True if one sensor differs from the other, for any L. */
@@ -72,9 +72,9 @@ static bool is_uneven(const current_watch_tuning_t *tuning, const current_watch_
     const float weight = pair->square[0] * pair->square[1] * (pair->square[0] + pair->square[1]);
     const float one = pair->product[0] * pair->square[1];
     const float other = pair->product[1] * pair->square[0];
-    return pair->square[0] > tuning->gain_pair && pair->square[1] > tuning->gain_pair &&
-           (is_beyond(one - tuning->gain_ratio * other, noise, weight) ||
-            is_beyond(other - tuning->gain_ratio * one, noise, weight));
+    return pair->square[0] > tuning->gain.pair && pair->square[1] > tuning->gain.pair &&
+           (is_beyond(one - tuning->gain.ratio * other, noise, weight) ||
+            is_beyond(other - tuning->gain.ratio * one, noise, weight));
 }
 
 bool current_watch_gain(current_watch_t *watch, const current_watch_input_t *input,
@@ -96,13 +96,13 @@ bool current_watch_gain(current_watch_t *watch, const current_watch_input_t *inp
     const float turn = tuning->per_speed * window->periods * speed * window->periods * tuning->back * speed;
     const float residual[2] = {window->change[0] - phase[0].change - step[0],
                                window->change[1] - phase[1].change - step[1]};
-    if (both < NOISE_LEAST * tuning->gain_least) { /* nearly no change: the difference is noise */
+    if (both < NOISE_LEAST * tuning->gain.least) { /* nearly no change: the difference is noise */
         const float mean = 0.5f * (residual[0] * residual[0] + residual[1] * residual[1]);
-        watch->noise += NOISE_SHARE * (bounds_clamp(mean, NOISE_MOST * tuning->gain_least) - watch->noise);
+        watch->noise += NOISE_SHARE * (bounds_clamp(mean, NOISE_MOST * tuning->gain.least) - watch->noise);
         return false;
     }
-    const float swing = tuning->gain_swing * window->periods * window->periods * window->largest;
-    if (both < tuning->gain_least || both < GAIN_TURN * turn * turn || both < swing * swing ||
+    const float swing = tuning->gain.swing * window->periods * window->periods * window->largest;
+    if (both < tuning->gain.least || both < GAIN_TURN * turn * turn || both < swing * swing ||
         watch->windows < 3u || window->largest < GAIN_CURRENT * tuning->carries || watch->steered == 0u ||
         watch->suspected != 0u || !keeps_sign(tuning, &phase[0], window->value[0]) ||
         !keeps_sign(tuning, &phase[1], window->value[1]) ||
@@ -122,7 +122,7 @@ bool current_watch_gain(current_watch_t *watch, const current_watch_input_t *inp
         *all = (current_watch_gain_t){0};
         *pair = (current_watch_gain_t){0};
     } else {
-        const float least = tuning->gain_axis * length;
+        const float least = tuning->gain.axis * length;
         if (square[0] >= least && square[1] >= least) {
             const int32_t side = side_of(product[0] * square[1], product[1] * square[0]);
             wrong = gather(pair, side, square, product) && is_uneven(tuning, pair, watch->noise);

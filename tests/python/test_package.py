@@ -99,6 +99,66 @@ class AgainstTheProgram(unittest.TestCase):
         self.assertEqual(ours.summary, theirs)
 
 
+class TheBench(unittest.TestCase):
+    CASE = "1490 r/min, 5 A, ideal"
+
+    def error(self, estimator):
+        return lagless.bench(estimator, only=self.CASE).errors[self.CASE]
+
+    def test_the_paper_s_observer_lags_as_its_theory_says(self):
+        # docs/paper.md, erratum 2: -54 mrad at 1500 r/min, with the printed compensation +32, with erratum 1 +31.
+        paper_observer = importlib.import_module("paper_observer")
+        self.assertAlmostEqual(self.error(paper_observer.Uncompensated).mean, 54 * 1490 / 1500, delta=0.5)
+        self.assertAlmostEqual(self.error(paper_observer.PaperObserver).mean, 31 * 1490 / 1500, delta=0.5)
+
+    def test_the_true_data_reach_the_estimator_and_wrong_ones_too(self):
+        motors = {}
+
+        def estimator(motor):
+            motors[len(motors)] = motor
+            return lambda u, i: 0.0
+
+        found = lagless.bench(estimator, only="313 r/min, 5 A, R -50 %")
+        initial = lagless.row("motor_resistance").initial
+        self.assertEqual([motor.resistance for motor in motors.values()], [0.5 * initial] * 2)  # one for each direction
+        self.assertEqual(motors[0].flux_linkage, lagless.row("motor_flux_linkage").initial)
+        # An angle that stays at zero beside one that turns: uniformly distributed errors.
+        self.assertAlmostEqual(found.errors["313 r/min, 5 A, R -50 %"].sd, 1e3 * math.pi / math.sqrt(3), delta=20)
+
+    def test_a_shared_object_gives_what_the_same_lines_give_in_python(self):
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        source, built = FOLDER / "angle_of_current.c", FOLDER / "angle_of_current.so"
+        source.write_text('''#include "lagless_bench.h"
+            #include <math.h>
+            static double period;
+            void *estimator_create(const lagless_motor_t *motor) { period = motor->period; return &period; }
+            double estimator_step(void *estimator, double u_alpha, double u_beta, double i_alpha, double i_beta)
+            { return *(double *)estimator + atan2(i_beta - i_alpha, i_alpha) + u_alpha - u_beta; }
+            void estimator_free(void *estimator) { (void)estimator; }''', encoding="utf-8")
+        subprocess.run(["cc", "-shared", "-fPIC", "-I", lagless.bench.folder, source, "-o", built, "-lm"], check=True)
+        theirs = self.error(lambda motor: lambda u, i: motor.period + math.atan2(i.imag - i.real, i.real) + u.real - u.imag)
+        ours = self.error(built)
+        self.assertAlmostEqual(ours.mean, theirs.mean, places=6)
+        self.assertAlmostEqual(ours.sd, theirs.sd, places=6)
+
+    def test_what_is_no_estimator_is_refused_with_what_is_accepted(self):
+        for wrong, said in ((3, "a function or class"), ("nowhere.so", "shared object"), (lambda motor: 1, "step"),
+                            (lambda motor: lambda u, i: "3 rad", "one number"), (lambda motor: lambda u, i: float("nan"), "finite"),
+                            (LAGLESS, "shared object")):
+            with self.subTest(wrong=wrong), self.assertRaisesRegex(lagless.Error, said):
+                self.error(wrong)
+        with self.assertRaisesRegex(lagless.Error, "no case contains"):
+            lagless.bench(lambda motor: None, only="no such case")
+
+    def test_the_drive_and_the_other_drives_have_the_numbers_of_the_document(self):
+        document = (ROOT / "docs/peers.md").read_text(encoding="utf-8")
+        name = "1000 r/min, 5 A, as measured of the other drives, ideal"
+        found = lagless.bench(lambda motor: lambda u, i: 0.0, only=name)
+        line = next(line for line in document.splitlines() if line.startswith("| 1000 r/min, 5 A, ideal currents"))
+        cells = [cell.strip(" *") for cell in line.split("|")[2:-1]]
+        self.assertEqual([f"{found.lagless[name].mean:.2f} / {found.lagless[name].sd:.2f}", *found.peers[name].values()], cells)
+
+
 class TheRig(unittest.TestCase):
     def test_whatever_another_rig_does_in_between_changes_nothing(self):
         def script(rig, between):

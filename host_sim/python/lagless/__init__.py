@@ -13,11 +13,14 @@
     plant = lagless.Plant(n_p=4, R_s=0.95)        # inverter, motor, shaft and sensors alone, for a controller of one's own
     now = plant.step([0.6, 0.5, 0.4])
 
+    print(lagless.bench(MyEstimator))             # an estimator in Python or C, measured beside this one
+
     lagless.campaign(1000).summary["violated"]    # random runs, also on a dask cluster
 
 All values are in SI units, peak values, per phase; where a value is set, text with a unit is taken too ("500 r/min", "3 us").
 pandas, matplotlib and dask are asked for where they are used, and nowhere else.
 """
+from ._bench import Bench, bench
 from ._campaign import Campaign, campaign
 from ._errors import Error
 from ._library import library as _library
@@ -30,5 +33,5 @@ from ._scenario import run, scenarios, sweep, to_toml
 
 __version__ = _library.version().decode()
 
-__all__ = ["Campaign", "Error", "Fault", "Plant", "PlantState", "Result", "Rig", "Row", "Trace", "Verdict", "campaign",
+__all__ = ["Bench", "Campaign", "Error", "Fault", "Plant", "PlantState", "Result", "Rig", "Row", "Trace", "Verdict", "bench", "campaign",
            "from_motulator", "period", "row", "rows", "run", "scenarios", "sweep", "to_toml"]

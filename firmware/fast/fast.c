@@ -38,6 +38,7 @@ void fast_init(fast_t *fast, fast_orders_t orders)
     inverter_init(&fast->inverter, &tuning->inverter);
     doubt_init(&fast->doubt);
     current_control_init(&fast->current_control, &tuning->current_control);
+    excite_init(&fast->control.excite);
     reference_init(&fast->reference);
     link_limit_init(&fast->link, &tuning->link);
     encoder_reset(&fast->encoder, &tuning->encoder, 0u);
@@ -331,8 +332,13 @@ static void run(fast_t *fast, fast_orders_t orders, bool left)
         limit_reference(&fast->bounds, &fast->demand.current);
         inject_dither(orders.setpoint, &fast->demand.current);
     }
-    fast->command.duty =
-        fast->bridge.charging != 0u ? (abc_t){0.0f, 0.0f, 0.0f} : control(fast, orders.tuning);
+    if (fast->bridge.charging != 0u) {
+        fast->command.duty = (abc_t){0.0f, 0.0f, 0.0f};
+    } else if (orders.setpoint->excite.kind != (int32_t)EXCITE_NONE) {
+        fast->command.duty = fast_excite(fast, orders);
+    } else {
+        fast->command.duty = control(fast, orders.tuning);
+    }
 }
 
 /* Measures the offsets of the current sensors while the bridge is off. Below dc_undervoltage a rotor that

@@ -16,6 +16,7 @@
 #include "estimator/chosen.h"
 #include "estimator/encoder.h"
 #include "fast/control/current_control.h"
+#include "fast/control/excite.h"
 #include "fast/inverter/doubt.h"
 #include "fast/inverter/inverter.h"
 #include "fast/measure.h"
@@ -96,6 +97,7 @@ typedef struct {
     dq_t current;     /* [A] at t_k */
     dq_t voltage;     /* [V] that the inverter will apply, losses of the dead time included */
     uint32_t limited; /* [-] 1: this voltage is less than the current control requires */
+    excite_t excite;  /* in place of current control, while the motor is commissioned */
 } fast_control_t;
 
 /* Data of the present window beside its sums. */

@@ -13,4 +13,7 @@ bool fast_trip(fast_t *fast, fast_orders_t orders);
 /* Opens the bridge; `window` [windows] is the number of the window that contains the reason. */
 void fast_open_bridge(fast_t *fast, uint32_t window);
 
+/* The duties of an excitation, in place of current control. */
+abc_t fast_excite(fast_t *fast, fast_orders_t orders);
+
 #endif

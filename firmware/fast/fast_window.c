@@ -61,8 +61,8 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
     window->sum = fast->sum;
     snapshot(fast, window);
     snapshot_catch(&fast->reference, &window->catching);
-    window->calibration = fast->report.calibration;
-    window->offsets = fast->report.offsets;
+    window->sensors.calibration = fast->report.calibration;
+    window->sensors.offsets = fast->report.offsets;
     window->estimating = fast->estimating;
     window->tracking = fast->reference.tracking;
     window->bridge = (int32_t)(fast->bridge.on < FAST_ON     ? BRIDGE_OFF
@@ -71,6 +71,9 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
     window->failed = fast->report.failed;
     window->left = fast->report.left;
     window->stop = fast->report.stop;
+    if (setpoint->excite.kind != (int32_t)EXCITE_NONE) {
+        excite_close(&fast->control.excite, &window->excite);
+    }
     begin_sums(&fast->sum);
     fast->report.number++;
     fast->report.offsets = 0u;

@@ -10,6 +10,7 @@
 #include "contract/measured.h"
 #include "estimator/estimate.h"
 #include "estimator/position.h"
+#include "fast/control/excite.h"
 #include "guard/fault_set.h"
 #include "math/bounds.h"
 #include "math/frames.h"
@@ -53,6 +54,12 @@ typedef enum {
     BRIDGE_ON
 } bridge_t;
 
+/* The offsets of the current sensors. */
+typedef struct {
+    int32_t calibration; /* [-] calibration_t */
+    uint32_t offsets;    /* [-] 1: they were measured again in this window */
+} window_sensors_t;
+
 /* Sums over the periods. */
 typedef struct {
     uint32_t periods; /* [periods] so far */
@@ -87,14 +94,14 @@ typedef struct {
     bounds_t bounds;   /* present limits of i_q by heat and DC link [A] */
     window_link_t link;
     window_catch_t catching;
-    int32_t calibration; /* [-] calibration_t */
-    uint32_t offsets;    /* [-] 1: the offsets of the sensors were measured again in this window */
-    uint32_t estimating; /* [-] 1: the estimator runs */
-    uint32_t tracking;   /* [-] 1: the loop tracks, or coasts for a short time */
-    int32_t bridge;      /* [-] bridge_t */
-    fault_set_t failed;  /* fast rows of the fault table that failed in this window */
-    int32_t left;        /* [-] jump_reaction_t by which control left the encoder; else JUMP_IGNORED */
-    drive_fault_t stop;  /* reason for which the fast task or the trip interrupt has opened the bridge */
+    window_sensors_t sensors;
+    uint32_t estimating;  /* [-] 1: the estimator runs */
+    uint32_t tracking;    /* [-] 1: the loop tracks, or coasts for a short time */
+    int32_t bridge;       /* [-] bridge_t */
+    fault_set_t failed;   /* fast rows of the fault table that failed in this window */
+    int32_t left;         /* [-] jump_reaction_t by which control left the encoder; else JUMP_IGNORED */
+    drive_fault_t stop;   /* reason for which the fast task or the trip interrupt has opened the bridge */
+    excite_seen_t excite; /* sums of an excitation; those of the last one if none acts */
 } window_t;
 
 #endif

@@ -171,7 +171,7 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
         .standing =
             manoeuvres_knows(&medium->manoeuvres) && bounds_within(window->omega_m, SEQUENCE_STANDSTILL),
         .bridge = (bridge_t)window->bridge,
-        .calibration = (calibration_t)window->calibration,
+        .calibration = (calibration_t)window->sensors.calibration,
     };
     if (window->stop.reason != (int32_t)REASON_NONE && !was_fault) {
         medium_stop(medium, window, window->stop);
@@ -186,6 +186,13 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
 
 /* ---- manoeuvre ---- */
 
+/* The orders of a turning step of commissioning. */
+static run_wish_t commissioned(const turning_wish_t *wish)
+{
+    return (run_wish_t){wish->by_current != 0u ? RUN_CURRENT : RUN_SPEED, wish->omega_m_ref, wish->current,
+                        0.0f};
+}
+
 static run_wish_t wish(const medium_t *medium, const requests_t *requests)
 {
     run_wish_t wish = {RUN_SPEED,
@@ -196,6 +203,8 @@ static run_wish_t wish(const medium_t *medium, const requests_t *requests)
         wish.mode = RUN_ZERO;
     } else if (medium->sequence.state == (int32_t)DRIVE_QUICK_STOP) {
         wish.mode = RUN_STOP;
+    } else if (commission_turns(&medium->commission)) {
+        wish = commissioned(&medium->commission.wish);
     } else if (requests->mode == (int32_t)MODE_CURRENT) {
         wish.mode = RUN_CURRENT;
     } else if (requests->mode == (int32_t)MODE_TORQUE) {
@@ -220,6 +229,28 @@ static jump_reaction_t at_a_jump(const medium_t *medium, const window_t *window)
     return manoeuvres_is_locked(m, &window->estimate) ? JUMP_TO_ESTIMATE : JUMP_TO_CATCH;
 }
 
+/* One window of the requested step of commissioning. */
+static void commission(medium_t *medium, const window_t *window, const requests_t *requests)
+{
+    const manoeuvres_t *m = &medium->manoeuvres;
+    const commission_window_t input = {
+        .standing = {&window->excite, window->measured.current_abc, window->measured.current,
+                     window->measured.u_dc},
+        .turning =
+            {
+                .runs = m->now == (int32_t)MANOEUVRE_RUN && manoeuvres_steady(m) ? 1u : 0u,
+                .theta_e = medium->means.theta,
+                .omega_e = medium->means.omega,
+                .emf = medium->means.emf_rotor,
+                .current = medium->means.current_rotor,
+                .speed = requests->speed_request,
+                .least = m->limits.pole_pairs_inverse * m->limits.handover_speed,
+            },
+        .bridge_on = medium->sequence.state == (int32_t)DRIVE_OPERATION_ENABLED,
+    };
+    commission_window(&medium->commission, requests->commission, &input);
+}
+
 /* Executes the active manoeuvre: source of the frame and references. */
 static void manoeuvre(medium_t *medium, const window_t *window, const requests_t *requests, uint32_t order)
 {
@@ -238,6 +269,13 @@ static void manoeuvre(medium_t *medium, const window_t *window, const requests_t
         offset_trim_reset(&medium->offset_trim, medium->offset_trim.offset);
         current_watch_begin(&medium->current_watch);
         manoeuvres_begin(m, window->omega_m, setpoint);
+        if (commission_excites(&medium->commission)) {
+            manoeuvres_stand(m, setpoint);
+        }
+        return;
+    }
+    if (commission_excites(&medium->commission)) {
+        manoeuvres_stand(m, setpoint);
         return;
     }
     const manoeuvres_input_t input = medium_manoeuvres_input(medium, window, wish(medium, requests));
@@ -315,6 +353,10 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->models.speed_per_volt = medium->flux.speed_per_volt;
     setpoint->models.dead_time = medium->dead_time_learn.effective;
     setpoint->models.spared = medium->ripple.spared;
+    setpoint->excite.kind = (int32_t)EXCITE_NONE;
+    if (medium->manoeuvres.now == (int32_t)MANOEUVRE_COMMISSION) {
+        setpoint->excite = medium->commission.order;
+    }
     setpoint->link.sunk = medium->link.sunk;
     setpoint->link.low = medium->link.low;
 }
@@ -335,6 +377,7 @@ void medium_step(medium_t *medium, const medium_tuning_t *tuning, const window_t
     medium_limit(medium, tuning, window, requests);
     judge(medium, tuning, window);
     const uint32_t order = sequence(medium, window, requests);
+    commission(medium, window, requests);
     manoeuvre(medium, window, requests, order);
     set(medium, tuning, window, order);
 }
@@ -352,6 +395,7 @@ void medium_init(medium_t *medium, const medium_tuning_t *tuning)
     motion_watch_init(&medium->motion_watch, &tuning->motion_watch);
     oscillation_watch_init(&medium->oscillation_watch, &tuning->oscillation_watch);
     thermal_init(&medium->thermal, &tuning->thermal);
+    commission_init(&medium->commission, &tuning->commission);
     medium_set_tuning(medium, tuning);
     medium->setpoint.calibrate = (int32_t)CALIBRATE_ALL;
     medium->setpoint.moments = GUARD_ALWAYS;
@@ -378,6 +422,7 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
     oscillation_watch_take(&medium->oscillation_watch, &tuning->oscillation_watch);
     current_watch_take(&medium->current_watch, &tuning->current_watch);
     thermal_take(&medium->thermal, &tuning->thermal);
+    commission_take(&medium->commission, &tuning->commission);
     medium->setpoint.models.flux_linkage = medium->flux.flux_linkage;
     medium->setpoint.models.speed_per_volt = medium->flux.speed_per_volt;
     medium->setpoint.models.dead_time = medium->dead_time_learn.effective;

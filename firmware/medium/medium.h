@@ -1,7 +1,7 @@
 /* The medium task, once per window of DRIVE_WINDOW periods, 1.25 kHz: it reads
  * a window and writes a setpoint.
  *
- *     window --> learn --> watch --> limit --> guard --> sequence --> manoeuvre --> setpoint
+ *     window --> learn --> watch --> limit --> guard --> sequence --> commission --> manoeuvre --> setpoint
  *
  * It reads the window and writes its own setpoint, and uses nothing else of the fast task. The setpoint of
  * window n acts from the first period of window n + 2 on, for any execution time: the result does not depend
@@ -23,6 +23,7 @@
 #include "medium/adapt/offset_trim.h"
 #include "medium/adapt/sums.h"
 #include "medium/adapt/unequal_legs.h"
+#include "medium/commission/commission.h"
 #include "medium/manoeuvre/manoeuvres.h"
 #include "medium/protect/current_watch.h"
 #include "medium/protect/encoder_watch.h"
@@ -54,6 +55,7 @@ typedef struct {
     current_watch_tuning_t current_watch;
     thermal_tuning_t thermal;
     link_watch_tuning_t link;
+    commission_tuning_t commission;
     params_in_force_t in_force;
 } medium_tuning_t;
 
@@ -62,6 +64,7 @@ typedef struct {
     uint32_t encoder_wrong;  /* [-] ENCODER_WATCH_... bits */
     uint32_t moves_wrong;    /* [-] MOTION_... bits */
     uint32_t current_faults; /* [-] CURRENT_WATCH_... bits */
+    uint32_t coasting; /* [-] 1: the bridge is off during a supply loss, and is switched on again after it */
 } medium_found_t;
 
 /* The difference of the EMF to that of a round rotor on equal legs. */
@@ -108,7 +111,7 @@ typedef struct {
     medium_found_t found;
     thermal_t thermal;
     link_watch_t link;
-    uint32_t coasting; /* [-] 1: the bridge is off during a supply loss, and is switched on again after it */
+    commission_t commission;
 
     medium_background_t background;
     drive_fault_t fault; /* the last fault: measurements when the drive stopped */

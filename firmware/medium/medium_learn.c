@@ -182,7 +182,7 @@ static void pause(medium_t *medium)
 void medium_learn(medium_t *medium, const window_t *window)
 {
     const ab_t none = {0.0f, 0.0f};
-    if (medium->sequence.state == (int32_t)DRIVE_NOT_READY || window->offsets != 0u) {
+    if (medium->sequence.state == (int32_t)DRIVE_NOT_READY || window->sensors.offsets != 0u) {
         offset_trim_reset(&medium->offset_trim, none);
     }
     if (window->estimating == 0u) {

@@ -31,7 +31,8 @@ void medium_watch_currents(medium_t *medium, const window_t *window)
 {
     current_watch_t *watch = &medium->current_watch;
     const manoeuvres_t *m = &medium->manoeuvres;
-    if (window->estimating == 0u || watch->tuning.judged == 0u) {
+    const bool excited = m->now == (int32_t)MANOEUVRE_COMMISSION; /* its reference is not that of control */
+    if (window->estimating == 0u || watch->tuning.judged == 0u || excited) {
         medium->found.current_faults = 0u;
         return;
     }
@@ -175,14 +176,14 @@ static void ride_through(medium_t *medium, const window_t *window, const request
 {
     const uint32_t conditions = medium->link.conditions;
     if (sequence_bridge_on(&medium->sequence)) {
-        medium->coasting = (conditions & LINK_SINKS) != 0u ? UINT32_C(1) : UINT32_C(0);
-        if (medium->coasting != 0u) {
+        medium->found.coasting = (conditions & LINK_SINKS) != 0u ? UINT32_C(1) : UINT32_C(0);
+        if (medium->found.coasting != 0u) {
             sequence_coast(&medium->sequence);
         }
     } else if (requests->enable == (int32_t)REQUEST_OFF) {
-        medium->coasting = 0u;
-    } else if (medium->coasting != 0u && (conditions & LINK_LOST) != 0u) {
-        medium->coasting = 0u;
+        medium->found.coasting = 0u;
+    } else if (medium->found.coasting != 0u && (conditions & LINK_LOST) != 0u) {
+        medium->found.coasting = 0u;
         medium_stop(medium, window, medium_seen_in(window, REASON_DC_UNDERVOLTAGE));
     }
 }

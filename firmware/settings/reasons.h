@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+#include "medium/commission/commission_types.h"
 #include "settings/faults.h"
 
 /* R(number, NAME, "name", "what happened", "what to do"): refusals, and reasons for a stop that have no row
@@ -77,5 +78,8 @@ extern const uint32_t reasons_count;
 
 /* The row of a number; NULL if the table has none. */
 const reason_row_t *reason_by_number(int32_t number);
+
+/* The row of a commission_reason_t, with its own numbers; NULL if there is none. */
+const reason_row_t *reason_of_commission(int32_t number);
 
 #endif

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "contract/table.h"
+#include "medium/commission/commission.h"
 #include "settings/params.h"
 
 /* F(id, name, unit, default, min, max, text): float
@@ -23,7 +24,10 @@
       "direct-axis current reference")                                                                       \
     F(1005, i_q_request, "A", 0.0f, -DRIVE_CURRENT_LIMIT_MAX, DRIVE_CURRENT_LIMIT_MAX,                       \
       "quadrature-axis current reference in mode current")                                                   \
-    F(1006, torque_request, "N m", 0.0f, -1e4f, 1e4f, "torque reference in mode torque")
+    F(1006, torque_request, "N m", 0.0f, -1e4f, 1e4f, "torque reference in mode torque")                     \
+    E(1016, commission, COMMISSION_STEP_NAMES,                                                               \
+      "step of commissioning in place of `mode`: it begins with the change of this value, and works while "  \
+      "the bridge is on (board: off); turning steps use speed_request as their largest speed")
 
 typedef enum { REQUEST_OFF, REQUEST_ON, REQUEST_QUICK_STOP } request_enable_t;
 typedef enum { MODE_SPEED, MODE_CURRENT, MODE_TORQUE } request_mode_t;

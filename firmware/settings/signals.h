@@ -140,6 +140,41 @@
       "feedforward_cutoff in use: the parameter, or its rule if pll_bandwidth is 0 too")                     \
     F(2134, handover_speed_used, medium.background.in_force.handover_speed, "rad/s",                         \
       "handover_speed in use: the parameter, or its rule if that is 0")                                      \
+    E(2144, commission_state, medium.commission.state, COMMISSION_STATE_NAMES,                               \
+      "state of the requested step of commissioning")                                                        \
+    E(2145, commission_reason, medium.commission.reason, COMMISSION_REASON_NAMES,                            \
+      "why the step ended without a result")                                                                 \
+    I(2146, commission_detail, medium.commission.detail, "-",                                                \
+      "open_phase: its number; noise: number of the sensor; sensor_map: thousands and hundreds the legs of " \
+      "sensors a and b, tens and units 1 for a wrong sign")                                                  \
+    F(2147, commission_largest, medium.commission.largest, "A", "largest current of the step, vector")       \
+    F(2148, commission_noise, medium.commission.results.noise, "A", "noise of a current sensor, rms")        \
+    F(2149, commission_inductance_pulse, medium.commission.results.inductance_pulse, "H",                    \
+      "first value of L, by pulses")                                                                         \
+    F(2150, commission_resistance, medium.commission.results.resistance, "ohm",                              \
+      "measured R of a phase and its device; 0: not measured")                                               \
+    F(2151, commission_resistance_spread, medium.commission.results.resistance_spread, "-",                  \
+      "largest difference of that R between two directions, relative")                                       \
+    F(2152, commission_dead_voltage, medium.commission.results.dead_voltage, "V",                            \
+      "measured voltage that a leg loses by dead time and drops")                                            \
+    F(2153, commission_current_hold, medium.commission.results.current_hold, "A",                            \
+      "largest current of the standing motor in these steps")                                                \
+    F(2154, commission_inductance_d, medium.commission.results.inductance_d, "H", "measured L_d")            \
+    F(2155, commission_inductance_q, medium.commission.results.inductance_q, "H", "measured L_q")            \
+    F(2156, commission_flux_first, medium.commission.results.flux_first, "Wb",                               \
+      "first value of psi_f, by a swing of the rotor")                                                       \
+    F(2157, commission_inertia_first, medium.commission.results.inertia_first, "kg m^2",                     \
+      "first value of J, by a swing of the rotor")                                                           \
+    F(2158, commission_flux_linkage, medium.commission.results.flux_linkage, "Wb", "measured psi_f")         \
+    F(2159, commission_flux_scatter, medium.commission.results.flux_scatter, "-",                            \
+      "standard deviation of psi_f between windows, relative")                                               \
+    F(2160, commission_inertia, medium.commission.results.inertia, "kg m^2", "measured J")                   \
+    F(2161, commission_inertia_scatter, medium.commission.results.inertia_scatter, "-",                      \
+      "standard error of the fit of J, relative")                                                            \
+    F(2162, commission_friction_coulomb, medium.commission.results.friction_coulomb, "N m",                  \
+      "measured dry friction")                                                                               \
+    F(2163, commission_friction_viscous, medium.commission.results.friction_viscous, "N m s/rad",            \
+      "measured friction that grows with speed")                                                             \
     U(2165, fast_cycles, fast_took.last, "cycles",                                                           \
       "CPU cycles of the last but one sample interrupt, from its entry until its writes")                    \
     U(2166, fast_cycles_max, fast_took.longest, "cycles", "largest value of fast_cycles since the start")    \
@@ -147,7 +182,7 @@
       "CPU cycles from the begin to the end of the last medium task, with the interrupts during it")         \
     U(2168, medium_cycles_max, medium_took.longest, "cycles",                                                \
       "largest value of medium_cycles since the start")                                                      \
-    U(2095, coasting, medium.coasting, "-", "1: the bridge is off until the lost supply is back")            \
+    U(2095, coasting, medium.found.coasting, "-", "1: the bridge is off until the lost supply is back")      \
     F(2068, encoder_theta_e, fast.shaft.position.theta_e, "rad", "electrical angle of the encoder at t_k")   \
     F(2069, encoder_omega_e, fast.shaft.position.omega_e, "rad/s", "electrical speed of the encoder")
 

@@ -291,6 +291,20 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         .period = DRIVE_WINDOW_PERIOD,
     };
     tuning->medium.thermal = thermal_prepare(&thermal);
+    tuning->medium.commission = (commission_tuning_t){
+        .current_max = params->current_limit,
+        .current_hold = params->motor_current_continuous > 0.0f ? params->motor_current_continuous
+                                                                : params->current_limit,
+        .pole_pairs = (float)params->motor_pole_pairs,
+        .undervoltage = params->dc_undervoltage,
+        .noise_max = CURRENT_NOISE * DRIVE_CURRENT_RANGE,
+        .period = DRIVE_PERIOD,
+        .window = DRIVE_WINDOW_PERIOD,
+        .inductance_d = params->motor_inductance_d,
+        .inductance_q = params->motor_inductance_q,
+        .flux_linkage = params->motor_flux_linkage,
+        .inertia = params->motor_inertia,
+    };
     const link_limit_params_t limit = {
         .overvoltage = params->dc_overvoltage,
         .undervoltage = params->dc_undervoltage,

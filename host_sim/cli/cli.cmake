@@ -9,6 +9,7 @@ add_executable(lagless
     cli/arguments.c
     cli/bench.c
     cli/campaign.c
+    cli/commission.c
     cli/connect.c
     cli/connect_edit.c
     cli/connect_record.c

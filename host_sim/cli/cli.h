@@ -25,6 +25,7 @@ extern const size_t cli_command_count;
 
 int command_bench(int argc, char **argv);
 int command_campaign(int argc, char **argv);
+int command_commission(int argc, char **argv);
 int command_compare(int argc, char **argv);
 int command_completion(int argc, char **argv);
 int command_connect(int argc, char **argv);

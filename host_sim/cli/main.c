@@ -18,6 +18,8 @@ const cli_command_t cli_commands[] = {
     {"scenarios", command_scenarios, "list the scenarios that come with the program"},
     {"motors", command_motors, "list the motors that come with the program, or show one"},
     {"tune", command_tune, "compute the parameters for a motor, each with its rule, and warn of its limits"},
+    {"commission", command_commission,
+     "measure the data of an unknown motor by the drive, and write its file"},
     {"params", command_params, "list what can be set: parameters, requests, plant, rig"},
     {"signals", command_signals, "list the signals of the drive and the true values of the plant"},
     {"explain", command_explain, "explain a fault, warning or refusal: what happened, what to do"},

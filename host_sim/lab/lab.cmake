@@ -64,6 +64,7 @@ add_library(lagless_lab STATIC
     lab/campaign_run.c
     lab/campaign_space.c
     lab/campaign_text.c
+    lab/commission.c
     lab/course.c
     lab/dynamometer.c
     lab/experiment.c

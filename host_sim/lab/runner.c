@@ -102,7 +102,7 @@ static bool set_up_tap(run_t *run)
     const runner_options_t *options = run->options;
     const scenario_t *scenario = run->scenario;
     if (options->sink != NULL && (options->record_count == 0u || options->record_count > RIG_TAP_MAX)) {
-        return refuse(run, "record", "accepted: 1 to 128 rows");
+        return refuse(run, "record", "accepted: 1 to 160 rows");
     }
     /* The recorded rows first and as they are, so that the sink gets a piece of the tap. */
     for (uint32_t n = 0; n < options->record_count && options->sink != NULL; n++) {

@@ -254,7 +254,7 @@ bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, ri
 {
     if (count > RIG_TAP_MAX || every == 0u) {
         return rig_refuse(rig, 0u, REASON_OUT_OF_RANGE,
-                          "a tap takes 1 to 128 rows and every 1st period or fewer");
+                          "a tap takes 1 to 160 rows and every 1st period or fewer");
     }
     for (uint32_t n = 0; n < count; n++) {
         place_t place;

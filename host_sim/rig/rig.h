@@ -128,7 +128,7 @@ bool rig_error_range(const rig_t *rig, double *value, double *min, double *max);
 /* The tap: after every drive step the 32-bit slots of these rows are handed to `sink` (every `every`-th
  * period). */
 typedef void (*rig_sink_t)(void *context, uint32_t period, const uint32_t *slots, uint32_t count);
-#define RIG_TAP_MAX 128u
+#define RIG_TAP_MAX 160u
 bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, rig_sink_t sink, void *context);
 
 /* What the drive's capture keeps (contract/capture.h): of the last periods the slots of some rows, as the

@@ -222,7 +222,7 @@ static void test_recorded_and_expected_rows_share_the_tap(void)
     TEST_ASSERT_EQUAL_UINT32(RIG_TAP_MAX, scenario->record_count);
     strcat(text, "[[expect]]\nsignal = \"i_q\"\nstatistic = \"mean\"\nat_most = 1\n");
     expect_error(text,
-                 "i_q: too many rows in record and [[expect]] together; accepted: up to 128 different ones");
+                 "i_q: too many rows in record and [[expect]] together; accepted: up to 160 different ones");
 }
 
 static void test_settings_that_wait_for_each_other_find_their_order(void)

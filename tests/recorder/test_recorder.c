@@ -625,9 +625,9 @@ static void test_options_out_of_range_are_refused(void)
     expect_refused("no name");
     options = good;
     options.count = 0;
-    expect_refused("0 rows to record: accepted 1 to 128");
+    expect_refused("0 rows to record: accepted 1 to 160");
     options.count = RIG_TAP_MAX + 1u;
-    expect_refused("129 rows to record: accepted 1 to 128");
+    expect_refused("161 rows to record: accepted 1 to 160");
     options = good;
     options.every = 0;
     expect_refused("accepted 1 and more");

@@ -113,7 +113,27 @@
     X(pll_bandwidth_used)                                                                                    \
     X(feedforward_cutoff_used)                                                                               \
     X(handover_speed_used)                                                                                   \
-    X(voltage_trim)
+    X(voltage_trim)                                                                                          \
+    X(commission_state)                                                                                      \
+    X(commission_reason)                                                                                     \
+    X(commission_detail)                                                                                     \
+    X(commission_largest)                                                                                    \
+    X(commission_noise)                                                                                      \
+    X(commission_inductance_pulse)                                                                           \
+    X(commission_resistance)                                                                                 \
+    X(commission_resistance_spread)                                                                          \
+    X(commission_dead_voltage)                                                                               \
+    X(commission_current_hold)                                                                               \
+    X(commission_inductance_d)                                                                               \
+    X(commission_inductance_q)                                                                               \
+    X(commission_flux_first)                                                                                 \
+    X(commission_inertia_first)                                                                              \
+    X(commission_flux_linkage)                                                                               \
+    X(commission_flux_scatter)                                                                               \
+    X(commission_inertia)                                                                                    \
+    X(commission_inertia_scatter)                                                                            \
+    X(commission_friction_coulomb)                                                                           \
+    X(commission_friction_viscous)
 
 enum {
 #define ROW_PLACE(name) R_##name,
@@ -496,6 +516,27 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(module_heat, 0.0, 0.0)
     EXPECT(dc_swing, 0.0, 0.0)
     EXPECT(coasting, 0.0, 0.0)
+    /* no step of commissioning is requested here; tests/lab/test_commission.c runs them */
+    EXPECT(commission_state, 0.0, 0.0)
+    EXPECT(commission_reason, 0.0, 0.0)
+    EXPECT(commission_detail, 0.0, 0.0)
+    EXPECT(commission_largest, 0.0, 0.0)
+    EXPECT(commission_noise, 0.0, 0.0)
+    EXPECT(commission_inductance_pulse, 0.0, 0.0)
+    EXPECT(commission_resistance, 0.0, 0.0)
+    EXPECT(commission_resistance_spread, 0.0, 0.0)
+    EXPECT(commission_dead_voltage, 0.0, 0.0)
+    EXPECT(commission_current_hold, 0.0, 0.0)
+    EXPECT(commission_inductance_d, 0.0, 0.0)
+    EXPECT(commission_inductance_q, 0.0, 0.0)
+    EXPECT(commission_flux_first, 0.0, 0.0)
+    EXPECT(commission_inertia_first, 0.0, 0.0)
+    EXPECT(commission_flux_linkage, 0.0, 0.0)
+    EXPECT(commission_flux_scatter, 0.0, 0.0)
+    EXPECT(commission_inertia, 0.0, 0.0)
+    EXPECT(commission_inertia_scatter, 0.0, 0.0)
+    EXPECT(commission_friction_coulomb, 0.0, 0.0)
+    EXPECT(commission_friction_viscous, 0.0, 0.0)
     EXPECT(speed_calm, 1.0, 0.0) /* nothing oscillates */
     /* by the rules of theory 3, 7 and 23 for the default motor, told its flux as above */
     const double gain = 1.25 * 1.04 * FLUX * POLE_PAIRS * 220.0;
@@ -829,8 +870,8 @@ static void test_every_row_shows_what_it_says(void)
 }
 
 /* Rows in which this run shows nothing: a confidence in what is not learnt here, rows of the fault table that
- * are not provoked, a heat that is not judged, a link that is stiff, a field that is not weakened; without a
- * sensor of temperature, warnings. */
+ * are not provoked, a heat that is not judged, a link that is stiff, a field that is not weakened, a
+ * commissioning that is not requested; without a sensor of temperature, warnings. */
 static bool empty(uint32_t row)
 {
     return row == R_inductance_confidence || row == R_emf_shape_d_hat || row == R_emf_shape_q_hat ||
@@ -838,6 +879,7 @@ static bool empty(uint32_t row)
            row == R_leg_resistance_alpha_hat || row == R_leg_resistance_beta_hat || row == R_field_weakened ||
            row == R_voltage_trim || row == R_faults_later_2 || row == R_warnings_2 || row == R_motor_heat ||
            row == R_module_heat || row == R_dc_swing || row == R_coasting ||
+           (row >= R_commission_state && row <= R_commission_friction_viscous) ||
            (row == R_warnings && !DRIVE_SINK_SENSOR);
 }
 

@@ -7,6 +7,7 @@
 
 #include <stdint.h>
 
+#include "fast/control/excite.h"
 #include "fast/reference/demand.h"
 #include "math/frames.h"
 
@@ -100,6 +101,7 @@ typedef struct {
     setpoint_catch_t catching;
     setpoint_models_t models;
     setpoint_link_t link;
+    excite_order_t excite; /* in place of current control; EXCITE_NONE: none */
 } setpoint_t;
 
 #endif

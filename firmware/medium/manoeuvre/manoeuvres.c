@@ -106,11 +106,33 @@ void manoeuvres_begin(manoeuvres_t *m, float omega_m, setpoint_t *setpoint)
     }
 }
 
+void manoeuvres_stand(manoeuvres_t *m, setpoint_t *setpoint)
+{
+    if (m->now == (int32_t)MANOEUVRE_COMMISSION) {
+        return;
+    }
+    manoeuvres_enter(m, MANOEUVRE_COMMISSION);
+    m->tracking = 0u;
+    setpoint->source = (int32_t)SOURCE_FORCED;
+    setpoint->enter = 1u;
+    setpoint->change = (int32_t)FRAME_ANEW;
+    setpoint->lock = (int32_t)LOCK_RELEASE;
+    setpoint->forced = (setpoint_forced_t){0.0f, 0.0f, 0.0f, 0.0f};
+    setpoint->current = (dq_t){0.0f, 0.0f};
+    setpoint->omega_m_ref = 0.0f;
+}
+
+/* Commissioning has ended with the bridge on: the rotor is caught. */
+void manoeuvres_resume(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
+{
+    manoeuvres_begin(m, input->omega_m, setpoint);
+}
+
 void manoeuvres_step(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     m->clock++;
     m->windows++;
-    if (m->sensorless == 0u) {
+    if (m->sensorless == 0u && m->now != (int32_t)MANOEUVRE_COMMISSION) {
         manoeuvres_run_on_encoder(m, input, setpoint);
         return;
     }

@@ -11,6 +11,9 @@
  *     ramp, forced, reverse --> handover --> run                   the reference is above handover_speed
  *     a start that fails --> catch after a pause, with more current and a slower ramp; at most start_tries
  *
+ * Commissioning of a standing motor (medium/commission/commission.h) has a manoeuvre of its own, in which
+ * nothing is controlled here; a catch follows it if the bridge stays on.
+ *
  * With the encoder the only manoeuvre is run; if the encoder is wrong, the drive continues with the
  * manoeuvres above. Each manoeuvre is a file of this folder; this file defines when each one ends. The rules
  * by which the limits follow from motor and shaft are in docs/theory.md, 23.
@@ -59,7 +62,8 @@ typedef enum {
     M(RUN, "|run", SOURCE_ESTIMATE, COMPARED_NEVER, run)                                                     \
     M(FORCED, "|forced", SOURCE_FORCED, COMPARED_UNTRACKED, force)                                           \
     M(REVERSE, "|reverse", SOURCE_FORCED, COMPARED_UNTRACKED, force)                                         \
-    M(RELOCK, "|relock", SOURCE_CATCH, COMPARED_NEVER, catch)
+    M(RELOCK, "|relock", SOURCE_CATCH, COMPARED_NEVER, catch)                                                \
+    M(COMMISSION, "|commission", SOURCE_FORCED, COMPARED_NEVER, resume)
 
 typedef enum {
 #define MANOEUVRE_ENUM(NAME, name, source, compared, step) MANOEUVRE_##NAME,
@@ -208,6 +212,9 @@ void manoeuvres_take(manoeuvres_t *m, const manoeuvres_tuning_t *tuning);
 /* The bridge is switched on: catch, or with the encoder run, at this
  * mechanical speed of the encoder [rad/s]. */
 void manoeuvres_begin(manoeuvres_t *m, float omega_m, setpoint_t *setpoint);
+
+/* A step of commissioning excites the standing motor in place of current control: the frame is at rest. */
+void manoeuvres_stand(manoeuvres_t *m, setpoint_t *setpoint);
 
 /* The encoder is found to be wrong while running: the drive continues without it until the bridge is switched
  * off. It starts from the estimated angle if the EMF shows that the loop is

@@ -1,0 +1,121 @@
+#include "fast/control/excite.h"
+
+#include <string.h>
+
+#include "math/angle.h"
+#include "math/bounds.h"
+#include "math/trig.h"
+
+#define PULSE_ENDS 3u /* [periods] after its voltages, until their currents are sampled */
+
+void excite_init(excite_t *excite)
+{
+    memset(excite, 0, sizeof *excite);
+}
+
+static void begin(excite_t *excite, const excite_order_t *order, ab_t current)
+{
+    const ab_t none = {0.0f, 0.0f};
+    excite->seen.serial = order->serial;
+    excite->seen.done = 0u;
+    excite->seen.response = none;
+    excite->integral = 0.0f;
+    excite->reference = 0.0f;
+    excite->phase = 0.0f;
+    excite->count = 0u;
+    excite->still = 0u;
+    excite->before = current;
+}
+
+static inline float square(ab_t vector)
+{
+    return vector.alpha * vector.alpha + vector.beta * vector.beta;
+}
+
+/* The voltage along the axis. The voltage of step k acts from t_k+1 to t_k+2: the current at the end of the
+ * first half is sampled in step n + 1. */
+static float pulse(excite_t *excite, const excite_order_t *order, ab_t current)
+{
+    const uint32_t half = order->periods;
+    const uint32_t end = 2u * half + PULSE_ENDS;
+    const uint32_t count = excite->count;
+    const ab_t change = {current.alpha - excite->before.alpha, current.beta - excite->before.beta};
+    const bool beyond = square(current) > order->current_max * order->current_max;
+    if (count == half + 1u || (beyond && count <= half)) {
+        excite->seen.response = change;
+    }
+    excite->count = beyond && count < half ? 2u * half : count + (count < end ? 1u : 0u);
+    if (count >= end) {
+        excite->still = square(current) < EXCITE_STILL * EXCITE_STILL ? excite->still + 1u : 0u;
+        excite->seen.done = excite->still >= EXCITE_STILL_PERIODS ? 1u : excite->seen.done;
+    }
+    const float first = beyond ? 0.0f : order->voltage;
+    return count < half ? first : count < 2u * half ? -order->voltage : 0.0f;
+}
+
+/* Control along the axis, a resistance across it. The integral waits while the voltage is limited. */
+static dq_t hold(excite_t *excite, const excite_order_t *order, dq_t current)
+{
+    const float step = bounds_clamp(order->current - excite->reference, order->slew);
+    excite->reference += step;
+    excite->seen.done = bounds_within(order->current - excite->reference, order->slew) ? 1u : 0u;
+    const float error = excite->reference - current.d;
+    const float wanted = order->kp * error + excite->integral;
+    const float along = bounds_clamp(wanted, order->voltage_max);
+    if (bounds_within(wanted, order->voltage_max)) {
+        excite->integral += order->ki * error;
+    }
+    const float beyond = current.q - bounds_clamp(current.q, order->across_from);
+    return (dq_t){along, -order->across * current.q - order->across_hard * beyond};
+}
+
+static void add(dq_t *sum, float share, dq_t value)
+{
+    sum->d += share * value.d;
+    sum->q += share * value.q;
+}
+
+static void sum_up(excite_seen_t *seen, rotation_t phase, dq_t voltage, dq_t current)
+{
+    seen->periods++;
+    add(&seen->voltage, 1.0f, voltage);
+    add(&seen->current, 1.0f, current);
+    add(&seen->voltage_cos, phase.cos, voltage);
+    add(&seen->voltage_sin, phase.sin, voltage);
+    add(&seen->current_cos, phase.cos, current);
+    add(&seen->current_sin, phase.sin, current);
+}
+
+ab_t excite_step(excite_t *excite, const excite_order_t *order, ab_t current, ab_t acted)
+{
+    if (order->serial != excite->seen.serial) {
+        begin(excite, order, current);
+    }
+    const dq_t along = frames_park(current, order->axis);
+    excite->seen.axis = order->axis;
+    const rotation_t phase = trig_turn(excite->phase);
+    sum_up(&excite->seen, phase, frames_park(acted, order->axis), along);
+    excite->phase = angle_turn_back(excite->phase + order->turn);
+    if (order->kind == (int32_t)EXCITE_PULSE) {
+        return frames_inverse_park((dq_t){pulse(excite, order, current), 0.0f}, order->axis);
+    }
+    dq_t voltage = hold(excite, order, along);
+    const float sine = order->voltage * phase.cos;
+    voltage.d += order->sine_across != 0u ? 0.0f : sine;
+    voltage.q += order->sine_across != 0u ? sine : 0.0f;
+    return frames_inverse_park(voltage, order->axis);
+}
+
+void excite_close(excite_t *excite, excite_seen_t *seen)
+{
+    const dq_t none = {0.0f, 0.0f};
+    excite_seen_t *now = &excite->seen;
+    *seen = *now;
+    now->periods = 0u;
+    now->voltage = none;
+    now->current = none;
+    now->voltage_cos = none;
+    now->voltage_sin = none;
+    now->current_cos = none;
+    now->current_sin = none;
+}

@@ -1,0 +1,82 @@
+/* Excitation of a standing motor whose data are unknown, in place of current control. The medium task orders
+ * it and evaluates the sums (medium/commission/commission.h); here is only what has to happen in each period.
+ *
+ *     pulse   +U for n periods, -U for n periods, then the zero vector until the current has ended
+ *     hold    a current along a fixed axis by a slow PI control, and along or across it a sine of voltage;
+ *             across the axis a resistance only, u = -r i, so that a rotor that swings is braked
+ *
+ * The loss of the dead time is not compensated, because its size is not known yet. The sums contain the
+ * voltage of the duties that acted in the period that ends with the sample, and the current of the sample:
+ * their means, and their products with the cosine and sine of the phase of the excitation.
+ *
+ * One step per T. No division. Does not handle: a rotating frame; the trips, which stay as they are. */
+#ifndef FAST_CONTROL_EXCITE_H
+#define FAST_CONTROL_EXCITE_H
+
+#include <stdint.h>
+
+#include "math/frames.h"
+
+/* Current below which a pulse has ended [A], for so many periods in a row. */
+#define EXCITE_STILL         0.06f
+#define EXCITE_STILL_PERIODS 10u
+
+typedef enum {
+    EXCITE_NONE,  /* current control works */
+    EXCITE_PULSE, /* one pulse along the axis */
+    EXCITE_HOLD   /* current along the axis, and a sine of voltage */
+} excite_kind_t;
+
+typedef struct {
+    int32_t kind;         /* [-] excite_kind_t */
+    uint32_t serial;      /* [-] another number begins anew: a new pulse, or a current from zero */
+    rotation_t axis;      /* direction of pulse or current [-] */
+    float voltage;        /* of the pulse, or amplitude of the sine [V] */
+    uint32_t periods;     /* [periods] of each half of a pulse */
+    float current_max;    /* the pulse ends above this current [A] */
+    float current;        /* along the axis [A] */
+    float slew;           /* largest change of the current reference per period [A] */
+    float kp;             /* of the control along the axis [V/A] */
+    float ki;             /* the same, of the integral per period [V/A] */
+    float voltage_max;    /* of the control along the axis [V] */
+    float across;         /* resistance across the axis [V/A] */
+    float across_hard;    /* additional resistance for the current above across_from [V/A] */
+    float across_from;    /* [A] */
+    float turn;           /* phase of the sine per period [rad], 0 to pi */
+    uint32_t sine_across; /* [-] 1: the sine acts across the axis; 0: along it */
+} excite_order_t;
+
+/* Sums over the periods of a window, in the frame of the axis. */
+typedef struct {
+    uint32_t periods;              /* [periods] */
+    uint32_t serial;               /* [-] of the order that acted in the last period */
+    uint32_t done;                 /* [-] 1: the pulse has ended, or the current has reached its reference */
+    rotation_t axis;               /* of that order [-] */
+    ab_t response;                 /* change of the current by the first half of the pulse [A] */
+    dq_t voltage;                  /* [V] */
+    dq_t current;                  /* [A] */
+    dq_t voltage_cos, voltage_sin; /* times cosine and sine of the phase [V] */
+    dq_t current_cos, current_sin; /* [A] */
+} excite_seen_t;
+
+typedef struct {
+    excite_seen_t seen; /* of this window */
+    float integral;     /* [V] */
+    float reference;    /* present current reference [A] */
+    float phase;        /* of the sine [rad] */
+    uint32_t count;     /* [periods] since the pulse began */
+    uint32_t still;     /* [periods] in a row without a current after it */
+    ab_t before;        /* current before the pulse [A] */
+} excite_t;
+
+/* No excitation has begun. */
+void excite_init(excite_t *excite);
+
+/* The voltage [V] that is to act, in the stationary frame, from the current [A] at t_k; `acted` [V]: what the
+ * duties made of the period that ends at t_k, without a loss. */
+ab_t excite_step(excite_t *excite, const excite_order_t *order, ab_t current, ab_t acted);
+
+/* The end of a window: its sums, and the sums begin again. */
+void excite_close(excite_t *excite, excite_seen_t *seen);
+
+#endif

@@ -1,0 +1,216 @@
+#include "medium/commission/sine_step.h"
+
+#include "math/angle.h"
+#include "math/bounds.h"
+#include "math/root.h"
+#include "math/trig.h"
+
+#define BLOCK         0.1f   /* [s] of a mean and of a run */
+#define SETTLE        0.08f  /* [s] before a run */
+#define FREQUENCY     500.0f /* [Hz] */
+#define LOWER         0.7f   /* second frequency across, over the first [-] */
+#define VOLTAGE_LEAST 3.0f   /* [V] below it the frequency is doubled */
+#define VOLTAGE_MOST  0.2f   /* of the DC link [-] */
+#define AMPLITUDE     0.2f   /* of the current, over the standing one [-] */
+#define PROBE         0.35f  /* of the voltage, while L is a guess [-] */
+#define CROSS_MOST    0.15f  /* current across the sine over that along it, for an aligned rotor [-] */
+#define LESS          0.6f   /* of the current, after an unstable alignment [-] */
+#define LOWERED_MOST  2u
+#define SALIENCY_MOST 5.0f
+#define ACROSS        0.05f       /* current across over that along of a rotor at rest [-] */
+#define SIXTH_TURN    1.04719755f /* [rad] */
+
+enum { BEGIN, ALIGN, TURN, STILL, RUNS };
+
+/* The runs: direction of the sine, standing current, frequency. The first of each axis finds the voltage. */
+typedef struct {
+    bool across, probe;
+    float bias, frequency; /* [-] shares */
+} sine_run_t;
+static const sine_run_t runs[] = {
+    {false, true, 1.0f, 1.0f},  {false, false, 1.0f, 1.0f}, {false, false, 0.6f, 1.0f},
+    {false, false, 0.3f, 1.0f}, {true, true, 1.0f, 1.0f},   {true, false, 1.0f, 1.0f},
+    {true, false, 1.0f, LOWER},
+};
+#define RUNS_COUNT (sizeof runs / sizeof runs[0])
+enum { RUN_D_MOST = 1, RUN_D = 2, RUN_Q = 5, RUN_Q_LOWER = 6 };
+
+void sine_step_begin(sine_step_t *step)
+{
+    *step = (sine_step_t){.phase = BEGIN};
+}
+
+static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
+{
+    return (uint32_t)(seconds / tuning->window + 0.5f);
+}
+
+float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float period)
+{
+    const sine_sum_t before = {turn.cos * current.re + turn.sin * current.im,
+                               turn.cos * current.im - turn.sin * current.re};
+    const float det = before.re * voltage.im - before.im * voltage.re;
+    if (!(bounds_magnitude(det) > 0.0f)) {
+        return 0.0f;
+    }
+    const float a = (current.re * voltage.im - current.im * voltage.re) / det;
+    const float b = (before.re * current.im - before.im * current.re) / det;
+    const float x = 1.0f - a;
+    if (!(b > 0.0f)) {
+        return 0.0f;
+    }
+    /* x/(-ln(1 - x)); the next term is below 1e-3 for L/R of two periods */
+    const float share = 1.0f - x * (0.5f + x * (1.0f / 12.0f + x * (1.0f / 24.0f + x * (19.0f / 720.0f))));
+    return period / b * share;
+}
+
+/* Orders a run: a whole number of periods of the sine in a block. */
+static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const commission_input_t *input,
+                    const commission_results_t *results, excite_order_t *order)
+{
+    const sine_run_t *run = &runs[step->run];
+    const float bias = run->bias * step->current;
+    const float inductance = run->across ? step->guess_q : step->guess_d;
+    const float block = (float)windows_of(BLOCK, tuning) * tuning->window;
+    float frequency = run->frequency * FREQUENCY;
+    float voltage = 0.0f;
+    for (uint32_t n = 0u; n < 2u && voltage < VOLTAGE_LEAST; n++) {
+        const float reactance = ANGLE_TWO_PI * frequency * inductance;
+        voltage = AMPLITUDE * bias *
+                  root_or_none(results->resistance * results->resistance + reactance * reactance);
+        frequency *= voltage < VOLTAGE_LEAST && n == 0u ? 2.0f : 1.0f;
+    }
+    const float cycles = (float)(uint32_t)(frequency * block + 0.5f);
+    step->turn[step->run] = ANGLE_TWO_PI * cycles * tuning->period / block;
+    order->turn = step->turn[step->run];
+    order->voltage = bounds_less((run->probe ? PROBE : 1.0f) * voltage, VOLTAGE_MOST * input->u_dc);
+    order->sine_across = run->across ? 1u : 0u;
+    order->current = bias;
+    step->windows = 0u;
+    step->voltage = step->along = step->across = (sine_sum_t){0.0f, 0.0f};
+}
+
+static void add(sine_step_t *step, const excite_seen_t *seen)
+{
+    const bool across = runs[step->run].across;
+    step->voltage.re += across ? seen->voltage_cos.q : seen->voltage_cos.d;
+    step->voltage.im -= across ? seen->voltage_sin.q : seen->voltage_sin.d;
+    step->along.re += across ? seen->current_cos.q : seen->current_cos.d;
+    step->along.im -= across ? seen->current_sin.q : seen->current_sin.d;
+    step->across.re += across ? seen->current_cos.d : seen->current_cos.q;
+    step->across.im -= across ? seen->current_sin.d : seen->current_sin.q;
+}
+
+static float square(sine_sum_t number)
+{
+    return number.re * number.re + number.im * number.im;
+}
+
+static commission_verdict_t judge(const sine_step_t *step, const commission_tuning_t *tuning,
+                                  commission_results_t *results)
+{
+    const float first = step->turn[RUN_Q] * step->turn[RUN_Q];
+    const float second = step->turn[RUN_Q_LOWER] * step->turn[RUN_Q_LOWER];
+    const float inductance_q =
+        (step->value[RUN_Q] * first - step->value[RUN_Q_LOWER] * second) / (first - second);
+    const float inductance_d = step->value[RUN_D];
+    if (!(inductance_q > 0.4f * inductance_d && inductance_q < SALIENCY_MOST * inductance_d)) {
+        return commission_failed(COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE, 0);
+    }
+    results->inductance_d = inductance_d;
+    results->inductance_d_least = step->value[RUN_D_MOST];
+    results->inductance_q = inductance_q;
+    return bounds_less(inductance_d, inductance_q) < 2.0f * tuning->period * results->resistance
+               ? commission_failed(COMMISSION_REASON_TIME_CONSTANT_SHORT, 0)
+               : commission_finished();
+}
+
+/* A window of a run. */
+static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t *tuning,
+                                   const commission_input_t *input, excite_order_t *order,
+                                   commission_results_t *results)
+{
+    const uint32_t from = windows_of(SETTLE, tuning);
+    step->windows++;
+    if (step->windows > from) {
+        add(step, input->seen);
+    }
+    if (step->windows < from + windows_of(BLOCK, tuning)) {
+        return commission_goes_on();
+    }
+    const rotation_t turn = trig_turn(step->turn[step->run]);
+    const float inductance = sine_solve(step->voltage, step->along, turn, tuning->period);
+    if (!(inductance > 0.0f)) {
+        return commission_failed(COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE, 0);
+    }
+    step->value[step->run] = inductance;
+    if (!runs[step->run].probe && square(step->across) > CROSS_MOST * CROSS_MOST * square(step->along)) {
+        if (step->lowered == LOWERED_MOST) {
+            return commission_failed(COMMISSION_REASON_ALIGNMENT_UNSTABLE, 0);
+        }
+        step->lowered++;
+        step->current *= LESS;
+        step->run = 0u;
+    } else {
+        step->guess_d = runs[step->run].across ? step->guess_d : inductance;
+        step->guess_q = inductance;
+        step->run++;
+    }
+    if (step->run == RUNS_COUNT) {
+        return judge(step, tuning, results);
+    }
+    prepare(step, tuning, input, results, order);
+    return commission_goes_on();
+}
+
+static commission_verdict_t begin(sine_step_t *step, const commission_tuning_t *tuning,
+                                  const commission_input_t *input, excite_order_t *order,
+                                  const commission_results_t *results)
+{
+    if (!(results->resistance > 0.0f && results->inductance_pulse > 0.0f)) {
+        return commission_failed(COMMISSION_REASON_EARLIER_STEP, 0);
+    }
+    step->current = results->current_hold;
+    step->guess_d = results->inductance_pulse;
+    step->guess_q = results->inductance_pulse;
+    standing_begin(&step->standing, -SIXTH_TURN, input->u_dc, tuning, results, order);
+    order->current = step->current;
+    step->phase = ALIGN;
+    return commission_goes_on();
+}
+
+commission_verdict_t sine_step(sine_step_t *step, const commission_tuning_t *tuning,
+                               const commission_input_t *input, excite_order_t *order,
+                               commission_results_t *results)
+{
+    if (step->phase == BEGIN) {
+        return begin(step, tuning, input, order, results);
+    }
+    if (input->seen->serial != order->serial) {
+        return commission_goes_on();
+    }
+    if (step->phase == RUNS) {
+        return run_on(step, tuning, input, order, results);
+    }
+    if (step->phase == TURN) {
+        if (standing_turn(&step->standing, 0.0f, tuning, input->seen, order)) {
+            standing_wait(&step->standing);
+            step->phase = STILL;
+        }
+        return commission_goes_on();
+    }
+    const standing_want_t want = {windows_of(BLOCK, tuning), order->current, ACROSS * order->current};
+    switch (standing_step(&step->standing, want, input->seen)) {
+    case STANDING_STEADY:
+        step->phase = step->phase == ALIGN ? TURN : RUNS;
+        if (step->phase == RUNS) {
+            prepare(step, tuning, input, results, order);
+        }
+        break;
+    case STANDING_NEVER:
+        return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);
+    case STANDING_NOT_YET:
+        break;
+    }
+    return commission_goes_on();
+}

@@ -1,0 +1,44 @@
+/* L_d and L_q by a sine of voltage on a standing current so large that no phase changes its sign: the loss of
+ * the dead time is then constant and drops out. Over whole periods of the sine, with the voltage that acted
+ * and the current of the sample as complex numbers U and I,
+ *
+ *     I = a z^-1 I + b U,   z = e^(j w T)      the exact law of a winding with a held voltage
+ *     a = e^(-R T/L),  b = (1 - a)/R           L = (T/b) (1 - a)/(-ln a)
+ *
+ * a and b are real: two equations. Bandwidth and delay of the control do not matter.
+ *
+ * Along the axis the rotor does not move. Across it a free rotor swings with the sine, and its motion adds
+ * -1.5 p^2 psi^2/(J w^2) to L_q; two frequencies remove that: L = (L1 w1^2 - L2 w2^2)/(w1^2 - w2^2). */
+#ifndef MEDIUM_COMMISSION_SINE_STEP_H
+#define MEDIUM_COMMISSION_SINE_STEP_H
+
+#include "medium/commission/standing.h"
+
+/* A complex number. */
+typedef struct {
+    float re, im;
+} sine_sum_t;
+
+typedef struct {
+    int32_t phase;          /* [-] of the step */
+    uint32_t run;           /* [-] of the table of runs */
+    uint32_t windows;       /* [windows] of this run */
+    uint32_t lowered;       /* [-] times that the current was lowered */
+    float current;          /* largest standing current [A] */
+    float guess_d, guess_q; /* L by which the next voltage is chosen [H] */
+    float value[7];         /* L of each run [H] */
+    float turn[7];          /* w T of each run [rad] */
+    standing_t standing;
+    sine_sum_t voltage, along, across; /* sums of this run */
+} sine_step_t;
+
+/* L [H] from U and I; `turn`: w T [rad] with its cosine and sine. Not positive: there is none. */
+float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float period);
+
+void sine_step_begin(sine_step_t *step);
+
+commission_verdict_t sine_step(sine_step_t *step, const commission_tuning_t *tuning,
+                               const commission_input_t *input, excite_order_t *order,
+                               commission_results_t *results);
+
+#endif

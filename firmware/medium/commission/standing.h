@@ -1,0 +1,44 @@
+/* A standing motor on a current vector, for the steps that need one: the gains of the hold, the slow turn of
+ * its axis, and when rotor and current have settled. */
+#ifndef MEDIUM_COMMISSION_STANDING_H
+#define MEDIUM_COMMISSION_STANDING_H
+
+#include "medium/commission/commission_types.h"
+
+typedef enum { STANDING_NOT_YET, STANDING_STEADY, STANDING_NEVER } standing_state_t;
+
+typedef struct {
+    float angle;            /* of the axis [rad] */
+    uint32_t windows;       /* [windows] of the present block */
+    uint32_t tries;         /* [-] blocks that have not agreed */
+    float last;             /* mean voltage of the last block [V]; below 0: none yet */
+    commission_mean_t mean; /* of the present block, or of the last one when steady */
+} standing_t;
+
+/* A hold from zero current at this angle [rad]: gains from L [H] and R [ohm] of the results. */
+void standing_begin(standing_t *standing, float angle, float u_dc, const commission_tuning_t *tuning,
+                    const commission_results_t *results, excite_order_t *order);
+
+/* The gains for a resistance that is now known [ohm]. */
+void standing_gains(float u_dc, const commission_tuning_t *tuning, const commission_results_t *results,
+                    excite_order_t *order);
+
+/* Waits anew until it is steady. */
+void standing_wait(standing_t *standing);
+
+/* One window towards an angle [rad], slower while a current flows across the axis: the rotor lags, or the
+ * loss of the dead time, which lies on the axis only at multiples of 60 degrees. true: it has arrived. */
+bool standing_turn(standing_t *standing, float angle, const commission_tuning_t *tuning,
+                   const excite_seen_t *seen, excite_order_t *order);
+
+/* What is steady. */
+typedef struct {
+    uint32_t block; /* [windows] of a mean; two in a row agree */
+    float current;  /* along the axis [A] */
+    float across;   /* largest current across the axis of a rotor at rest [A] */
+} standing_want_t;
+
+/* One window. */
+standing_state_t standing_step(standing_t *standing, standing_want_t want, const excite_seen_t *seen);
+
+#endif

@@ -1,0 +1,72 @@
+/* A first value of psi_f and J from a rotor that is drawn to another direction by a third of a turn, without
+ * a steady speed: enough for the rules by which the drive starts.
+ *
+ *     z(t) = int (u - R i - v) dt - L_d (i - i(0))     change of the magnets' flux, by the winding's law;
+ *                                                      v: loss of the dead time
+ *     |z|^2 = 2 c z                                    it moves on a circle through zero with the centre c:
+ *                                                      least squares, psi_f = |c|, Psi_m = z - c
+ *     J d omega/dt = 1.5 p (Psi_m x i) - T_c           regression over the motion
+ *
+ * From the second jump on Psi_m(0) is known. A salient rotor then has its direction from the active flux,
+ * Psi - L_q i, which lies on its d axis for every current, and L_d i is taken out on that axis alone.
+ *
+ * The circle needs no angle at which the rotor rests: friction may leave it short of the axis. The rotor is
+ * braked by the resistance across the axis. If that holds it so much that the torque hardly accelerates it,
+ * the jumps are repeated with a larger resistance, which brakes less; J may stay unknown. The regression ends
+ * where a jump becomes slow: friction then holds the rotor with a torque of unknown size. Several jumps to
+ * and fro. */
+#ifndef MEDIUM_COMMISSION_SWING_STEP_H
+#define MEDIUM_COMMISSION_SWING_STEP_H
+
+#include "medium/commission/standing.h"
+
+/* A window of the motion, in the stationary frame. */
+typedef struct {
+    ab_t voltage;  /* sum over the periods [V] */
+    ab_t current;  /* sum over the periods [A] */
+    ab_t sample;   /* at its end [A] */
+    float periods; /* [periods] */
+} swing_window_t;
+
+/* What the flux of the magnets and the torque do during a jump. */
+typedef struct {
+    ab_t flux;                /* int (u - R i - v) dt [Wb] */
+    ab_t from;                /* current at the beginning [A] */
+    ab_t last;                /* current at the end of the last window [A] */
+    ab_t before;              /* Psi_m at the beginning, once psi_f is known [Wb] */
+    ab_t begun;               /* active flux at the beginning [Wb] */
+    float xx, xy, yy, xz, yz; /* sums of the circle */
+    float impulse;            /* int of the torque [N m s] */
+    float moving;             /* time forwards minus time backwards [s] */
+    float peak;               /* largest speed, electrical [rad/s] */
+    uint32_t over; /* [-] 1: the first motion of the jump has ended, after which friction holds the rotor */
+} swing_motion_t;
+
+/* Sums of the regression: impulse on speed and time of the motion. */
+typedef struct {
+    float ww, wt, tt, wp, tp, pp;
+} swing_fit_t;
+
+typedef struct {
+    int32_t phase;              /* [-] of the step */
+    uint32_t jump;              /* [-] */
+    uint32_t windows;           /* [windows] of this jump */
+    uint32_t freer;             /* [-] times that the braking was made less, because J did not show */
+    float flux, inertia, share; /* of the jumps in which J showed best [Wb], [kg m^2], [-] */
+    float current;              /* [A] */
+    float angle;                /* of the axis [rad] */
+    ab_t rest[2];               /* voltage at rest that the law does not explain, of both directions [V] */
+    ab_t used;                  /* the one of this jump [V] */
+    float flux_sum;             /* of psi_f over the jumps [Wb] */
+    swing_motion_t motion;
+    swing_fit_t fit;
+    standing_t standing;
+} swing_step_t;
+
+void swing_step_begin(swing_step_t *step);
+
+commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *tuning,
+                                const commission_input_t *input, excite_order_t *order,
+                                commission_results_t *results);
+
+#endif

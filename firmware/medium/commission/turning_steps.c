@@ -1,0 +1,368 @@
+#include "medium/commission/turning_steps.h"
+
+#include "math/angle.h"
+#include "math/bounds.h"
+#include "math/root.h"
+#include "math/trig.h"
+
+#define BIAS        0.5f  /* of the largest current: i_d of the flux test [-] */
+#define BIAS_TORQUE 0.25f /* the same of the torque test [-] */
+#define NEAR        0.03f /* relative distance from the reference of a steady speed [-] */
+#define STEADY      0.6f  /* [s] near it before a mean */
+#define MEAN        1.0f  /* [s] */
+
+#define CYCLES       3u
+#define LOW_SHARE    0.35f /* low over high speed of the torque test [-] */
+#define LOW_ABOVE    1.3f  /* low speed over that of the hand-over [-] */
+#define COAST_TO     0.35f /* of the way from low to high, where braking begins [-] */
+#define BRAKE        0.5f  /* braking over accelerating current [-] */
+#define PUSH_TIME    0.6f  /* [s] of the acceleration */
+#define PUSH_LEAST   0.08f /* of the largest current [-] */
+#define PUSH_MOST    0.8f
+#define PUSH_ADDED   0.05f /* of the largest current, for friction [-] */
+#define PUSH_GROWTH  1.4f
+#define PUSH_WAIT    3.0f /* [s] after which a push that does not suffice grows */
+#define COAST_MOST   3.0f /* [s] */
+#define SLICES       6.0f /* of a push [-] */
+#define SLICE_LEAST  6.0f /* [windows] */
+#define SLICE_MOST   250.0f
+#define SKIP         12u   /* [windows] after a change of the torque */
+#define CONFIRMS     0.04f /* the same of two torque tests [-] */
+#define AGREES       0.25f /* largest relative distance from the J of the swing [-] */
+#define SLICES_LEAST 12.0f
+#define STEADY_HIGH  0.9f /* of the high speed: first steady speed [-] */
+
+enum { START, UP, COAST, DOWN, STEADY_FAST, STEADY_SLOW };
+
+static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
+{
+    return (uint32_t)(seconds / tuning->window + 0.5f);
+}
+
+static float length(dq_t vector)
+{
+    return root_or_none(vector.d * vector.d + vector.q * vector.q);
+}
+
+/* psi_f by the results, else by the parameters. */
+static float flux(const commission_tuning_t *tuning, const commission_results_t *results)
+{
+    return results->flux_linkage > 0.0f ? results->flux_linkage : tuning->flux_linkage;
+}
+
+/* Current in the frame of the EMF [A]. */
+static dq_t across_emf(const turning_input_t *input)
+{
+    const float amount = length(input->emf);
+    const float share = amount > 0.0f ? 1.0f / amount : 0.0f;
+    const rotation_t error = {-share * input->emf.d, share * input->emf.q};
+    return frames_park((ab_t){input->current.d, input->current.q}, error);
+}
+
+float turning_mean_length(float n, float turn)
+{
+    const float y = 0.25f * turn * turn;
+    const float nn = n * n;
+    return 1.0f - (nn - 1.0f) * y * (1.0f / 6.0f - (3.0f * nn - 7.0f) * y * (1.0f / 360.0f));
+}
+
+/* Factor by which the mean of a turning vector over a window is too short, inverted. */
+static float lengthening(const commission_tuning_t *tuning, const turning_input_t *input)
+{
+    return 1.0f / turning_mean_length(tuning->window / tuning->period, tuning->period * input->omega_e);
+}
+
+/* Torque of a window [N m]. */
+static float torque_of(const commission_tuning_t *tuning, const turning_input_t *input, float psi)
+{
+    const float longer = lengthening(tuning, input);
+    const dq_t across = across_emf(input);
+    const dq_t current = {longer * across.d, longer * across.q};
+    const float reluctance = (tuning->inductance_d - tuning->inductance_q) * current.d;
+    return 1.5f * tuning->pole_pairs * (psi + reluctance) * current.q;
+}
+
+/* Counts the windows near this speed. true: it has been steady for a while. */
+static bool is_steady(uint32_t *windows, const commission_tuning_t *tuning, const turning_input_t *input,
+                      float omega_m)
+{
+    const float omega_e = tuning->pole_pairs * omega_m;
+    const bool near = input->runs != 0u && bounds_within(input->omega_e - omega_e, NEAR * omega_e);
+    *windows = near ? *windows + 1u : 0u;
+    return *windows > windows_of(STEADY, tuning);
+}
+
+static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, const turning_input_t *input,
+                     float psi)
+{
+    const float longer = lengthening(tuning, input);
+    const float reluctance = (tuning->inductance_d - tuning->inductance_q) * longer * across_emf(input).d;
+    const float value = longer * length(input->emf) / bounds_magnitude(input->omega_e) - reluctance;
+    mean->windows += 1.0f;
+    mean->omega += input->omega_e;
+    mean->psi += value - psi; /* about a near value, for the sum of the squares */
+    mean->square += (value - psi) * (value - psi);
+    mean->torque += torque_of(tuning, input, psi);
+}
+
+/* ---- psi_f ---- */
+
+void flux_test_begin(flux_test_t *step)
+{
+    *step = (flux_test_t){.windows = 0u};
+}
+
+commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t *tuning,
+                                    const turning_input_t *input, turning_wish_t *wish,
+                                    commission_results_t *results)
+{
+    turning_mean_t *mean = &step->mean;
+    const float near = tuning->flux_linkage;
+    *wish = (turning_wish_t){0u, input->speed, {BIAS * tuning->current_max, 0.0f}};
+    if (!is_steady(&step->windows, tuning, input, input->speed)) {
+        *mean = (turning_mean_t){.windows = 0.0f};
+        return commission_goes_on();
+    }
+    mean_add(mean, tuning, input, near);
+    if (mean->windows < (float)windows_of(MEAN, tuning)) {
+        return commission_goes_on();
+    }
+    const float share = 1.0f / mean->windows;
+    const float rest = share * mean->psi;
+    const float psi = near + rest;
+    if (!(psi > 0.0f)) {
+        return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
+    }
+    results->flux_linkage = psi;
+    results->flux_scatter = root_or_none(share * mean->square - rest * rest) / psi;
+    return commission_finished();
+}
+
+/* ---- fit ---- */
+
+void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float torque)
+{
+    for (uint32_t r = 0u; r < TURNING_UNKNOWNS; r++) {
+        for (uint32_t c = 0u; c < TURNING_UNKNOWNS; c++) {
+            fit->a[r][c] += x[r] * x[c];
+        }
+        fit->b[r] += x[r] * torque;
+    }
+    fit->yy += torque * torque;
+    fit->n += 1.0f;
+}
+
+/* Elimination with the diagonal, which suffices for normal equations: they are symmetric and positive. */
+bool turning_fit_solve(const turning_fit_t *fit, float x[TURNING_UNKNOWNS], float *error)
+{
+    float a[TURNING_UNKNOWNS][2u * TURNING_UNKNOWNS] = {{0.0f}};
+    for (uint32_t r = 0u; r < TURNING_UNKNOWNS; r++) {
+        for (uint32_t c = 0u; c < TURNING_UNKNOWNS; c++) {
+            a[r][c] = fit->a[r][c];
+        }
+        a[r][TURNING_UNKNOWNS + r] = 1.0f;
+    }
+    for (uint32_t p = 0u; p < TURNING_UNKNOWNS; p++) {
+        if (!(a[p][p] > 1e-6f * fit->a[p][p])) {
+            return false;
+        }
+        const float per_pivot = 1.0f / a[p][p];
+        for (uint32_t c = 0u; c < 2u * TURNING_UNKNOWNS; c++) {
+            a[p][c] *= per_pivot;
+        }
+        for (uint32_t r = 0u; r < TURNING_UNKNOWNS; r++) {
+            const float factor = r != p ? a[r][p] : 0.0f;
+            for (uint32_t c = 0u; c < 2u * TURNING_UNKNOWNS; c++) {
+                a[r][c] -= factor * a[p][c];
+            }
+        }
+    }
+    float squares = fit->yy;
+    for (uint32_t r = 0u; r < TURNING_UNKNOWNS; r++) {
+        x[r] = 0.0f;
+        for (uint32_t c = 0u; c < TURNING_UNKNOWNS; c++) {
+            x[r] += a[r][TURNING_UNKNOWNS + c] * fit->b[c];
+        }
+        squares -= x[r] * fit->b[r];
+    }
+    const float freedom = bounds_more(fit->n - (float)TURNING_UNKNOWNS, 1.0f);
+    const float variance = bounds_more(squares, 0.0f) / freedom;
+    *error = x[0] > 0.0f ? root_or_none(variance * a[0][TURNING_UNKNOWNS]) / x[0] : 1.0f;
+    return true;
+}
+
+/* ---- J and friction ---- */
+
+void torque_test_begin(torque_test_t *step)
+{
+    *step = (torque_test_t){.phase = START};
+}
+
+static void begin_phase(torque_test_t *step, int32_t phase)
+{
+    step->phase = phase;
+    step->windows = 0u;
+    step->slice = (turning_slice_t){.windows = 0u};
+    step->mean = (turning_mean_t){.windows = 0.0f};
+}
+
+/* The end of a slice: speed and acceleration from the parabola, mechanical. */
+static void close(torque_test_t *step, const commission_tuning_t *tuning)
+{
+    turning_slice_t *part = &step->slice;
+    const float n = (float)step->length;
+    const float of_square = n * (n * n - 1.0f) * (n * n - 4.0f) * (1.0f / 180.0f);
+    const float of_linear = n * (n * n - 1.0f) * (1.0f / 12.0f);
+    const float per_time = 1.0f / tuning->window;
+    const float x[TURNING_UNKNOWNS] = {2.0f * part->square * per_time * per_time /
+                                           (of_square * tuning->pole_pairs),
+                                       1.0f, part->linear * per_time / (of_linear * tuning->pole_pairs)};
+    turning_fit_add(&step->fit, x, part->torque / n);
+    part->windows = 0u;
+    part->turned = part->linear = part->square = part->torque = 0.0f;
+}
+
+/* A window of a slice, with the angle of the EMF, which has no lag of the loop. */
+static void slice(torque_test_t *step, const commission_tuning_t *tuning, const turning_input_t *input,
+                  float psi)
+{
+    turning_slice_t *part = &step->slice;
+    const float angle = angle_wrap(input->theta_e + trig_atan2(-input->emf.d, input->emf.q));
+    const float turned = angle_wrap(angle - part->angle);
+    part->angle = angle;
+    if (part->skipped < SKIP) {
+        part->skipped++;
+        return;
+    }
+    const float n = (float)step->length;
+    const float m = (float)part->windows - 0.5f * (n - 1.0f);
+    part->turned += part->windows > 0u ? turned : 0.0f;
+    part->linear += m * part->turned;
+    part->square += (m * m - (n * n - 1.0f) * (1.0f / 12.0f)) * part->turned;
+    part->torque += torque_of(tuning, input, psi);
+    part->windows++;
+    if (part->windows == step->length) {
+        close(step, tuning);
+    }
+}
+
+/* The first push: PUSH_TIME for the way, by the J known so far. */
+static void begin_pushing(torque_test_t *step, const commission_tuning_t *tuning, float psi)
+{
+    const float constant = 1.5f * tuning->pole_pairs * psi;
+    const float inertia = step->earlier > 0.0f ? step->earlier : tuning->inertia;
+    const float way = inertia * (step->high - step->low) / constant; /* [A s] */
+    const float most = PUSH_MOST * tuning->current_max;
+    const float wanted = bounds_more(way / PUSH_TIME, PUSH_LEAST * tuning->current_max);
+    const float windows = way / (SLICES * bounds_less(wanted, most) * tuning->window);
+    step->push = bounds_less(wanted + PUSH_ADDED * tuning->current_max, most);
+    step->length = (uint32_t)bounds_less(bounds_more(windows, SLICE_LEAST), SLICE_MOST);
+    begin_phase(step, UP);
+}
+
+/* Torque up, coast, brake. */
+static void push(torque_test_t *step, const commission_tuning_t *tuning, const turning_input_t *input,
+                 turning_wish_t *wish, float psi)
+{
+    const float omega_m = input->omega_e / tuning->pole_pairs;
+    const float middle = step->low + COAST_TO * (step->high - step->low);
+    slice(step, tuning, input, psi);
+    step->windows++;
+    if (step->phase == UP) {
+        if (step->windows > windows_of(PUSH_WAIT, tuning)) {
+            step->push = bounds_less(PUSH_GROWTH * step->push, PUSH_MOST * tuning->current_max);
+            begin_phase(step, UP);
+        } else if (omega_m > step->high) {
+            begin_phase(step, COAST);
+        }
+    } else if (step->phase == COAST) {
+        if (omega_m < middle || step->windows > windows_of(COAST_MOST, tuning)) {
+            begin_phase(step, DOWN);
+        }
+    } else if (omega_m < step->low) {
+        step->cycle++;
+        begin_phase(step, step->cycle < CYCLES ? UP : STEADY_FAST);
+    }
+    wish->by_current = step->phase <= DOWN ? 1u : 0u;
+    wish->current.q = step->phase == UP ? step->push : step->phase == DOWN ? -BRAKE * step->push : 0.0f;
+}
+
+static commission_verdict_t judge(torque_test_t *step, commission_results_t *results)
+{
+    float x[TURNING_UNKNOWNS];
+    float error;
+    if (step->fit.n < SLICES_LEAST || !turning_fit_solve(&step->fit, x, &error) || !(x[0] > 0.0f)) {
+        return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
+    }
+    /* the swing has measured J in another way: if the two disagree, a second test has to confirm the first */
+    const float first = step->earlier > 0.0f ? step->earlier : results->inertia_first;
+    const float room = step->earlier > 0.0f ? CONFIRMS : AGREES;
+    if (first > 0.0f && !bounds_within(x[0] - first, room * first)) {
+        if (step->earlier > 0.0f) {
+            return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
+        }
+        *step = (torque_test_t){.phase = START, .earlier = x[0]};
+        return commission_goes_on();
+    }
+    const float apart = step->omega[0] - step->omega[1];
+    const float slope = apart > 0.0f ? (step->torque[0] - step->torque[1]) / apart : 0.0f;
+    const float viscous = bounds_more(slope, 0.0f);
+    results->inertia = x[0];
+    results->inertia_scatter = error;
+    results->friction_viscous = viscous;
+    results->friction_coulomb = bounds_more(
+        0.5f * (step->torque[0] + step->torque[1] - viscous * (step->omega[0] + step->omega[1])), 0.0f);
+    return commission_finished();
+}
+
+/* Means of a steady speed. */
+static commission_verdict_t hold_speed(torque_test_t *step, const commission_tuning_t *tuning,
+                                       const turning_input_t *input, turning_wish_t *wish,
+                                       commission_results_t *results, float psi)
+{
+    const uint32_t which = step->phase == STEADY_FAST ? 0u : 1u;
+    turning_mean_t *mean = &step->mean;
+    wish->omega_m_ref = which == 0u ? STEADY_HIGH * step->high : step->low;
+    if (!is_steady(&step->windows, tuning, input, wish->omega_m_ref)) {
+        *mean = (turning_mean_t){.windows = 0.0f};
+        return commission_goes_on();
+    }
+    mean_add(mean, tuning, input, psi);
+    if (mean->windows < (float)windows_of(MEAN, tuning)) {
+        return commission_goes_on();
+    }
+    step->torque[which] = mean->torque / mean->windows;
+    step->omega[which] = mean->omega / (mean->windows * tuning->pole_pairs);
+    if (which == 1u) {
+        return judge(step, results);
+    }
+    begin_phase(step, STEADY_SLOW);
+    return commission_goes_on();
+}
+
+commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuning_t *tuning,
+                                      const turning_input_t *input, turning_wish_t *wish,
+                                      commission_results_t *results)
+{
+    const float psi = flux(tuning, results);
+    step->high = input->speed;
+    step->low = bounds_more(LOW_SHARE * input->speed, LOW_ABOVE * input->least);
+    *wish = (turning_wish_t){0u, step->low, {BIAS_TORQUE * tuning->current_max, 0.0f}};
+    if (!(step->low < 0.7f * step->high)) {
+        return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
+    }
+    if (step->phase == START) {
+        if (is_steady(&step->windows, tuning, input, step->low)) {
+            begin_pushing(step, tuning, psi);
+        }
+        return commission_goes_on();
+    }
+    if (step->phase >= STEADY_FAST) {
+        return hold_speed(step, tuning, input, wish, results, psi);
+    }
+    if (input->runs == 0u) {
+        return commission_failed(COMMISSION_REASON_SENSORLESS_LOST, 0);
+    }
+    push(step, tuning, input, wish, psi);
+    return commission_goes_on();
+}

@@ -1,0 +1,101 @@
+/* psi_f, J and friction of a motor that the drive runs without encoder.
+ *
+ *     psi_f      means at a steady speed, with a current on the d axis that keeps the signs of the legs
+ *                certain:   psi_f = |e|/omega - (L_d - L_q) i_d       e: back-EMF of the active flux
+ *     J          torque up, coast, brake, three times; over slices of N windows
+ *                  1.5 p psi i_q = J a + T_c + B omega                least squares
+ *                speed and acceleration of a slice from a parabola through the angles of its EMF
+ *                the current is taken across the EMF and not in the frame of the loop: its lag in an
+ *                acceleration would take i_d for torque
+ *     friction   the current of two steady speeds
+ *
+ * These steps order a speed or a current; start, hand-over and run are those of the drive. */
+#ifndef MEDIUM_COMMISSION_TURNING_STEPS_H
+#define MEDIUM_COMMISSION_TURNING_STEPS_H
+
+#include "medium/commission/commission_types.h"
+
+#define TURNING_UNKNOWNS 3u /* J, T_c, B */
+
+/* A window of the running drive. */
+typedef struct {
+    uint32_t runs; /* [-] 1: run on the estimate, which is judged as good */
+    float theta_e; /* of the estimate [rad] */
+    float omega_e; /* the same, mean of the window [rad/s] */
+    dq_t emf,
+        current; /* vectors summed over the window in the stationary frame, as means in its frame [V], [A] */
+    float speed; /* requested largest speed, mechanical [rad/s] */
+    float least; /* speed of the hand-over, mechanical [rad/s] */
+} turning_input_t;
+
+/* What the drive shall do. */
+typedef struct {
+    uint32_t by_current; /* [-] 1: i_q of `current`; 0: the speed */
+    float omega_m_ref;   /* [rad/s] mechanical */
+    dq_t current;        /* [A]; its d axis in both cases */
+} turning_wish_t;
+
+/* Means of a steady speed. */
+typedef struct {
+    float windows, omega, psi, square, current_d, torque;
+} turning_mean_t;
+
+typedef struct {
+    uint32_t windows; /* [windows] at the speed */
+    turning_mean_t mean;
+} flux_test_t;
+
+/* Normal equations of a least-squares fit of three unknowns. */
+typedef struct {
+    float a[TURNING_UNKNOWNS][TURNING_UNKNOWNS];
+    float b[TURNING_UNKNOWNS];
+    float yy; /* sum of the squares of the torque */
+    float n;  /* [-] slices */
+} turning_fit_t;
+
+/* A slice of the torque test. */
+typedef struct {
+    uint32_t windows; /* [windows] so far */
+    uint32_t skipped; /* [windows] after a change of the torque */
+    float angle;      /* electrical angle of the EMF at the last window [rad] */
+    float turned;     /* since the first window of the slice [rad] */
+    float linear;     /* sum of the angle times m [rad]; m: window from the middle of the slice */
+    float square;     /* the same times m^2 - (N^2 - 1)/12, the orthogonal polynomial of second degree */
+    float torque;     /* sum [N m] */
+} turning_slice_t;
+
+typedef struct {
+    int32_t phase;    /* [-] of the step */
+    uint32_t cycle;   /* [-] */
+    uint32_t windows; /* [windows] of this phase */
+    float push;       /* i_q upwards [A] */
+    float earlier;    /* J of a first test that disagreed with the swing; 0: none [kg m^2] */
+    uint32_t length;  /* N: of a slice [windows] */
+    float low, high;  /* speeds, mechanical [rad/s] */
+    turning_slice_t slice;
+    turning_fit_t fit;
+    turning_mean_t mean;
+    float torque[2], omega[2]; /* of the two steady speeds [N m], [rad/s] */
+} torque_test_t;
+
+/* Length of the mean of so many unit vectors, `turn` [rad] apart: sin(n turn/2)/(n sin(turn/2)), within 1e-3
+ * for n turn up to 2.4. */
+float turning_mean_length(float n, float turn);
+
+/* Adds torque = J a + T_c + B w to the fit. */
+void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float torque);
+
+/* Solves it. false: the unknowns are not separable. `error`: standard error of the first, relative. */
+bool turning_fit_solve(const turning_fit_t *fit, float x[TURNING_UNKNOWNS], float *error);
+
+void flux_test_begin(flux_test_t *step);
+commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t *tuning,
+                                    const turning_input_t *input, turning_wish_t *wish,
+                                    commission_results_t *results);
+
+void torque_test_begin(torque_test_t *step);
+commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuning_t *tuning,
+                                      const turning_input_t *input, turning_wish_t *wish,
+                                      commission_results_t *results);
+
+#endif

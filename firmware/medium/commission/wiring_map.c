@@ -1,0 +1,100 @@
+#include "medium/commission/wiring_map.h"
+
+#include "math/bounds.h"
+#include "math/root.h"
+
+#define LEGS 3
+
+/* A map with a negative trace cannot be the true one. */
+#define IMPOSSIBLE 10.0f
+
+/* Share of the saliency in the trace up to which a winding is plausible [-], and the score beyond it. */
+#define SALIENCY_MOST  0.65f
+#define SALIENCY_SCORE 0.3f
+#define SALIENCY_SLOPE 2.0f
+
+void wiring_matrix_add(wiring_matrix_t *matrix, ab_t answer, rotation_t direction)
+{
+    const float share = FRAMES_ONE_THIRD;
+    matrix->of_alpha.alpha += share * direction.cos * answer.alpha;
+    matrix->of_alpha.beta += share * direction.cos * answer.beta;
+    matrix->of_beta.alpha += share * direction.sin * answer.alpha;
+    matrix->of_beta.beta += share * direction.sin * answer.beta;
+}
+
+static float square(ab_t vector)
+{
+    return vector.alpha * vector.alpha + vector.beta * vector.beta;
+}
+
+float wiring_rank(const wiring_matrix_t *matrix)
+{
+    const float all = square(matrix->of_alpha) + square(matrix->of_beta);
+    const float det =
+        matrix->of_alpha.alpha * matrix->of_beta.beta - matrix->of_alpha.beta * matrix->of_beta.alpha;
+    return all > 0.0f ? 2.0f * bounds_magnitude(det) / all : 0.0f;
+}
+
+int32_t wiring_open_phase(const wiring_matrix_t *matrix)
+{
+    const rotation_t axes[LEGS] = {
+        {0.0f, 1.0f}, {FRAMES_HALF_OF_SQRT_3, -0.5f}, {-FRAMES_HALF_OF_SQRT_3, -0.5f}};
+    float least = 0.0f;
+    int32_t open = 1;
+    for (int32_t n = 0; n < LEGS; n++) {
+        const ab_t answer = {axes[n].cos * matrix->of_alpha.alpha + axes[n].sin * matrix->of_beta.alpha,
+                             axes[n].cos * matrix->of_alpha.beta + axes[n].sin * matrix->of_beta.beta};
+        const float length = square(answer);
+        if (n == 0 || length < least) {
+            least = length;
+            open = n + 1;
+        }
+    }
+    return open;
+}
+
+/* The true currents behind measured ones, if the sensors are where the map says. */
+static ab_t behind(ab_t measured, wiring_map_t map)
+{
+    const abc_t seen = frames_inverse_clarke(measured);
+    const float a = (float)map.sign_a * seen.a;
+    const float b = (float)map.sign_b * seen.b;
+    float leg[LEGS];
+    for (int32_t n = 0; n < LEGS; n++) {
+        leg[n] = n == map.leg_a ? a : n == map.leg_b ? b : -a - b;
+    }
+    return frames_clarke((abc_t){leg[0], leg[1], leg[2]});
+}
+
+float wiring_score(const wiring_matrix_t *matrix, wiring_map_t map)
+{
+    const ab_t of_alpha = behind(matrix->of_alpha, map);
+    const ab_t of_beta = behind(matrix->of_beta, map);
+    const float trace = of_alpha.alpha + of_beta.beta;
+    if (!(trace > 0.0f)) {
+        return IMPOSSIBLE;
+    }
+    const float per_trace = 1.0f / trace;
+    const float difference = of_alpha.alpha - of_beta.beta;
+    const float sum = of_beta.alpha + of_alpha.beta;
+    const float saliency = per_trace * root_or_none(difference * difference + sum * sum);
+    const float skew = per_trace * bounds_magnitude(of_beta.alpha - of_alpha.beta);
+    return saliency > SALIENCY_MOST ? skew + SALIENCY_SCORE + SALIENCY_SLOPE * (saliency - SALIENCY_MOST)
+                                    : skew;
+}
+
+wiring_map_t wiring_best(const wiring_matrix_t *matrix)
+{
+    wiring_map_t best = {0, 1, 1, 1};
+    float least = wiring_score(matrix, best);
+    for (int32_t n = 0; n < LEGS * LEGS * 4; n++) {
+        const wiring_map_t map = {n % LEGS, (n / LEGS) % LEGS, (n / (LEGS * LEGS)) % 2 == 0 ? 1 : -1,
+                                  n / (2 * LEGS * LEGS) == 0 ? 1 : -1};
+        const float score = map.leg_a != map.leg_b ? wiring_score(matrix, map) : IMPOSSIBLE;
+        if (score < least) {
+            least = score;
+            best = map;
+        }
+    }
+    return best;
+}

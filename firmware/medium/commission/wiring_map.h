@@ -1,0 +1,56 @@
+/* Which current sensor is on which phase, and which phase is open, from the answers to six pulses.
+ *
+ *     M = 1/3 sum r d^T    over six directions 60 degrees apart: r answer, d unit vector of the pulse
+ *
+ * Opposite pulses cancel offsets and the loss of the dead time. An open phase leaves one direction without an
+ * answer: M has rank one. A correct wiring has a symmetric, positive M (L^-1 of the winding); each of the 24
+ * maps of two sensors (leg and sign of each) is removed from M, and the best one is the map whose rest is
+ * symmetric and positive. Runs once, after the pulses. */
+#ifndef MEDIUM_COMMISSION_WIRING_MAP_H
+#define MEDIUM_COMMISSION_WIRING_MAP_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "math/frames.h"
+
+/* Columns: the answers to unit vectors along alpha and beta [A]. */
+typedef struct {
+    ab_t of_alpha, of_beta;
+} wiring_matrix_t;
+
+/* Where the sensors a and b are. */
+typedef struct {
+    int32_t leg_a, leg_b;   /* [-] 0 to 2 */
+    int32_t sign_a, sign_b; /* [-] 1 or -1 */
+} wiring_map_t;
+
+/* Adds the answer [A] to a pulse along this unit vector. */
+void wiring_matrix_add(wiring_matrix_t *matrix, ab_t answer, rotation_t direction);
+
+/* 2 |det M|/|M|^2 [-]: 1 for a round rotor, 0 with an open phase. */
+float wiring_rank(const wiring_matrix_t *matrix);
+
+/* The phase without an answer, 1 to 3. */
+int32_t wiring_open_phase(const wiring_matrix_t *matrix);
+
+/* How far this map is from the true one [-]: 0 for a round rotor with its true map. */
+float wiring_score(const wiring_matrix_t *matrix, wiring_map_t map);
+
+/* The map with the least score. */
+wiring_map_t wiring_best(const wiring_matrix_t *matrix);
+
+static inline bool wiring_is_right(wiring_map_t map)
+{
+    return map.leg_a == 0 && map.leg_b == 1 && map.sign_a > 0 && map.sign_b > 0;
+}
+
+/* A map as a number: thousands and hundreds the legs (1 to 3) of the sensors a and b, tens and units 1 where
+ * its sign is wrong. */
+static inline int32_t wiring_code(wiring_map_t map)
+{
+    return 1000 * (map.leg_a + 1) + 100 * (map.leg_b + 1) + (map.sign_a < 0 ? 10 : 0) +
+           (map.sign_b < 0 ? 1 : 0);
+}
+
+#endif

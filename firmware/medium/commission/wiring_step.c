@@ -1,0 +1,172 @@
+#include "medium/commission/wiring_step.h"
+
+#include "math/bounds.h"
+#include "math/root.h"
+
+#define ZERO_WINDOWS  12u    /* [windows] of the zero vector */
+#define ZERO_CURRENT  0.12f  /* [A] largest one in that time */
+#define PULSE_WINDOWS 250u   /* [windows] longest decay of a pulse */
+#define PULSE_LEAST   0.4f   /* [A] least answer */
+#define PULSE_SHARE   0.1f   /* of the largest current [-] */
+#define PULSE_MOST    0.6f   /* of the largest current, at which a pulse ends [-] */
+#define FIRST_SHARE   0.005f /* of the DC link: voltage of the first pulse [-] */
+#define MOST_SHARE    0.25f  /* of the DC link: largest voltage [-] */
+#define GROWTH        1.25f
+#define LESS          0.85f
+#define PERIODS_MOST  100u
+#define RIPPLE_MOST   0.6f /* of the largest current [-] */
+#define RANK_LEAST    0.3f
+#define TURNS_FROM    0.08f /* sum of the answers over the sum of their lengths [-] */
+
+enum { ZERO, SEARCH, MATRIX, COMPARE };
+
+static rotation_t unit(uint32_t direction)
+{
+    static const rotation_t units[WIRING_DIRECTIONS] = {
+        {0.0f, 1.0f},  {FRAMES_HALF_OF_SQRT_3, 0.5f},   {FRAMES_HALF_OF_SQRT_3, -0.5f},
+        {0.0f, -1.0f}, {-FRAMES_HALF_OF_SQRT_3, -0.5f}, {-FRAMES_HALF_OF_SQRT_3, 0.5f}};
+    return units[direction];
+}
+
+void wiring_step_begin(wiring_step_t *step)
+{
+    *step = (wiring_step_t){.phase = ZERO, .periods = 1u};
+}
+
+/* Orders a pulse in this direction. */
+static void fire(wiring_step_t *step, const commission_tuning_t *tuning, uint32_t direction,
+                 excite_order_t *order)
+{
+    step->direction = direction;
+    step->windows = 0u;
+    order->kind = (int32_t)EXCITE_PULSE;
+    order->serial++;
+    order->axis = unit(direction);
+    order->voltage = step->phase == COMPARE ? LESS * step->voltage : step->voltage;
+    order->periods = step->periods;
+    order->current_max = PULSE_MOST * tuning->current_max;
+}
+
+static float length(ab_t vector)
+{
+    return root_or_none(vector.alpha * vector.alpha + vector.beta * vector.beta);
+}
+
+/* Three pulses had no sufficient answer: the next ones are larger. False: there is none. */
+static bool grow(wiring_step_t *step, float u_dc)
+{
+    if (step->voltage < MOST_SHARE * u_dc) {
+        step->voltage *= GROWTH;
+    } else {
+        step->periods = step->periods + 1u + (2u * step->periods) / 5u;
+    }
+    step->largest = 0.0f;
+    return step->periods <= PERIODS_MOST;
+}
+
+static commission_verdict_t judge(const wiring_step_t *step, const commission_tuning_t *tuning, float u_dc,
+                                  commission_results_t *results)
+{
+    const float inductance = FRAMES_ONE_THIRD * step->inductances;
+    const float rank = wiring_rank(&step->matrix);
+    if (rank >= RANK_LEAST &&
+        (!(inductance > 0.0f) ||
+         u_dc * tuning->period > 12.0f * RIPPLE_MOST * tuning->current_max * inductance)) {
+        return commission_failed(COMMISSION_REASON_RIPPLE_TOO_LARGE, 0);
+    }
+    if (rank < RANK_LEAST) {
+        return commission_failed(COMMISSION_REASON_OPEN_PHASE, wiring_open_phase(&step->matrix));
+    }
+    const wiring_map_t map = wiring_best(&step->matrix);
+    if (!wiring_is_right(map)) {
+        return commission_failed(COMMISSION_REASON_SENSOR_MAP, wiring_code(map));
+    }
+    if (length(step->sum) > TURNS_FROM * step->lengths) {
+        return commission_failed(COMMISSION_REASON_ROTOR_TURNS, 0);
+    }
+    results->inductance_pulse = inductance;
+    return commission_finished();
+}
+
+/* The answer to a pulse of the search. */
+static commission_verdict_t search(wiring_step_t *step, const commission_tuning_t *tuning,
+                                   const commission_input_t *input, excite_order_t *order)
+{
+    const float least = bounds_more(PULSE_SHARE * tuning->current_max, PULSE_LEAST);
+    step->largest = bounds_more(step->largest, length(input->seen->response));
+    uint32_t next = step->direction + 2u;
+    if (next >= WIRING_DIRECTIONS) {
+        next = 0u;
+        if (step->largest >= least) {
+            step->phase = MATRIX;
+        } else if (!grow(step, input->u_dc)) {
+            return commission_failed(COMMISSION_REASON_NO_MOTOR_CURRENT, 0);
+        }
+    }
+    fire(step, tuning, next, order);
+    return commission_goes_on();
+}
+
+/* The answer to a pulse of the matrix. */
+static void add(wiring_step_t *step, const commission_tuning_t *tuning, ab_t response, excite_order_t *order)
+{
+    wiring_matrix_add(&step->matrix, response, unit(step->direction));
+    step->sum.alpha += response.alpha;
+    step->sum.beta += response.beta;
+    step->lengths += length(response);
+    step->along[step->direction] = frames_park(response, unit(step->direction)).d;
+    if (step->direction + 1u < WIRING_DIRECTIONS) {
+        fire(step, tuning, step->direction + 1u, order);
+    } else {
+        step->phase = COMPARE;
+        fire(step, tuning, 0u, order);
+    }
+}
+
+/* The answer to a smaller pulse. */
+static commission_verdict_t compare(wiring_step_t *step, const commission_tuning_t *tuning,
+                                    const commission_input_t *input, excite_order_t *order,
+                                    commission_results_t *results)
+{
+    const float along = frames_park(input->seen->response, unit(step->direction)).d;
+    const float rise = step->along[step->direction] - along;
+    const float flux = (1.0f - LESS) * step->voltage * (float)step->periods * tuning->period;
+    step->inductances += rise > 0.0f ? flux / rise : 0.0f;
+    if (step->direction + 2u >= WIRING_DIRECTIONS) {
+        return judge(step, tuning, input->u_dc, results);
+    }
+    fire(step, tuning, step->direction + 2u, order);
+    return commission_goes_on();
+}
+
+commission_verdict_t wiring_step(wiring_step_t *step, const commission_tuning_t *tuning,
+                                 const commission_input_t *input, excite_order_t *order,
+                                 commission_results_t *results)
+{
+    const excite_seen_t *seen = input->seen;
+    step->windows++;
+    if (step->phase == ZERO) {
+        if (step->windows < ZERO_WINDOWS) {
+            return commission_goes_on();
+        }
+        if (length(input->current) > ZERO_CURRENT) {
+            return commission_failed(COMMISSION_REASON_ZERO_VECTOR_CURRENT, 0);
+        }
+        step->phase = SEARCH;
+        step->voltage = FIRST_SHARE * input->u_dc;
+        fire(step, tuning, 0u, order);
+        return commission_goes_on();
+    }
+    if (seen->serial != order->serial || seen->done == 0u) {
+        return step->windows < PULSE_WINDOWS ? commission_goes_on()
+                                             : commission_failed(COMMISSION_REASON_ROTOR_TURNS, 0);
+    }
+    if (step->phase == SEARCH) {
+        return search(step, tuning, input, order);
+    }
+    if (step->phase == COMPARE) {
+        return compare(step, tuning, input, order, results);
+    }
+    add(step, tuning, seen->response, order);
+    return commission_goes_on();
+}

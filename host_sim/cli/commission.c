@@ -1,0 +1,379 @@
+/* `lagless commission SCENARIO`. */
+#include <argp.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "host_sim/cli/arguments.h"
+#include "host_sim/cli/cli.h"
+#include "host_sim/cli/library.h"
+#include "host_sim/cli/output.h"
+#include "host_sim/lab/commission.h"
+#include "host_sim/lab/json.h"
+#include "host_sim/lab/scenario.h"
+
+#define RPM (3.14159265358979323846 / 30.0)
+
+typedef struct {
+    arguments_scenario_t of;
+    const char *plate, *steps, *file;
+    bool json, yes;
+    bool turns; /* the answer to shaft_free */
+} options_t;
+
+/* --answer NAME=VALUE. */
+static void answer(options_t *options, const char *text, struct argp_state *state)
+{
+    if (strcmp(text, "shaft_free=yes") == 0) {
+        options->turns = true;
+    } else if (strcmp(text, "shaft_free=no") == 0) {
+        options->turns = false;
+    } else {
+        argp_error(state, "--answer %s: accepted shaft_free=yes and shaft_free=no", text);
+    }
+}
+
+static error_t parse(int key, char *argument, struct argp_state *state)
+{
+    options_t *options = state->input;
+    switch (key) {
+    case 'p':
+        options->plate = argument;
+        return 0;
+    case 't':
+        options->steps = argument;
+        return 0;
+    case 'w':
+        options->file = argument;
+        return 0;
+    case 'a':
+        answer(options, argument, state);
+        return 0;
+    case 'y':
+        options->yes = true;
+        return 0;
+    case 'j':
+        options->json = true;
+        return 0;
+    case ARGUMENTS_FORCE_KEY:
+        return arguments_force(key);
+    default:
+        return arguments_scenario(key, argument, state, &options->of);
+    }
+}
+
+/* ---- what is asked for ---- */
+
+/* --steps a,b: all others are left out. */
+static bool choose_steps(const char *text, commission_options_t *options)
+{
+    char copy[256];
+    for (uint32_t n = 0; n < COMMISSION_STEP_COUNT; n++) {
+        options->skip[n] = text != NULL;
+    }
+    if (text == NULL) {
+        return true;
+    }
+    snprintf(copy, sizeof copy, "%s", text);
+    bool any = false;
+    for (char *word = strtok(copy, ","); word != NULL; word = strtok(NULL, ",")) {
+        uint32_t n = 0;
+        while (n < COMMISSION_STEP_COUNT && strcmp(word, commission_step_name((commission_do_t)n)) != 0) {
+            n++;
+        }
+        if (n == COMMISSION_STEP_COUNT) {
+            fprintf(stderr, "lagless commission: --steps %s: accepted", word);
+            for (n = 0; n < COMMISSION_STEP_COUNT; n++) {
+                fprintf(stderr, "%s %s", n > 0u ? "," : "", commission_step_name((commission_do_t)n));
+            }
+            fprintf(stderr, ", separated by commas\n");
+            return false;
+        }
+        options->skip[n] = false;
+        any = true;
+    }
+    if (!any) {
+        fprintf(stderr, "lagless commission: --steps: no name is given; accepted names of steps, separated "
+                        "by commas\n");
+    }
+    return any;
+}
+
+/* What the file of a plate gives in place of the drive's parameters. */
+static bool read_plate(const char *path, commission_plate_t *plate)
+{
+    motor_sheet_t sheet;
+    scenario_error_t error;
+    if (!motor_read_file(path, &sheet, &error)) {
+        library_say(&error);
+        return false;
+    }
+    const struct {
+        motor_key_t key;
+        double factor;
+        double *value;
+    } keys[] = {
+        {MOTOR_KEY_pole_pairs, 1.0, &plate->pole_pairs},
+        {MOTOR_KEY_poles, 0.5, &plate->pole_pairs},
+        {MOTOR_KEY_rated_current_peak, 1.0, &plate->current},
+        {MOTOR_KEY_rated_current_rms, 1.4142135623730951, &plate->current},
+        {MOTOR_KEY_rated_current_block, 1.1026577908435842, &plate->current},
+        {MOTOR_KEY_rated_speed, 1.0, &plate->speed},
+    };
+    plate->pole_pairs = plate->current = plate->speed = (double)NAN;
+    for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++) {
+        if (sheet.has[keys[n].key]) {
+            *keys[n].value = keys[n].factor * sheet.value[keys[n].key];
+        }
+    }
+    const char *missing = !isfinite(plate->pole_pairs) ? "pole_pairs or poles"
+                          : !isfinite(plate->current)  ? "rated_current_peak, _rms or _block"
+                          : !isfinite(plate->speed)    ? "rated_speed"
+                                                       : NULL;
+    if (missing != NULL) {
+        fprintf(stderr, "lagless commission: --plate %s: %s is missing\n", path, missing);
+    }
+    return missing == NULL;
+}
+
+/* The turning steps need a free shaft. On a terminal the user is asked; the simulated shaft is free. */
+static void ask(options_t *options, commission_options_t *steps)
+{
+    char line[16] = "y";
+    if (options->turns && !options->yes && isatty(STDIN_FILENO) && isatty(STDERR_FILENO)) {
+        fprintf(stderr, "Is the shaft free, uncoupled and out of reach of persons? It will turn. [y/n] ");
+        if (fgets(line, sizeof line, stdin) == NULL || (line[0] != 'y' && line[0] != 'Y')) {
+            options->turns = false;
+        }
+    }
+    if (!options->turns) {
+        for (uint32_t n = COMMISSION_DO_swing; n < COMMISSION_STEP_COUNT; n++) {
+            steps->skip[n] = true;
+        }
+    }
+}
+
+/* ---- what is said ---- */
+
+static void show(const char *name, commission_value_t value, double factor, const char *unit)
+{
+    if (isfinite(value.value)) {
+        printf("  %-10s %10.4g +- %.2g %s\n", name, factor * value.value, factor * value.error, unit);
+    }
+}
+
+static void progress(void *context, commission_do_t step, bool done, const commission_result_t *result)
+{
+    const bool *quiet = context;
+    if (*quiet) {
+        return;
+    }
+    if (!done) {
+        printf("%s: %s\n", commission_step_name(step), commission_step_text(step));
+        fflush(stdout);
+        return;
+    }
+    if (result->reason[0] != '\0') {
+        printf("  ended by %s after %.1f s: %s\n", result->reason, result->seconds, result->what);
+        return;
+    }
+    switch (step) {
+    case COMMISSION_DO_board:
+    case COMMISSION_DO_wiring:
+        printf("  good\n");
+        break;
+    case COMMISSION_DO_resistance:
+        show("R", result->resistance, 1.0, "ohm");
+        show("V_dead", result->dead_voltage, 1.0, "V");
+        break;
+    case COMMISSION_DO_inductance:
+        show("L_d", result->inductance_d, 1e3, "mH");
+        show("L_q", result->inductance_q, 1e3, "mH");
+        break;
+    case COMMISSION_DO_swing:
+        printf("  first values: psi_f %.3g Wb, J %.3g kg m^2\n", result->flux_first, result->inertia_first);
+        break;
+    case COMMISSION_DO_flux:
+        show("psi_f", result->flux_linkage, 1e3, "mWb");
+        break;
+    case COMMISSION_DO_inertia:
+        show("J", result->inertia, 1e3, "g m^2");
+        show("T_c", result->friction_coulomb, 1e3, "mN m");
+        show("B", result->friction_viscous, 1e6, "uN m s/rad");
+        break;
+    case COMMISSION_STEP_COUNT:
+        break;
+    }
+}
+
+static void print_json(const commission_result_t *result)
+{
+    const struct {
+        const char *name;
+        double value;
+    } rows[] = {
+        {"resistance", result->resistance.value},
+        {"inductance_d", result->inductance_d.value},
+        {"inductance_q", result->inductance_q.value},
+        {"saturation_current", (double)NAN}, /* the drive has no model of saturation */
+        {"flux_linkage", result->flux_linkage.value},
+        {"inertia", result->inertia.value},
+        {"friction_coulomb", result->friction_coulomb.value},
+        {"friction_viscous", result->friction_viscous.value},
+        {"dead_voltage", result->dead_voltage.value},
+    };
+    printf("{");
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        printf("\"%s\": ", rows[n].name);
+        json_number(stdout, rows[n].value);
+        printf(", ");
+    }
+    printf("\"reason\": ");
+    json_text(stdout, result->reason[0] != '\0' ? result->reason : NULL);
+    printf(", \"seconds\": ");
+    json_number(stdout, result->seconds);
+    printf(", \"largest_current\": ");
+    json_number(stdout, result->largest_current);
+    printf("}\n");
+}
+
+static bool write_motor(const char *path, const char *scenario, const commission_plate_t *plate,
+                        const commission_result_t *result)
+{
+    char title[200];
+    snprintf(title, sizeof title, "Measured on %.150s", scenario);
+    for (char *at = title; *at != '\0'; at++) {
+        *at = *at == '"' || *at == '\\' ? '/' : *at;
+    }
+    FILE *file = output_open(path);
+    if (file == NULL) {
+        return false;
+    }
+    commission_write(file, plate, result, title);
+    return output_close(file, path);
+}
+
+/* ---- the run ---- */
+
+/* A rig as the scenario describes it at t = 0. NULL: said why. */
+static rig_t *make_rig(const options_t *options, const scenario_t *scenario)
+{
+    uint64_t seed = scenario->seed;
+    if (options->of.seed != NULL && !arguments_whole(options->of.seed, 0u, UINT64_MAX / 2u, &seed)) {
+        fprintf(stderr, "lagless commission: --seed %s: accepted whole numbers 0 to %" PRIu64 "\n",
+                options->of.seed, UINT64_MAX / 2u);
+        return NULL;
+    }
+    rig_t *rig = rig_create(seed);
+    const scenario_event_t *first = &scenario->events[0];
+    if (rig == NULL) {
+        fprintf(stderr, "lagless commission: not enough memory\n");
+        return NULL;
+    }
+    if (scenario->has_start) {
+        rig_set_motion(rig, scenario->start_angle, scenario->start_speed);
+    }
+    if (!scenario_set(rig, first->settings, first->count)) {
+        fprintf(stderr, "lagless commission: %s: %s\n", scenario->path, rig_error(rig));
+        rig_free(rig);
+        return NULL;
+    }
+    return rig;
+}
+
+static int run(options_t *options, const scenario_t *scenario)
+{
+    commission_options_t steps = {.progress = progress, .context = &options->json};
+    commission_result_t result;
+    scenario_error_t error = {.file = ""};
+    if (!choose_steps(options->steps, &steps)) {
+        return EXIT_USAGE;
+    }
+    if (options->file != NULL && !output_allowed(options->file)) {
+        return EXIT_USAGE;
+    }
+    rig_t *rig = make_rig(options, scenario);
+    if (rig == NULL) {
+        return EXIT_USAGE;
+    }
+    commission_plate_t plate = commission_plate_of(rig);
+    if (options->plate != NULL && !read_plate(options->plate, &plate)) {
+        rig_free(rig);
+        return EXIT_USAGE;
+    }
+    if (options->file != NULL && !output_allowed(options->file)) { /* the plate is an input, too */
+        rig_free(rig);
+        return EXIT_USAGE;
+    }
+    ask(options, &steps);
+    const bool good = commission_rig(rig, &plate, &steps, &result, &error);
+    rig_free(rig);
+    if (!good) {
+        fprintf(stderr, "lagless commission: %s: %s\n", error.name, error.message);
+        return EXIT_USAGE;
+    }
+    if (options->json) {
+        print_json(&result);
+    } else {
+        printf("%s, %.1f s, largest current %.3g A\n",
+               result.reason[0] != '\0' ? result.reason : "commissioned", result.seconds,
+               result.largest_current);
+    }
+    const bool known = isfinite(result.resistance.value) && isfinite(result.inductance_q.value) &&
+                       isfinite(result.flux_linkage.value);
+    if (options->file != NULL && !known) {
+        fprintf(stderr,
+                "lagless commission: --write %s: not written, because R, L and psi_f are not all "
+                "measured\n",
+                options->file);
+        return EXIT_FAILED;
+    }
+    if (options->file != NULL && !write_motor(options->file, scenario->path, &plate, &result)) {
+        return EXIT_INTERNAL;
+    }
+    return result.reason[0] != '\0' ? EXIT_FAILED : EXIT_DONE;
+}
+
+int command_commission(int argc, char **argv)
+{
+    static const struct argp_option rows[] = {
+        ARGUMENTS_SCENARIO,
+        {"plate", 'p', "FILE", 0,
+         "pole pairs, rated current and rated speed of the motor, with the keys of a motor's file; without "
+         "it those of the scenario's parameters",
+         0},
+        {"steps", 't', "NAMES", 0,
+         "only these steps, separated by commas: board, wiring, resistance, inductance, swing, flux, "
+         "inertia; each needs the results of those before",
+         0},
+        {"answer", 'a', "NAME=VALUE", 0,
+         "answer to a question: shaft_free=yes or shaft_free=no (the rotor is not turned)", 0},
+        {"yes", 'y', NULL, 0, "answer all questions with yes", 0},
+        {"write", 'w', "FILE", 0, "write the measured motor, for [motor] and for `lagless tune`", 0},
+        ARGUMENTS_FORCE,
+        {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
+        {0}};
+    static const struct argp argp = {
+        rows,
+        parse,
+        "SCENARIO",
+        "Measures the data of the scenario's motor by the drive itself, step by step, from standstill to the "
+        "torque test. What the scenario says of the motor is not used, except for its plate.",
+        NULL,
+        NULL,
+        NULL};
+    options_t options = {.turns = true};
+    if (!arguments_parse(&argp, argc, argv, &options)) {
+        return EXIT_USAGE;
+    }
+    scenario_t *scenario = library_read("commission", &options.of);
+    if (scenario == NULL) {
+        return EXIT_USAGE;
+    }
+    const int exit_code = run(&options, scenario);
+    scenario_free(scenario);
+    return exit_code;
+}

@@ -1,0 +1,112 @@
+/* The whole commissioning on the simulated drive: motors of which the drive knows nothing but the plate, with
+ * errors of the sensors; limits of the study. Wrong wirings and a fault inside a step are named. */
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#include "host_sim/lab/commission.h"
+#include "tests/rig/seed.h"
+
+typedef struct {
+    double resistance, inductance_d, inductance_q, flux_linkage, pole_pairs, current, speed, inertia;
+    double friction; /* [N m] dry */
+} machine_t;
+
+static const machine_t machines[] = {
+    {0.95, 12.5e-3, 12.5e-3, 0.183, 4.0, 5.0, 157.0, 3e-3, 0.1},
+    {0.42, 4.86e-3, 4.86e-3, 0.407, 1.0, 5.9, 243.0, 0.023, 0.15},
+    {2.9, 3.92e-3, 6.7e-3, 0.119, 2.0, 3.9, 470.0, 9.3e-4, 0.03},
+};
+#define MACHINES (sizeof machines / sizeof machines[0])
+
+static const commission_options_t all = {.progress = NULL};
+
+static rig_t *rig_with(const machine_t *m, uint64_t seed)
+{
+    rig_t *rig = run_rig(seed);
+    TEST_ASSERT_NOT_NULL(rig);
+    TEST_ASSERT_TRUE(
+        rig_put(rig, "plant.pole_pairs", m->pole_pairs) && rig_put(rig, "plant.resistance", m->resistance) &&
+        rig_put(rig, "plant.inductance_d", m->inductance_d) &&
+        rig_put(rig, "plant.inductance_q", m->inductance_q) &&
+        rig_put(rig, "plant.flux_linkage", m->flux_linkage) && rig_put(rig, "plant.inertia", m->inertia) &&
+        rig_put(rig, "plant.friction_coulomb", m->friction) && rig_put(rig, "plant.current_offset_a", 0.05) &&
+        rig_put(rig, "plant.current_gain_error_b", 0.004) && rig_put(rig, "plant.dc_noise", 0.2));
+    return rig;
+}
+
+static void run(rig_t *rig, const machine_t *m, const commission_options_t *options,
+                commission_result_t *result)
+{
+    const commission_plate_t plate = {m->pole_pairs, m->current, m->speed};
+    scenario_error_t error = {.file = ""};
+    TEST_ASSERT_TRUE_MESSAGE(commission_rig(rig, &plate, options, result, &error), error.message);
+}
+
+/* R 2 % or 10 mohm, L_d 1.5 %, L_q 3 %, psi_f 1 % and 0.7 V of its EMF, J 4 %; the current stays below 1.25
+ * of twice the rated one and half the ripple. */
+static void test_unknown_motors_are_measured_within_the_limits(void)
+{
+    for (uint32_t n = 0u; n < MACHINES; n++) {
+        const machine_t *m = &machines[n];
+        commission_result_t result;
+        rig_t *rig = rig_with(m, n + 1u);
+        run(rig, m, &all, &result);
+        TEST_ASSERT_EQUAL_STRING_MESSAGE("", result.reason, result.what);
+        const double emf = 0.58 * m->speed * m->pole_pairs * m->flux_linkage;
+        const double ripple = 311.0 * RIG_PERIOD_SECONDS / (12.0 * m->inductance_d);
+        TEST_ASSERT_DOUBLE_WITHIN(fmax(0.02 * m->resistance, 0.01), m->resistance, result.resistance.value);
+        TEST_ASSERT_DOUBLE_WITHIN(0.015 * m->inductance_d, m->inductance_d, result.inductance_d.value);
+        TEST_ASSERT_DOUBLE_WITHIN(0.03 * m->inductance_q, m->inductance_q, result.inductance_q.value);
+        TEST_ASSERT_DOUBLE_WITHIN((0.01 + 0.7 / emf) * m->flux_linkage, m->flux_linkage,
+                                  result.flux_linkage.value);
+        TEST_ASSERT_DOUBLE_WITHIN(0.04 * m->inertia, m->inertia, result.inertia.value);
+        TEST_ASSERT_TRUE(result.largest_current <= 1.25 * 2.0 * m->current + 0.5 * ripple);
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "enable"));
+        rig_free(rig);
+    }
+}
+
+static void expect_reason(const char *row, double value, const char *reason)
+{
+    commission_result_t result;
+    rig_t *rig = rig_with(&machines[0], 11u);
+    TEST_ASSERT_TRUE(rig_put(rig, row, value));
+    run(rig, &machines[0], &all, &result);
+    TEST_ASSERT_EQUAL_STRING(reason, result.reason);
+    TEST_ASSERT_EQUAL_UINT32(COMMISSION_DO_wiring, result.step);
+    TEST_ASSERT_TRUE(isnan(result.resistance.value));
+    TEST_ASSERT_TRUE(result.largest_current < 0.7 * 2.0 * machines[0].current);
+    rig_free(rig);
+}
+
+static void test_wrong_wiring_is_named_before_a_steady_current_flows(void)
+{
+    expect_reason("open_phase_a", 1.0, "open_phase");
+    expect_reason("open_phase_b", 1.0, "open_phase");
+    expect_reason("open_phase_c", 1.0, "open_phase");
+    expect_reason("swap_currents", 3.0, "sensor_map");
+    expect_reason("current_gain_error_a", -2.0, "sensor_map");
+}
+
+/* Puts a fault into the plant when a step begins. */
+static void break_it(void *context, commission_do_t step, bool done, const commission_result_t *result)
+{
+    (void)result;
+    if (step == COMMISSION_DO_resistance && !done) {
+        TEST_ASSERT_TRUE(rig_put(context, "force_fault", 1.0));
+    }
+}
+
+static void test_a_fault_inside_a_step_ends_it_with_the_bridge_open(void)
+{
+    commission_result_t result;
+    rig_t *rig = rig_with(&machines[0], 12u);
+    const commission_options_t options = {.progress = break_it, .context = rig};
+    run(rig, &machines[0], &options, &result);
+    TEST_ASSERT_TRUE(result.reason[0] != '\0');
+    TEST_ASSERT_EQUAL_UINT32(COMMISSION_DO_resistance, result.step);
+    TEST_ASSERT_TRUE(isnan(result.resistance.value));
+    TEST_ASSERT_TRUE(fabs(rig_value(rig, "true_i_a")) < 1e-3);
+    rig_free(rig);
+}

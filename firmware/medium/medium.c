@@ -234,8 +234,10 @@ static void commission(medium_t *medium, const window_t *window, const requests_
 {
     const manoeuvres_t *m = &medium->manoeuvres;
     const commission_window_t input = {
-        .standing = {&window->excite, window->measured.current_abc, window->measured.current,
-                     window->measured.u_dc},
+        .standing = {.seen = &window->excite,
+                     .current_abc = window->measured.current_abc,
+                     .current = window->measured.current,
+                     .u_dc = window->measured.u_dc},
         .turning =
             {
                 .runs = m->now == (int32_t)MANOEUVRE_RUN && manoeuvres_steady(m) ? 1u : 0u,

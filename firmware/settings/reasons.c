@@ -14,7 +14,7 @@ const reason_row_t reasons[] = {
 
 const uint32_t reasons_count = sizeof reasons / sizeof reasons[0];
 
-static const reason_row_t of_commission[] = {
+static const reason_row_t rows[] = {
 #define ROW_OF_COMMISSION(NAME, name, text, remedy) {(int32_t)COMMISSION_REASON_##NAME, name, text, remedy},
     COMMISSION_REASONS(ROW_OF_COMMISSION)
 #undef ROW_OF_COMMISSION
@@ -22,8 +22,8 @@ static const reason_row_t of_commission[] = {
 
 const reason_row_t *reason_of_commission(int32_t number)
 {
-    const int32_t count = (int32_t)(sizeof of_commission / sizeof of_commission[0]);
-    return number >= 0 && number < count ? &of_commission[number] : NULL;
+    const int32_t count = (int32_t)(sizeof rows / sizeof rows[0]);
+    return number >= 0 && number < count ? &rows[number] : NULL;
 }
 
 const reason_row_t *reason_by_number(int32_t number)

@@ -48,15 +48,17 @@ typedef struct {
 
 /* Sums over the periods of a window, in the frame of the axis. */
 typedef struct {
-    uint32_t periods;              /* [periods] */
-    uint32_t serial;               /* [-] of the order that acted in the last period */
-    uint32_t done;                 /* [-] 1: the pulse has ended, or the current has reached its reference */
-    rotation_t axis;               /* of that order [-] */
-    ab_t response;                 /* change of the current by the first half of the pulse [A] */
-    dq_t voltage;                  /* [V] */
-    dq_t current;                  /* [A] */
-    dq_t voltage_cos, voltage_sin; /* times cosine and sine of the phase [V] */
-    dq_t current_cos, current_sin; /* [A] */
+    uint32_t periods; /* [periods] */
+    uint32_t serial;  /* [-] of the order that acted in the last period */
+    uint32_t done;    /* [-] 1: the pulse has ended, or the current has reached its reference */
+    rotation_t axis;  /* of that order [-] */
+    ab_t response;    /* change of the current by the first half of the pulse [A] */
+    dq_t voltage;     /* [V] */
+    dq_t current;     /* [A] */
+    dq_t voltage_cos; /* times the cosine of the phase [V] */
+    dq_t voltage_sin; /* times its sine [V] */
+    dq_t current_cos; /* the same [A] */
+    dq_t current_sin; /* the same [A] */
 } excite_seen_t;
 
 typedef struct {

@@ -15,9 +15,9 @@ typedef struct {
 } row_t;
 
 static const row_t rows[] = {
-#define ROW(NAME, name, seconds, kind) {seconds, kind##_STEP},
-    COMMISSION_STEPS(ROW)
-#undef ROW
+#define ROW_OF_STEP(NAME, name, seconds, kind) {seconds, kind##_STEP},
+    COMMISSION_STEPS(ROW_OF_STEP)
+#undef ROW_OF_STEP
 };
 
 void commission_init(commission_t *commission, const commission_tuning_t *tuning)

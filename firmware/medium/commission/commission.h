@@ -49,8 +49,9 @@ typedef enum { COMMISSION_WAITS, COMMISSION_WORKS, COMMISSION_DONE, COMMISSION_F
 /* Noise of the current sensors, with the bridge off. */
 typedef struct {
     float n;
-    abc_t sum, square; /* [A], [A^2] */
-    abc_t first;       /* [A] */
+    abc_t sum;    /* [A] */
+    abc_t square; /* [A^2] */
+    abc_t first;  /* [A] */
 } commission_board_t;
 
 /* Only one step works at a time. */

@@ -132,8 +132,9 @@ typedef struct {
 
 /* Means over windows, in the frame of the axis. */
 typedef struct {
-    dq_t voltage, current; /* sums [V], [A] */
-    float periods;         /* [periods] */
+    dq_t voltage;  /* sum [V] */
+    dq_t current;  /* sum [A] */
+    float periods; /* [periods] */
 } commission_mean_t;
 
 static inline void commission_mean_begin(commission_mean_t *mean)

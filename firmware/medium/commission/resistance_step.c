@@ -13,14 +13,11 @@
 #define SIXTH_TURN    1.04719755f /* [rad] */
 #define LEG           0.75f       /* V over the rest of the line [-] */
 
-enum { BEGIN, FIRST, HALF, FULL, TURN, STILL, LEVELS };
-
-static const float levels[] = {1.0f, 0.8f, 0.64f, 0.5f, 0.4f, 0.32f};
-#define LEVEL_COUNT (sizeof levels / sizeof levels[0])
+#define LEVEL_COUNT 6u
 
 void resistance_step_begin(resistance_step_t *step)
 {
-    *step = (resistance_step_t){.phase = BEGIN};
+    *step = (resistance_step_t){.phase = RESISTANCE_BEGIN};
 }
 
 static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
@@ -36,13 +33,13 @@ static commission_verdict_t first_value(resistance_step_t *step, const commissio
     const dq_t voltage = commission_mean_of(&step->standing.mean, step->standing.mean.voltage);
     const dq_t current = commission_mean_of(&step->standing.mean, step->standing.mean.current);
     standing_wait(&step->standing);
-    if (step->phase == FIRST) {
+    if (step->phase == RESISTANCE_FIRST) {
         step->first = (dq_t){current.d, voltage.d};
         order->current = 0.5f * FIRST_SHARE * tuning->current_max;
-        step->phase = HALF;
+        step->phase = RESISTANCE_HALF;
         return commission_goes_on();
     }
-    if (step->phase == HALF) {
+    if (step->phase == RESISTANCE_HALF) {
         const float rise = step->first.d - current.d;
         const float resistance = rise > 0.0f ? (step->first.q - voltage.d) / rise : 0.0f;
         if (!(resistance > 0.0f)) {
@@ -57,13 +54,17 @@ static commission_verdict_t first_value(resistance_step_t *step, const commissio
         results->resistance = resistance;
         standing_gains(input->u_dc, tuning, results, order);
         order->current = step->current;
-        step->phase = FULL;
+        step->phase = RESISTANCE_FULL;
         return commission_goes_on();
     }
-    step->phase = LEVELS; /* after FULL and STILL */
+    step->phase = RESISTANCE_LEVELS; /* after RESISTANCE_FULL and RESISTANCE_STILL */
     step->level = 0u;
     step->windows = 0u;
-    step->n = step->x = step->y = step->xx = step->xy = 0.0f;
+    step->n = 0.0f;
+    step->x = 0.0f;
+    step->y = 0.0f;
+    step->xx = 0.0f;
+    step->xy = 0.0f;
     return commission_goes_on();
 }
 
@@ -123,7 +124,7 @@ static commission_verdict_t judge(resistance_step_t *step, const commission_tuni
         }
         step->repeated = 1u;
         step->direction = 0u;
-        step->phase = TURN;
+        step->phase = RESISTANCE_TURN;
         return commission_goes_on();
     }
     results->resistance = mean;
@@ -140,6 +141,7 @@ static commission_verdict_t climb(resistance_step_t *step, const commission_tuni
                                   const commission_input_t *input, excite_order_t *order,
                                   commission_results_t *results)
 {
+    static const float levels[LEVEL_COUNT] = {1.0f, 0.8f, 0.64f, 0.5f, 0.4f, 0.32f};
     const uint32_t from = windows_of(SETTLE, tuning);
     order->current = levels[step->level] * step->current;
     step->windows++;
@@ -163,7 +165,7 @@ static commission_verdict_t climb(resistance_step_t *step, const commission_tuni
     if (step->direction == RESISTANCE_DIRECTIONS) {
         return judge(step, tuning, results);
     }
-    step->phase = TURN;
+    step->phase = RESISTANCE_TURN;
     return commission_goes_on();
 }
 
@@ -171,24 +173,24 @@ commission_verdict_t resistance_step(resistance_step_t *step, const commission_t
                                      const commission_input_t *input, excite_order_t *order,
                                      commission_results_t *results)
 {
-    if (step->phase == BEGIN) {
+    if (step->phase == RESISTANCE_BEGIN) {
         results->resistance = 0.0f;
         standing_begin(&step->standing, 0.0f, input->u_dc, tuning, results, order);
         order->current = FIRST_SHARE * tuning->current_max;
-        step->phase = FIRST;
+        step->phase = RESISTANCE_FIRST;
         return commission_goes_on();
     }
     if (input->seen->serial != order->serial) {
         return commission_goes_on();
     }
-    if (step->phase == LEVELS) {
+    if (step->phase == RESISTANCE_LEVELS) {
         return climb(step, tuning, input, order, results);
     }
-    if (step->phase == TURN) {
+    if (step->phase == RESISTANCE_TURN) {
         order->current = step->current;
         if (standing_turn(&step->standing, SIXTH_TURN * (float)step->direction, tuning, input->seen, order)) {
             standing_wait(&step->standing);
-            step->phase = STILL;
+            step->phase = RESISTANCE_STILL;
         }
         return commission_goes_on();
     }
@@ -197,8 +199,9 @@ commission_verdict_t resistance_step(resistance_step_t *step, const commission_t
     case STANDING_STEADY:
         return first_value(step, tuning, input, order, results);
     case STANDING_NEVER:
-        return commission_failed(
-            step->phase == STILL ? COMMISSION_REASON_ROTOR_SWINGS : COMMISSION_REASON_NO_STEADY_CURRENT, 0);
+        return commission_failed(step->phase == RESISTANCE_STILL ? COMMISSION_REASON_ROTOR_SWINGS
+                                                                 : COMMISSION_REASON_NO_STEADY_CURRENT,
+                                 0);
     case STANDING_NOT_YET:
         break;
     }

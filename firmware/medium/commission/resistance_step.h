@@ -13,14 +13,24 @@
 
 #define RESISTANCE_DIRECTIONS 6u
 
+typedef enum {
+    RESISTANCE_BEGIN,
+    RESISTANCE_FIRST,
+    RESISTANCE_HALF,
+    RESISTANCE_FULL,
+    RESISTANCE_TURN,
+    RESISTANCE_STILL,
+    RESISTANCE_LEVELS
+} resistance_phase_t;
+
 typedef struct {
-    int32_t phase;      /* [-] of the step */
-    uint32_t direction; /* [-] in steps of 60 degrees */
-    uint32_t level;     /* [-] of the staircase */
-    uint32_t windows;   /* [windows] of this level */
-    uint32_t repeated;  /* [-] 1: the second staircase */
-    float current;      /* I_h [A] */
-    dq_t first;         /* current and voltage of the first level [A], [V] */
+    resistance_phase_t phase; /* [-] of the step */
+    uint32_t direction;       /* [-] in steps of 60 degrees */
+    uint32_t level;           /* [-] of the staircase */
+    uint32_t windows;         /* [windows] of this level */
+    uint32_t repeated;        /* [-] 1: the second staircase */
+    float current;            /* I_h [A] */
+    dq_t first;               /* current and voltage of the first level [A], [V] */
     commission_mean_t mean;
     standing_t standing;
     float n, x, y, xx, xy;               /* sums of the line of this direction, about its first level */

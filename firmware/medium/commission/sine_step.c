@@ -20,24 +20,27 @@
 #define ACROSS        0.05f       /* current across over that along of a rotor at rest [-] */
 #define SIXTH_TURN    1.04719755f /* [rad] */
 
-enum { BEGIN, ALIGN, TURN, STILL, RUNS };
-
 /* The runs: direction of the sine, standing current, frequency. The first of each axis finds the voltage. */
 typedef struct {
-    bool across, probe;
-    float bias, frequency; /* [-] shares */
+    bool across;     /* true: across the standing current */
+    bool probe;      /* true: L is a guess yet */
+    float bias;      /* [-] of the standing current */
+    float frequency; /* [-] of FREQUENCY */
 } sine_run_t;
 static const sine_run_t runs[] = {
     {false, true, 1.0f, 1.0f},  {false, false, 1.0f, 1.0f}, {false, false, 0.6f, 1.0f},
     {false, false, 0.3f, 1.0f}, {true, true, 1.0f, 1.0f},   {true, false, 1.0f, 1.0f},
     {true, false, 1.0f, LOWER},
 };
-#define RUNS_COUNT (sizeof runs / sizeof runs[0])
-enum { RUN_D_MOST = 1, RUN_D = 2, RUN_Q = 5, RUN_Q_LOWER = 6 };
+#define RUNS_COUNT  (sizeof runs / sizeof runs[0])
+#define RUN_D_MOST  1u
+#define RUN_D       2u
+#define RUN_Q       5u
+#define RUN_Q_LOWER 6u
 
 void sine_step_begin(sine_step_t *step)
 {
-    *step = (sine_step_t){.phase = BEGIN};
+    *step = (sine_step_t){.phase = SINE_BEGIN};
 }
 
 static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
@@ -87,7 +90,9 @@ static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const 
     order->sine_across = run->across ? 1u : 0u;
     order->current = bias;
     step->windows = 0u;
-    step->voltage = step->along = step->across = (sine_sum_t){0.0f, 0.0f};
+    step->voltage = (sine_sum_t){0.0f, 0.0f};
+    step->along = (sine_sum_t){0.0f, 0.0f};
+    step->across = (sine_sum_t){0.0f, 0.0f};
 }
 
 static void add(sine_step_t *step, const excite_seen_t *seen)
@@ -175,7 +180,7 @@ static commission_verdict_t begin(sine_step_t *step, const commission_tuning_t *
     step->guess_q = results->inductance_pulse;
     standing_begin(&step->standing, -SIXTH_TURN, input->u_dc, tuning, results, order);
     order->current = step->current;
-    step->phase = ALIGN;
+    step->phase = SINE_ALIGN;
     return commission_goes_on();
 }
 
@@ -183,27 +188,27 @@ commission_verdict_t sine_step(sine_step_t *step, const commission_tuning_t *tun
                                const commission_input_t *input, excite_order_t *order,
                                commission_results_t *results)
 {
-    if (step->phase == BEGIN) {
+    if (step->phase == SINE_BEGIN) {
         return begin(step, tuning, input, order, results);
     }
     if (input->seen->serial != order->serial) {
         return commission_goes_on();
     }
-    if (step->phase == RUNS) {
+    if (step->phase == SINE_RUNS) {
         return run_on(step, tuning, input, order, results);
     }
-    if (step->phase == TURN) {
+    if (step->phase == SINE_TURN) {
         if (standing_turn(&step->standing, 0.0f, tuning, input->seen, order)) {
             standing_wait(&step->standing);
-            step->phase = STILL;
+            step->phase = SINE_STILL;
         }
         return commission_goes_on();
     }
     const standing_want_t want = {windows_of(BLOCK, tuning), order->current, ACROSS * order->current};
     switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
-        step->phase = step->phase == ALIGN ? TURN : RUNS;
-        if (step->phase == RUNS) {
+        step->phase = step->phase == SINE_ALIGN ? SINE_TURN : SINE_RUNS;
+        if (step->phase == SINE_RUNS) {
             prepare(step, tuning, input, results, order);
         }
         break;

@@ -19,8 +19,10 @@ typedef struct {
     float re, im;
 } sine_sum_t;
 
+typedef enum { SINE_BEGIN, SINE_ALIGN, SINE_TURN, SINE_STILL, SINE_RUNS } sine_phase_t;
+
 typedef struct {
-    int32_t phase;          /* [-] of the step */
+    sine_phase_t phase;     /* [-] of the step */
     uint32_t run;           /* [-] of the table of runs */
     uint32_t windows;       /* [windows] of this run */
     uint32_t lowered;       /* [-] times that the current was lowered */
@@ -29,7 +31,9 @@ typedef struct {
     float value[7];         /* L of each run [H] */
     float turn[7];          /* w T of each run [rad] */
     standing_t standing;
-    sine_sum_t voltage, along, across; /* sums of this run */
+    sine_sum_t voltage; /* sums of this run [V], */
+    sine_sum_t along;   /* of the current along the sine [A] */
+    sine_sum_t across;  /* and across it [A] */
 } sine_step_t;
 
 /* L [H] from U and I; `turn`: w T [rad] with its cosine and sine. Not positive: there is none. */

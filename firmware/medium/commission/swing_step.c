@@ -21,11 +21,17 @@
 #define FLUX_LEAST   2e-4f       /* [Wb] */
 #define ZONE         0.1f        /* [A] current below which the sign of a leg's loss fades */
 
-enum { BEGIN, ALIGN, JUMP, REST };
+/* A window of the motion, in the stationary frame. */
+typedef struct {
+    ab_t voltage;  /* sum over the periods [V] */
+    ab_t current;  /* sum over the periods [A] */
+    ab_t sample;   /* at its end [A] */
+    float periods; /* [periods] */
+} swing_window_t;
 
 void swing_step_begin(swing_step_t *step)
 {
-    *step = (swing_step_t){.phase = BEGIN};
+    *step = (swing_step_t){.phase = SWING_BEGIN};
 }
 
 static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
@@ -170,7 +176,7 @@ static void jump(swing_step_t *step, const commission_input_t *input, ab_t befor
     step->angle = to != 0u ? 0.0f : -THIRD_TURN;
     order->axis = trig_turn(step->angle);
     step->windows = 0u;
-    step->phase = JUMP;
+    step->phase = SWING_JUMP;
 }
 
 /* The voltage of the rest, from the mean of a block: what R and the loss of the legs do not explain. */
@@ -262,7 +268,7 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
                                 const commission_input_t *input, excite_order_t *order,
                                 commission_results_t *results)
 {
-    if (step->phase == BEGIN) {
+    if (step->phase == SWING_BEGIN) {
         if (!(results->resistance > 0.0f && results->inductance_d > 0.0f)) {
             return commission_failed(COMMISSION_REASON_EARLIER_STEP, 0);
         }
@@ -271,23 +277,23 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
         step->angle = -THIRD_TURN;
         standing_begin(&step->standing, step->angle, input->u_dc, tuning, results, order);
         order->current = step->current;
-        step->phase = ALIGN;
+        step->phase = SWING_ALIGN;
         return commission_goes_on();
     }
     if (input->seen->serial != order->serial) {
         return commission_goes_on();
     }
-    if (step->phase == JUMP) {
+    if (step->phase == SWING_JUMP) {
         const swing_window_t window = window_of(input, input->seen->axis);
         add(step, tuning, &window, results);
         step->windows++;
         if (step->windows >= windows_of(LEAST, tuning)) {
             standing_wait(&step->standing);
-            step->phase = REST;
+            step->phase = SWING_REST;
         }
         return commission_goes_on();
     }
-    if (step->phase == REST) {
+    if (step->phase == SWING_REST) {
         const swing_window_t window = window_of(input, input->seen->axis);
         add(step, tuning, &window, results);
     }
@@ -295,7 +301,7 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
                                   ACROSS * order->current + ACROSS_LEAST};
     switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
-        if (step->phase == REST) {
+        if (step->phase == SWING_REST) {
             return judge(step, input, results, order);
         }
         step->rest[0] = rest_of(step, results);

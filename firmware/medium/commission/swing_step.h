@@ -20,14 +20,6 @@
 
 #include "medium/commission/standing.h"
 
-/* A window of the motion, in the stationary frame. */
-typedef struct {
-    ab_t voltage;  /* sum over the periods [V] */
-    ab_t current;  /* sum over the periods [A] */
-    ab_t sample;   /* at its end [A] */
-    float periods; /* [periods] */
-} swing_window_t;
-
 /* What the flux of the magnets and the torque do during a jump. */
 typedef struct {
     ab_t flux;                /* int (u - R i - v) dt [Wb] */
@@ -47,8 +39,10 @@ typedef struct {
     float ww, wt, tt, wp, tp, pp;
 } swing_fit_t;
 
+typedef enum { SWING_BEGIN, SWING_ALIGN, SWING_JUMP, SWING_REST } swing_phase_t;
+
 typedef struct {
-    int32_t phase;              /* [-] of the step */
+    swing_phase_t phase;        /* [-] of the step */
     uint32_t jump;              /* [-] */
     uint32_t windows;           /* [windows] of this jump */
     uint32_t freer;             /* [-] times that the braking was made less, because J did not show */

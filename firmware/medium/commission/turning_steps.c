@@ -32,8 +32,6 @@
 #define SLICES_LEAST 12.0f
 #define STEADY_HIGH  0.9f /* of the high speed: first steady speed [-] */
 
-enum { START, UP, COAST, DOWN, STEADY_FAST, STEADY_SLOW };
-
 static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
 {
     return (uint32_t)(seconds / tuning->window + 0.5f);
@@ -155,12 +153,12 @@ void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float 
 /* Elimination with the diagonal, which suffices for normal equations: they are symmetric and positive. */
 bool turning_fit_solve(const turning_fit_t *fit, float x[TURNING_UNKNOWNS], float *error)
 {
-    float a[TURNING_UNKNOWNS][2u * TURNING_UNKNOWNS] = {{0.0f}};
+    float a[TURNING_UNKNOWNS][2u * TURNING_UNKNOWNS];
     for (uint32_t r = 0u; r < TURNING_UNKNOWNS; r++) {
         for (uint32_t c = 0u; c < TURNING_UNKNOWNS; c++) {
             a[r][c] = fit->a[r][c];
+            a[r][TURNING_UNKNOWNS + c] = r == c ? 1.0f : 0.0f;
         }
-        a[r][TURNING_UNKNOWNS + r] = 1.0f;
     }
     for (uint32_t p = 0u; p < TURNING_UNKNOWNS; p++) {
         if (!(a[p][p] > 1e-6f * fit->a[p][p])) {
@@ -195,10 +193,10 @@ bool turning_fit_solve(const turning_fit_t *fit, float x[TURNING_UNKNOWNS], floa
 
 void torque_test_begin(torque_test_t *step)
 {
-    *step = (torque_test_t){.phase = START};
+    *step = (torque_test_t){.phase = TORQUE_START};
 }
 
-static void begin_phase(torque_test_t *step, int32_t phase)
+static void begin_phase(torque_test_t *step, torque_phase_t phase)
 {
     step->phase = phase;
     step->windows = 0u;
@@ -219,7 +217,10 @@ static void close(torque_test_t *step, const commission_tuning_t *tuning)
                                        1.0f, part->linear * per_time / (of_linear * tuning->pole_pairs)};
     turning_fit_add(&step->fit, x, part->torque / n);
     part->windows = 0u;
-    part->turned = part->linear = part->square = part->torque = 0.0f;
+    part->turned = 0.0f;
+    part->linear = 0.0f;
+    part->square = 0.0f;
+    part->torque = 0.0f;
 }
 
 /* A window of a slice, with the angle of the EMF, which has no lag of the loop. */
@@ -257,7 +258,7 @@ static void begin_pushing(torque_test_t *step, const commission_tuning_t *tuning
     const float windows = way / (SLICES * bounds_less(wanted, most) * tuning->window);
     step->push = bounds_less(wanted + PUSH_ADDED * tuning->current_max, most);
     step->length = (uint32_t)bounds_less(bounds_more(windows, SLICE_LEAST), SLICE_MOST);
-    begin_phase(step, UP);
+    begin_phase(step, TORQUE_UP);
 }
 
 /* Torque up, coast, brake. */
@@ -268,23 +269,26 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
     const float middle = step->low + COAST_TO * (step->high - step->low);
     slice(step, tuning, input, psi);
     step->windows++;
-    if (step->phase == UP) {
+    if (step->phase == TORQUE_UP) {
         if (step->windows > windows_of(PUSH_WAIT, tuning)) {
             step->push = bounds_less(PUSH_GROWTH * step->push, PUSH_MOST * tuning->current_max);
-            begin_phase(step, UP);
+            begin_phase(step, TORQUE_UP);
         } else if (omega_m > step->high) {
-            begin_phase(step, COAST);
+            begin_phase(step, TORQUE_COAST);
         }
-    } else if (step->phase == COAST) {
+    } else if (step->phase == TORQUE_COAST) {
         if (omega_m < middle || step->windows > windows_of(COAST_MOST, tuning)) {
-            begin_phase(step, DOWN);
+            begin_phase(step, TORQUE_DOWN);
         }
     } else if (omega_m < step->low) {
         step->cycle++;
-        begin_phase(step, step->cycle < CYCLES ? UP : STEADY_FAST);
+        begin_phase(step, step->cycle < CYCLES ? TORQUE_UP : TORQUE_STEADY_FAST);
     }
-    wish->by_current = step->phase <= DOWN ? 1u : 0u;
-    wish->current.q = step->phase == UP ? step->push : step->phase == DOWN ? -BRAKE * step->push : 0.0f;
+    const float push = step->phase == TORQUE_UP     ? step->push
+                       : step->phase == TORQUE_DOWN ? -BRAKE * step->push
+                                                    : 0.0f;
+    const bool by_current = step->phase != TORQUE_STEADY_FAST && step->phase != TORQUE_STEADY_SLOW;
+    *wish = (turning_wish_t){by_current ? 1u : 0u, wish->omega_m_ref, {wish->current.d, push}};
 }
 
 static commission_verdict_t judge(torque_test_t *step, commission_results_t *results)
@@ -301,7 +305,7 @@ static commission_verdict_t judge(torque_test_t *step, commission_results_t *res
         if (step->earlier > 0.0f) {
             return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
         }
-        *step = (torque_test_t){.phase = START, .earlier = x[0]};
+        *step = (torque_test_t){.phase = TORQUE_START, .earlier = x[0]};
         return commission_goes_on();
     }
     const float apart = step->omega[0] - step->omega[1];
@@ -320,7 +324,10 @@ static commission_verdict_t hold_speed(torque_test_t *step, const commission_tun
                                        const turning_input_t *input, turning_wish_t *wish,
                                        commission_results_t *results, float psi)
 {
-    const uint32_t which = step->phase == STEADY_FAST ? 0u : 1u;
+    uint32_t which = 1u;
+    if (step->phase == TORQUE_STEADY_FAST) {
+        which = 0u;
+    }
     turning_mean_t *mean = &step->mean;
     wish->omega_m_ref = which == 0u ? STEADY_HIGH * step->high : step->low;
     if (!is_steady(&step->windows, tuning, input, wish->omega_m_ref)) {
@@ -336,7 +343,7 @@ static commission_verdict_t hold_speed(torque_test_t *step, const commission_tun
     if (which == 1u) {
         return judge(step, results);
     }
-    begin_phase(step, STEADY_SLOW);
+    begin_phase(step, TORQUE_STEADY_SLOW);
     return commission_goes_on();
 }
 
@@ -351,13 +358,13 @@ commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuni
     if (!(step->low < 0.7f * step->high)) {
         return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
     }
-    if (step->phase == START) {
+    if (step->phase == TORQUE_START) {
         if (is_steady(&step->windows, tuning, input, step->low)) {
             begin_pushing(step, tuning, psi);
         }
         return commission_goes_on();
     }
-    if (step->phase >= STEADY_FAST) {
+    if (step->phase >= TORQUE_STEADY_FAST) {
         return hold_speed(step, tuning, input, wish, results, psi);
     }
     if (input->runs == 0u) {

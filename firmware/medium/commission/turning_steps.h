@@ -22,10 +22,10 @@ typedef struct {
     uint32_t runs; /* [-] 1: run on the estimate, which is judged as good */
     float theta_e; /* of the estimate [rad] */
     float omega_e; /* the same, mean of the window [rad/s] */
-    dq_t emf,
-        current; /* vectors summed over the window in the stationary frame, as means in its frame [V], [A] */
-    float speed; /* requested largest speed, mechanical [rad/s] */
-    float least; /* speed of the hand-over, mechanical [rad/s] */
+    dq_t emf;      /* summed over the window in the stationary frame, as a mean in the frame of its end [V] */
+    dq_t current;  /* the same of the current [A] */
+    float speed;   /* requested largest speed, mechanical [rad/s] */
+    float least;   /* speed of the hand-over, mechanical [rad/s] */
 } turning_input_t;
 
 /* What the drive shall do. */
@@ -64,18 +64,28 @@ typedef struct {
     float torque;     /* sum [N m] */
 } turning_slice_t;
 
+typedef enum {
+    TORQUE_START,
+    TORQUE_UP,
+    TORQUE_COAST,
+    TORQUE_DOWN,
+    TORQUE_STEADY_FAST,
+    TORQUE_STEADY_SLOW
+} torque_phase_t;
+
 typedef struct {
-    int32_t phase;    /* [-] of the step */
-    uint32_t cycle;   /* [-] */
-    uint32_t windows; /* [windows] of this phase */
-    float push;       /* i_q upwards [A] */
-    float earlier;    /* J of a first test that disagreed with the swing; 0: none [kg m^2] */
-    uint32_t length;  /* N: of a slice [windows] */
-    float low, high;  /* speeds, mechanical [rad/s] */
+    torque_phase_t phase; /* [-] of the step */
+    uint32_t cycle;       /* [-] */
+    uint32_t windows;     /* [windows] of this phase */
+    float push;           /* i_q upwards [A] */
+    float earlier;        /* J of a first test that disagreed with the swing; 0: none [kg m^2] */
+    uint32_t length;      /* N: of a slice [windows] */
+    float low, high;      /* speeds, mechanical [rad/s] */
     turning_slice_t slice;
     turning_fit_t fit;
     turning_mean_t mean;
-    float torque[2], omega[2]; /* of the two steady speeds [N m], [rad/s] */
+    float torque[2]; /* of the two steady speeds [N m] */
+    float omega[2];  /* these speeds, mechanical [rad/s] */
 } torque_test_t;
 
 /* Length of the mean of so many unit vectors, `turn` [rad] apart: sin(n turn/2)/(n sin(turn/2)), within 1e-3

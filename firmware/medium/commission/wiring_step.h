@@ -15,13 +15,15 @@
 
 #define WIRING_DIRECTIONS 6u
 
+typedef enum { WIRING_ZERO, WIRING_SEARCH, WIRING_MATRIX, WIRING_COMPARE } wiring_phase_t;
+
 typedef struct {
-    int32_t phase;      /* [-] of the step */
-    uint32_t direction; /* [-] of the present pulse, in steps of 60 degrees */
-    uint32_t windows;   /* [windows] of the present pulse */
-    float voltage;      /* [V] */
-    uint32_t periods;   /* [periods] of half a pulse */
-    float largest;      /* answer of this search [A] */
+    wiring_phase_t phase; /* [-] of the step */
+    uint32_t direction;   /* [-] of the present pulse, in steps of 60 degrees */
+    uint32_t windows;     /* [windows] of the present pulse */
+    float voltage;        /* [V] */
+    uint32_t periods;     /* [periods] of half a pulse */
+    float largest;        /* answer of this search [A] */
     wiring_matrix_t matrix;
     ab_t sum;                       /* of the answers [A] */
     float lengths;                  /* of the answers, summed [A] */

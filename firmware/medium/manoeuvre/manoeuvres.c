@@ -123,7 +123,7 @@ void manoeuvres_stand(manoeuvres_t *m, setpoint_t *setpoint)
 }
 
 /* Commissioning has ended with the bridge on: the rotor is caught. */
-void manoeuvres_resume(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
+static void manoeuvres_resume(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     manoeuvres_begin(m, input->omega_m, setpoint);
 }

@@ -68,7 +68,6 @@ void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
 void manoeuvres_force(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 void manoeuvres_hand_over(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 void manoeuvres_fall_back(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
-void manoeuvres_resume(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 void manoeuvres_run(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 void manoeuvres_run_on_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint);
 

@@ -52,9 +52,8 @@ SECTIONS
                       *(.text:tracker_is_salient) *(.text:tracker_step) *(.text:tracker_straighten) *(.text:tracker_watch)
                       *(.text:trig_turn)
                       /* firmware/estimator/lag.c */
-                      *(.text:conductance_of) *(.text:filter_of) *(.text:lag_angle) *(.text:lag_attenuation) *(.text:lag_emf)
-                      *(.text:lag_error) *(.text:lag_filtered) *(.text:lag_switched) *(.text:over) *(.text:speed_within)
-                      *(.text:square_of) *(.text:times) *(.text:undoing)
+                      *(.text:conductance_of) *(.text:filter_of) *(.text:lag_angle) *(.text:lag_emf) *(.text:over)
+                      *(.text:speed_within) *(.text:square_of) *(.text:times) *(.text:undoing)
                       /* firmware/estimator/paper/lag_paper.c */
                       *(.text:frames_inverse_park)
                       /* firmware/estimator/pll.c */

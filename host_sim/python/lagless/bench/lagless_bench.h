@@ -1,4 +1,5 @@
-/* The functions of a shared object that lagless.bench("my_estimator.so") measures (docs/python.md). It is compiled by
+/* The functions of a shared object that lagless.bench("my_estimator.so") measures (docs/python.md). It is
+ * compiled by
  *
  *     cc -shared -fPIC -O2 -I FOLDER my_estimator.c -o my_estimator.so -lm
  *
@@ -15,11 +16,12 @@ typedef struct {
     double flux_linkage; /* psi_f [Wb] */
 } lagless_motor_t;
 
-/* The state of an estimator that is configured with this motor; NULL: not possible. The motor is valid during the call only. */
+/* The state of an estimator that is configured with this motor; NULL: not possible. The motor is valid during
+ * the call only. */
 void *estimator_create(const lagless_motor_t *motor);
 
-/* The electrical angle of the rotor [rad] at the next sample. u: mean voltage on the winding in the period that ends at the sample [V];
- * i: current at the sample [A]; both amplitude-invariant. */
+/* The electrical angle of the rotor [rad] at the next sample. u: mean voltage on the winding in the period
+ * that ends at the sample [V]; i: current at the sample [A]; both amplitude-invariant. */
 double estimator_step(void *estimator, double u_alpha, double u_beta, double i_alpha, double i_beta);
 
 /* Frees the state. */

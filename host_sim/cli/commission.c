@@ -258,7 +258,7 @@ static bool write_motor(const char *path, const char *scenario, const commission
 
 /* ---- the run ---- */
 
-/* A rig as the scenario describes it at t = 0. NULL: said why. */
+/* A rig as the scenario describes it at t = 0. NULL: the reason has been printed. */
 static rig_t *make_rig(const options_t *options, const scenario_t *scenario)
 {
     uint64_t seed = scenario->seed;
@@ -267,19 +267,10 @@ static rig_t *make_rig(const options_t *options, const scenario_t *scenario)
                 options->of.seed, UINT64_MAX / 2u);
         return NULL;
     }
-    rig_t *rig = rig_create(seed);
-    const scenario_event_t *first = &scenario->events[0];
+    scenario_error_t error = {.file = ""};
+    rig_t *rig = commission_rig_of(scenario, seed, &error);
     if (rig == NULL) {
-        fprintf(stderr, "lagless commission: not enough memory\n");
-        return NULL;
-    }
-    if (scenario->has_start) {
-        rig_set_motion(rig, scenario->start_angle, scenario->start_speed);
-    }
-    if (!scenario_set(rig, first->settings, first->count)) {
-        fprintf(stderr, "lagless commission: %s: %s\n", scenario->path, rig_error(rig));
-        rig_free(rig);
-        return NULL;
+        fprintf(stderr, "lagless commission: %s: %s\n", scenario->path, error.message);
     }
     return rig;
 }

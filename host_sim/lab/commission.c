@@ -367,6 +367,25 @@ static void note_currents(void *context, uint32_t period, const uint32_t *slots,
     }
 }
 
+rig_t *commission_rig_of(const scenario_t *scenario, uint64_t seed, scenario_error_t *error)
+{
+    rig_t *rig = rig_create(seed);
+    const scenario_event_t *first = &scenario->events[0];
+    if (rig == NULL) {
+        snprintf(error->message, sizeof error->message, "not enough memory");
+        return NULL;
+    }
+    if (scenario->has_start) {
+        rig_set_motion(rig, scenario->start_angle, scenario->start_speed);
+    }
+    if (!scenario_set(rig, first->settings, first->count)) {
+        snprintf(error->message, sizeof error->message, "%s", rig_error(rig));
+        rig_free(rig);
+        return NULL;
+    }
+    return rig;
+}
+
 commission_plate_t commission_plate_of(rig_t *rig)
 {
     const double continuous = rig_value(rig, "motor_current_continuous");
@@ -375,6 +394,21 @@ commission_plate_t commission_plate_of(rig_t *rig)
         .current = continuous > 0.0 ? continuous : 0.5 * rig_value(rig, "current_limit"),
         .speed = rig_value(rig, "overspeed_trip") / OVER_TOP,
     };
+}
+
+/* The rules refuse the parameters of a step. Once R is measured, plate and measurement contradict each other:
+ * true, and that is the reason. */
+static bool contradicts(commission_result_t *result, const scenario_error_t *error)
+{
+    if (!isfinite(result->resistance.value)) {
+        return false;
+    }
+    snprintf(result->reason, sizeof result->reason, "plate_contradiction");
+    snprintf(
+        result->what, sizeof result->what,
+        "no set of parameters for this step has the values of the plate and those that were measured: %.260s",
+        error->message);
+    return true;
 }
 
 bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commission_options_t *options,
@@ -399,11 +433,11 @@ bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commissio
             continue;
         }
         result->step = n;
-        good = stage(&work);
-        if (good && options->progress != NULL) {
+        good = stage(&work) || contradicts(result, error);
+        if (result->reason[0] == '\0' && good && options->progress != NULL) {
             options->progress(options->context, (commission_do_t)n, false, result);
         }
-        if (good && run_step(&work, (commission_do_t)n)) {
+        if (result->reason[0] == '\0' && good && run_step(&work, (commission_do_t)n)) {
             take(&work, (commission_do_t)n);
         }
         result->seconds = (rig_period(rig) - begin) * RIG_PERIOD_SECONDS;

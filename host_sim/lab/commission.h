@@ -16,6 +16,7 @@
 #include <stdio.h>
 
 #include "host_sim/lab/motor.h"
+#include "host_sim/lab/scenario.h"
 #include "host_sim/rig/rig.h"
 
 /* S(name, what is done to the motor) in their order. The names are the choices of the request `commission`.
@@ -74,6 +75,9 @@ typedef struct {
 
 const char *commission_step_name(commission_do_t step);
 const char *commission_step_text(commission_do_t step);
+
+/* A rig as the scenario describes it at t = 0, with this seed. NULL: `error` says why. */
+rig_t *commission_rig_of(const scenario_t *scenario, uint64_t seed, scenario_error_t *error);
 
 /* The plate as the active parameters of the drive tell it: pole pairs, continuous current, and the speed of
  * which tune makes overspeed_trip. */

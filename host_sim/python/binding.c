@@ -13,10 +13,11 @@
 uint32_t binding_layout(void)
 {
     const size_t sizes[] = {
-        sizeof(binding_row_t),    sizeof(binding_samples_t),   sizeof(binding_scenario_t),
-        sizeof(scenario_error_t), sizeof(binding_outcome_t),   sizeof(binding_verdict_t),
-        sizeof(plant_truth_t),    sizeof(binding_plant_now_t), sizeof(binding_campaign_t),
-        sizeof(binding_ask_t),    sizeof(binding_history_t),
+        sizeof(binding_row_t),       sizeof(binding_samples_t),   sizeof(binding_scenario_t),
+        sizeof(scenario_error_t),    sizeof(binding_outcome_t),   sizeof(binding_verdict_t),
+        sizeof(plant_truth_t),       sizeof(binding_plant_now_t), sizeof(binding_campaign_t),
+        sizeof(binding_ask_t),       sizeof(binding_history_t),   sizeof(binding_commission_t),
+        sizeof(commission_result_t),
     };
     uint32_t hash = UINT32_C(2166136261);
     for (size_t n = 0; n < sizeof sizes / sizeof sizes[0]; n++) {

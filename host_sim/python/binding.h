@@ -14,6 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "host_sim/lab/commission.h"
 #include "host_sim/lab/runner.h"
 #include "host_sim/lab/scenario.h"
 #include "host_sim/plant/plant.h"
@@ -181,6 +182,23 @@ BINDING void binding_plant_set_motion(binding_plant_t *plant, double theta_m, do
  * in the middle of the lower zero vector, where `now` is seen. */
 BINDING void binding_plant_step(binding_plant_t *plant, const double duties[3]);
 BINDING void binding_plant_now(binding_plant_t *plant, binding_plant_now_t *now);
+
+/* ---- commissioning ---- */
+
+typedef struct {
+    uint64_t seed;
+    commission_plate_t plate; /* a value of 0: that of the scenario's parameters */
+    uint32_t skip;            /* bits of commission_do_t: steps that are left out */
+    /* Before (done 0) and after each step. */
+    void (*progress)(uint32_t step, uint32_t done);
+} binding_commission_t;
+
+/* Name and text of the n-th step of commissioning; NULL: there are not so many. */
+BINDING const char *binding_commission_step(uint32_t n, const char **text);
+
+/* Runs the steps on the scenario's motor. `how` has the plate in the end. false: see `why`. */
+BINDING bool binding_commission(const scenario_t *scenario, binding_commission_t *how,
+                                commission_result_t *result, char why[WHY_SIZE]);
 
 /* ---- campaigns ---- */
 

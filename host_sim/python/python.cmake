@@ -14,6 +14,7 @@ else()
     add_library(lagless_python SHARED
         python/binding.c
         python/binding_campaign.c
+        python/binding_commission.c
         python/binding_plant.c
     )
     desk_room(lagless_python)

@@ -42,7 +42,7 @@ typedef struct {
  * is an estimate to 30 % itself, and not every change of the firmware shall move the instants of its writes.
  * A section with interrupts off: a few instructions that hand over what was prepared. */
 #define RIG_INTERRUPT_CYCLES 5500u
-#define RIG_MEDIUM_CYCLES    10000u
+#define RIG_MEDIUM_CYCLES    13800u
 #define RIG_SECTION_CYCLES   50u
 
 /* F(id, name, unit, default, min, max, text): float; E(id, name, choices, text): named values */

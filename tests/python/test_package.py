@@ -159,6 +159,50 @@ class TheBench(unittest.TestCase):
         self.assertEqual([f"{found.lagless[name].mean:.2f} / {found.lagless[name].sd:.2f}", *found.peers[name].values()], cells)
 
 
+class Commissioning(unittest.TestCase):
+    PLATE = {"pole_pairs": 4, "rated_current_peak": "10 A", "rated_speed": "1500 r/min"}
+
+    def test_it_measures_what_the_program_measures_and_the_motor_runs(self):
+        plate = FOLDER / "plate.toml"
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        plate.write_text("".join(f"{key} = {json.dumps(value)}\n" for key, value in self.PLATE.items()), encoding="utf-8")
+        theirs = program("commission", "cold_start", "--plate", str(plate), "--yes", "--json")
+        steps = []
+        ours = lagless.commission("cold_start", plate=self.PLATE, progress=lambda step, done: steps.append((step, done)))
+        for name in ("resistance", "inductance_d", "inductance_q", "flux_linkage", "inertia", "friction_coulomb", "dead_voltage"):
+            self.assertAlmostEqual(getattr(ours, name).value, theirs[name], delta=1e-6 * abs(theirs[name]), msg=name)
+        self.assertEqual((ours.reason, ours.passed, steps[0], steps[-1]), (None, True, ("board", False), ("inertia", True)))
+        # The true values are those of the plant.
+        for name, row, within in (("resistance", "plant.resistance", 0.02), ("inductance_d", "plant.inductance_d", 0.015),
+                                  ("inductance_q", "plant.inductance_q", 0.03), ("flux_linkage", "plant.flux_linkage", 0.02)):
+            true = lagless.row(row).initial
+            self.assertLess(abs(float(getattr(ours, name)) - true), within * true, name)
+        self.assertTrue(lagless.run({"title": "the measured motor", "run": {"duration": "2 s"}, "motor": ours.motor(),
+                                     "requests": {"enable": "on", "speed_request": "500 r/min"},
+                                     "expect": [{"signal": "true_omega_m", "statistic": "last", "at_least": "490 r/min"}]}).passed)
+
+    def test_what_ends_it_has_a_name_and_what_is_missing_is_said(self):
+        found = lagless.commission("cold_start", plate=self.PLATE, set={"plant.open_phase_b": 1})
+        self.assertEqual((found.reason, found.step, found.passed), ("open_phase", "wiring", False))
+        self.assertTrue(math.isnan(float(found.resistance)))
+        with self.assertRaisesRegex(lagless.Error, "resistance is not measured, because open_phase"):
+            found.motor()
+
+    def test_a_plate_that_contradicts_the_measurement_keeps_what_was_measured(self):
+        found = lagless.commission("cold_start", plate={**self.PLATE, "pole_pairs": 64, "rated_speed": 400})
+        self.assertEqual(found.reason, "plate_contradiction")
+        self.assertLess(abs(float(found.resistance) - lagless.row("plate.resistance").initial), 0.02)
+        with self.assertRaisesRegex(lagless.Error, "inductance_q is not measured, because plate_contradiction"):
+            found.motor()
+
+    def test_wrong_arguments_are_refused_with_what_is_accepted(self):
+        for arguments, said in (({"plate": {"poles": 8}}, "accepted: pole_pairs"), ({"plate": {"rated_speed": -1}}, "positive"),
+                                ({"plate": {"rated_speed": "1500 V"}}, "r/min"), ({"steps": ["wirring"]}, "accepted: board"),
+                                ({"steps": []}, "no name is given")):
+            with self.subTest(arguments=arguments), self.assertRaisesRegex(lagless.Error, said):
+                lagless.commission("cold_start", **arguments)
+
+
 class TheRig(unittest.TestCase):
     def test_whatever_another_rig_does_in_between_changes_nothing(self):
         def script(rig, between):

@@ -93,7 +93,8 @@ class Wheel(unittest.TestCase):
     def test_it_holds_the_package_the_library_scenarios_and_motors_and_no_more(self):
         names = [name for name in zipfile.ZipFile(self.wheel).namelist() if not name.endswith("/")]
         ours = sorted(name for name in names if name.startswith("lagless/"))
-        package = [f"lagless/{path.name}" for path in (ROOT / "host_sim/python/lagless").glob("*.py")]
+        folder = ROOT / "host_sim/python/lagless"
+        package = [f"lagless/{path.relative_to(folder)}" for path in (*folder.glob("*.py"), *folder.glob("bench/*"))]
         known = [f"lagless/{folder}/{path.name}" for folder in ("scenarios", "motors")
                  for path in (ROOT / "host_sim" / folder).glob("*.toml")]
         self.assertEqual(ours, sorted(package + known + ["lagless/liblagless.so"]))

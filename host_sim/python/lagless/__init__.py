@@ -15,6 +15,8 @@
 
     print(lagless.bench(MyEstimator))             # an estimator in Python or C, measured beside this one
 
+    lagless.commission("cold_start").motor()      # R, L_d, L_q, psi_f, J as the drive measures them itself
+
     lagless.campaign(1000).summary["violated"]    # random runs, also on a dask cluster
 
 All values are in SI units, peak values, per phase; where a value is set, text with a unit is taken too ("500 r/min", "3 us").
@@ -22,6 +24,7 @@ pandas, matplotlib and dask are asked for where they are used, and nowhere else.
 """
 from ._bench import Bench, bench
 from ._campaign import Campaign, campaign
+from ._commission import Commissioning, Measured, commission
 from ._errors import Error
 from ._library import library as _library
 from ._motulator import from_motulator
@@ -33,5 +36,5 @@ from ._scenario import run, scenarios, sweep, to_toml
 
 __version__ = _library.version().decode()
 
-__all__ = ["Bench", "Campaign", "Error", "Fault", "Plant", "PlantState", "Result", "Rig", "Row", "Trace", "Verdict", "bench", "campaign",
-           "from_motulator", "period", "row", "rows", "run", "scenarios", "sweep", "to_toml"]
+__all__ = ["Bench", "Campaign", "Commissioning", "Error", "Fault", "Measured", "Plant", "PlantState", "Result", "Rig", "Row", "Trace", "Verdict",
+           "bench", "campaign", "commission", "from_motulator", "period", "row", "rows", "run", "scenarios", "sweep", "to_toml"]

@@ -45,6 +45,13 @@ Ask = _struct("Ask", seed=u64, record=c.POINTER(u32), record_count=u32, record_e
 History = _struct("History", rows=c.POINTER(u32), slots=p, columns=u32, periods=u32, first_period=u32, fault_reason=i32)
 Keep = c.CFUNCTYPE(c.c_int, u32, text, text)
 Campaign = _struct("Campaign", seed=u64, seconds=f64, runs=u32, shard=u32, shards=u32, threads=u32, keep=Keep)
+Plate = _struct("Plate", pole_pairs=f64, current=f64, speed=f64)
+StepDone = c.CFUNCTYPE(None, u32, u32)
+Commission = _struct("Commission", seed=u64, plate=Plate, skip=u32, progress=StepDone)
+Value = _struct("Value", value=f64, error=f64)
+Commissioned = _struct("Commissioned", resistance=Value, inductance_d=Value, inductance_q=Value, flux_linkage=Value, inertia=Value,
+                       friction_coulomb=Value, friction_viscous=Value, dead_voltage=Value, flux_first=f64, inertia_first=f64, step=u32,
+                       reason=c.c_char * 48, what=c.c_char * 400, seconds=f64, largest_current=f64)
 
 # Result, then arguments.
 _FUNCTIONS = {
@@ -92,13 +99,15 @@ _FUNCTIONS = {
     "campaign_head": (b, c.POINTER(Campaign), text),
     "campaign": (b, c.POINTER(Campaign), text),
     "campaign_summary": (p, text, b, text),
+    "commission_step": (text, u32, c.POINTER(text)),
+    "commission": (b, p, c.POINTER(Commission), c.POINTER(Commissioned), text),
     "free": (None, p),
 }
 
 
 def _layout():
     sizes = [c.sizeof(struct) for struct in (Row, Samples, About, ScenarioError, Outcome, Verdict, Truth, PlantNow, Campaign,
-                                             Ask, History)]
+                                             Ask, History, Commission, Commissioned)]
     known = 2166136261
     for size in sizes:
         known = ((known ^ size) * 16777619) & 0xFFFFFFFF

@@ -1,0 +1,45 @@
+/* Commissioning of a scenario's motor. */
+#include <stdio.h>
+
+#include "host_sim/python/binding.h"
+
+const char *binding_commission_step(uint32_t n, const char **text)
+{
+    if (n >= COMMISSION_STEP_COUNT) {
+        return NULL;
+    }
+    *text = commission_step_text((commission_do_t)n);
+    return commission_step_name((commission_do_t)n);
+}
+
+static void on_progress(void *context, commission_do_t step, bool done, const commission_result_t *result)
+{
+    const binding_commission_t *how = context;
+    (void)result;
+    how->progress((uint32_t)step, done ? 1u : 0u);
+}
+
+bool binding_commission(const scenario_t *scenario, binding_commission_t *how, commission_result_t *result,
+                        char why[WHY_SIZE])
+{
+    scenario_error_t error = {.file = ""};
+    commission_options_t options = {.progress = how->progress != NULL ? on_progress : NULL, .context = how};
+    for (uint32_t n = 0; n < COMMISSION_STEP_COUNT; n++) {
+        options.skip[n] = (how->skip >> n & 1u) != 0u;
+    }
+    rig_t *rig = commission_rig_of(scenario, how->seed, &error);
+    if (rig == NULL) {
+        snprintf(why, WHY_SIZE, "%s", error.message);
+        return false;
+    }
+    const commission_plate_t of_rig = commission_plate_of(rig);
+    how->plate.pole_pairs = how->plate.pole_pairs > 0.0 ? how->plate.pole_pairs : of_rig.pole_pairs;
+    how->plate.current = how->plate.current > 0.0 ? how->plate.current : of_rig.current;
+    how->plate.speed = how->plate.speed > 0.0 ? how->plate.speed : of_rig.speed;
+    const bool accepted = commission_rig(rig, &how->plate, &options, result, &error);
+    rig_free(rig);
+    if (!accepted) {
+        snprintf(why, WHY_SIZE, "%s: %s", error.name, error.message);
+    }
+    return accepted;
+}

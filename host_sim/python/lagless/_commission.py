@@ -1,0 +1,120 @@
+"""Commissioning: the drive measures an unknown motor by itself, as `lagless commission` lets it do."""
+import ctypes as c
+import dataclasses
+import math
+
+from ._errors import Error
+from ._library import Commission, Commissioned, StepDone, library, why
+from ._rows import row
+from ._scenario import _Scenario
+
+_MEASURED = ("resistance", "inductance_d", "inductance_q", "flux_linkage", "inertia", "friction_coulomb", "friction_viscous", "dead_voltage")
+# Of the result, what is a key of [motor].
+_OF_MOTOR = _MEASURED[:-1]
+# Key of the plate -> field, factor, and the row whose unit its text may have.
+_PLATE = {
+    "pole_pairs": ("pole_pairs", 1.0, "motor_pole_pairs"),
+    "rated_current_peak": ("current", 1.0, "motor_current_continuous"),
+    "rated_current_rms": ("current", math.sqrt(2.0), "motor_current_continuous"),
+    "rated_speed": ("speed", 1.0, "overspeed_trip"),
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Measured:
+    """A value with its uncertainty, both in SI units; NaN: not measured."""
+    value: float
+    error: float
+
+    def __float__(self):
+        return self.value
+
+
+class Commissioning:
+    """The result. resistance, inductance_d, inductance_q, flux_linkage, inertia, friction_coulomb, friction_viscous, dead_voltage: each a
+    Measured. reason: None, or the name of what ended it, with text; step: the last one that ran; seconds: simulated; largest_current: of
+    the vector [A]."""
+
+    def __init__(self, plate, result, steps):
+        for name in _MEASURED:
+            value = getattr(result, name)
+            setattr(self, name, Measured(value.value, value.error))
+        self.plate = plate
+        self.step = steps[result.step]
+        self.reason = result.reason.decode() or None
+        self.text = result.what.decode() or None
+        self.seconds, self.largest_current = result.seconds, result.largest_current
+
+    @property
+    def passed(self):
+        """True: all requested steps have a result."""
+        return self.reason is None
+
+    def motor(self):
+        """What has been measured as the table `motor` of a scenario: lagless.run({..., "motor": result.motor()})."""
+        missing = [name for name in ("resistance", "inductance_q", "flux_linkage") if math.isnan(float(getattr(self, name)))]
+        if missing:
+            raise Error(f"{missing[0]} is not measured, because {self.reason or 'its step was left out'}; a motor needs resistance, "
+                        "inductance_q and flux_linkage", missing[0])
+        values = {name: float(getattr(self, name)) for name in _OF_MOTOR}
+        return {**self.plate, **{name: value for name, value in values.items() if not math.isnan(value)}}
+
+    def __str__(self):
+        lines = [f"{name:17} {one.value:12.5g} +- {one.error:.2g}" for name, one in ((name, getattr(self, name)) for name in _MEASURED)
+                 if not math.isnan(one.value)]
+        end = f"commissioned in {self.seconds:.1f} s" if self.passed else f"{self.reason} in {self.step}: {self.text}"
+        return "\n".join([*lines, f"{end}, largest current {self.largest_current:.3g} A"])
+
+
+def _steps():
+    names, text = [], c.c_char_p()
+    while (name := library.commission_step(len(names), c.byref(text))) is not None:
+        names.append(name.decode())
+    return names
+
+
+def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=None):
+    """Measures the motor of a scenario by the drive itself, step by step, and returns a Commissioning.
+
+    The values of the motor that the scenario has are not used. plate: pole_pairs, rated_current_peak or rated_current_rms, rated_speed;
+    what is missing is taken from the scenario's parameters. steps: names, if not all; each needs the results of those before it. set, seed:
+    as of run. progress: called with a step's name and False before it, True after it.
+
+        result = lagless.commission("cold_start", plate={"pole_pairs": 4, "rated_current_peak": "10 A", "rated_speed": "1500 r/min"})
+        print(result)
+        lagless.run({"title": "...", "motor": result.motor(), ...})"""
+    names = _steps()
+    how, result, refusal, raised = Commission(), Commissioned(), why(), []
+    for key, value in (plate or {}).items():
+        if key not in _PLATE:
+            raise Error(f"plate: {key}: accepted: {', '.join(_PLATE)}", key)
+        field, factor, of = _PLATE[key]
+        number = factor * row(of).number(value)
+        if not 0 < number < math.inf:
+            raise Error(f"plate: {key} = {value!r}: accepted are positive values", key)
+        setattr(how.plate, field, number)
+    if steps is not None:
+        chosen = [steps] if isinstance(steps, str) else list(steps)
+        unknown = [name for name in chosen if name not in names]
+        if unknown or not chosen:
+            raise Error(f"steps: {unknown[0] if unknown else 'no name is given'}: accepted: {', '.join(names)}", "steps")
+        how.skip = sum(1 << n for n, name in enumerate(names) if name not in chosen)
+
+    def on_step(step, done):
+        try:
+            if progress is not None and not raised:
+                progress(names[step], bool(done))
+        except BaseException as error:  # raised again when the library has returned
+            raised.append(error)
+
+    how.progress = StepDone(on_step)
+    with _Scenario(scenario) as read:
+        read.override(set)
+        how.seed = read.about().seed if seed is None else int(seed)
+        accepted = library.commission(read.handle, c.byref(how), c.byref(result), refusal)
+    if raised:
+        raise raised[0]
+    if not accepted:
+        raise Error(refusal.value.decode(errors="replace"), "plate")
+    known = {"pole_pairs": round(how.plate.pole_pairs), "rated_current_peak": how.plate.current, "rated_speed": how.plate.speed}
+    return Commissioning(known, result, names)

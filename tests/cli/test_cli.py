@@ -341,6 +341,7 @@ class CommandLine(TestCase):
                 (["serve", "bare_motor", "--until", "soon"], "accepted"), (["serve", "bare_motor", "--until", "-1"], "accepted"),
                 (["serve", "bare_motor", "--free", "--realtime"], "one of them"),
                 (["serve", "bare_motor", "--serial", "--port", "1"], "one of them"),
+                (["scope", "tcp://127.0.0.1:1", "--port", "x"], "0 to 65535"), (["scope", "tcp://127.0.0.1:1", "--http", "x"], "0 to 65535"),
                 (["serve", "bare_motor", "--set", "nosuch=1"], "no table has"), (["serve", "bare_motor", "--seed", "x"], "whole numbers"),
                 (["run", os.path.join(self.folder, "none.toml")], "none.toml"))
         self.assertEqual(["a.toml"], os.listdir(self.folder))  # no output left behind

@@ -59,6 +59,35 @@ class Profiles(TestCase):
         self.expect(0, lagless("run", path))
 
 
+class Reasons(TestCase):
+    def test_no_text_of_a_reason_has_the_speed_of_one_motor(self):
+        for number in re.findall(r"(?m)^ *(\d+) ", lagless("explain").stdout):
+            self.assertNotIn("r/min", lagless("explain", number).stdout.partition("  condition:")[0])
+
+
+class Pages(TestCase):
+    """A number that several pages give is one."""
+
+    def test_the_largest_angle_of_a_period_is_that_of_tune(self):
+        most = float(re.search(r"#define TURN_GOOD +([\d.]+)", document("host_sim/lab/tune.c"))[1])
+        self.assertIn(f"`tune` allows {most} rad", document("README.md"))
+        self.assertIn(f"{most} rad electrical a period", " ".join(document("docs/motors.md").split()))
+        tested, hertz = map(float, re.search(r"up to ([\d.]+) rad of electrical angle per period, which is (\d+) Hz at 10 kHz",
+                                             " ".join(document("README.md").split())).groups())
+        self.assertAlmostEqual(tested * 1e4 / 6.2831853, hertz, delta=10)
+
+    def test_every_state_of_the_drive_has_a_paragraph_of_its_own(self):
+        head, _, rest = document("firmware/medium/sequence.h").partition("*/")
+        states = re.findall(r"\bDRIVE_([A-Z_]+),? *(?:/|\n)", rest[:rest.index("}")])
+        self.assertEqual(6, len(states))
+        for state in states:
+            self.assertRegex(head, rf"(?m)^ \*\n \* {state.lower().replace('_', ' ')}: ")
+
+    def test_what_the_pages_say_of_app_apply_is_true(self):
+        self.assertIn("app_apply(", document("firmware/app/services.c"))
+        self.assertIn("`app_apply` runs, which the order `apply`", " ".join(document("docs/chip.md").split()))
+
+
 class Version(TestCase):
     """CMake's project() has it; everything else says the same."""
 

@@ -47,6 +47,9 @@ static bool knows_fault(const char *name)
     }
     fprintf(stderr, "lagless matrix: %s: no such fault", name);
     output_suggest(stderr, names_found(&search));
+    for (size_t n = 0; names_found(&search) == NULL && n < matrix_fault_count; n++) {
+        fprintf(stderr, "%s%s", n == 0u ? "; accepted: " : ", ", matrix_faults[n].name);
+    }
     fprintf(stderr, "\n");
     return false;
 }

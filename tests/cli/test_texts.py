@@ -45,6 +45,11 @@ class Values(TestCase):
                 self.expect(2, lagless("run", self.write("a.toml", head + text)), f": {row}: {told} is not a finite number")
 
 
+    def test_a_value_with_a_unit_but_without_quotes_gets_the_hint(self):
+        path = self.write("a.toml", 'schema = 1\ntitle = "a"\n[run]\nduration = 1 s\n')
+        self.expect(2, lagless("run", path), "a.toml:4:14: duration: not TOML", 'a value with a unit is a text in quotes, "1.5 s"')
+
+
 class Profiles(TestCase):
     COURSE = '[[profile]]\nrow = "%s"\npoints = [["0 s", %s], ["0.1 s", %s]]\n'
 

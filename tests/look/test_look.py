@@ -245,7 +245,7 @@ class Refusals(Case):
         other.write_text("time,x\n0,1\n1,2\n")
         short = self.folder / "short.mat"
         short.write_bytes(b"MATLAB 5.0 MAT-file, cut off")
-        cases = ((other, "other.csv: no recording of lagless"), (self.folder / "none.csv", "none.csv: No such file"),
+        cases = ((other, "other.csv: no recording of lagless"), (self.folder / "none.csv", "none.csv: No such file or directory; accepted: a CSV or MAT file"),
                  (self.folder, "; name one of them"), (short, "short.mat: this MAT file cannot be read"),
                  (self.recording(("recording: 1", "recording: 7")), "format 7: this program reads format 1"),
                  (self.recording(("time[s]", "t[s]"), name="t.csv"), "t.csv:11: column time[s] is missing"),

@@ -54,7 +54,7 @@ static bool scenario_path(char path[PATH_SIZE], const char *name)
     free(entries);
     fprintf(stderr, "%s: neither a file nor a scenario of the library", name);
     output_suggest(stderr, names_found(&search));
-    fprintf(stderr, "\n");
+    fprintf(stderr, names_found(&search) == NULL ? "; `lagless scenarios` lists them\n" : "\n");
     return false;
 }
 

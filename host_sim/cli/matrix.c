@@ -19,9 +19,10 @@
 #include "settings/faults.h"
 #include "settings/reasons.h"
 
-#define RPM      (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
-#define MS       1e-3                                  /* [s] */
-#define TEXT_MAX 400u
+#define RPM       (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
+#define MS        1e-3                                  /* [s] */
+#define TIME_TEXT 32u                                   /* [chars] */
+#define TEXT_MAX  400u
 
 typedef struct {
     arguments_output_t output;
@@ -46,6 +47,9 @@ static bool knows_fault(const char *name)
     }
     fprintf(stderr, "lagless matrix: %s: no such fault", name);
     output_suggest(stderr, names_found(&search));
+    for (size_t n = 0; names_found(&search) == NULL && n < matrix_fault_count; n++) {
+        fprintf(stderr, "%s%s", n == 0u ? "; accepted: " : ", ", matrix_faults[n].name);
+    }
     fprintf(stderr, "\n");
     return false;
 }
@@ -161,11 +165,19 @@ static void add(char to[TEXT_MAX], const char *format, ...)
     va_end(arguments);
 }
 
+/* "2.012 s" or "100.8 ms" */
+static const char *time_text(char to[TIME_TEXT], double seconds)
+{
+    snprintf(to, TIME_TEXT, "%.4g %s", seconds < 1.0 ? seconds / MS : seconds, seconds < 1.0 ? "ms" : "s");
+    return to;
+}
+
 /* "opens (overcurrent), gates off after 3.1 ms, 15.2 A, coasts at 1190 r/min" */
 static const char *seen_text(char to[TEXT_MAX], const matrix_cell_t *cell)
 {
     const matrix_seen_t *seen = &cell->seen;
     char list[TEXT_MAX];
+    char time[TIME_TEXT];
     to[0] = '\0';
     if (cell->red == MATRIX_BY_PROFILE) {
         add(to, "the drive never came to this manoeuvre");
@@ -178,10 +190,10 @@ static const char *seen_text(char to[TEXT_MAX], const matrix_cell_t *cell)
         add(to, " (%s)", warned(list, seen->warnings));
     }
     if (!isnan(seen->noticed)) {
-        add(to, " after %.3g ms", seen->noticed / MS);
+        add(to, " after %s", time_text(time, seen->noticed));
     }
     if (!isnan(seen->gates_off) && seen->gates_off != seen->noticed) {
-        add(to, ", gates off after %.4g ms", seen->gates_off / MS);
+        add(to, ", gates off after %s", time_text(time, seen->gates_off));
     }
     add(to, ", %.1f A, %s at %.0f r/min", seen->current, matrix_rotor_name(seen->rotor), seen->speed / RPM);
     if (seen->fastest > 1.05 * fmax(fabs(seen->started), fabs(seen->reference))) {
@@ -201,9 +213,10 @@ static const char *promise_text(char to[TEXT_MAX], const matrix_cell_t *cell)
         add(to, " (%s)", promise->reasons);
     }
     if (!isnan(cell->within)) {
-        add(to, " within %.4g ms", cell->within / MS);
+        char time[TIME_TEXT];
+        add(to, " within %s", time_text(time, cell->within));
     }
-    add(to, ", at most %g A, %s", matrix_current(cell),
+    add(to, ", at most %.4g A, %s", matrix_current(cell),
         matrix_set_text(set, promise->rotor, matrix_rotor_name));
     return to;
 }

@@ -44,14 +44,13 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
 #define SENSOR_STANDS                                                                                        \
     "control follows a stuck sensor until it is distinguished from a steady current", CAMPAIGN_UNTIL_TOLD
 #define GAIN_IS_WRONG                                                                                        \
-    "a gain shows where the current changes fast; where it does not the trip is wrong by as much, and what " \
-    "is wrong of R i hides the EMF of a rotor that is slow",                                                 \
+    "a gain error shows only where the current changes fast; elsewhere the trip is wrong by as much, and "   \
+    "the error of R i hides the EMF of a slow rotor",                                                        \
         CAMPAIGN_TO_CEILING | CAMPAIGN_WHILE_SLOW
 #define SENSOR_IS_OFF                                                                                        \
-    "the dead time of a current whose sign is wrong hides the EMF of a rotor that is slow",                  \
-        CAMPAIGN_WHILE_SLOW
-#define ENCODER_ERRS "a rotor that is slow has no EMF that would tell", CAMPAIGN_WHILE_SLOW | CAMPAIGN_STAYS
-#define LEG_LOSES    "what a leg loses hides the EMF of a rotor that is slow", CAMPAIGN_WHILE_SLOW
+    "the dead time of a current whose sign is wrong hides the EMF of a slow rotor", CAMPAIGN_WHILE_SLOW
+#define ENCODER_ERRS "a slow rotor has no EMF that shows the error", CAMPAIGN_WHILE_SLOW | CAMPAIGN_STAYS
+#define LEG_LOSES    "what a leg loses hides the EMF of a slow rotor", CAMPAIGN_WHILE_SLOW
 #define TURNS_BACK   "without the encoder the direction of rotation is unknown", CAMPAIGN_UNCODED
 
 /* An interrupt that comes late reads and obeys late. */
@@ -100,13 +99,13 @@ const campaign_fault_t campaign_faults[] = {
     {"motor_hot", "plant.motor_temperature", CAMPAIGN_EVEN, 128.0, 150.0, CAMPAIGN_AS_IT_IS, 0u, "",
      CAMPAIGN_ALWAYS},
     {"late_interrupt", "interrupt_delay", CAMPAIGN_LOG, 1e-6, 200e-6, CAMPAIGN_AS_IT_IS, TIME_BITS,
-     "the interrupt is made late", CAMPAIGN_ALWAYS},
+     "the interrupt begins late", CAMPAIGN_ALWAYS},
     {"slow_interrupt", "interrupt_time", CAMPAIGN_LOG, 1.5, 8.0, CAMPAIGN_AS_IT_IS, TIME_BITS,
-     "the interrupt is made to run past its period", CAMPAIGN_ALWAYS},
+     "the interrupt runs past its period", CAMPAIGN_ALWAYS},
     {"slow_background", "background_time", CAMPAIGN_LOG, 1e-3, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(CHIP),
      "the watchdog resets a chip whose background stalls: the chip reports it", CAMPAIGN_STAYS},
     {"long_section", "section_time", CAMPAIGN_LOG, 10.0, 1e3, CAMPAIGN_AS_IT_IS, TIME_BITS,
-     "interrupts are kept off for longer than a period can spare", CAMPAIGN_ALWAYS},
+     "interrupts are disabled for longer than a period allows", CAMPAIGN_ALWAYS},
     {"jam", "brake_torque", CAMPAIGN_LOG, 0.5, 10.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},
     {"overload", "load_torque", CAMPAIGN_EVEN, 1.0, 3.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},
     {"estimate_jump", "estimate_jump", CAMPAIGN_EVEN, -3.14, 3.14, CAMPAIGN_AS_IT_IS, 0u, "",
@@ -149,8 +148,8 @@ const campaign_fault_t campaign_faults[] = {
     {"dc_ripple", "dc_ripple", CAMPAIGN_EVEN, 5.0, 150.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
     {"supply_lost", "supply_lost", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
     {"missing_samples", "missing_samples", CAMPAIGN_WHOLE, 1.0, 20.0, CAMPAIGN_AS_IT_IS,
-     CAMPAIGN_BIT(CURRENT) | TIME_BITS,
-     "without a conversion there is no interrupt, and nothing that could act", CAMPAIGN_ALWAYS},
+     CAMPAIGN_BIT(CURRENT) | TIME_BITS, "without a conversion there is no interrupt, and no protection acts",
+     CAMPAIGN_ALWAYS},
     {"flipped_bit", "flip_word", CAMPAIGN_EVEN, 0.0, 1.0, CAMPAIGN_OF_STATE, BIT_FLIPPED},
 };
 const uint32_t campaign_fault_count = sizeof campaign_faults / sizeof campaign_faults[0];

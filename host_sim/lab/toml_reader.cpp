@@ -332,7 +332,11 @@ toml_file_t *parse(const char *text, size_t octets, toml_error_t *error)
         if (why.description().find("redefine") != std::string_view::npos) {
             place.column = key.column; /* of what is there twice, not where that was noticed */
         }
-        say(error, place, key.name, "not TOML: " + std::string(why.description()));
+        const bool no_quotes =
+            why.description().find("expected a comment or whitespace") != std::string_view::npos;
+        say(error, place, key.name,
+            "not TOML: " + std::string(why.description()) +
+                (no_quotes ? "; a value with a unit is a text in quotes, \"1.5 s\"" : ""));
         return nullptr;
     }
     std::vector<draft_t> list;

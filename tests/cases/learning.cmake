@@ -1,2 +1,2 @@
-# Harmonics of the rotor's EMF that were learnt as dead time, an unequal leg, and a start.
-grid_cases(emf_harmonics)
+# Harmonics of the rotor's EMF that were learnt as dead time, an unequal leg, and a start; an L too small for the dither.
+grid_cases(emf_harmonics small_inductance)

@@ -19,6 +19,7 @@ title = "a motor whose link rises for a while, and stays too high after the seco
 duration = "60 min"
 [params]
 position_source = "encoder"
+overspeed_trip = 100
 [rig]
 fidelity = "averaged"
 [[at]]
@@ -61,6 +62,7 @@ class Page(Bench):
     def run_on_a_latched_fault_is_told_as_refused(self):
         self.opens()
         self.wait("document.body.dataset.state === 'fault'", "the fault")
+        expect(self.run("return document.getElementById('speed_value').value"), "300", "half of overspeed_trip / 1.4, 341 r/min, rounded down")
         time.sleep(2)  # until the link is well again: the fault stays
         self.write("#speed_value", "500")
         self.click("#run")

@@ -324,7 +324,8 @@ class CommandLine(TestCase):
                 (["campaign", "--resume"], "--out FOLDER"), (["campaign", "split"], "accepted merge FOLDER..."),
                 (["campaign", "merge"], "of which folders?"), (["campaign", "merge", "x", "--runs", "3"], "accepted are folders"),
                 (["campaign", "merge", "no_such"], "no_such/campaign.csv"),
-                (["map", "no_such"], "neither a file nor a scenario"), (["map", "--adaptation", "x"], "accepted off, on, both"),
+                (["map", "no_such"], "neither a file nor a scenario of the library; `lagless scenarios` lists them"),
+                (["matrix", "--only", "xyz"], "no such fault; accepted: "), (["map", "--adaptation", "x"], "accepted off, on, both"),
                 (["map", "--speeds", "9"], "10 to 1900"), (["map", "--speeds", "1901"], "10 to 1900"),
                 (["map", "--speeds", "100,,200"], "accepted"), (["map", "--speeds", "100 200"], "accepted"),
                 (["map", "--speeds", ""], "accepted"), (["map", "--speeds", "nan"], "accepted"),
@@ -341,6 +342,7 @@ class CommandLine(TestCase):
                 (["serve", "bare_motor", "--until", "soon"], "accepted"), (["serve", "bare_motor", "--until", "-1"], "accepted"),
                 (["serve", "bare_motor", "--free", "--realtime"], "one of them"),
                 (["serve", "bare_motor", "--serial", "--port", "1"], "one of them"),
+                (["scope", "tcp://127.0.0.1:1", "--port", "x"], "0 to 65535"), (["scope", "tcp://127.0.0.1:1", "--http", "x"], "0 to 65535"),
                 (["serve", "bare_motor", "--set", "nosuch=1"], "no table has"), (["serve", "bare_motor", "--seed", "x"], "whole numbers"),
                 (["run", os.path.join(self.folder, "none.toml")], "none.toml"))
         self.assertEqual(["a.toml"], os.listdir(self.folder))  # no output left behind

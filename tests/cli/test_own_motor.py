@@ -78,6 +78,16 @@ class OwnMotor(TestCase):
         _, cell = self.cell(path, "dc_sag", at)
         self.assertNotIn(cell["seen"]["reason"], ("dc_overvoltage", "dc_undervoltage"), cell)
 
+    def test_numbers_have_no_exponent_and_few_digits(self):
+        """A fault after 7.8 s; ripples and inductances of a motor with little of both."""
+        path = self.tuned(HUB.replace("7 A", "16 A"))
+        told = lagless("tune", os.path.join(self.folder, "motor.toml")).stderr
+        for fault in ("jam", "motor_hot"):
+            told += lagless("matrix", "--scenario", path, "--at", "20 s", "--only", fault).stdout
+        self.assertRegex(told, r"after [1-9]\.\d{1,3} s")
+        self.assertRegex(told, r"ripple \d\.\d A peak")
+        self.assertNotRegex(told, r"\de[+-]\d|\d\.\d{4}")
+
     # ---- map
 
     def test_a_map_of_ones_own_motor_is_judged_by_what_the_drive_promises(self):

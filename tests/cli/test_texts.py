@@ -45,6 +45,11 @@ class Values(TestCase):
                 self.expect(2, lagless("run", self.write("a.toml", head + text)), f": {row}: {told} is not a finite number")
 
 
+    def test_a_value_with_a_unit_but_without_quotes_gets_the_hint(self):
+        path = self.write("a.toml", 'schema = 1\ntitle = "a"\n[run]\nduration = 1 s\n')
+        self.expect(2, lagless("run", path), "a.toml:4:14: duration: not TOML", 'a value with a unit is a text in quotes, "1.5 s"')
+
+
 class Profiles(TestCase):
     COURSE = '[[profile]]\nrow = "%s"\npoints = [["0 s", %s], ["0.1 s", %s]]\n'
 
@@ -57,6 +62,35 @@ class Profiles(TestCase):
     def test_profiles_of_several_rows_go_together(self):
         path = self.scenario(self.COURSE % ("speed_request", 1, 2), self.COURSE % ("load_torque", 0, 1), self.COURSE % ("i_d_request", 0, 0))
         self.expect(0, lagless("run", path))
+
+
+class Reasons(TestCase):
+    def test_no_text_of_a_reason_has_the_speed_of_one_motor(self):
+        for number in re.findall(r"(?m)^ *(\d+) ", lagless("explain").stdout):
+            self.assertNotIn("r/min", lagless("explain", number).stdout.partition("  condition:")[0])
+
+
+class Pages(TestCase):
+    """A number that several pages give is one."""
+
+    def test_the_largest_angle_of_a_period_is_that_of_tune(self):
+        most = float(re.search(r"#define TURN_GOOD +([\d.]+)", document("host_sim/lab/tune.c"))[1])
+        self.assertIn(f"`tune` allows {most} rad", document("README.md"))
+        self.assertIn(f"{most} rad electrical a period", " ".join(document("docs/motors.md").split()))
+        tested, hertz = map(float, re.search(r"up to ([\d.]+) rad of electrical angle per period, which is (\d+) Hz at 10 kHz",
+                                             " ".join(document("README.md").split())).groups())
+        self.assertAlmostEqual(tested * 1e4 / 6.2831853, hertz, delta=10)
+
+    def test_every_state_of_the_drive_has_a_paragraph_of_its_own(self):
+        head, _, rest = document("firmware/medium/sequence.h").partition("*/")
+        states = re.findall(r"\bDRIVE_([A-Z_]+),? *(?:/|\n)", rest[:rest.index("}")])
+        self.assertEqual(6, len(states))
+        for state in states:
+            self.assertRegex(head, rf"(?m)^ \*\n \* {state.lower().replace('_', ' ')}: ")
+
+    def test_what_the_pages_say_of_app_apply_is_true(self):
+        self.assertIn("app_apply(", document("firmware/app/services.c"))
+        self.assertIn("`app_apply` runs, which the order `apply`", " ".join(document("docs/chip.md").split()))
 
 
 class Version(TestCase):

@@ -567,7 +567,7 @@ class ToolTest(unittest.TestCase):
                 (2, ["--program", "/nonexistent/lagless"], "/nonexistent/lagless is not there", {}),
                 (2, ["--program", __file__ + "/../CMakeLists.txt"], "is no", {}),
                 (2, ["no_such.toml", "--program", folder / "lagless"], "no scenario no_such.toml; shipped are ", {}),
-                (3, [], "' failed", holding("cmake", "echo 'drive.c:1: error: no such thing'")),
+                (3, [], "' failed", holding("cmake", "echo '[1/2] Building'; echo 'drive.c:1: error: no such thing'")),
                 (3, [], "no cmake on this machine", holding("nothing", "")),
                 (3, ["--program", PROGRAM], "no gdb on this machine", holding("none", "")),
                 (3, ["--program", PROGRAM], "without Python", holding("gdb", "echo 'Scripting in \"Python\" is not supported'")),
@@ -576,6 +576,7 @@ class ToolTest(unittest.TestCase):
                     done = self.tool(*words, **more)
                     self.assertEqual(done.returncode, code, done.stdout)
                     self.assertIn(text, done.stdout.splitlines()[-1])
+                    self.assertEqual(text == "' failed", "building build/debug/lagless, step 1 of 2\n" in done.stdout)
 
     def test_a_scenario_goes_to_a_program_named_lagless_by_its_path_or_its_name(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -51,18 +51,18 @@ class Counts(unittest.TestCase):
             self.assertLess(chance, 2.0 * judge.CHANCE)
 
     def test_an_excuse_that_more_than_a_fiftieth_of_the_runs_need_is_seen(self):
-        found = judge.collections.Counter({"excuse the interrupt is made late": 12, "alarm": 60})
+        found = judge.collections.Counter({"excuse the interrupt begins late": 12, "alarm": 60})
         self.assertEqual([], judge.excuses_too_often(found, 600))
         self.assertEqual([], judge.excuses_beyond_chance(found, 600))
-        found["excuse the interrupt is made late"] = 13
+        found["excuse the interrupt begins late"] = 13
         self.assertEqual(1, len(judge.excuses_too_often(found, 600)))
         self.assertEqual([], judge.excuses_beyond_chance(found, 600))  # a share of 2 % gives so many nearly every second time
-        found["excuse the interrupt is made late"] = 36               # binomial, of 600 and 0.02: 1.1e-8
+        found["excuse the interrupt begins late"] = 36               # binomial, of 600 and 0.02: 1.1e-8
         self.assertEqual(1, len(judge.excuses_beyond_chance(found, 600)))
 
     def test_the_file_reads_back_as_it_was_written(self):
         summary = {"violations": [{"run": 7, "invariant": "reach", "injected": "none"}], "alarms": 1, "calm": 99,
-                   "excuses": {"the interrupt is made late": 4}}
+                   "excuses": {"the interrupt begins late": 4}}
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "pins.txt"
             judge.write(path, summary)

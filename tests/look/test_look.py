@@ -155,7 +155,8 @@ class Plots(Case):
         self.assertIn("<h1>a test &amp; &lt;its&gt; title</h1>", page)
         self.assertRegex(page, r'verdict bad.*failed.*flies: last of true_omega_m.*at least 5000 r/min')
         self.assertRegex(page, r"verdict good.*met.*turns: last of true_omega_m")
-        self.assertRegex(page, r'<th scope="row">speed_request</th><td class="number">31\.42</td><td class="unit">rad/s</td>')
+        self.assertRegex(page, r'<th scope="row">speed_request</th><td class="number">300</td><td class="unit">r/min</td>')
+        self.assertRegex(page, r'<th scope="row">enable</th><td class="number">on</td><td class="unit"></td><td class="number">off</td>')
         self.assertIn("plant.load_torque = &quot;1 N m&quot;", page)
         if UPLOT:
             events = layouts(self.own / "own.html")["run"]["events"]
@@ -244,7 +245,7 @@ class Refusals(Case):
         other.write_text("time,x\n0,1\n1,2\n")
         short = self.folder / "short.mat"
         short.write_bytes(b"MATLAB 5.0 MAT-file, cut off")
-        cases = ((other, "other.csv: no recording of lagless"), (self.folder / "none.csv", "none.csv: No such file"),
+        cases = ((other, "other.csv: no recording of lagless"), (self.folder / "none.csv", "none.csv: No such file or directory; accepted: a CSV or MAT file"),
                  (self.folder, "; name one of them"), (short, "short.mat: this MAT file cannot be read"),
                  (self.recording(("recording: 1", "recording: 7")), "format 7: this program reads format 1"),
                  (self.recording(("time[s]", "t[s]"), name="t.csv"), "t.csv:11: column time[s] is missing"),
@@ -334,6 +335,10 @@ class Compares(Case):
                     "rate: every 1 periods in A, every 2 in B", "compared: 2 samples that both have; 2 only A has, 0 only B")
         self.expect(0, lagless("compare", a, self.recording(("inertia: 0.06", "inertia: 0.07"), name="d.csv")),
                     "setting inertia: 0.06 kg m^2 in A, 0.07 kg m^2 in B", "equal: ")
+        with_choice = ("# value inertia", "# value enable: 1 -\n# value speed_request: 31.415927 rad/s\n# value inertia")
+        self.expect(0, lagless("compare", self.recording(with_choice, name="f.csv"), self.recording(
+            with_choice, ("enable: 1", "enable: 2"), ("31.415927", "62.831853"), name="g.csv")),
+                    "setting enable: on in A, quick_stop in B", "setting speed_request: 300 r/min in A, 600 r/min in B")
         self.expect(2, lagless("compare", a, self.recording(("period: 0.0001", "period: 0.00005"), name="e.csv")), "periods of 0.0001 s")
 
     def test_both_are_drawn_in_one_page_with_what_is_apart(self):

@@ -143,6 +143,9 @@ class Bench:
         self.wait("document.body.dataset.link === 'up' && document.body.dataset.state === 'ready'", "the link")
         expect(self.run("return scope.state.choice.signals.map(id => scope.rows.get(id).name)"),
                ["omega_m", "omega_m_ref", "i_q", "i_d", "u_q", "u_d"], "signals at first")
+        expect(self.run("return document.getElementById('dither').hidden"), False, "the i_d that learns L is explained")
+        expect(self.run("return [...document.querySelectorAll('.param input')].filter(i => i.scrollWidth > i.clientWidth)"
+                        ".map(i => i.dataset.name)"), [], "fields that are too narrow")
 
     def starts_the_motor_and_sees_it_turn(self):
         self.write("#speed_value", "500")

@@ -434,6 +434,7 @@ static void test_nothing_is_learnt_where_nothing_shows_and_from_a_cycle_that_was
     } cases[] = {{offsetof(motor_t, omega), 29.0, true, false, false},
                  {offsetof(motor_t, i_q), 1.4, true, false, false},
                  {offsetof(motor_t, i_q), -1.4, true, false, false},
+                 {offsetof(motor_t, l_q_from), 0.4e-3, true, false, false}, /* 0.08 V by the dither */
                  {offsetof(motor_t, i_q), I_Q, false, false, true},
                  {offsetof(motor_t, detector), -0.11, true, false, true},
                  {offsetof(motor_t, follows), 0.4, true, false, true},

@@ -7,7 +7,7 @@ import drive
 import progress
 import recording as recordings
 from figures import Layout, Panel
-from table import InputError
+from table import InputError, by_name, printed
 
 SETTINGS_MAX = 12  # told; the page has all
 
@@ -51,8 +51,8 @@ class Difference:
 
 
 class Comparison:
-    def __init__(self, a, b):
-        self.a, self.b = a, b
+    def __init__(self, a, b, rows):
+        self.a, self.b, self.rows = a, b, rows
         if a.period != b.period:
             raise InputError(f"{a.path} has periods of {a.period:g} s, {b.path} of {b.period:g} s: their samples cannot be compared")
         self.both, self.only_a, self.only_b = common_columns(a, b)
@@ -89,14 +89,16 @@ class Comparison:
                 found.append((name, x[0] if x else None, y[0] if y else None, (x or y)[1]))
         return found if self.a.values and self.b.values else []
 
-    def named(self, name, value):
-        """A value as the recording's reader would like it: the name of a choice, else the shortest decimal."""
-        if value != value:
-            return "nan"
+    def named(self, name, value, unit):
+        """A value with its unit: the name of a choice, a mechanical speed in r/min, else the shortest decimal."""
         for choices in (self.a.choices.get(name), self.b.choices.get(name)):
-            if choices and value == int(value) and 0 <= int(value) < len(choices):
+            if choices and value == value and 0 <= int(value) < len(choices):
                 return choices[int(value)]
-        return f"{int(value)}" if numpy.isfinite(value) and value == int(value) and abs(value) < 1e9 else str(value)
+        shown, shown_unit = printed(float(value), unit, {**self.rows.get(name, {}), "choices": ""})
+        if shown_unit != unit:
+            return short(shown, shown_unit)
+        whole = numpy.isfinite(value) and value == int(value) and abs(value) < 1e9
+        return (f"{int(value)}" if whole else str(value)) + of_unit(unit)
 
     def lines(self):
         """The report, a line each."""
@@ -116,7 +118,8 @@ class Comparison:
                 yield f"only in {letter}: {', '.join(names)}"
         settings = self.settings()
         for name, x, y, unit in settings[:SETTINGS_MAX]:
-            yield f"setting {name}: {short(x)}{of_unit(unit)} in A, {short(y)}{of_unit(unit)} in B"
+            row = self.rows.get(name, {})
+            yield f"setting {name}: {short(*printed(x, unit, row))} in A, {short(*printed(y, unit, row))} in B"
         if len(settings) > SETTINGS_MAX:
             yield f"and {len(settings) - SETTINGS_MAX} more settings"
         if not self.both:
@@ -140,18 +143,18 @@ class Comparison:
         names = [one for one in self.differences if one.first == first.first]
         yield f"first difference: period {period}, {period * self.a.period:.9g} s"
         for one in names:
-            a, b = (self.named(one.name, value) + of_unit(one.unit) for value in (one.a, one.b))
+            a, b = (self.named(one.name, value, one.unit) for value in (one.a, one.b))
             yield f"  {one.name}: {a} in A, {b} in B"
         yield f"{len(self.differences)} of {len(self.both)} rows differ:"
         wide = max(len(one.name) for one in self.differences)
         for one in self.differences:
             when = int(self.periods[one.first]) * self.a.period
-            yield (f"  {one.name:{wide}}  from {when:.9g} s, in {one.count} of {count} samples, by up to "
-                   f"{one.largest:.4g}{of_unit(one.unit)}")
+            largest, unit = printed(one.largest, one.unit, {**self.rows.get(one.name, {}), "choices": ""})
+            yield f"  {one.name:{wide}}  from {when:.9g} s, in {one.count} of {count} samples, by up to {largest:.4g}{of_unit(unit)}"
 
 
-def short(value):
-    return "-" if value is None else f"{value:.9g}"
+def short(value, unit="-"):
+    return "-" if value is None else value if isinstance(value, str) else f"{value:.{7 if unit.startswith('r/min') else 9}g}{of_unit(unit)}"
 
 
 def of_unit(unit):
@@ -248,7 +251,7 @@ class Both(drive.Drawn):
 def run(look):
     """The command. 0: equal; 1: not."""
     a, b = (recordings.read(path, progress.part(0.3 * n, 0.3 * (n + 1))) for n, path in enumerate(look.options.recordings))
-    comparison = Comparison(a, b)
+    comparison = Comparison(a, b, by_name(look.tables))
     report = list(comparison.lines())
     progress.tell(0.7)
     try:

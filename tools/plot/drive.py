@@ -10,10 +10,10 @@ import numpy
 
 from figures import Data, Layout, Panel, Trace
 from style import BLACK, BLUE, GREEN, ORANGE, PURPLE
+from table import RPM, by_name
 
 SKY, AMBER, GREY, RED = "#56B4E9", "#E69F00", "#777777", "#B3261E"
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER, GREY)
-RPM = 30.0 / math.pi
 BANDS_MAX = 400      # stretches; what changes more often is a line
 NEAR_LIMIT = 0.4     # of a limit: from there on it is on the axis
 LOCKED = 350.0       # [mrad] a larger error of the angle counts as a lost lock
@@ -77,10 +77,7 @@ class Drawn:
 
     def __init__(self, recording, tables):
         self.recording, self.tables = recording, tables
-        self.rows = {}
-        for row in tables.get("rows", ()):
-            for name in (row["name"], f"{row['table']}.{row['name']}", f"{row['table']}_{row['name']}"):
-                self.rows.setdefault(name, row)
+        self.rows = by_name(tables)
         self.data = Data(recording.path, {"time": recording.time}, {"time": "s"})
         self.left = dict(recording.units)  # columns that no panel shows yet
         self.panels = [panel for panel in (self.bands(), *(self.panel(kind) for kind in PANELS), *self.others()) if panel]

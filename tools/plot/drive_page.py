@@ -5,6 +5,7 @@ import string
 
 import page
 from page import PARTS, cell, escape, number, unit
+from table import printed
 
 JUDGED = {"failed": ("✗", "bad", "failed"), "not_judged": ("?", "kind", "not judged"), "met": ("✓", "good", "met"),
           "measured": ("=", "", "measured")}
@@ -31,10 +32,15 @@ def verdict_section(notes):
 
 
 def setting_rows(recording, rows, chosen):
-    return "".join(
-        f'<tr><th scope="row">{escape(name)}</th>{cell("number", number(value))}{cell("unit", unit(of))}'
-        f'{cell("number", number(rows.get(name, {}).get("default")))}<td>{escape(rows.get(name, {}).get("text", ""))}</td></tr>'
-        for name, (value, of) in recording.values.items() if chosen(name, value))
+    lines = []
+    for name, (value, of) in recording.values.items():
+        if chosen(name, value):
+            row = rows.get(name, {})
+            shown, shown_unit = printed(value, of, row)
+            default, _ = printed(row.get("default"), of, row)
+            lines.append(f'<tr><th scope="row">{escape(name)}</th>{cell("number", number(shown))}{cell("unit", unit(shown_unit))}'
+                         f'{cell("number", number(default))}<td>{escape(row.get("text", ""))}</td></tr>')
+    return "".join(lines)
 
 
 def settings_section(recording, rows):

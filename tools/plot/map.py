@@ -106,7 +106,9 @@ def draw(points, title, png):
     wide, names, bar, margin, block_gap, row_gap = 0.62, 0.2 + 0.068 * max(map(len, rows)), 0.75, 0.12, 0.16, 0.5
     heights = [0.55 if row in has_theory else 0.40 for row in rows]
     tops = [sum(heights[:n]) for n in range(len(rows) + 1)]
-    block = wide * len(speeds)
+    titles = {(on, load): f"{'no load' if load == 0 else f'{load:.4g} N m'}, adaptation {on}: speed [r/min]"
+              for on in columns for load in loads}
+    block = max(wide * len(speeds), 0.066 * max(map(len, titles.values())))
     width = max(names + len(loads) * block + (len(loads) - 1) * block_gap + bar + margin, 7.0)  # room for the caption
     title = textwrap.fill(title, int(11 * width))
     above, below = 0.50 + 0.19 * (title.count("\n") + 1), 0.72
@@ -122,7 +124,7 @@ def draw(points, title, png):
         axis.set_xticks([c + 0.5 for c in range(len(speeds))], [label(f"{speed:g}") for speed in speeds])
         axis.set_yticks([(upper + lower) / 2 for upper, lower in zip(tops, tops[1:])], [label(row) for row in rows])
         axis.tick_params(length=0, labeltop=True, labelbottom=False, labelleft=n == 0)
-        axis.set_title(f"{'no load' if load == 0 else f'{load:g} N m'}, adaptation {on}: speed [r/min]", fontsize=9, pad=8)
+        axis.set_title(titles[on, load], fontsize=9, pad=8)
         axes[on, load] = axis
 
     for point in points:

@@ -58,7 +58,7 @@ def read(path, tell=lambda fraction: None):
     try:
         octets = path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
+        raise InputError(f"{path}: {error.strerror}; accepted: a CSV or MAT file of `lagless run --out FOLDER`") from None
     recording = of_mat(path, octets) if octets[:10] == b"MATLAB 5.0" else of_csv(path, octets, tell)
     tell(1.0)
     time = recording.time

@@ -7,6 +7,28 @@ class InputError(Exception):
     """Names the file, and the line or column, that is wrong."""
 
 
+RPM = 30.0 / math.pi
+
+
+def by_name(tables):
+    """Each row of the program's tables by every name that a recording may give it."""
+    rows_of = {}
+    for row in tables.get("rows", ()):
+        for name in (row["name"], f"{row['table']}.{row['name']}", f"{row['table']}_{row['name']}"):
+            rows_of.setdefault(name, row)
+    return rows_of
+
+
+def printed(value, unit, row):
+    """(value, unit) as `lagless run` prints them: the name of a choice, a mechanical speed in r/min."""
+    names = row.get("choices", "").split("|")
+    if row.get("choices") and value is not None and value == value and 0 <= value < len(names):
+        return names[int(value)], "-"
+    if unit in ("rad/s", "rad/s^2") and "mechanical" in row.get("text", ""):
+        return None if value is None else value * RPM, unit.replace("rad/s^2", "r/min/s").replace("rad/s", "r/min")
+    return value, unit
+
+
 def units_of(path, cells):
     """{name: unit} of a first line, in its order; the unit is None where there is none."""
     units = {}

@@ -99,6 +99,12 @@ class Map(unittest.TestCase):
                            height)
 
     @unittest.skipUnless(DRAWS, "no matplotlib")
+    def test_titles_of_neighbours_have_room_with_one_speed(self):
+        """A character of 9 points is 0.06 inches wide on average; 200 dots an inch."""
+        width, _ = self.draw(points((300,), (2.09576, 4.5, 6.98586)))
+        self.assertGreater(width, 3 * len("2.096 N m, adaptation off: speed [r/min]") * 0.06 * 200)
+
+    @unittest.skipUnless(DRAWS, "no matplotlib")
     def test_one_point_lost_points_and_huge_errors_are_drawn(self):
         self.draw([FIRST])
         self.draw([{**FIRST, "mean_mrad": -3000.0, "sd_mrad": 1800.0, "locked": False, "theory_mrad": 16.4}])

@@ -34,6 +34,7 @@ static inductance_wave_t wave_of(const inductance_params_t *params, float freque
 inductance_tuning_t inductance_prepare(const inductance_params_t *params)
 {
     const float step = (float)params->every * params->period;
+    const float current = INDUCTANCE_DITHER * params->current_max;
     return (inductance_tuning_t){
         .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2),
                  wave_of(params, INDUCTANCE_FREQUENCY_3)},
@@ -45,7 +46,8 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
         .resistance = params->resistance,
         .resistance_from = params->resistance_from,
         .flux_linkage = params->flux_linkage,
-        .current = INDUCTANCE_DITHER * params->current_max,
+        .current = current,
+        .shows = INDUCTANCE_EMF / (params->from * current),
         .moved = INDUCTANCE_MOVED * params->current_max,
         .look = periods_of(INDUCTANCE_LOOK, step),
         .rest = periods_of(INDUCTANCE_REST, step),
@@ -84,6 +86,12 @@ void inductance_take(inductance_t *x, const inductance_tuning_t *tuning)
         x->resistance_rate = tuning->rate;
         x->look.rests = 0u;
     }
+}
+
+/* True if the response to the dither is beyond the errors of the voltage at this speed [rad/s]. */
+static bool shows(const inductance_t *x, float speed)
+{
+    return speed >= x->tuning.shows;
 }
 
 /* True if i_q [A] makes enough torque that L affects the result. */
@@ -150,7 +158,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
 {
     const float speed = bounds_magnitude(input->omega_smooth);
     const bool torque = loaded(x, input->current.q);
-    if (speed < INDUCTANCE_SPEED_MIN || !(torque || looks_for_resistance(x, speed))) {
+    if (speed < INDUCTANCE_SPEED_MIN || !((torque && shows(x, speed)) || looks_for_resistance(x, speed))) {
         inductance_rest(x);
         return false;
     }
@@ -267,7 +275,7 @@ static void end(inductance_t *x, float omega_smooth)
         if (steady == STEADY && x->voltage_known != 0u && bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
             learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
         }
-        if (is_trusted(x, said) && loaded(x, x->mean.q)) {
+        if (is_trusted(x, said) && loaded(x, x->mean.q) && shows(x, bounds_magnitude(omega_smooth))) {
             learn(tuning, time, said, &x->learnt, &x->rate);
         }
     }

@@ -27,7 +27,8 @@
  * A cycle has a result only if throughout the cycle the samples were sound, the loop was locked and the speed
  * was constant, if i_d followed its command, the EMF is present, and the resulting L is plausible. The result
  * is used only if it agrees with the one before, and while most results agree. Where no result is possible,
- * at low speed or without torque, there is no dither.
+ * at low speed or without torque, there is no dither. The same applies where the response omega L i_d is so
+ * small that errors of the dead time exceed it, as with a motor of 0.1 mH.
  *
  * The dither is audible and adds half a per cent to the copper loss. It therefore pauses when nothing more is
  * to be learnt: the first learning interval lasts until the rate has fallen to INDUCTANCE_LOOKED of the
@@ -61,6 +62,7 @@
 #define INDUCTANCE_NEAR          4.0f     /* [Hz] */
 #define INDUCTANCE_NEAR_SIXTH    6.5f     /* [Hz] distance to six times the electrical one, under torque */
 #define INDUCTANCE_SPEED_MIN     30.0f    /* [rad/s] electrical */
+#define INDUCTANCE_EMF           0.1f     /* [V] least omega L times the dither, ten errors of the voltage */
 #define INDUCTANCE_R_SPEED_MAX   100.0f   /* [rad/s] up to which R is learnt: the dead time is known there */
 #define INDUCTANCE_SPEED_DRIFT   0.03f    /* [-] of the speed over a cycle: a larger drift is not steady */
 #define INDUCTANCE_R_SPEED_DRIFT 0.01f    /* [-] the same without torque and for R */
@@ -107,6 +109,7 @@ typedef struct {
     float resistance_from; /* R of the parameters [ohm] */
     float flux_linkage;    /* psi_f [Wb] */
     float current;         /* amplitude of the dither [A] */
+    float shows;           /* speed from which L is learnt [rad/s] electrical */
     float moved;           /* change of i_q that ends a pause [A] */
     uint32_t look;         /* [steps] of cycles with a result, in a later interval */
     uint32_t rest;         /* [steps] from one interval to the next */

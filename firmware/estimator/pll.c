@@ -60,5 +60,5 @@ position_t pll_watch(pll_t *pll, ab_t emf, float acceleration)
 
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration)
 {
-    return pll_step_inline(pll, emf, (pll_motor_t){speed_per_volt, 0.0f, 1.0f, acceleration});
+    return pll_step_inline(pll, emf, (pll_motor_t){speed_per_volt, 0.0f, 1.0f, 1.0f, acceleration});
 }

@@ -187,12 +187,13 @@ static inline void pll_turn(pll_t *pll, float omega_e)
     pll->rotation = trig_turn(pll->theta_e);
 }
 
-/* Values of the motor for a step of the loop. A round rotor: 1/psi_f, 0, 1 and the acceleration by the
+/* Values of the motor for a step of the loop. A round rotor: 1/psi_f, 0, 1, 1 and the acceleration by the
  * torque. */
 typedef struct {
     float speed_per_volt; /* 1/psi_a [rad/s/V] */
     float lean;  /* t: relative increase of the flux with the error of the loop, d psi_a/(psi_a d err) [-] */
     float share; /* factor of kp and ki [-], above 0, at most 1 */
+    float pull;  /* factor of the cutoff of the feed-forward [-], 1 to 3 */
     float acceleration; /* by the torque [rad/s^2] */
 } pll_motor_t;
 
@@ -220,8 +221,8 @@ static inline position_t pll_step_inline(pll_t *pll, ab_t emf, pll_motor_t motor
      * keeps its value; so does I. */
     float signed_emf = bounds_magnitude(pll->omega_smooth) < PLL_SIGNED_SPEED ? e.q : sign * amplitude;
     const float omega_emf = (signed_emf - motor.lean * e.d) * motor.speed_per_volt;
-    float feedforward =
-        lowpass_step(pll->feedforward, tuning->feedforward_share, omega_emf) + tuning->period * acceleration;
+    float feedforward = lowpass_step(pll->feedforward, motor.pull * tuning->feedforward_share, omega_emf) +
+                        tuning->period * acceleration;
     if (!(bounds_magnitude(feedforward) <= tuning->speed_limit)) {
         feedforward = pll->feedforward;
     }

@@ -11,6 +11,7 @@ void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params)
     tuning->torque_feedforward = params->torque_feedforward / params->flux_linkage;
     tuning->frequency = 1.0f / params->pll.period;
     tuning->saturation = saturation_prepare(&params->saturation);
+    tuning->salient = params->saliency != 0.0f || saturation_is_on(&tuning->saturation) ? 1u : 0u;
 }
 
 void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amplitude)
@@ -32,6 +33,9 @@ void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amp
     motor->lean = bounds_clamp(tracker->saliency * current.q * motor->speed_per_volt, TRACKER_LEAN_MOST);
     const float magnitude = bounds_magnitude(pll->omega_smooth);
     const float speed = magnitude > PLL_SIGN_SPEED ? magnitude : PLL_SIGN_SPEED;
+    motor->moved = motor->lean;
+    motor->gain = 1.0f;
     motor->share = 1.0f;
+    motor->pull = 1.0f;
     motor->inverse = 1.0f / (speed + pll->tuning.kp * bounds_magnitude(motor->lean));
 }

@@ -16,8 +16,9 @@
  *
  *     t = (D + excess) i_q/psi_t,  psi_t = psi_f - (D + excess + |i_q| slope) i_d
  *
- * because an error of the angle changes the currents with the incremental inductances, and the torque is 1.5
- * p (psi_a i_q - c i_d).
+ * because an error of the angle changes the currents with the incremental inductances. The detector then sees
+ * psi_t/psi_a of the error, and of the motion of the loop D i_q/(psi_a omega): f uses D i_q/psi_t instead of
+ * t, and kp and ki are multiplied by psi_a/psi_t. The torque is 1.5 p (psi_a i_q - c i_d).
  *
  * The speed from the length of the EMF is this length over a psi_a that is low-passed like the EMF. The
  * acceleration by the torque, K (psi_a i_q - psi_f i_L) with the load as a current of psi_f, can support the
@@ -41,6 +42,12 @@
 #define TRACKER_FLUX_LEAST 0.1f
 #define TRACKER_LEAN_MOST  3.0f
 
+/* Largest factor for the detector of a saturated rotor [-]. */
+#define TRACKER_GAIN_MOST 2.0f
+
+/* Largest factor for the cutoff of the feed-forward in braking [-]. */
+#define TRACKER_PULL_MOST 3.0f
+
 typedef struct {
     pll_params_t pll;
     float flux_linkage;       /* psi_f [Wb], 1e-4..10 */
@@ -55,6 +62,7 @@ typedef struct {
     validity_tuning_t validity;
     float flux_linkage;       /* psi_f [Wb] */
     float speed_per_volt;     /* 1/psi_f [rad/s/V] */
+    uint32_t salient;         /* 1: with a saliency or a saturation [-] */
     float saliency;           /* D [H] */
     float saliency_rate;      /* D/T [V/A] */
     float torque_feedforward; /* K = 1.5 p^2/J [rad/s^2 per Wb and A] */
@@ -69,7 +77,10 @@ typedef struct {
     float flux_emf;       /* the same, low-passed like the EMF in the loop [Wb] */
     float speed_per_volt; /* its reciprocal [rad/s/V] */
     float lean;           /* t [-] */
-    float share;          /* f [-] */
+    float moved;          /* D i_q/psi_t, with saturation; else t [-] */
+    float gain;           /* psi_a/psi_t from 1 to 2, with saturation; else 1 [-] */
+    float share;          /* factor of kp and ki [-]: f, with saturation times `gain` */
+    float pull;           /* 1/f, from 1 to 3: factor of the feed-forward's cutoff [-] */
     float inverse;        /* 1/(|omega| + kp |t|) [s/rad] */
     float cross;          /* c = psi_q - L_q i_q of the last step [Wb]; 0 without saturation */
     float per_turned;     /* 1/psi_t [1/Wb], with saturation */
@@ -77,6 +88,7 @@ typedef struct {
 
 typedef struct {
     float flux_linkage;       /* psi_f, of the tuning or adapted [Wb] */
+    uint32_t salient;         /* of the tuning: 1 with a saliency or a saturation [-] */
     float saliency;           /* D, of the tuning [H] */
     float saliency_rate;      /* D/T, of the tuning [V/A] */
     float torque_feedforward; /* K, of the tuning [rad/s^2 per Wb and A] */
@@ -95,7 +107,7 @@ void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params);
 /* true: psi_a depends on the current. */
 static inline bool tracker_is_salient(const tracker_t *tracker)
 {
-    return tracker->saliency != 0.0f || saturation_is_on(&tracker->saturation);
+    return tracker->salient != 0u;
 }
 
 /* Sets another psi_f [Wb] and its reciprocal [rad/s/V]. */
@@ -114,17 +126,21 @@ static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuni
 {
     pll_take(&tracker->pll, &tuning->pll);
     validity_take(&tracker->validity, &tuning->validity);
+    tracker->salient = tuning->salient;
     tracker->saliency = tuning->saliency;
     tracker->saliency_rate = tuning->saliency_rate;
     tracker->torque_feedforward = tuning->torque_feedforward;
     tracker->frequency = tuning->frequency;
-    tracker->saturation = tuning->saturation;
-    if (!saturation_is_on(&tuning->saturation)) {
+    if (saturation_is_on(&tuning->saturation)) {
+        tracker->saturation = tuning->saturation;
+    } else {
+        tracker->saturation.per_step = 0.0f;
         tracker->motor.cross = 0.0f;
     }
     if (!tracker_is_salient(tracker)) {
         tracker->motor.lean = 0.0f;
         tracker->motor.share = 1.0f;
+        tracker->motor.pull = 1.0f;
     }
     tracker_set_flux(tracker, tuning->flux_linkage, tuning->speed_per_volt);
 }
@@ -176,7 +192,7 @@ static inline void tracker_straighten(const tracker_t *tracker, ab_t *emf)
 static inline position_t tracker_step(tracker_t *tracker, ab_t emf, float i_q)
 {
     const tracker_motor_t *motor = &tracker->motor;
-    const pll_motor_t loop = {motor->speed_per_volt, motor->lean, motor->share,
+    const pll_motor_t loop = {motor->speed_per_volt, motor->lean, motor->share, motor->pull,
                               tracker_acceleration(tracker, i_q)};
     return pll_step_inline(&tracker->pll, emf, loop);
 }

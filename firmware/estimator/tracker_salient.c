@@ -27,7 +27,8 @@ void tracker_transient(const tracker_t *tracker, dq_t current, ab_t *voltage)
     }
 }
 
-/* t [-] and c [Wb] where the q axis saturates. */
+/* Where the q axis saturates: t [-] and c [Wb], and for f what the motion of the loop adds to the error of
+ * the angle and the gain of the detector, both relative to psi_t [-]. */
 static void bend(const tracker_t *tracker, dq_t current, tracker_motor_t *motor)
 {
     const saturation_point_t point = saturation_at(&tracker->saturation, current.q);
@@ -38,6 +39,8 @@ static void bend(const tracker_t *tracker, dq_t current, tracker_motor_t *motor)
     motor->cross = point.excess * current.q;
     motor->per_turned = tracker_reciprocal(turned > least ? turned : least, motor->per_turned);
     motor->lean = bounds_clamp(apart * current.q * motor->per_turned, TRACKER_LEAN_MOST);
+    motor->moved = bounds_clamp(tracker->saliency * current.q * motor->per_turned, TRACKER_LEAN_MOST);
+    motor->gain = bounds_between(motor->flux * motor->per_turned, (bounds_t){1.0f, TRACKER_GAIN_MOST});
 }
 
 /* f [-]. */
@@ -46,8 +49,8 @@ static float share_of(const pll_t *pll, tracker_motor_t *motor)
     const float magnitude = bounds_magnitude(pll->omega_smooth);
     const float speed = magnitude > PLL_SIGN_SPEED ? magnitude : PLL_SIGN_SPEED;
     motor->inverse =
-        tracker_reciprocal(speed + pll->tuning.kp * bounds_magnitude(motor->lean), motor->inverse);
-    return motor->lean * pll->omega_smooth < 0.0f ? speed * motor->inverse : 1.0f;
+        tracker_reciprocal(speed + pll->tuning.kp * bounds_magnitude(motor->moved), motor->inverse);
+    return motor->moved * pll->omega_smooth < 0.0f ? speed * motor->inverse : 1.0f;
 }
 
 void tracker_follow(tracker_t *tracker, dq_t current)
@@ -59,8 +62,13 @@ void tracker_follow(tracker_t *tracker, dq_t current)
     motor->flux_emf = motor->flux + pll->tuning.emf_decay * (motor->flux_emf - motor->flux);
     motor->speed_per_volt = tracker_reciprocal(motor->flux_emf, motor->speed_per_volt);
     motor->lean = bounds_clamp(tracker->saliency * current.q * motor->speed_per_volt, TRACKER_LEAN_MOST);
+    motor->moved = motor->lean;
+    motor->gain = 1.0f;
     if (saturation_is_on(&tracker->saturation)) {
         bend(tracker, current, motor);
     }
-    motor->share = share_of(pll, motor);
+    const float share = share_of(pll, motor);
+    const float pull = tracker_reciprocal(share, motor->pull);
+    motor->pull = bounds_between(pull, (bounds_t){1.0f, TRACKER_PULL_MOST});
+    motor->share = motor->gain * share;
 }

@@ -2,8 +2,8 @@
  * virtual chip brings its own, and this file is not compiled.
  *
  * TI has published the library in the object format COFF alone, which does not link with this program's EABI.
- * So it is asked for: HAL_FLASH_API says that a library of that format with these prototypes is linked, its
- * .text and .const among what runs from RAM. Without it everything is refused, and the flash stays as it is.
+ * HAL_FLASH_API says that a library in EABI with these prototypes is linked, its .text and .const among what
+ * runs from RAM; none is published. Without it everything is refused, and the flash stays as it is.
  */
 #include "hal/f28335/bus.h"
 #include "hal/hal.h"

@@ -11,7 +11,10 @@ void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params)
     tuning->torque_feedforward = params->torque_feedforward / params->flux_linkage;
     tuning->frequency = 1.0f / params->pll.period;
     tuning->saturation = saturation_prepare(&params->saturation);
-    tuning->salient = params->saliency != 0.0f || saturation_is_on(&tuning->saturation) ? 1u : 0u;
+    tuning->salient = 0u;
+    if (params->saliency != 0.0f || saturation_is_on(&tuning->saturation)) {
+        tuning->salient = 1u;
+    }
 }
 
 void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amplitude)

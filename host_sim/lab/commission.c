@@ -193,7 +193,9 @@ static bool stage(work_t *work)
                                   : 0.0;
         const double trip = rig_value(work->rig, "overcurrent_trip");
         if (!rig_put(work->rig, "overcurrent_trip", TRIP * limit + ripple) || !rig_apply(work->rig)) {
-            good = rig_put(work->rig, "overcurrent_trip", trip) && rig_apply(work->rig);
+            good = rig_put(work->rig, "overcurrent_trip", trip) &&
+                   rig_put(work->rig, "current_limit", fmin(limit, (trip - ripple) / TRIP)) &&
+                   rig_apply(work->rig);
         }
     }
     return good || (tuned ? refuse(work, "the parameters that follow from it are refused") : false);

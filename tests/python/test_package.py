@@ -191,7 +191,7 @@ class Commissioning(unittest.TestCase):
     def test_a_plate_that_contradicts_the_measurement_keeps_what_was_measured(self):
         found = lagless.commission("cold_start", plate={**self.PLATE, "pole_pairs": 64, "rated_speed": 400})
         self.assertEqual(found.reason, "plate_contradiction")
-        self.assertLess(abs(float(found.resistance) - lagless.row("plate.resistance").initial), 0.02)
+        self.assertLess(abs(float(found.resistance) - lagless.row("plant.resistance").initial), 0.02)
         with self.assertRaisesRegex(lagless.Error, "inductance_q is not measured, because plate_contradiction"):
             found.motor()
 

@@ -66,7 +66,12 @@ static dq_t hold(excite_t *excite, const excite_order_t *order, dq_t current)
         excite->integral += order->ki * error;
     }
     const float beyond = current.q - bounds_clamp(current.q, order->across_from);
-    return (dq_t){along, -order->across * current.q - order->across_hard * beyond};
+    /* |i|/most - 1, from the squares */
+    const float squares = current.d * current.d + current.q * current.q;
+    const float excess = bounds_more(bounds_less(0.5f * (squares * order->most_inverse - 1.0f), 1.0f), 0.0f);
+    const float brake = order->most_hard * excess;
+    return (dq_t){along - brake * current.d,
+                  -(order->across + brake) * current.q - order->across_hard * beyond};
 }
 
 static void add(dq_t *sum, float share, dq_t value)

@@ -3,7 +3,9 @@
  *
  *     pulse   +U for n periods, -U for n periods, then the zero vector until the current has ended
  *     hold    a current along a fixed axis by a slow PI control, and along or across it a sine of voltage;
- *             across the axis a resistance only, u = -r i, so that a rotor that swings is braked
+ *             across the axis a resistance only, u = -r i, so that a rotor that swings is braked; a larger
+ *             resistance for the part of the whole current that exceeds a length, because the EMF of a light
+ *             rotor that swings drives more current than the trip accepts
  *
  * The loss of the dead time is not compensated, because its size is not known yet. The sums contain the
  * voltage of the duties that acted in the period that ends with the sample, and the current of the sample:
@@ -42,6 +44,8 @@ typedef struct {
     float across;         /* resistance across the axis [V/A] */
     float across_hard;    /* additional resistance for the current above across_from [V/A] */
     float across_from;    /* [A] */
+    float most_inverse;   /* 1 over the square of the length from which the whole current is braked [1/A^2] */
+    float most_hard;      /* resistance for what exceeds this length [V/A] */
     float turn;           /* phase of the sine per period [rad], 0 to pi */
     uint32_t sine_across; /* [-] 1: the sine acts across the axis; 0: along it */
 } excite_order_t;

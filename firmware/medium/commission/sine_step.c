@@ -16,7 +16,7 @@
 #define CROSS_MOST    0.15f  /* current across the sine over that along it, for an aligned rotor [-] */
 #define LESS          0.6f   /* of the current, after an unstable alignment [-] */
 #define LOWERED_MOST  2u
-#define SALIENCY_MOST 5.0f
+#define SALIENCY_MOST 10.0f
 #define ACROSS        0.05f       /* current across over that along of a rotor at rest [-] */
 #define SIXTH_TURN    1.04719755f /* [rad] */
 

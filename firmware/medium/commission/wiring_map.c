@@ -9,7 +9,7 @@
 #define IMPOSSIBLE 10.0f
 
 /* Share of the saliency in the trace up to which a winding is plausible [-], and the score beyond it. */
-#define SALIENCY_MOST  0.65f
+#define SALIENCY_MOST  0.8f
 #define SALIENCY_SCORE 0.3f
 #define SALIENCY_SLOPE 2.0f
 

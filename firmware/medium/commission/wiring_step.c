@@ -15,7 +15,7 @@
 #define LESS          0.85f
 #define PERIODS_MOST  100u
 #define RIPPLE_MOST   0.6f /* of the largest current [-] */
-#define RANK_LEAST    0.3f
+#define RANK_LEAST    0.15f
 #define TURNS_FROM    0.08f /* sum of the answers over the sum of their lengths [-] */
 
 static rotation_t unit(uint32_t direction)

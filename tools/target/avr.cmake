@@ -1,4 +1,4 @@
-# A processor with 16-bit int and 32-bit double, as the C28x has them, simulated: an ATmega2560 with 64 K of RAM, which
+# A processor with 16-bit int and 32-bit double, as the C28x has them, simulated: an ATmega2560 with 64 K of RAM and 512 K of flash, which
 # tools/target/avr/simulator.c plays; the preset `host` builds it.
 include("${CMAKE_CURRENT_LIST_DIR}/need.cmake")
 lagless_need(avr avr-gcc gcc-avr)
@@ -7,8 +7,7 @@ set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR avr)
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
 set(CMAKE_C_COMPILER avr-gcc)
-# The drive on the fixed-point estimator fits the 256 K of flash only without what it does not call, with short calls, and with one
-# copy of what functions begin and end with.
+# The drive takes more than 256 K of flash, though it is built without what it does not call, with short calls, and with one copy of what functions begin and end with.
 set(CMAKE_C_FLAGS_INIT "-mmcu=atmega2560 -ffunction-sections -mcall-prologues")
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-mrelax -Wl,--gc-sections")
 set(CMAKE_EXECUTABLE_SUFFIX_C .elf)

@@ -27,7 +27,7 @@ static void begin(excite_t *excite, const excite_order_t *order, ab_t current)
     excite->before = current;
 }
 
-static inline float square(ab_t vector)
+static inline float length_square(ab_t vector)
 {
     return vector.alpha * vector.alpha + vector.beta * vector.beta;
 }
@@ -40,13 +40,13 @@ static float pulse(excite_t *excite, const excite_order_t *order, ab_t current)
     const uint32_t end = 2u * half + PULSE_ENDS;
     const uint32_t count = excite->count;
     const ab_t change = {current.alpha - excite->before.alpha, current.beta - excite->before.beta};
-    const bool beyond = square(current) > order->current_max * order->current_max;
+    const bool beyond = length_square(current) > order->current_max * order->current_max;
     if (count == half + 1u || (beyond && count <= half)) {
         excite->seen.response = change;
     }
     excite->count = beyond && count < half ? 2u * half : count + (count < end ? 1u : 0u);
     if (count >= end) {
-        excite->still = square(current) < EXCITE_STILL * EXCITE_STILL ? excite->still + 1u : 0u;
+        excite->still = length_square(current) < EXCITE_STILL * EXCITE_STILL ? excite->still + 1u : 0u;
         excite->seen.done = excite->still >= EXCITE_STILL_PERIODS ? 1u : excite->seen.done;
     }
     const float first = beyond ? 0.0f : order->voltage;

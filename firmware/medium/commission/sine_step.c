@@ -106,7 +106,7 @@ static void add(sine_step_t *step, const excite_seen_t *seen)
     step->across.im -= across ? seen->current_sin.d : seen->current_sin.q;
 }
 
-static float square(sine_sum_t number)
+static float length_square(sine_sum_t number)
 {
     return number.re * number.re + number.im * number.im;
 }
@@ -149,7 +149,8 @@ static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t 
         return commission_failed(COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE, 0);
     }
     step->value[step->run] = inductance;
-    if (!runs[step->run].probe && square(step->across) > CROSS_MOST * CROSS_MOST * square(step->along)) {
+    if (!runs[step->run].probe &&
+        length_square(step->across) > CROSS_MOST * CROSS_MOST * length_square(step->along)) {
         if (step->lowered == LOWERED_MOST) {
             return commission_failed(COMMISSION_REASON_ALIGNMENT_UNSTABLE, 0);
         }

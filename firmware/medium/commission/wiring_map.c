@@ -22,14 +22,14 @@ void wiring_matrix_add(wiring_matrix_t *matrix, ab_t answer, rotation_t directio
     matrix->of_beta.beta += share * direction.sin * answer.beta;
 }
 
-static float square(ab_t vector)
+static float length_square(ab_t vector)
 {
     return vector.alpha * vector.alpha + vector.beta * vector.beta;
 }
 
 float wiring_rank(const wiring_matrix_t *matrix)
 {
-    const float all = square(matrix->of_alpha) + square(matrix->of_beta);
+    const float all = length_square(matrix->of_alpha) + length_square(matrix->of_beta);
     const float det =
         matrix->of_alpha.alpha * matrix->of_beta.beta - matrix->of_alpha.beta * matrix->of_beta.alpha;
     return all > 0.0f ? 2.0f * bounds_magnitude(det) / all : 0.0f;
@@ -44,7 +44,7 @@ int32_t wiring_open_phase(const wiring_matrix_t *matrix)
     for (int32_t n = 0; n < LEGS; n++) {
         const ab_t answer = {axes[n].cos * matrix->of_alpha.alpha + axes[n].sin * matrix->of_beta.alpha,
                              axes[n].cos * matrix->of_alpha.beta + axes[n].sin * matrix->of_beta.beta};
-        const float length = square(answer);
+        const float length = length_square(answer);
         if (n == 0 || length < least) {
             least = length;
             open = n + 1;

@@ -1,5 +1,5 @@
-/* An ATmega2560 with external RAM up to 64 K, run by libsimavr: 16-bit int, 32-bit double. Three spare
- * registers are the door to the desk:
+/* An ATmega2560 with external RAM up to 64 K and twice its flash, 512 K, run by libsimavr: 16-bit int, 32-bit
+ * double. Three spare registers are the door to the desk:
  *
  *     GPIOR0 written: a character for standard output
  *     GPIOR1 written: the end; the value is the exit code
@@ -84,6 +84,7 @@ int main(int argc, char **argv)
     setvbuf(stdout, NULL, _IOLBF, 0);
     avr_t *avr = avr_make_mcu_by_name("atmega2560");
     avr->ramend = 0xFFFF;
+    avr->flashend = 0x7FFFF; /* its program counter has 22 bits: 8 M */
     avr_init(avr);
     avr->log = LOG_ERROR;
     avr_load_firmware(avr, &program);

@@ -111,24 +111,11 @@ static bool read_plate(const char *path, commission_plate_t *plate)
         library_say(&error);
         return false;
     }
-    const struct {
-        motor_key_t key;
-        double factor;
-        double *value;
-    } keys[] = {
-        {MOTOR_KEY_pole_pairs, 1.0, &plate->pole_pairs},
-        {MOTOR_KEY_poles, 0.5, &plate->pole_pairs},
-        {MOTOR_KEY_rated_current_peak, 1.0, &plate->current},
-        {MOTOR_KEY_rated_current_rms, 1.4142135623730951, &plate->current},
-        {MOTOR_KEY_rated_current_block, 1.1026577908435842, &plate->current},
-        {MOTOR_KEY_rated_speed, 1.0, &plate->speed},
+    *plate = (commission_plate_t){
+        .pole_pairs = motor_given(&sheet, MOTOR_POLE_PAIRS),
+        .current = motor_given(&sheet, MOTOR_CURRENT),
+        .speed = motor_given(&sheet, MOTOR_SPEED),
     };
-    plate->pole_pairs = plate->current = plate->speed = (double)NAN;
-    for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++) {
-        if (sheet.has[keys[n].key]) {
-            *keys[n].value = keys[n].factor * sheet.value[keys[n].key];
-        }
-    }
     const char *missing = !isfinite(plate->pole_pairs) ? "pole_pairs or poles"
                           : !isfinite(plate->current)  ? "rated_current_peak, _rms or _block"
                           : !isfinite(plate->speed)    ? "rated_speed"

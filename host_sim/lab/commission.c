@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host_sim/lab/course.h"
 #include "host_sim/lab/tune.h"
 #include "settings/reasons.h"
 
@@ -61,16 +62,7 @@ typedef struct {
 
 static double choice_of(const char *row, const char *choice)
 {
-    const char *choices = rig_row_by_name(row)->choices;
-    double number = 0.0;
-    for (const char *at = choices; at != NULL && *at != '\0'; number += 1.0) {
-        const size_t length = strcspn(at, "|");
-        if (strlen(choice) == length && strncmp(at, choice, length) == 0) {
-            return number;
-        }
-        at += length + (at[length] == '|' ? 1u : 0u);
-    }
-    return 0.0;
+    return (double)table_choice(rig_row_by_name(row), choice);
 }
 
 static void choice_name(const char *row, double value, char *to, size_t size)
@@ -372,16 +364,15 @@ static void note_currents(void *context, uint32_t period, const uint32_t *slots,
 rig_t *commission_rig_of(const scenario_t *scenario, uint64_t seed, scenario_error_t *error)
 {
     rig_t *rig = rig_create(seed);
-    const scenario_event_t *first = &scenario->events[0];
-    if (rig == NULL) {
+    course_t course;
+    if (rig == NULL || !course_init(&course, scenario, rig)) {
         snprintf(error->message, sizeof error->message, "not enough memory");
+        rig_free(rig);
         return NULL;
     }
-    if (scenario->has_start) {
-        rig_set_motion(rig, scenario->start_angle, scenario->start_speed);
-    }
-    if (!scenario_set(rig, first->settings, first->count)) {
-        snprintf(error->message, sizeof error->message, "%s", rig_error(rig));
+    const bool started = course_start(&course, error);
+    course_free(&course);
+    if (!started) {
         rig_free(rig);
         return NULL;
     }

@@ -501,6 +501,22 @@ static void make_shaft(motor_t *motor)
     }
 }
 
+static double in_si(const motor_sheet_t *sheet, size_t key)
+{
+    return keys[key].factor * sheet->value[key];
+}
+
+double motor_given(const motor_sheet_t *sheet, motor_quantity_t quantity)
+{
+    double value = (double)NAN;
+    for (size_t n = 0; n < MOTOR_KEY_COUNT; n++) {
+        if (sheet->has[n] && keys[n].quantity == quantity) {
+            value = in_si(sheet, n);
+        }
+    }
+    return value;
+}
+
 bool motor_make(const motor_sheet_t *sheet, motor_t *motor, scenario_error_t *error)
 {
     *motor = (motor_t){.note_count = 0u};
@@ -512,7 +528,7 @@ bool motor_make(const motor_sheet_t *sheet, motor_t *motor, scenario_error_t *er
     for (size_t n = 0; n < MOTOR_KEY_COUNT; n++) {
         if (sheet->has[n] && keys[n].quantity != MOTOR_FLUX) {
             motor->has[keys[n].quantity] = true;
-            motor->value[keys[n].quantity] = keys[n].factor * sheet->value[n];
+            motor->value[keys[n].quantity] = in_si(sheet, n);
         }
     }
     if (sheet->has[MOTOR_KEY_inductance] || sheet->has[MOTOR_KEY_inductance_line]) {

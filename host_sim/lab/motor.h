@@ -146,6 +146,10 @@ const char *motor_library_folder(void);
  * rated speed in 50 ms) and the friction (a hundredth of the rated torque). */
 bool motor_make(const motor_sheet_t *sheet, motor_t *motor, scenario_error_t *error);
 
+/* The value of a quantity by the last of its keys that the sheet has [SI]; NAN: none. Not for MOTOR_FLUX,
+ * whose keys need other quantities. */
+double motor_given(const motor_sheet_t *sheet, motor_quantity_t quantity);
+
 /* Torque constant 1.5 p psi_f [N m/A], everything that turns [kg m^2]. */
 double motor_torque_constant(const motor_t *motor);
 double motor_inertia(const motor_t *motor);

@@ -1,6 +1,7 @@
 #include "medium/commission/resistance_step.h"
 
 #include "math/bounds.h"
+#include "math/periods.h"
 
 #define FIRST_SHARE   0.3f        /* of the largest current: first level [-] */
 #define BLOCK         0.1f        /* [s] of a mean */
@@ -20,12 +21,7 @@ void resistance_step_begin(resistance_step_t *step)
     *step = (resistance_step_t){.phase = RESISTANCE_BEGIN};
 }
 
-static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
-{
-    return (uint32_t)(seconds / tuning->window + 0.5f);
-}
-
-/* A steady current: 0.3 I, half of it, I_h, or a new direction. */
+/* A current has settled: 0.3 I, 0.15 I, I_h, or I_h in a new direction. */
 static commission_verdict_t first_value(resistance_step_t *step, const commission_tuning_t *tuning,
                                         const commission_input_t *input, excite_order_t *order,
                                         commission_results_t *results)
@@ -142,7 +138,7 @@ static commission_verdict_t climb(resistance_step_t *step, const commission_tuni
                                   commission_results_t *results)
 {
     static const float levels[LEVEL_COUNT] = {1.0f, 0.8f, 0.64f, 0.5f, 0.4f, 0.32f};
-    const uint32_t from = windows_of(SETTLE, tuning);
+    const uint32_t from = periods_of(SETTLE, tuning->window);
     order->current = levels[step->level] * step->current;
     step->windows++;
     if (step->windows <= from) {
@@ -150,7 +146,7 @@ static commission_verdict_t climb(resistance_step_t *step, const commission_tuni
         return commission_goes_on();
     }
     commission_mean_add(&step->mean, input->seen);
-    if (step->windows < from + windows_of(BLOCK, tuning)) {
+    if (step->windows < from + periods_of(BLOCK, tuning->window)) {
         return commission_goes_on();
     }
     add(step);
@@ -194,7 +190,7 @@ commission_verdict_t resistance_step(resistance_step_t *step, const commission_t
         }
         return commission_goes_on();
     }
-    const standing_want_t want = {windows_of(BLOCK, tuning), order->current, ACROSS * order->current};
+    const standing_want_t want = {periods_of(BLOCK, tuning->window), order->current, ACROSS * order->current};
     switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
         return first_value(step, tuning, input, order, results);

@@ -2,6 +2,7 @@
 
 #include "math/angle.h"
 #include "math/bounds.h"
+#include "math/periods.h"
 #include "math/root.h"
 #include "math/trig.h"
 
@@ -43,11 +44,6 @@ void sine_step_begin(sine_step_t *step)
     *step = (sine_step_t){.phase = SINE_BEGIN};
 }
 
-static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
-{
-    return (uint32_t)(seconds / tuning->window + 0.5f);
-}
-
 float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float period)
 {
     const sine_sum_t before = {turn.cos * current.re + turn.sin * current.im,
@@ -74,7 +70,7 @@ static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const 
     const sine_run_t *run = &runs[step->run];
     const float bias = run->bias * step->current;
     const float inductance = run->across ? step->guess_q : step->guess_d;
-    const float block = (float)windows_of(BLOCK, tuning) * tuning->window;
+    const float block = (float)periods_of(BLOCK, tuning->window) * tuning->window;
     float frequency = run->frequency * FREQUENCY;
     float voltage = 0.0f;
     for (uint32_t n = 0u; n < 2u && voltage < VOLTAGE_LEAST; n++) {
@@ -135,12 +131,12 @@ static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t 
                                    const commission_input_t *input, excite_order_t *order,
                                    commission_results_t *results)
 {
-    const uint32_t from = windows_of(SETTLE, tuning);
+    const uint32_t from = periods_of(SETTLE, tuning->window);
     step->windows++;
     if (step->windows > from) {
         add(step, input->seen);
     }
-    if (step->windows < from + windows_of(BLOCK, tuning)) {
+    if (step->windows < from + periods_of(BLOCK, tuning->window)) {
         return commission_goes_on();
     }
     const rotation_t turn = trig_turn(step->turn[step->run]);
@@ -205,7 +201,7 @@ commission_verdict_t sine_step(sine_step_t *step, const commission_tuning_t *tun
         }
         return commission_goes_on();
     }
-    const standing_want_t want = {windows_of(BLOCK, tuning), order->current, ACROSS * order->current};
+    const standing_want_t want = {periods_of(BLOCK, tuning->window), order->current, ACROSS * order->current};
     switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
         step->phase = step->phase == SINE_ALIGN ? SINE_TURN : SINE_RUNS;

@@ -2,6 +2,7 @@
 
 #include "math/angle.h"
 #include "math/bounds.h"
+#include "math/periods.h"
 #include "math/root.h"
 #include "math/trig.h"
 
@@ -32,11 +33,6 @@ typedef struct {
 void swing_step_begin(swing_step_t *step)
 {
     *step = (swing_step_t){.phase = SWING_BEGIN};
-}
-
-static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
-{
-    return (uint32_t)(seconds / tuning->window + 0.5f);
 }
 
 /* The loss of the legs for this current [V]. */
@@ -287,7 +283,7 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
         const swing_window_t window = window_of(input, input->seen->axis);
         add(step, tuning, &window, results);
         step->windows++;
-        if (step->windows >= windows_of(LEAST, tuning)) {
+        if (step->windows >= periods_of(LEAST, tuning->window)) {
             standing_wait(&step->standing);
             step->phase = SWING_REST;
         }
@@ -297,7 +293,7 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
         const swing_window_t window = window_of(input, input->seen->axis);
         add(step, tuning, &window, results);
     }
-    const standing_want_t want = {windows_of(BLOCK, tuning), order->current,
+    const standing_want_t want = {periods_of(BLOCK, tuning->window), order->current,
                                   ACROSS * order->current + ACROSS_LEAST};
     switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:

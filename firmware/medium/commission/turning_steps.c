@@ -2,6 +2,7 @@
 
 #include "math/angle.h"
 #include "math/bounds.h"
+#include "math/periods.h"
 #include "math/root.h"
 #include "math/trig.h"
 
@@ -31,11 +32,6 @@
 #define AGREES       0.25f /* largest relative distance from the J of the swing [-] */
 #define SLICES_LEAST 12.0f
 #define STEADY_HIGH  0.9f /* of the high speed: first steady speed [-] */
-
-static uint32_t windows_of(float seconds, const commission_tuning_t *tuning)
-{
-    return (uint32_t)(seconds / tuning->window + 0.5f);
-}
 
 static float length(dq_t vector)
 {
@@ -87,7 +83,7 @@ static bool is_steady(uint32_t *windows, const commission_tuning_t *tuning, cons
     const float omega_e = tuning->pole_pairs * omega_m;
     const bool near = input->runs != 0u && bounds_within(input->omega_e - omega_e, NEAR * omega_e);
     *windows = near ? *windows + 1u : 0u;
-    return *windows > windows_of(STEADY, tuning);
+    return *windows > periods_of(STEADY, tuning->window);
 }
 
 static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, const turning_input_t *input,
@@ -122,7 +118,7 @@ commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t
         return commission_goes_on();
     }
     mean_add(mean, tuning, input, near);
-    if (mean->windows < (float)windows_of(MEAN, tuning)) {
+    if (mean->windows < (float)periods_of(MEAN, tuning->window)) {
         return commission_goes_on();
     }
     const float share = 1.0f / mean->windows;
@@ -270,14 +266,14 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
     slice(step, tuning, input, psi);
     step->windows++;
     if (step->phase == TORQUE_UP) {
-        if (step->windows > windows_of(PUSH_WAIT, tuning)) {
+        if (step->windows > periods_of(PUSH_WAIT, tuning->window)) {
             step->push = bounds_less(PUSH_GROWTH * step->push, PUSH_MOST * tuning->current_max);
             begin_phase(step, TORQUE_UP);
         } else if (omega_m > step->high) {
             begin_phase(step, TORQUE_COAST);
         }
     } else if (step->phase == TORQUE_COAST) {
-        if (omega_m < middle || step->windows > windows_of(COAST_MOST, tuning)) {
+        if (omega_m < middle || step->windows > periods_of(COAST_MOST, tuning->window)) {
             begin_phase(step, TORQUE_DOWN);
         }
     } else if (omega_m < step->low) {
@@ -335,7 +331,7 @@ static commission_verdict_t hold_speed(torque_test_t *step, const commission_tun
         return commission_goes_on();
     }
     mean_add(mean, tuning, input, psi);
-    if (mean->windows < (float)windows_of(MEAN, tuning)) {
+    if (mean->windows < (float)periods_of(MEAN, tuning->window)) {
         return commission_goes_on();
     }
     step->torque[which] = mean->torque / mean->windows;

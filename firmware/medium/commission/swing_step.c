@@ -20,6 +20,7 @@
 #define FREER        7.0f        /* factor of the resistance across the axis where J does not show [-] */
 #define FREER_MOST   2u          /* [-] times */
 #define FLUX_LEAST   2e-4f       /* [Wb] */
+#define FLUX_SHARE   0.04f       /* least psi_f over L_d I: the integral has errors of this size [-] */
 #define ZONE         0.1f        /* [A] current below which the sign of a leg's loss fades */
 
 /* A window of the motion, in the stationary frame. */
@@ -237,8 +238,12 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
         /* the first circle is only a first value: the others know the direction of the rotor */
         step->flux_sum += step->jump > 1u ? psi : 0.0f;
         results->flux_first = step->jump > 1u ? step->flux_sum / (float)(step->jump - 1u) : psi;
-        if (results->flux_first < FLUX_LEAST) {
+        if (results->flux_first <
+            bounds_more(FLUX_LEAST, FLUX_SHARE * results->inductance_d * step->current)) {
             return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
+        }
+        if (!is_under_way((ab_t){-centre.alpha, -centre.beta}, before)) {
+            return commission_failed(COMMISSION_REASON_ROTOR_NOT_TURNING, 0);
         }
     }
     step->jump++;

@@ -14,7 +14,8 @@
  * braked by the resistance across the axis. If that holds it so much that the torque hardly accelerates it,
  * the jumps are repeated with a larger resistance, which brakes less; J may stay unknown. The regression ends
  * where a jump becomes slow: friction then holds the rotor with a torque of unknown size. Several jumps to
- * and fro. */
+ * and fro. A rotor whose direction changes by less than 37 degrees in a jump is held, or too heavy: the step
+ * ends with `rotor_not_turning`. */
 #ifndef MEDIUM_COMMISSION_SWING_STEP_H
 #define MEDIUM_COMMISSION_SWING_STEP_H
 

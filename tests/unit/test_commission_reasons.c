@@ -1,0 +1,435 @@
+/* The standing steps of commissioning on windings that are written down: what each step measures, and the
+ * reason for which it ends. A winding answers an order at once with the sums of a settled window; the
+ * expected values are the numbers that the winding was made from. The rotor of the swing is a motor in double
+ * precision. */
+#include <complex.h>
+#include <math.h>
+#include <unity.h>
+
+#include "fast/control/excite.h"
+#include "medium/commission/commission.h"
+
+#define PERIOD  1e-4
+#define PERIODS 8.0
+#define LINK    311.0
+#define PI      3.14159265358979323846
+#define IM      ((double complex)I)
+
+static const commission_tuning_t TUNING = {.current_max = 10.0f,
+                                           .current_hold = 5.0f,
+                                           .pole_pairs = 4.0f,
+                                           .undervoltage = 200.0f,
+                                           .noise_max = 0.03f,
+                                           .period = (float)PERIOD,
+                                           .window = 8e-4f,
+                                           .inductance_d = 0.01f,
+                                           .inductance_q = 0.01f,
+                                           .flux_linkage = 0.1f,
+                                           .inertia = 1e-3f};
+
+/* A winding, and what is wrong with it. */
+typedef struct {
+    double resistance; /* [ohm] */
+    double rest;       /* 4/3 of the loss of a leg [V] */
+    double gain;       /* part of R that depends on the direction: R (1 + gain cos 2 angle) [-] */
+    double moving;     /* the same, with the other sign in the second staircase [-] */
+    double across;     /* current across the axis over that along the axis [-] */
+    double l_d, l_q;   /* [H] */
+    double rotor;      /* rate^2 by which a free rotor lowers L_q: L_q (1 - rotor/w^2) [rad^2/s^2] */
+    double leaves;     /* current across the sine over that along the sine, until it has been lowered */
+    unsigned steady;   /* times that leaving rotor is still steady again; 0: never leaves */
+} winding_t;
+
+typedef struct {
+    commission_t commission;
+    excite_seen_t seen;
+} bench_t;
+
+static void order_step(bench_t *bench, const commission_tuning_t *tuning, int32_t step)
+{
+    const commission_window_t window = {
+        .standing = {&bench->seen, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f}, (float)LINK}, .bridge_on = true};
+    bench->commission.tuning = *tuning;
+    commission_window(&bench->commission, step, &window);
+}
+
+/* The sums of a settled window for the present order, without a sine. */
+static void answer_hold(bench_t *bench, const winding_t *winding, double resistance)
+{
+    const excite_order_t *order = &bench->commission.order;
+    const double current = (double)order->current;
+    bench->seen = (excite_seen_t){
+        .periods = (uint32_t)PERIODS, .serial = order->serial, .done = 1u, .axis = order->axis};
+    bench->seen.current = (dq_t){(float)(PERIODS * current), (float)(PERIODS * winding->across * current)};
+    bench->seen.voltage = (dq_t){(float)(PERIODS * (resistance * current + winding->rest)), 0.0f};
+}
+
+/* ---- resistance ---- */
+
+static int32_t resistance_of(bench_t *bench, const winding_t *winding, const commission_tuning_t *tuning)
+{
+    const resistance_step_t *step = &bench->commission.work.resistance;
+    commission_init(&bench->commission, tuning);
+    bench->commission.results.inductance_pulse = 5e-3f;
+    bench->seen = (excite_seen_t){.serial = 0u};
+    order_step(bench, tuning, COMMISSION_RESISTANCE);
+    while (bench->commission.state < (int32_t)COMMISSION_DONE) {
+        const double twice =
+            2.0 * atan2((double)bench->commission.order.axis.sin, (double)bench->commission.order.axis.cos);
+        const double sign = step->repeated != 0u ? -1.0 : 1.0;
+        answer_hold(bench, winding,
+                    winding->resistance * (1.0 + (winding->gain + sign * winding->moving) * cos(twice)));
+        order_step(bench, tuning, COMMISSION_RESISTANCE);
+    }
+    return bench->commission.reason;
+}
+
+static void test_resistance_and_loss_of_a_leg_are_those_of_the_winding(void)
+{
+    static const winding_t windings[] = {{.resistance = 0.02, .rest = 0.4},
+                                         {.resistance = 0.95, .rest = 13.0},
+                                         {.resistance = 8.0, .rest = 4.0}};
+    for (uint32_t n = 0u; n < sizeof windings / sizeof windings[0]; n++) {
+        bench_t bench;
+        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, resistance_of(&bench, &windings[n], &TUNING));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * windings[n].resistance + 1e-6, windings[n].resistance,
+                                  (double)bench.commission.results.resistance);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * windings[n].rest, 0.75 * windings[n].rest,
+                                  (double)bench.commission.results.dead_voltage);
+        TEST_ASSERT_EQUAL_FLOAT(5.0f, bench.commission.results.current_hold);
+    }
+}
+
+/* Half of the link less the loss of the legs, over R. */
+static void test_link_limits_the_current_of_a_large_resistance(void)
+{
+    const winding_t winding = {.resistance = 40.0, .rest = 12.0};
+    bench_t bench;
+    (void)resistance_of(&bench, &winding, &TUNING);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, (0.5 * LINK - 12.0) / 40.0,
+                              (double)bench.commission.results.current_hold);
+}
+
+static void test_resistance_ends_with_the_reason_of_its_winding(void)
+{
+    static const struct {
+        const char *name;
+        winding_t winding;
+        float hold; /* [A] */
+        commission_reason_t reason;
+    } rows[] = {
+        {"the voltage does not rise with the current",
+         {.rest = 5.0},
+         5.0f,
+         COMMISSION_REASON_NO_STEADY_CURRENT},
+        {"0.4 A may flow", {.resistance = 0.95}, 0.4f, COMMISSION_REASON_HEAT_LIMIT_TOO_LOW},
+        {"the link drives 0.39 A", {.resistance = 400.0}, 5.0f, COMMISSION_REASON_HEAT_LIMIT_TOO_LOW},
+        {"a sensor is wrong by 3 % in one direction",
+         {.resistance = 0.95, .gain = 0.03},
+         5.0f,
+         COMMISSION_REASON_SENSOR_GAIN},
+        {"another difference each time",
+         {.resistance = 0.95, .moving = 0.03},
+         5.0f,
+         COMMISSION_REASON_ROTOR_SWINGS},
+        {"1 % is within the scatter", {.resistance = 0.95, .gain = 0.01}, 5.0f, COMMISSION_REASON_NONE},
+        {"a current flows across the axis",
+         {.resistance = 0.95, .across = 0.2},
+         5.0f,
+         COMMISSION_REASON_NO_STEADY_CURRENT},
+        {"L/R of 1.9 periods",
+         {.resistance = 5e-3 / (1.9 * PERIOD)},
+         5.0f,
+         COMMISSION_REASON_TIME_CONSTANT_SHORT},
+        {"L/R of 2.1 periods", {.resistance = 5e-3 / (2.1 * PERIOD)}, 5.0f, COMMISSION_REASON_NONE},
+    };
+    for (uint32_t n = 0u; n < sizeof rows / sizeof rows[0]; n++) {
+        commission_tuning_t tuning = TUNING;
+        bench_t bench;
+        tuning.current_hold = rows[n].hold;
+        TEST_ASSERT_EQUAL_INT32_MESSAGE(rows[n].reason, resistance_of(&bench, &rows[n].winding, &tuning),
+                                        rows[n].name);
+    }
+}
+
+/* The second staircase decides when its directions agree. */
+static void test_second_staircase_is_taken_when_the_first_one_scatters(void)
+{
+    const winding_t winding = {.resistance = 0.95, .gain = 0.02, .moving = 0.02};
+    bench_t bench;
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, resistance_of(&bench, &winding, &TUNING));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.95, (double)bench.commission.results.resistance);
+}
+
+/* ---- sine ---- */
+
+/* The sums of a settled window with the sine of the order: I = b U/(1 - a z^-1). */
+static void answer_sine(bench_t *bench, const winding_t *winding)
+{
+    const excite_order_t *order = &bench->commission.order;
+    const sine_step_t *step = &bench->commission.work.sine;
+    const double turn = (double)order->turn;
+    const double omega = turn / PERIOD;
+    const bool across = order->sine_across != 0u;
+    const double inductance = across ? winding->l_q * (1.0 - winding->rotor / (omega * omega)) : winding->l_d;
+    const double a = exp(-winding->resistance * PERIOD / inductance);
+    const double b = (1.0 - a) / winding->resistance;
+    const double complex voltage = PERIODS * (double)order->voltage;
+    const double complex current = inductance > 0.0 ? b * voltage / (1.0 - a * cexp(-IM * turn)) : 0.0;
+    const double complex leaves = step->lowered < winding->steady ? winding->leaves * current : 0.0;
+    const double complex along_d = across ? leaves : current;
+    const double complex along_q = across ? current : leaves;
+    answer_hold(bench, winding, winding->resistance);
+    bench->seen.voltage_cos =
+        (dq_t){across ? 0.0f : (float)creal(voltage), across ? (float)creal(voltage) : 0.0f};
+    bench->seen.current_cos = (dq_t){(float)creal(along_d), (float)creal(along_q)};
+    bench->seen.current_sin = (dq_t){(float)-cimag(along_d), (float)-cimag(along_q)};
+}
+
+static int32_t inductance_of(bench_t *bench, const winding_t *winding)
+{
+    commission_init(&bench->commission, &TUNING);
+    bench->commission.results.inductance_pulse = (float)fmax(winding->l_d, 1e-4);
+    bench->commission.results.resistance = (float)winding->resistance;
+    bench->commission.results.current_hold = TUNING.current_hold;
+    bench->seen = (excite_seen_t){.serial = 0u};
+    order_step(bench, &TUNING, COMMISSION_INDUCTANCE);
+    while (bench->commission.state < (int32_t)COMMISSION_DONE) {
+        answer_sine(bench, winding);
+        order_step(bench, &TUNING, COMMISSION_INDUCTANCE);
+    }
+    return bench->commission.reason;
+}
+
+/* Also of a rotor that the sine moves: 10 000 rad^2/s^2 lower L_q by 0.1 and 0.2 % at the two frequencies;
+ * and of a small winding, whose frequency is doubled. */
+static void test_sine_gives_both_inductances_also_of_a_rotor_that_swings(void)
+{
+    static const winding_t windings[] = {
+        {.resistance = 0.95, .l_d = 5e-3, .l_q = 5e-3},
+        {.resistance = 0.95, .l_d = 5e-3, .l_q = 12e-3, .rotor = 4e5},
+        {.resistance = 0.05, .l_d = 2e-4, .l_q = 3e-4, .rotor = 1e4},
+        {.resistance = 0.95, .l_d = 5e-3, .l_q = 5e-3, .leaves = 0.2, .steady = 2u},
+    };
+    for (uint32_t n = 0u; n < sizeof windings / sizeof windings[0]; n++) {
+        const winding_t *winding = &windings[n];
+        bench_t bench;
+        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, inductance_of(&bench, winding));
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3 * winding->l_d, winding->l_d,
+                                  (double)bench.commission.results.inductance_d);
+        TEST_ASSERT_DOUBLE_WITHIN(4e-3 * winding->l_q, winding->l_q,
+                                  (double)bench.commission.results.inductance_q);
+    }
+}
+
+/* A rotor that leaves the axis: 0.6 of the current, twice. */
+static void test_unstable_alignment_lowers_the_current_twice(void)
+{
+    const winding_t winding = {.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .leaves = 0.2, .steady = 9u};
+    bench_t bench;
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_ALIGNMENT_UNSTABLE, inductance_of(&bench, &winding));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.36 * 5.0, (double)bench.commission.work.sine.current);
+}
+
+static void test_inductance_ends_with_the_reason_of_its_winding(void)
+{
+    static const struct {
+        const char *name;
+        winding_t winding;
+        commission_reason_t reason;
+    } rows[] = {
+        {"no current answers", {.resistance = 0.95}, COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE},
+        {"L_q of 11 L_d",
+         {.resistance = 0.95, .l_d = 2e-3, .l_q = 22e-3},
+         COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE},
+        {"L_q of 0.3 L_d",
+         {.resistance = 0.95, .l_d = 9e-3, .l_q = 2.7e-3},
+         COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE},
+        {"L/R of 1.9 periods",
+         {.resistance = 10.0, .l_d = 1.9e-3, .l_q = 4e-3},
+         COMMISSION_REASON_TIME_CONSTANT_SHORT},
+        {"a current flows across the axis",
+         {.resistance = 0.95, .across = 0.2, .l_d = 5e-3, .l_q = 5e-3},
+         COMMISSION_REASON_ROTOR_SWINGS},
+    };
+    for (uint32_t n = 0u; n < sizeof rows / sizeof rows[0]; n++) {
+        bench_t bench;
+        TEST_ASSERT_EQUAL_INT32_MESSAGE(rows[n].reason, inductance_of(&bench, &rows[n].winding),
+                                        rows[n].name);
+    }
+}
+
+static void test_sine_solve_refuses_sums_of_no_winding(void)
+{
+    const rotation_t turn = {0.3f, 0.95f};
+    const sine_sum_t none = {0.0f, 0.0f}, one = {1.0f, 0.0f}, against = {-1.0f, 0.1f};
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, sine_solve(none, one, turn, (float)PERIOD));
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, sine_solve(one, none, turn, (float)PERIOD));
+    TEST_ASSERT_FALSE(sine_solve(against, one, turn, (float)PERIOD) > 0.0f);
+}
+
+/* ---- swing ---- */
+
+/* A surface motor on the excitation of the fast task. */
+typedef struct {
+    double resistance, inductance, flux, inertia, friction; /* [ohm], [H], [Wb], [kg m^2], [N m s] */
+    double angle, omega;                                    /* electrical [rad], mechanical [rad/s] */
+    double complex current, acts, next;                     /* [A], [V] */
+} motor_t;
+
+/* A period in 16 parts. */
+static void turn_motor(motor_t *motor, excite_t *excite, const excite_order_t *order)
+{
+    const double part = PERIOD / 16.0;
+    const ab_t asked =
+        excite_step(excite, order, (ab_t){(float)creal(motor->current), (float)cimag(motor->current)},
+                    (ab_t){(float)creal(motor->acts), (float)cimag(motor->acts)});
+    motor->acts = motor->next;
+    motor->next = (double)asked.alpha + IM * (double)asked.beta;
+    for (int n = 0; n < 16; n++) {
+        const double complex magnets = motor->flux * cexp(IM * motor->angle);
+        const double complex emf = IM * 4.0 * motor->omega * magnets;
+        const double torque = 1.5 * 4.0 * cimag(conj(magnets) * motor->current);
+        motor->current += part / motor->inductance * (motor->acts - motor->resistance * motor->current - emf);
+        motor->omega += part / motor->inertia * (torque - motor->friction * motor->omega);
+        motor->angle += part * 4.0 * motor->omega;
+    }
+}
+
+static int32_t swing_of(bench_t *bench, motor_t *motor)
+{
+    excite_t excite;
+    excite_init(&excite);
+    commission_init(&bench->commission, &TUNING);
+    bench->commission.results = (commission_results_t){.resistance = (float)motor->resistance,
+                                                       .inductance_pulse = (float)motor->inductance,
+                                                       .inductance_d = (float)motor->inductance,
+                                                       .inductance_q = (float)motor->inductance,
+                                                       .current_hold = TUNING.current_hold};
+    bench->seen = (excite_seen_t){.serial = 0u};
+    order_step(bench, &TUNING, COMMISSION_SWING);
+    while (bench->commission.state < (int32_t)COMMISSION_DONE) {
+        for (uint32_t k = 0u; k < (uint32_t)PERIODS; k++) {
+            turn_motor(motor, &excite, &bench->commission.order);
+        }
+        excite_close(&excite, &bench->seen);
+        const commission_window_t window = {
+            .standing = {&bench->seen,
+                         {0.0f, 0.0f, 0.0f},
+                         {(float)creal(motor->current), (float)cimag(motor->current)},
+                         (float)LINK},
+            .bridge_on = true};
+        commission_window(&bench->commission, COMMISSION_SWING, &window);
+    }
+    return bench->commission.reason;
+}
+
+static motor_t motor_with(double inertia)
+{
+    return (motor_t){.resistance = 0.95,
+                     .inductance = 5e-3,
+                     .flux = 0.1,
+                     .inertia = inertia,
+                     .friction = 1e-4,
+                     .angle = 1.0};
+}
+
+static void test_swing_gives_first_values_of_flux_and_inertia(void)
+{
+    for (double inertia = 5e-4; inertia < 2e-2; inertia *= 3.0) {
+        motor_t motor = motor_with(inertia);
+        bench_t bench;
+        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, swing_of(&bench, &motor));
+        TEST_ASSERT_DOUBLE_WITHIN(0.05 * 0.1, 0.1, (double)bench.commission.results.flux_first);
+        TEST_ASSERT_DOUBLE_WITHIN(0.15 * inertia, inertia, (double)bench.commission.results.inertia_first);
+    }
+}
+
+/* A rotor of hardly any inertia follows the braking alone: the jumps are repeated with less braking. */
+static void test_swing_of_a_light_rotor_is_repeated_with_less_braking(void)
+{
+    motor_t motor = motor_with(3.2e-6);
+    bench_t bench;
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, swing_of(&bench, &motor));
+    TEST_ASSERT_TRUE(bench.commission.work.swing.freer == 2u);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * 0.1, 0.1, (double)bench.commission.results.flux_first);
+}
+
+/* A brake that holds, or a rotor too heavy for the time of a jump: no flux may come out. */
+static void test_rotor_that_does_not_follow_is_named(void)
+{
+    static const double inertias[] = {20.0, 1e5, 1e9};
+    for (uint32_t n = 0u; n < sizeof inertias / sizeof inertias[0]; n++) {
+        motor_t motor = motor_with(inertias[n]);
+        bench_t bench;
+        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_ROTOR_NOT_TURNING, swing_of(&bench, &motor));
+    }
+}
+
+/* Magnets of a hundredth of L I: errors of the integral of the voltage are as large. */
+static void test_rotor_of_too_little_flux_is_named(void)
+{
+    motor_t motor = motor_with(1e-5);
+    bench_t bench;
+    motor.flux = 0.01 * motor.inductance * 5.0;
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_EMF_TOO_SMALL, swing_of(&bench, &motor));
+}
+
+/* ---- the state machine ---- */
+
+static void test_board_names_a_low_link(void)
+{
+    static const excite_seen_t none;
+    for (uint32_t low = 0u; low < 2u; low++) {
+        commission_t commission;
+        commission_init(&commission, &TUNING);
+        const commission_window_t window = {
+            .standing = {&none, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f}, low != 0u ? 199.0f : 201.0f}};
+        for (uint32_t n = 0u; n < 600u; n++) {
+            commission_window(&commission, COMMISSION_BOARD, &window);
+        }
+        TEST_ASSERT_EQUAL_INT32(low != 0u ? COMMISSION_REASON_LINK_LOW : COMMISSION_REASON_NONE,
+                                commission.reason);
+    }
+}
+
+/* Steps whose drive never answers. */
+static void test_step_ends_after_its_largest_time_with_what_it_waited_for(void)
+{
+    static const struct {
+        commission_step_t step;
+        uint32_t runs;
+        double seconds;
+        commission_reason_t reason;
+    } rows[] = {
+        {COMMISSION_RESISTANCE, 0u, 60.0, COMMISSION_REASON_TIME_OUT},
+        {COMMISSION_INDUCTANCE, 0u, 15.0, COMMISSION_REASON_TIME_OUT},
+        {COMMISSION_SWING, 0u, 40.0, COMMISSION_REASON_TIME_OUT},
+        {COMMISSION_FLUX, 0u, 60.0, COMMISSION_REASON_ROTOR_NOT_TURNING},
+        {COMMISSION_INERTIA, 0u, 120.0, COMMISSION_REASON_ROTOR_NOT_TURNING},
+        {COMMISSION_FLUX, 1u, 60.0, COMMISSION_REASON_SENSORLESS_LOST},
+    };
+    for (uint32_t n = 0u; n < sizeof rows / sizeof rows[0]; n++) {
+        const excite_seen_t silent = {.serial = 999u};
+        const commission_window_t window = {
+            .standing = {&silent, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f}, (float)LINK},
+            .turning = {.runs = rows[n].runs, .speed = 100.0f, .least = 20.0f},
+            .bridge_on = true};
+        commission_t commission;
+        commission_init(&commission, &TUNING);
+        commission.results = (commission_results_t){.resistance = 0.95f,
+                                                    .inductance_pulse = 5e-3f,
+                                                    .inductance_d = 5e-3f,
+                                                    .inductance_q = 5e-3f,
+                                                    .current_hold = 5.0f,
+                                                    .flux_linkage = 0.1f,
+                                                    .inertia_first = 1e-3f};
+        uint32_t windows = 0u;
+        while (commission.state < (int32_t)COMMISSION_DONE) {
+            commission_window(&commission, rows[n].step, &window);
+            windows++;
+        }
+        TEST_ASSERT_EQUAL_INT32(rows[n].reason, commission.reason);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3 * rows[n].seconds, rows[n].seconds, 8e-4 * windows);
+    }
+}

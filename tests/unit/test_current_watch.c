@@ -267,7 +267,8 @@ static void test_a_single_bad_sample_raises_nothing(void)
  * another, 15 and 25 A or the other way round, or one sensor is off by 30 %. A light rotor excuses the
  * sensors: psi_f K |i| (8 T)^2/L, three times, against Dp: with K of the paper's rig, 69 rad/s^2 per A, 2 mA
  * per A; with 70000, 2 A per A, no rise is a measurement. So does a salient one: along L_d the sensors show
- * more than along L_q: one of them 1.3 times too large is 1.3 of 1.2 x 1.42. */
+ * more than along L_q: one of them 1.3 times too large is 1.3 of 1.2 x 1.42. A ratio below 0.35, or above
+ * its inverse, is an invalid sample. */
 static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_belief(void)
 {
     static const struct {
@@ -280,7 +281,8 @@ static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_belief(void
                  {1.0, 1.0, 1.6667, 1.6667, 0.0, 1.0, true}, {1.0, 1.0, 0.7, 1.0, 0.0, 1.0, true},
                  {1.0, 1.0, 1.3, 1.0, 0.0, 1.0, true},       {1.0, 1.0, 1.0, 0.7, 0.0, 1.0, true},
                  {1.0, 1.0, 1.0, 1.3, 0.0, 1.0, true},       {1.0, 1.0, 0.6, 0.6, 69.0, 1.0, true},
-                 {1.0, 1.0, 0.6, 0.6, 70000.0, 1.0, false},  {1.0, 1.0, 1.3, 1.0, 0.0, 1.42, false}};
+                 {1.0, 1.0, 0.6, 0.6, 70000.0, 1.0, false},  {1.0, 1.0, 1.3, 1.0, 0.0, 1.42, false},
+                 {1.0, 1.0, 0.3, 0.3, 0.0, 1.0, false},      {1.0, 1.0, 3.2, 3.2, 0.0, 1.0, false}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         char text[20];
         per_ampere = cases[n].per_ampere;

@@ -333,6 +333,55 @@ static void test_a_torque_of_a_salient_rotor_takes_the_least_current(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, (1.0 - sqrt(1.0 + 0.04 * i_q * i_q)) / 0.2, i_d);
 }
 
+/* psi_q = 0.08 i_q/sqrt(1 + (i_q/8)^2), L_d 20 mH, psi_f 0.3 Wb: flux and its slope [Wb], [H]. */
+static double flux_q(double i_q)
+{
+    return 0.08 * i_q / hypot(1.0, i_q / 8.0);
+}
+
+static double flux_q_slope(double i_q)
+{
+    return 0.08 / pow(hypot(1.0, i_q / 8.0), 3.0);
+}
+
+/* A q axis that saturates: the torque psi_d i_q - psi_q i_d is the requested one, and its derivative by the
+ * angle of the current vector at constant length is zero. The table between its points leaves half a percent.
+ */
+static void test_a_torque_of_a_rotor_that_saturates_takes_the_least_current(void)
+{
+    const double constant = flux_q(9.6) / 9.6; /* [H] */
+    const saturation_params_t law = {.inductance = (float)constant,
+                                     .bend = (float)(0.08 / constant - 1.0),
+                                     .current = 8.0f,
+                                     .current_max = 15.0f};
+    const weakening_params_t weak = {.flux_linkage = 0.3f,
+                                     .inductance_d = 0.02f,
+                                     .inductance_q = (float)constant,
+                                     .current_max = 10.0f,
+                                     .use = 0.5f,
+                                     .period = 0.8e-3f};
+    run_tuning_t tuning = tuning_of(&SPEED);
+    tuning.per_torque = (float)(1.0 / (1.5 * 4.0 * 0.3));
+    tuning.saliency = (float)((constant - 0.02) / 0.3);
+    tuning.mtpa = 1u;
+    tuning.saturation = saturation_prepare(&law);
+    tuning.weakening = weakening_prepare(&weak);
+    for (int n = -12; n <= 12; n += 4) {
+        begin(&tuning);
+        dq_t current = {0.0f, 0.0f};
+        for (int k = 0; k < 200; k++) {
+            current = torque_step((float)n, 7.0f);
+        }
+        const double d = (double)current.d, q = (double)current.q;
+        const double torque = 1.5 * 4.0 * ((0.3 + 0.02 * d) * q - flux_q(q) * d);
+        const double along_the_circle =
+            0.3 * d + 0.02 * (d * d - q * q) + flux_q(q) * q - flux_q_slope(q) * d * d;
+        TEST_ASSERT_DOUBLE_WITHIN(0.02 * fabs((double)n) + 1e-3, (double)n, torque);
+        TEST_ASSERT_DOUBLE_WITHIN(0.05 * 0.3 * hypot(d, q) + 1e-3, 0.0, along_the_circle);
+        TEST_ASSERT_TRUE(n == 0 || d < -0.3);
+    }
+}
+
 /* 0.25 A a step: from zero up and down; back to zero at once; through it no faster than from it. */
 static void test_a_torque_grows_no_faster_than_its_slew(void)
 {

@@ -348,7 +348,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->only_brakes =
         sequence->state == (int32_t)DRIVE_QUICK_STOP && medium->manoeuvres.run.tuning.stop_ramp == 0.0f;
     setpoint->models.load_share = load_share(medium, tuning, window);
-    setpoint->models.load_seen = medium->inertia.load;
+    setpoint->models.load_seen = inertia_load_seen(&medium->inertia);
     setpoint->models.gained = inertia_gained(&medium->inertia, medium->means.omega);
     setpoint->models.foreseen = inertia_foreseen(&medium->inertia);
     setpoint->models.flux_linkage = medium->flux.flux_linkage;

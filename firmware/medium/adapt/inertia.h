@@ -44,6 +44,7 @@
 #define INERTIA_TORQUE_LEAST 0.02f   /* [-] of the current limit: mean of i_q - i_L on the way */
 #define INERTIA_LOAD_MOST    0.15f   /* [-] of that mean: the load that has been added */
 #define INERTIA_RANGE        5.0f    /* [-] factor to the parameter, either way */
+#define INERTIA_LOAD_UNKNOWN 1e6f    /* [A] in place of a load that is not known */
 
 typedef struct {
     float from;         /* J of the parameters [kg m^2], above 0 */
@@ -166,6 +167,12 @@ static inline float inertia_load_share(const inertia_t *x, float follows, float 
         return x->through != 0u && !bounds_within(x->load, most) ? 1.0f : 0.0f;
     }
     return x->share < 1.0f ? follows : 1.0f;
+}
+
+/* i_L [A] for a part that has to know the load; INERTIA_LOAD_UNKNOWN while the loop gets no torque. */
+static inline float inertia_load_seen(const inertia_t *x)
+{
+    return x->share < 1.0f ? x->load : INERTIA_LOAD_UNKNOWN;
 }
 
 /* The speed gained on this way, and the gain that follows from K (i_q - i_L)

@@ -11,12 +11,13 @@
 #define TO_ACTING 1.5f
 
 /* Judges whether the estimate is valid, by the criteria of estimator/validity.h: once per window, at its last
- * period, if the loop tracked in that period. The judgement restarts with the loop. */
+ * period, if the loop tracked in that period. The judgement restarts with the loop,
+ * and when control takes over its estimate. */
 static void judge_estimate(medium_t *medium, const window_t *window)
 {
     const estimate_t *estimate = &window->estimate;
     const ab_t error = estimate->current_err;
-    if (window->tracking == 0u) {
+    if (window->tracking == 0u || manoeuvres_begins_run(&medium->manoeuvres)) {
         validity_reset(&medium->validity);
     } else if (estimate->coasted == 0u) {
         validity_step(&medium->validity, estimate->omega_smooth, estimate->amplitude / estimate->flux,

@@ -169,10 +169,11 @@ static inline float inertia_load_share(const inertia_t *x, float follows, float 
     return x->share < 1.0f ? follows : 1.0f;
 }
 
-/* i_L [A] for a part that has to know the load; INERTIA_LOAD_UNKNOWN while the loop gets no torque. */
+/* i_L [A] for a part that has to know the load; INERTIA_LOAD_UNKNOWN while the loop gets no torque. Without
+ * learning the loop gets the torque of all of i_q. */
 static inline float inertia_load_seen(const inertia_t *x)
 {
-    return x->share < 1.0f ? x->load : INERTIA_LOAD_UNKNOWN;
+    return x->share < 1.0f || x->tuning.on == 0u ? x->load : INERTIA_LOAD_UNKNOWN;
 }
 
 /* The speed gained on this way, and the gain that follows from K (i_q - i_L)

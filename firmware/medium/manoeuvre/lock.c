@@ -1,5 +1,7 @@
 #include "medium/manoeuvre/lock.h"
 
+#include "math/periods.h"
+
 /* Below this share of `speed_slow` the least projection no longer falls with the speed. */
 #define FLOOR_SHARE 0.4f
 
@@ -11,6 +13,7 @@ lock_tuning_t lock_prepare(const lock_params_t *params)
         .speed_floor = FLOOR_SHARE * params->speed_slow,
         .speed_slow = params->speed_slow,
         .speed_asked = params->speed_asked,
+        .standing = periods_of(LOCK_STANDING, params->period),
     };
 }
 
@@ -27,4 +30,5 @@ void lock_reset(lock_t *lock, float omega_e)
     lock->expected = lock->tuning.flux_linkage * (speed > floor ? speed : floor);
     lock->projection = lock->expected;
     lock->scatter = 0.0f;
+    lock->stood = 0u;
 }

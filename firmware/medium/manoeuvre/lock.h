@@ -4,15 +4,17 @@
  *     projection   LP(e_q sign(omega)) < 0.5 LP(psi_a |omega|)   the EMF along the estimated axis: 1 on the
  *                                                               rotor, -1 half a turn off, 0 blocked
  *     scatter      LP(eps^2) > 0.12                             the loop's error: 0.35 rad rms
- *     standing     |omega| slow, |omega_ref| not                the case that the other two miss
+ *     standing     |omega| slow, |omega_ref| not, for 20 ms     the case that the other two miss
  *
- * LP: a low-pass of 5 ms. One step per window, of its means; the guard defines how long a sign must last
+ * LP: a low-pass of 5 ms. The 20 ms are the time in which the speed control answers a load, or a reference
+ * that moves fast. One step per window, of its means; the guard defines how long a sign must last
  * (settings/faults.h). Does not handle: the passage through zero speed, where there is no EMF (the caller
  * does not judge the lock then). */
 #ifndef MEDIUM_MANOEUVRE_LOCK_H
 #define MEDIUM_MANOEUVRE_LOCK_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "estimator/estimate.h"
 #include "math/bounds.h"
@@ -22,6 +24,7 @@
 #define LOCK_PROJECTION_MIN 0.5f   /* [-] */
 #define LOCK_SCATTER_MAX    0.12f  /* [-] mean square of the detector */
 #define LOCK_CUTOFF         200.0f /* [rad/s] of the low-passes */
+#define LOCK_STANDING       0.02f  /* [s] */
 
 typedef struct {
     float flux_linkage; /* psi_f [Wb], > 0 */
@@ -36,6 +39,7 @@ typedef struct {
     float speed_floor;  /* least |omega| in the projection [rad/s] */
     float speed_slow;   /* [rad/s] electrical */
     float speed_asked;  /* [rad/s] electrical */
+    uint32_t standing;  /* [steps] after which a standing estimate is a sign */
 } lock_tuning_t;
 
 typedef struct {
@@ -43,6 +47,7 @@ typedef struct {
     float projection; /* LP of the EMF along the axis in the direction of rotation [V] */
     float expected;   /* LP of psi_a |omega| [V] */
     float scatter;    /* LP of the detector's square [-] */
+    uint32_t stood;   /* [steps] in a row with a standing estimate */
 } lock_t;
 
 /* Computes the coefficients. An exponential: for the background. */
@@ -86,14 +91,19 @@ static inline bool lock_is_scattered(const lock_t *lock)
     return lock->scatter > LOCK_SCATTER_MAX;
 }
 
-/* True if one of the signs of a lost lock is present, at this electrical speed estimate and
- * reference [rad/s]. The scatter counts only in a loop that is `settled`: after locking a
- * loop needs time to find its speed. */
-static inline bool lock_is_lost(const lock_t *lock, float omega_smooth, float omega_ref, bool settled)
+/* The same window, while control uses the estimate: is it slow although its reference [rad/s] is not? */
+static inline void lock_compare(lock_t *lock, float omega_smooth, float omega_ref)
 {
-    return lock_is_off(lock) || (settled && lock_is_scattered(lock)) ||
-           (bounds_within(omega_smooth, lock->tuning.speed_slow) &&
-            !bounds_within(omega_ref, lock->tuning.speed_asked));
+    const bool stands = bounds_within(omega_smooth, lock->tuning.speed_slow) &&
+                        !bounds_within(omega_ref, lock->tuning.speed_asked);
+    lock->stood = stands ? lock->stood + 1u : 0u;
+}
+
+/* True if one of the signs of a lost lock is present. The scatter counts only in a loop that is `settled`:
+ * after locking a loop needs time to find its speed. */
+static inline bool lock_is_lost(const lock_t *lock, bool settled)
+{
+    return lock_is_off(lock) || (settled && lock_is_scattered(lock)) || lock->stood > lock->tuning.standing;
 }
 
 #endif

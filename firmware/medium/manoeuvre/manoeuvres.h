@@ -272,6 +272,13 @@ static inline bool manoeuvres_judged(const manoeuvres_t *m)
     return m->judged != 0u;
 }
 
+/* True in the first window in which control uses the estimate. What the loop did before does not count,
+ * because the hand-over has judged it by its own signs. */
+static inline bool manoeuvres_begins_run(const manoeuvres_t *m)
+{
+    return m->now == (int32_t)MANOEUVRE_RUN && m->windows == 0u;
+}
+
 /* True if the rotor's data may be learnt: only while the estimate is judged, not during a reversal, and not
  * for a while after a hand-over. */
 static inline bool manoeuvres_steady(const manoeuvres_t *m)

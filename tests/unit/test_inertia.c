@@ -296,6 +296,23 @@ static void test_after_a_rest_the_load_is_what_the_current_is(void)
     TEST_ASSERT_EQUAL_UINT32(1u, x.under_way);
 }
 
+/* After a rest the load is unknown until the speed has stayed near a constant reference; without learning it
+ * is never followed, and the loop gets all of i_q. */
+static void test_load_is_seen_as_unknown_until_the_speed_has_stayed_at_its_reference(void)
+{
+    inertia_rest(&x);
+    TEST_ASSERT_EQUAL_FLOAT(INERTIA_LOAD_UNKNOWN, inertia_load_seen(&x));
+    reference = 300.0;
+    stand(2.0, 0.1);
+    TEST_ASSERT_EQUAL_FLOAT(INERTIA_LOAD_UNKNOWN, inertia_load_seen(&x));
+    omega = 300.0;
+    stand(2.0, 0.1);
+    TEST_ASSERT_EQUAL_FLOAT(2.0f, inertia_load_seen(&x));
+    const inertia_tuning_t off = prepared(J_FROM, J_FROM, false);
+    inertia_init(&x, &off);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, inertia_load_seen(&x));
+}
+
 /* A load of 4 A, known at 100 rad/s: followed while the reference stands, held on the way; through zero and
  * after it until the end all of i_q is load, if that is not below the limit. */
 static void test_through_zero_all_is_load_beside_a_load_that_matters(void)

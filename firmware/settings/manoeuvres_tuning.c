@@ -92,6 +92,7 @@ static forced_params_t forced_of(const params_t *params, const believed_t *belie
     return (forced_params_t){
         .resistance = believed->resistance,
         .inductance = believed->inductance_q,
+        .saliency = params_salient(believed) ? believed->inductance_q - believed->inductance_d : 0.0f,
         .flux_linkage = believed->flux_linkage,
         .pole_pairs = (float)params->motor_pole_pairs,
         .inertia = believed->inertia,

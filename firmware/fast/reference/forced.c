@@ -20,6 +20,14 @@ float forced_damping(const forced_params_t *params)
     return wanted < most ? wanted : most;
 }
 
+/* Share of the observed EMF in the feed-forward [-]. */
+static float forced_emf_share(const forced_params_t *params)
+{
+    const float inductance_d = params->inductance - params->saliency;
+    return params->saliency > inductance_d ? FORCED_EMF_SHARE * inductance_d / params->saliency
+                                           : FORCED_EMF_SHARE;
+}
+
 forced_tuning_t forced_prepare(const forced_params_t *params)
 {
     const float damping = params->damping > 0.0f ? params->damping : forced_damping(params);
@@ -32,6 +40,7 @@ forced_tuning_t forced_prepare(const forced_params_t *params)
         .damping = damping,
         .damping_share = lowpass_share(cutoff < cutoff_max ? cutoff : cutoff_max, params->period),
         .swing_share = lowpass_share(FORCED_SWING_CUTOFF, params->period),
+        .emf_share = forced_emf_share(params),
         .period = params->period,
     };
 }

@@ -24,7 +24,9 @@
 #include "math/trig.h"
 
 /* Share of the observed EMF in the feed-forward [-]. The integrals supply the rest, because the lag of the
- * observer would otherwise close a loop of its own. */
+ * observer would otherwise close a loop of its own. For a salient rotor a current that moves against the
+ * rotor's axes causes D di/dt in it, which the feed-forward returns with the gain D/L_d: the share is this
+ * one over that gain where the gain is above 1. */
 #define FORCED_EMF_SHARE 0.8f
 
 /* Cutoff of the high-pass [rad/s]: below every w_n that this law can damp. */
@@ -36,6 +38,7 @@
 typedef struct {
     float resistance;   /* R [ohm], >= 0 */
     float inductance;   /* L [H], > 0 */
+    float saliency;     /* D = L_q - L_d [H], below `inductance`; 0: a round rotor */
     float flux_linkage; /* psi_f [Wb], > 0 */
     float pole_pairs;   /* p [-] */
     float inertia;      /* J [kg m^2], > 0 */
@@ -53,6 +56,7 @@ typedef struct {
     float damping;         /* k [A/V] */
     float damping_share;   /* low-pass of the damping [-] */
     float swing_share;     /* high-pass of the EMF [-] */
+    float emf_share;       /* of the observed EMF in the feed-forward [-] */
     float period;          /* T [s] */
 } forced_tuning_t;
 

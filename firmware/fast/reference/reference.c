@@ -119,7 +119,8 @@ static void force(reference_t *reference, const reference_tuning_t *tuning, cons
     const dq_t emf = frames_park(input->estimate->emf, forced->frame.rotation);
     demand->frame = forced->frame;
     demand->current = forced_step(forced, &tuning->forced, emf);
-    demand->emf = (dq_t){FORCED_EMF_SHARE * emf.d, FORCED_EMF_SHARE * emf.q};
+    const float share = tuning->forced.emf_share;
+    demand->emf = (dq_t){share * emf.d, share * emf.q};
 }
 
 /* The rotor rotates: the loop is locked to it, the current along its d axis continues, and the torque is

@@ -103,6 +103,18 @@ static void test_damping_takes_energy_out_of_every_swing_from_slow_to_fast(void)
     }
 }
 
+/* The loop through a current along d, share D/L_d, is 0.8 at most: all of 0.8 up to L_q = 2 L_d. */
+static void test_feed_forward_of_the_emf_is_a_loop_below_one_for_any_saliency(void)
+{
+    TEST_ASSERT_EQUAL_FLOAT(0.8f, tuning.emf_share);
+    for (double ratio = 1.1; ratio < 9.0; ratio *= 1.1) {
+        params.saliency = (float)(L - L / ratio);
+        tuning = forced_prepare(&params);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, fmin(0.8 * (ratio - 1.0), 0.8),
+                                  (double)tuning.emf_share * (ratio - 1.0));
+    }
+}
+
 /* exp(-6 t) of it is left; the low-pass comes behind. */
 static void test_what_turns_along_is_no_swing(void)
 {

@@ -92,6 +92,20 @@ static void test_it_says_how_i_q_falls_with_the_speed_until_the_next_step(void)
     TEST_ASSERT_TRUE(run.i_q_standing == 0.0f && run.stiffness == 0.0f);
 }
 
+/* The torque is at a limit, not the torque that is still rising, and not a requested current. */
+static void test_a_limited_torque_is_shown_as_such(void)
+{
+    run_limit(&run, -2.0f, 4.0f);
+    (void)step(RUN_SPEED, 7.9f, 0.0f, 0.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, run.limited);
+    (void)step(RUN_SPEED, 8.1f, 0.0f, 0.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(1u, run.limited);
+    (void)step(RUN_STOP, 0.0f, 0.0f, 0.0f, 10.0f);
+    TEST_ASSERT_EQUAL_UINT32(1u, run.limited);
+    (void)step(RUN_CURRENT, 0.0f, 0.0f, 9.0f, 0.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, run.limited);
+}
+
 /* What heat and DC link leave holds for what is wished for too, has two sides, and may ask for a current. */
 static void test_torque_current_stays_within_what_is_left_of_the_limit(void)
 {

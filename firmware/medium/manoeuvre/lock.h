@@ -4,10 +4,11 @@
  *     projection   LP(e_q sign(omega)) < 0.5 LP(psi_a |omega|)   the EMF along the estimated axis: 1 on the
  *                                                               rotor, -1 half a turn off, 0 blocked
  *     scatter      LP(eps^2) > 0.12                             the loop's error: 0.35 rad rms
- *     standing     |omega| slow, |omega_ref| not, for 20 ms     the case that the other two miss
+ *     standing     |omega| slow, |omega_ref| not, and the      the case that the other two miss
+ *                  torque is at its limit, for 20 ms
  *
- * LP: a low-pass of 5 ms. The 20 ms are the time in which the speed control answers a load, or a reference
- * that moves fast. One step per window, of its means; the guard defines how long a sign must last
+ * LP: a low-pass of 5 ms. Below the limit of the torque the speed control is still answering a load, or a
+ * reference that moves fast. One step per window, of its means; the guard defines how long a sign must last
  * (settings/faults.h). Does not handle: the passage through zero speed, where there is no EMF (the caller
  * does not judge the lock then). */
 #ifndef MEDIUM_MANOEUVRE_LOCK_H
@@ -91,10 +92,11 @@ static inline bool lock_is_scattered(const lock_t *lock)
     return lock->scatter > LOCK_SCATTER_MAX;
 }
 
-/* The same window, while control uses the estimate: is it slow although its reference [rad/s] is not? */
-static inline void lock_compare(lock_t *lock, float omega_smooth, float omega_ref)
+/* The same window, while control uses the estimate: is it slow although its reference [rad/s] is not, and the
+ * torque is at its limit? */
+static inline void lock_compare(lock_t *lock, float omega_smooth, float omega_ref, bool limited)
 {
-    const bool stands = bounds_within(omega_smooth, lock->tuning.speed_slow) &&
+    const bool stands = limited && bounds_within(omega_smooth, lock->tuning.speed_slow) &&
                         !bounds_within(omega_ref, lock->tuning.speed_asked);
     lock->stood = stands ? lock->stood + 1u : 0u;
 }

@@ -193,7 +193,7 @@ static void run(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *se
     lock_step(&m->lock, estimate, input->scatter);
     watch_reversal(m, omega_ref, estimate->omega_smooth);
     manoeuvres_judge(m, estimate->amplitude, estimate->omega_smooth);
-    lock_compare(&m->lock, estimate->omega_smooth, omega_ref);
+    lock_compare(&m->lock, estimate->omega_smooth, omega_ref, m->run.limited != 0u);
     m->unlocked = limits->judging != 0u && lock_is_lost(&m->lock, m->windows > MANOEUVRE_STEADY);
     m->sound_windows++;
     if (m->sound_windows >= SOUND_WINDOWS) {

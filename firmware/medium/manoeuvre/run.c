@@ -30,6 +30,7 @@ void run_enter(run_t *run, dq_t current, float omega_m)
     run->omega_m_ref = omega_m;
     run->i_d = current.d;
     run->i_d_mtpa = 0.0f;
+    run->limited = 0u;
     if (run->tuning.saliency > 0.0f) {
         run->i_d_low = current.d < 0.0f ? -bounds_clamp(current.d, kept) : 0.0f;
         run->i_d_left = current.d + run->i_d_low;
@@ -143,6 +144,12 @@ static bounds_t torque_limits(const run_t *run)
     return limits;
 }
 
+/* true: the torque of this step is at one of its limits. */
+static uint32_t at_limit(const run_t *run, bounds_t limits)
+{
+    return run->torque <= limits.lower || run->torque >= limits.upper ? UINT32_C(1) : UINT32_C(0);
+}
+
 /* Limits to which the torque may have grown at the end of this step. */
 static bounds_t grown(const run_t *run)
 {
@@ -163,6 +170,7 @@ static void follow_speed(run_t *run, float omega_m, bounds_t limits)
         standing = bounds_between(standing - kp * omega_m, slewed) + kp * omega_m;
     }
     run->torque = speed_control_step(&run->speed, run->omega_m_ref, omega_m, narrow.lower, narrow.upper);
+    run->limited = at_limit(run, limits);
     run->i_q_standing = standing;
     run->stiffness = kp;
 }
@@ -172,6 +180,7 @@ static void follow_torque(run_t *run, float wanted, float omega_m, bounds_t limi
 {
     const float torque = bounds_between(run->tuning.per_torque * wanted, limits);
     run->torque = run->tuning.slew > 0.0f ? bounds_between(torque, grown(run)) : torque;
+    run->limited = at_limit(run, limits);
     run->i_q_standing = run->torque;
     run->stiffness = 0.0f;
     run->omega_m_ref = omega_m;
@@ -200,6 +209,7 @@ static dq_t current_of(run_t *run, float i_d_wanted, float omega_e)
 void run_step(run_t *run, const run_wish_t *wish, float omega_e, float omega_m, dq_t *current,
               float *omega_m_ref)
 {
+    run->limited = 0u;
     switch (wish->mode) {
     case RUN_ZERO:
         run->omega_m_ref = omega_m;

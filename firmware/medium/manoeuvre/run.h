@@ -66,6 +66,7 @@ typedef struct {
     float apart;        /* D/psi_f at the i_q of the last step [1/A], with the apparent L_q */
     float steep;        /* the same with the incremental L_q [1/A] */
     float torque;       /* of the last step, as a current of psi_f [A] */
+    uint32_t limited;   /* [-] 1: it is at one of its limits */
     float lower;        /* lower limit of i_q [A] by heat and DC link */
     float upper;        /* upper limit of i_q [A], not below `lower` */
     float i_q_standing; /* i_q at speed zero, not limited [A] */

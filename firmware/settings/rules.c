@@ -11,8 +11,6 @@
 #define SQRT_3 1.73205081f /* EMF between two phases over that of a phase */
 
 /* A number of the board as text. */
-#define TEXT_OF(number)  TEXT_OF_ITS(number)
-#define TEXT_OF_ITS(sum) #sum
 
 /* The rows on which the speed of the hand-over depends (params_start()). */
 #define HANDOVER_LEVERS                                                                                      \
@@ -143,9 +141,9 @@ const rule_t rules[RULES] = {
                     {PARAM_dc_overvoltage, MORE_HELPS},
                     {PARAM_ride_through_time, LESS_HELPS}}},
     [RULE_OPEN] =
-        {"field_weakening = off, or 1.732 motor_flux_linkage motor_pole_pairs overspeed_trip <= " TEXT_OF(
-             BOARD_OVERVOLTAGE_MAX_MV) " mV, the board's largest DC link, else a rotor at that speed "
-                                       "charges it beyond that while the bridge is off",
+        {"field_weakening = off, or 1.732 motor_flux_linkage motor_pole_pairs overspeed_trip <= the largest "
+         "dc_overvoltage of the board, else a rotor at that speed charges the DC link beyond it while the "
+         "bridge is off",
          4,
          {{PARAM_overspeed_trip, LESS_HELPS},
           {PARAM_motor_flux_linkage, LESS_HELPS},

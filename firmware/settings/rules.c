@@ -10,8 +10,6 @@
 
 #define SQRT_3 1.73205081f /* EMF between two phases over that of a phase */
 
-/* A number of the board as text. */
-
 /* The rows on which the speed of the hand-over depends (params_start()). */
 #define HANDOVER_LEVERS                                                                                      \
     {PARAM_handover_speed, MORE_HELPS}, {PARAM_dead_time, MORE_HELPS}, {PARAM_dc_overvoltage, MORE_HELPS},   \

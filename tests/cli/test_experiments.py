@@ -159,7 +159,7 @@ class Test(command_line.TestCase):
     def test_what_a_for_goes_over_needs_no_point(self):
         row, = self.rows(self.GRID + claim("a", "sum(j for j, end)", 14.0)).values()
         self.assertEqual("holds", row["verdict"])
-        self.refused(self.GRID + claim("a", "sum(j for j)", 7.0), "[[claim]]", "it says nothing of the sweep end", 'at = {end = "low"}')
+        self.refused(self.GRID + claim("a", "sum(j for j)", 7.0), "[[claim]]", "it names no point of the sweep end", 'at = {end = "low"}')
 
     def test_lost_runs_are_counted_and_stop_no_claim(self):
         text = self.GRID + '[[expect]]\nsignal = "plant.load_torque"\nstatistic = "max"\nat_most = "8 N m"\n'
@@ -389,7 +389,7 @@ class Test(command_line.TestCase):
         self.expect(1, self.lagless("run", "found/run-000000.toml"), "never fast")
         self.expect(2, self.lagless("campaign", "merge", "found"), "--scenario")
         self.expect(1, self.lagless("campaign", "--scenario", path, "merge", "found"))
-        self.expect(2, self.lagless("campaign", "--scenario", path, "--seconds", "1"), "not with --scenario")
+        self.expect(2, self.lagless("campaign", "--scenario", path, "--seconds", "1"), "--seconds cannot be used with --scenario")
         text = self.read("found/run-000000.toml")
         self.assertIn("plant.load_torque = 2", text)
         self.assertIn("at_most", text)

@@ -137,8 +137,10 @@ plant.dc_voltage = "270 V"
 
     def test_what_is_given_for_something_else_is_told_what_it_is(self):
         path = self.write("motor.toml", SERVO)
-        for command in ("run", "map", "bench"):
+        for command in ("run", "map", "bench", "paper"):
             self.expect(2, lagless(command, path), "is a motor: `lagless tune", "--write my.toml`")
+        for text in ("", "schema = 1\n", "schema = 2\n", 'schema = 2\n[motor]\nname = "liu-2019"\n'):
+            self.assertNotIn("is a motor", self.expect(2, lagless("run", self.write("none.toml", text)), "none.toml:1:1: ").stderr)
         motor = self.write("quick.toml", SERVO.replace("17 mH", "0.5 mH"))
         path = self.scenario()
         self.refuses((["tune", path], "is a scenario without [motor]: `lagless run"),

@@ -335,7 +335,7 @@ class Test(command_line.TestCase):
                 (table.replace('value = "j"', 'sweep = "k"').replace('unit = "kg m^2", ', ""), "column = ", ('no sweep is called "k"', "j, end")),
                 (table.replace(', value = "j"', ""), "column = ", ("unit and value, or sweep",)),
                 (table.replace('value = "j"', 'value = "k"'), "column = ", ("of the column J", '"k" is no number')),
-                (table.replace("column = [", "column = [] #"), "[table]", ("they are 0", "1 to 16")),
+                (table.replace("column = [", "column = [] #"), "[table]", ("there are 0 columns", "1 to 16")),
                 (table + '[trace]\ncolumn = [{name = "load", signal = "plant.load_torque"}]\n', "[table]", ("the file has a [trace]", "one of them")),
                 (let.replace("mine", '"5 N m"'), '"5 N m" =', ("no plain word",)),
                 (let.replace("mine =", "lost ="), "lost = ", ("lost", "means something in expressions already")),

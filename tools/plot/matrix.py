@@ -115,7 +115,8 @@ def told(cell):
     else:
         because = f'<br><small>{escape(cell["promised"]["because"])}</small>' if cell["promised"]["because"] else ""
         by = f'<br><small>not as promised: {escape(cell["red_by"])}</small>' if cell["red_by"] else ""
-        what = f'<td>{escape(cell["promised"]["text"])}{because}</td><td>{escape(cell["seen"]["text"])}{by}</td>'
+        what = (f'<td data-label="promised:">{escape(cell["promised"]["text"])}{because}</td>'
+                f'<td data-label="observed:">{escape(cell["seen"]["text"])}{by}</td>')
     name = " ".join(cell[key] for key in ("manoeuvre", "source", "shaft"))
     return (f'<tr id="{escape(anchor(cell))}"><td>{escape(name)}</td>'
             f'<td><span class="word {cell["verdict"]}">{WORDS[cell["verdict"]]}</span></td>{what}</tr>')

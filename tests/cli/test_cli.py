@@ -260,7 +260,7 @@ class CommandLine(TestCase):
         self.assertEqual(("opens", "bad_sample", "stands", 300), tuple(cell["seen"][key] for key in (
             "reaction", "reason", "rotor", "reference_rpm")))
         never = json.loads(lagless("matrix", "--cell", "stuck_a_rail/ramp/encoder", "--json").stdout)["cells"][0]
-        self.assertEqual(("never", True), (never["verdict"], "nothing but run" in never["because"]))
+        self.assertEqual(("never", True), (never["verdict"], "only the manoeuvre run" in never["because"]))
 
     def test_matrix_tells_share_and_seed(self):
         done = lagless("matrix", "--share", "0.2", "--seed", "7", "--json")

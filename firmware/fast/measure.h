@@ -5,9 +5,9 @@
  * While the bridge is off and the drive is ready, the offsets are measured repeatedly, block by block, so
  * that they are known at a start. The span of a block shows whether a current flows (a rotor whose EMF is
  * higher than the link feeds it through the diodes), or whether an offset has stepped: the block begins
- * again. Offsets that have moved by less than MEASURE_MOVED stay, and so does the trim that was found while
- * running. A start waits for the end of the present block only if the sensors have just moved by more, and no
- * current flows, which moves them again and again. */
+ * again. Offsets that have changed by less than MEASURE_MOVED are kept, and so is the trim that was found
+ * while running. A start waits for the end of the present block only if an offset has just changed by more
+ * while no current flows: with a current the offsets would seem to change in every block. */
 #ifndef FAST_MEASURE_H
 #define FAST_MEASURE_H
 

@@ -200,8 +200,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "estimated speed in the speed control: without the loop's proportional part, or with it, as in the "   \
       "paper")                                                                                               \
     E(65, lock_judged, "off|on", LOCK_JUDGED, TABLE_LIVE,                                                    \
-      "whether a lost rotor is reported at once (unlocked), whatever estimate_... say, and caught again by " \
-      "itself; off: as in the paper, whose loop lags by more than that")                                     \
+      "on: a lost rotor is reported at once (unlocked), also without the criteria estimate_..., and caught " \
+      "again by itself; off: as in the paper, whose loop lags by more than this check accepts")              \
     E(67, mtpa, "off|on", MTPA_ON, TABLE_LIVE,                                                               \
       "i_d of a salient rotor for most torque per ampere; off, or motor_inductance_q up to 1.1 "             \
       "motor_inductance_d: i_d_request alone")                                                               \

@@ -49,6 +49,12 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     return ARGP_ERR_UNKNOWN;
 }
 
+bool arguments_none(int argc, char **argv, const char *doc)
+{
+    const struct argp argp = {NULL, parse, NULL, doc, NULL, NULL, NULL};
+    return arguments_parse(&argp, argc, argv, NULL);
+}
+
 bool arguments_json(int argc, char **argv, const char *doc, bool *json)
 {
     static const struct argp_option rows[] = {{"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
@@ -85,7 +91,10 @@ int arguments_scenario(int key, char *argument, struct argp_state *state, argume
     switch (key) {
     case 's':
         if (of->set_count == ARGUMENTS_SETS) {
-            argp_error(state, "--set: at most %u of them", ARGUMENTS_SETS);
+            argp_error(state,
+                       "--set %s: more than %u of them; accepted: at most that many, write the others into "
+                       "the scenario",
+                       argument, ARGUMENTS_SETS);
         }
         of->sets[of->set_count++] = argument;
         return 0;
@@ -99,7 +108,9 @@ int arguments_scenario(int key, char *argument, struct argp_state *state, argume
         of->scenario = argument;
         return 0;
     case ARGP_KEY_NO_ARGS:
-        argp_error(state, "which scenario? a file, or a name of `lagless scenarios`");
+        argp_error(
+            state,
+            "no scenario is given; accepted: a TOML file, `-` for stdin, or a name of `lagless scenarios`");
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;

@@ -16,7 +16,10 @@ bool arguments_parse(const struct argp *argp, int argc, char **argv, void *input
 typedef void (*arguments_show_t)(const struct argp *argp, void *context);
 void arguments_show(int (*run)(int argc, char **argv), arguments_show_t show, void *context);
 
-/* A command whose one option is --json; `doc` is what --help says. false as above. */
+/* A command without options and arguments; `doc` is what --help says. false as above. */
+bool arguments_none(int argc, char **argv, const char *doc);
+
+/* A command whose one option is --json. */
 bool arguments_json(int argc, char **argv, const char *doc, bool *json);
 
 /* --force, of every command that writes files: its row, and what its key does. */

@@ -115,8 +115,8 @@ static rig_t *rig_after(const scenario_t *scenario, bool averaged)
     if (good && (int32_t)rig_value(rig, "state") != table_choice(state, "operation_enabled")) {
         char name[UNITS_TEXT_SIZE];
         snprintf(error.message, sizeof error.message,
-                 "the drive is not on at the end of the scenario, its state is %s; bench measures a drive "
-                 "at work",
+                 "the drive is not on at the end of the scenario, its state is %s; accepted: a scenario "
+                 "whose drive runs at its end",
                  units_row_text(name, rig_value(rig, "state"), state));
         good = false;
     }
@@ -414,14 +414,15 @@ int command_bench(int argc, char **argv)
         {"replay", 'r', "WHAT", OPTION_HIDDEN, NULL, 0},
         {0},
     };
-    static const char doc[] =
-        "Speed of the simulation, cost of the interrupt and of a step of the estimator, median of 5 runs; "
-        "instructions are counted where valgrind is installed.\vWith a SCENARIO (a TOML file, or a name of "
-        "`lagless scenarios`) it is the simulation with its motor, inverter, sensors and settings, from the "
-        "end of "
-        "the scenario on, where its drive has to be at work. Without one it is the paper's drive at 1000 "
-        "r/min "
-        "and 5 N m, and the estimator's worst case besides.";
+    static const char doc[] = "Measures the speed of the simulation and the cost of the interrupt and of one "
+                              "step of the estimator, "
+                              "median of 5 runs. Instructions are counted if valgrind is installed.\vWith a "
+                              "SCENARIO (a TOML file, or a "
+                              "name of `lagless scenarios`) its motor, inverter, sensors and settings are "
+                              "simulated from the end of the "
+                              "scenario on; the drive must run there. Without one, the paper's drive runs at "
+                              "1000 r/min and 5 N m, and "
+                              "the worst case of the estimator is measured too.";
     static const struct argp argp = {rows, parse, "[SCENARIO]", doc, NULL, NULL, NULL};
     options_t options = {.seconds = 2.0};
     if (!arguments_parse(&argp, argc, argv, &options)) {

@@ -76,23 +76,27 @@ static void check_line(struct argp_state *state, const options_t *options)
 {
     const bool merge = options->argument_count > 0u;
     if (merge && strcmp(options->arguments[0], "merge") != 0) {
-        argp_error(state, "%s: accepted merge FOLDER..., or no argument", options->arguments[0]);
+        argp_error(state, "%s: no such argument; accepted: `merge FOLDER...`, or none",
+                   options->arguments[0]);
     }
     if (merge && options->argument_count == 1u) {
-        argp_error(state, "merge: of which folders?");
+        argp_error(state,
+                   "merge: no folder is given; accepted: folders that `lagless campaign --out FOLDER` wrote");
     }
     if (merge && (options->output.folder != NULL || options->resume || options->runs_given)) {
-        argp_error(state,
-                   "merge: accepted are folders and --json; the folders contain the settings of their runs");
+        argp_error(state, "merge: --out, --resume and --runs have no meaning here; accepted are folders and "
+                          "--json, because the folders contain the settings of their runs");
     }
     if (options->scenario != NULL && options->seconds_given) {
-        argp_error(state, "--seconds: not with --scenario, which says itself how long it is");
+        argp_error(state,
+                   "--seconds cannot be used with --scenario; its duration is run.duration of the scenario");
     }
     if (options->resume && options->output.folder == NULL) {
-        argp_error(state, "--resume: it needs the folder to go on in, --out FOLDER");
+        argp_error(state, "--resume needs --out FOLDER, the folder of the campaign that it continues");
     }
     if (options->campaign.shards > options->campaign.runs) {
-        argp_error(state, "--shard: at most as many as runs, %" PRIu32, options->campaign.runs);
+        argp_error(state, "--shard: more shards than runs; accepted: N up to %" PRIu32,
+                   options->campaign.runs);
     }
 }
 
@@ -357,8 +361,10 @@ static int say(const options_t *options, const campaign_result_t *results, const
     }
     const uint32_t missing = undone(campaign, results);
     if (missing > 0u) {
-        fprintf(stderr, "lagless campaign: %" PRIu32 " of %" PRIu32 " runs are not done\n", missing,
-                campaign->runs);
+        fprintf(stderr,
+                "lagless campaign: %" PRIu32 " of %" PRIu32
+                " runs are not done: continue them with --resume, or merge all shards\n",
+                missing, campaign->runs);
     }
     return violated > 0u || missing > 0u ? EXIT_FAILED : EXIT_DONE;
 }
@@ -399,7 +405,8 @@ static int run(options_t *options)
         options->output.folder == NULL ? calloc(options->campaign.runs, sizeof *keeper.texts) : NULL;
     int exit_code = EXIT_INTERNAL;
     if (results == NULL || (options->output.folder == NULL && keeper.texts == NULL)) {
-        fprintf(stderr, "lagless campaign: no memory for so many runs\n");
+        fprintf(stderr,
+                "lagless campaign: there is not enough memory for so many runs; divide them with --shard\n");
     } else {
         exit_code = options->output.folder != NULL ? open_results(options, &keeper, results) : EXIT_DONE;
         exit_code = exit_code == EXIT_DONE ? run_with(options, &keeper, results) : exit_code;
@@ -443,31 +450,27 @@ static int merge(options_t *options)
 int command_campaign(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
-        {"scenario", 'c', "SCENARIO", 0, "repeat this run with random errors of its plant", 0},
+        {"scenario", 'c', "SCENARIO", 0, "repeat this scenario with random errors of its plant", 0},
         {"runs", 'n', "N", 0, "number of runs (default 10000, with --scenario 200)", 0},
         {"seed", 'S', "S", 0, "seed of all random values (default 1)", 0},
         {"seconds", 't', "T", 0, "simulated seconds of each run (default 2)", 0},
-        {"shard", 'i', "I/N", 0, "do every N-th run, beginning with the I-th", 0},
-        {"as-drawn", 'a', NULL, 0, "violations are written as drawn, not minimised", 0},
+        {"shard", 'i', "I/N", 0, "do only every N-th run, beginning with the I-th", 0},
+        {"as-drawn", 'a', NULL, 0, "write violations as drawn, not minimised", 0},
         {"resume", 'r', NULL, 0, "continue the campaign in FOLDER", 0},
         ARGUMENTS_OUTPUT("one JSON object on stdout", "write results and the scenarios of violations there"),
         {0},
     };
     static const char doc[] =
-        "Random motors, loads, wrong motor data, sensor errors, profiles and faults. Every period of every "
-        "run "
-        "is judged by rules that must always hold. Each violation is minimised and written as a scenario "
-        "with which `lagless run` reproduces it.\vRun n of a seed is the same whatever the number of runs, "
-        "shards and "
-        "cores. "
-        "`lagless campaign merge FOLDER...` combines shards into the result of one run (of a --scenario, "
-        "with it).\n\nWith --scenario (a TOML file, or a name of `lagless scenarios`) every run is that one, "
-        "with "
-        "a motor, shaft, inverter and sensors that differ from its drive's parameters: R by 30 %, L by 20 "
-        "%, "
-        "psi_f by 10 %, J and friction by factors up to 1.4 and 2, link -10 to +5 %, delay and drops 20 %, "
-        "offsets 0.5 % of the range, gains 1 %, noise up to threefold, rotor anywhere. Its expectations are "
-        "judged too.";
+        "Does runs with random motors, loads, wrong motor data, sensor errors, profiles and faults. Every "
+        "period of every run is judged by rules that must always hold. Each violation is minimised and "
+        "written as a scenario with which `lagless run` reproduces it.\vRun n of a seed is the same whatever "
+        "the number of runs, shards and cores. `lagless campaign merge FOLDER...` combines shards into the "
+        "result of one run; shards of a --scenario also need --scenario here.\n\nWith --scenario (a TOML "
+        "file, or a name of `lagless scenarios`) every run is this scenario, and its expectations are judged "
+        "too. Motor, shaft, inverter and sensors differ from the drive's parameters by random errors: R up "
+        "to 30 %, L 20 %, psi_f 10 %, J by a factor up to 1.4, friction up to 2, link -10 to +5 %, delays "
+        "and drops 20 %, offsets 0.5 % of the range, gains 1 %, noise up to threefold, any angle of the "
+        "rotor.";
     static const struct argp argp = {rows, parse, "[merge FOLDER...]", doc, NULL, NULL, NULL};
     options_t options = {.campaign = {.runs = 10000u, .seed = 1u, .seconds = 2.0, .shard = 1u, .shards = 1u}};
     if (!arguments_parse(&argp, argc, argv, &options)) {

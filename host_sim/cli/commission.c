@@ -339,7 +339,7 @@ int command_commission(int argc, char **argv)
         parse,
         "SCENARIO",
         "Measures the data of the scenario's motor by the drive itself, step by step, from standstill to the "
-        "torque test. What the scenario says of the motor is not used, except for its plate.",
+        "torque test. Of the scenario's motor only the plate is used.",
         NULL,
         NULL,
         NULL};

@@ -392,7 +392,8 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         options->target = argument;
         return 0;
     case ARGP_KEY_NO_ARGS:
-        argp_error(state, "which target? tcp://127.0.0.1:5555, or a serial device such as /dev/ttyUSB0");
+        argp_error(state, "no target is given; accepted: tcp://HOST:PORT such as tcp://127.0.0.1:5555, or a "
+                          "serial device such as /dev/ttyUSB0");
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;
@@ -429,20 +430,21 @@ static void tell_running(session_t *session)
 int command_connect(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
-        {"json", 'j', NULL, 0, "one JSON object a line of the script", 0},
-        {"keep-going", 'k', NULL, 0, "go on after a line that failed; the exit code is 1 nevertheless", 0},
+        {"json", 'j', NULL, 0, "one JSON object for each line of the script", 0},
+        {"keep-going", 'k', NULL, 0, "continue after a line that failed; the exit code is 1 nevertheless", 0},
         {"key", 'K', "KEY", 0,
-         "opens a drive whose parameter line_key is KEY; without it, it can only be read", 0},
+         "value of the drive's parameter line_key, if it is not 0; without the key the drive can only be "
+         "read",
+         0},
         ARGUMENTS_FORCE,
         {0}};
     static const struct argp argp = {
         rows,
         parse,
         "TARGET",
-        "Talk to a drive, simulated (tcp://127.0.0.1:5555) or real (/dev/ttyUSB0, /dev/ttyUSB0:115200).\v"
-        "Commands come from the terminal or, a script, by stdin; `help` lists them. A script ends with the "
-        "first "
-        "line that fails.",
+        "Connects to a drive, simulated (tcp://127.0.0.1:5555) or real (/dev/ttyUSB0, /dev/ttyUSB0:115200).\v"
+        "Commands are read from the terminal, or as a script from stdin; `help` lists them. A script ends at "
+        "the first line that fails.",
         NULL,
         NULL,
         NULL};

@@ -28,8 +28,10 @@ static bool load(flash_file_t *file, rig_t *rig)
     const bool read = ferror(from) == 0;
     fclose(from);
     if (!read || size != RIG_FLASH_SIZE) {
-        fprintf(stderr, "lagless: --flash %s: it has not the %u octets of this drive's flash\n", file->path,
-                RIG_FLASH_SIZE);
+        fprintf(stderr,
+                "lagless: --flash %s: this file was not written by this option, because its size is not %u "
+                "octets; give the name of a new file\n",
+                file->path, RIG_FLASH_SIZE);
         return false;
     }
     if (!rig_flash_load(rig, file->kept, size)) {

@@ -94,6 +94,23 @@ static bool override(scenario_t *scenario, const char *command, const arguments_
     return true;
 }
 
+void library_say_motor(const char *path)
+{
+    motor_sheet_t sheet;
+    scenario_error_t ignored;
+    if (!motor_read_file(path, &sheet, &ignored) ||
+        sheet.whole.line > 1u) { /* a [motor] stands further down */
+        return;
+    }
+    for (size_t n = 0; n < MOTOR_KEY_COUNT; n++) {
+        if (sheet.has[n]) {
+            fprintf(stderr, "%s is a motor: `lagless tune %s --write my.toml` writes a scenario for it\n",
+                    path, path);
+            return;
+        }
+    }
+}
+
 scenario_t *library_read(const char *command, const arguments_scenario_t *of)
 {
     char path[PATH_SIZE];
@@ -104,12 +121,9 @@ scenario_t *library_read(const char *command, const arguments_scenario_t *of)
     }
     scenario_t *scenario = from_stdin ? read_stdin(&error) : scenario_read_to_mend(path, &error);
     if (scenario == NULL) {
-        motor_sheet_t sheet;
-        scenario_error_t ignored;
         library_say(&error);
-        if (!from_stdin && motor_read_file(path, &sheet, &ignored)) {
-            fprintf(stderr, "%s is a motor: `lagless tune %s --write my.toml` writes a scenario for it\n",
-                    path, path);
+        if (!from_stdin) {
+            library_say_motor(path);
         }
         return NULL;
     }
@@ -123,13 +137,15 @@ scenario_t *library_read(const char *command, const arguments_scenario_t *of)
 int command_scenarios(int argc, char **argv)
 {
     bool json;
-    if (!arguments_json(argc, argv, "The scenarios that `lagless run` accepts by name.", &json)) {
+    if (!arguments_json(argc, argv, "Lists the scenarios that `lagless run` accepts by name.", &json)) {
         return EXIT_USAGE;
     }
     struct dirent **entries = NULL;
     const int count = scandir(library(), &entries, is_scenario, alphasort);
     if (count < 0) {
-        fprintf(stderr, "lagless scenarios: cannot read %s\n", library());
+        fprintf(stderr,
+                "lagless scenarios: cannot read the folder %s; LAGLESS_SCENARIOS may name another one\n",
+                library());
         return EXIT_INTERNAL;
     }
     int exit_code = EXIT_DONE;

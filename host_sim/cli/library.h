@@ -6,12 +6,14 @@
 #include "host_sim/lab/scenario.h"
 
 /* The scenario of this command: a file, `-` for stdin, or the name of one that comes with the program; with
- * what
- * --set gives, judged as a whole. A value of the file that --set replaces may be wrong. NULL: said why on
- * stderr. */
+ * the values of --set, judged as a whole. A value of the file that --set replaces may be wrong. NULL: the
+ * reason is on stderr. */
 scenario_t *library_read(const char *command, const arguments_scenario_t *of);
 
-/* Says it on stderr, and where it is. */
+/* Prints the error on stderr, with its place. */
 void library_say(const scenario_error_t *error);
+
+/* After such an error: if the file describes a motor, prints the command that makes a scenario of it. */
+void library_say_motor(const char *path);
 
 #endif

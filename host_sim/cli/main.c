@@ -83,6 +83,15 @@ int main(int argc, char **argv)
         printf("%s\n", CLI_VERSION);
         return EXIT_DONE;
     }
+    if (strcmp(argv[1], "help") == 0) { /* `lagless help` and `lagless help COMMAND` */
+        if (argc == 2) {
+            print_commands(stdout);
+            return EXIT_DONE;
+        }
+        argv[1] = argv[2];
+        argv[2] = "--help";
+        argc = 3;
+    }
     names_search_t search = names_search(argv[1]);
     for (size_t n = 0; n < cli_command_count; n++) {
         names_consider(&search, cli_commands[n].name);

@@ -459,22 +459,19 @@ int command_map(int argc, char **argv)
     static const struct argp_option rows[] = {
         {"speeds", 'n', "LIST", 0, "r/min, separated by commas, each in both directions", 0},
         {"adaptation", 'd', "WHICH", 0, "off, on, both (default): without or with the drive's adaptation", 0},
-        {"ideal", 'i', NULL, 0, "ideal inverter and sensors; deviations of the machine only", 0},
+        {"ideal", 'i', NULL, 0, "ideal inverter and sensors; only values of the machine are wrong", 0},
         {"averaged", 'a', NULL, 0, "mean voltages instead of every gate edge", 0},
         ARGUMENTS_OUTPUT("one JSON list of points on stdout", "write map.json and the picture map.png there"),
         {0},
     };
     static const char doc[] =
-        "Error of the sensorless angle over speed, load, direction and wrong parameters of the drive, "
-        "without "
-        "and with adaptation; judged against theory, with a SCENARIO by what the drive promises: it keeps "
-        "the rotor at "
-        "every point, and with right data the angle is within 30 mrad, SD within 50 mrad.\vWith a SCENARIO "
-        "(a TOML file, or a name of `lagless "
-        "scenarios`) the map is of its motor, inverter, sensors and parameters as they are before t = 0, at "
-        "its "
-        "speeds (speed_request) and loads (plant.load_torque), those of its events included; --speeds gives "
-        "others. Without one it is of the paper's motor and drive.";
+        "Measures the error of the sensorless angle over speed, load, direction and wrong parameters of the "
+        "drive, without and with adaptation. The errors are compared with theory. With a SCENARIO the map "
+        "fails instead if the drive loses the rotor at a point, or if with right data the mean error exceeds "
+        "30 mrad or its SD 50 mrad.\vA SCENARIO (a TOML file, or a name of `lagless scenarios`) gives the "
+        "motor, inverter, sensors and parameters at t = 0, and the speeds (speed_request) and loads "
+        "(plant.load_torque), also those of its events; --speeds replaces the speeds. Without a SCENARIO the "
+        "map is that of the paper's motor and drive.";
     static const struct argp argp = {rows, parse, "[SCENARIO]", doc, NULL, NULL, NULL};
     options_t options = {.setup = map_setup_default()};
     if (!arguments_parse(&argp, argc, argv, &options)) {

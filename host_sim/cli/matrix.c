@@ -172,7 +172,26 @@ static const char *time_text(char to[TIME_TEXT], double seconds)
     return to;
 }
 
-/* "opens (overcurrent), gates off after 3.1 ms, 15.2 A, coasts at 1190 r/min" */
+/* The reaction in a text, where JSON has its name. */
+static const char *reaction_text(uint32_t reaction)
+{
+    static const char *const texts[MATRIX_REACTIONS] = {
+        "runs on", "warns", "catches the rotor", "does not switch on", "stops", "opens the bridge"};
+    for (uint32_t n = 0; n < MATRIX_REACTIONS; n++) {
+        if (reaction == UINT32_C(1) << n) {
+            return texts[n];
+        }
+    }
+    return "?";
+}
+
+/* Rounded, without the sign of a negative zero. */
+static double in_rpm(double speed)
+{
+    return round(speed / RPM) + 0.0;
+}
+
+/* "opens the bridge (overcurrent), gates off after 3.1 ms, 15.2 A, rotor coasts at 1190 r/min" */
 static const char *seen_text(char to[TEXT_MAX], const matrix_cell_t *cell)
 {
     const matrix_seen_t *seen = &cell->seen;
@@ -183,7 +202,7 @@ static const char *seen_text(char to[TEXT_MAX], const matrix_cell_t *cell)
         add(to, "the drive never came to this manoeuvre");
         return to;
     }
-    add(to, "%s", matrix_reaction_name(seen->reaction));
+    add(to, "%s", reaction_text(seen->reaction));
     if (seen->reason != 0) {
         add(to, " (%s)", reason_name(seen->reason));
     } else if (seen->warnings != 0u) {
@@ -195,20 +214,21 @@ static const char *seen_text(char to[TEXT_MAX], const matrix_cell_t *cell)
     if (!isnan(seen->gates_off) && seen->gates_off != seen->noticed) {
         add(to, ", gates off after %s", time_text(time, seen->gates_off));
     }
-    add(to, ", %.1f A, %s at %.0f r/min", seen->current, matrix_rotor_name(seen->rotor), seen->speed / RPM);
+    add(to, ", %.1f A, rotor %s at %.0f r/min", seen->current, matrix_rotor_name(seen->rotor),
+        in_rpm(seen->speed));
     if (seen->fastest > 1.05 * fmax(fabs(seen->started), fabs(seen->reference))) {
-        add(to, ", at most %.0f r/min", seen->fastest / RPM);
+        add(to, ", at most %.0f r/min", in_rpm(seen->fastest));
     }
     return to;
 }
 
-/* "opens (overcurrent) within 20 ms, 25 A, coasts or stands" */
+/* "opens the bridge (overcurrent) within 20 ms, at most 25 A, rotor coasts or stands" */
 static const char *promise_text(char to[TEXT_MAX], const matrix_cell_t *cell)
 {
     const matrix_promise_t *promise = cell->promise;
     char set[MATRIX_NAME_SIZE];
     to[0] = '\0';
-    add(to, "%s", matrix_set_text(set, promise->reactions, matrix_reaction_name));
+    add(to, "%s", matrix_set_text(set, promise->reactions, reaction_text));
     if (promise->reasons[0] != '\0') {
         add(to, " (%s)", promise->reasons);
     }
@@ -216,7 +236,7 @@ static const char *promise_text(char to[TEXT_MAX], const matrix_cell_t *cell)
         char time[TIME_TEXT];
         add(to, " within %s", time_text(time, cell->within));
     }
-    add(to, ", at most %.4g A, %s", matrix_current(cell),
+    add(to, ", at most %.4g A, rotor %s", matrix_current(cell),
         matrix_set_text(set, promise->rotor, matrix_rotor_name));
     return to;
 }

@@ -51,7 +51,7 @@ static error_t parse_motors(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_ARG:
         if (options->name != NULL) {
-            argp_error(state, "%s: one motor is enough", argument);
+            argp_error(state, "%s: a second motor; accepted is one", argument);
         }
         options->name = argument;
         return 0;
@@ -135,7 +135,8 @@ static int walk(const motors_options_t *options)
     char **names = NULL;
     const int count = motor_library(&names);
     if (count < 0) {
-        fprintf(stderr, "lagless motors: cannot read %s\n", motor_library_folder());
+        fprintf(stderr, "lagless motors: cannot read the folder %s; LAGLESS_MOTORS may name another one\n",
+                motor_library_folder());
         return EXIT_INTERNAL;
     }
     if (options->check) {
@@ -183,12 +184,13 @@ int command_motors(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
-        {"check", 'c', NULL, 0, "run each, cold start to rated speed and load, on the rows of tune", 0},
-        {"keys", 'k', NULL, 0, "what a motor's file may say, as Markdown", 0},
+        {"check", 'c', NULL, 0,
+         "run each motor with the parameters of `lagless tune`: cold start to the top speed, then load", 0},
+        {"keys", 'k', NULL, 0, "list the keys of a motor's file, as Markdown", 0},
         {0}};
     static const struct argp argp = {
         rows,     parse_motors,
-        "[NAME]", "The motors that come with the program, or one of them with its source.",
+        "[NAME]", "Lists the motors that come with the program, or shows one of them with its source.",
         NULL,     NULL,
         NULL};
     motors_options_t options = {.name = NULL};
@@ -245,19 +247,24 @@ static error_t parse_tune(int key, char *argument, struct argp_state *state)
         return arguments_force(key);
     case 's':
         if (options->set_count == ARGUMENTS_SETS) {
-            argp_error(state, "too many --set");
+            argp_error(state,
+                       "--set %s: more than %u of them; accepted: at most that many, write the others into "
+                       "the motor's file",
+                       argument, ARGUMENTS_SETS);
         }
         options->sets[options->set_count++] = argument;
         return 0;
     case ARGP_KEY_ARG:
         if (options->motor != NULL) {
-            argp_error(state, "%s: one motor is enough", argument);
+            argp_error(state, "%s: a second motor; accepted is one", argument);
         }
         options->motor = argument;
         return 0;
     case ARGP_KEY_END:
         if (options->motor == NULL) {
-            argp_error(state, "which motor? A name of `lagless motors`, or MOTOR.toml");
+            argp_error(
+                state,
+                "no motor is given; accepted: a name of `lagless motors`, or a file such as MOTOR.toml");
         }
         return 0;
     default:
@@ -308,9 +315,8 @@ int command_tune(int argc, char **argv)
         rows,
         parse_tune,
         "MOTOR",
-        "The parameters (params, plant) that a motor of the library or of a file "
-        "needs, as TOML, each with its reason. Warnings of its limits go to "
-        "stderr.",
+        "Computes the parameters (params, plant) that a motor of the library or of a file needs, and prints "
+        "them as TOML, each with its rule. Warnings of the motor's limits go to stderr.",
         NULL,
         NULL,
         NULL};

@@ -96,7 +96,8 @@ bool output_path(char path[PATH_SIZE], const char *folder, const char *name)
 {
     const int length = snprintf(path, PATH_SIZE, "%s/%s", folder, name);
     if (length < 0 || length >= PATH_SIZE) {
-        fprintf(stderr, "lagless: path too long: %s/%s\n", folder, name);
+        fprintf(stderr, "lagless: the path %s/%s is too long; accepted: up to %d bytes\n", folder, name,
+                PATH_SIZE - 1);
         return false;
     }
     return true;
@@ -409,7 +410,7 @@ int output_script(const char *script, const char *const *arguments, FILE *input)
     }
     const bool ended = child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status);
     if (!ended) {
-        fprintf(stderr, "lagless: %s ended with an error\n", path);
+        fprintf(stderr, "lagless: %s was stopped by a signal or could not be started\n", path);
     }
     free(python);
     return ended ? WEXITSTATUS(status) : EXIT_INTERNAL;

@@ -9,6 +9,7 @@
 
 #include "host_sim/cli/arguments.h"
 #include "host_sim/cli/cli.h"
+#include "host_sim/cli/library.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/lab/experiment.h"
 #include "host_sim/lab/json.h"
@@ -393,6 +394,7 @@ static int judge_file(const options_t *options)
     if (experiment == NULL) {
         char text[1200];
         fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
+        library_say_motor(options->file);
         return EXIT_USAGE;
     }
     const int prepared = options->folder != NULL ? prepare(options, data) : EXIT_DONE;
@@ -408,9 +410,8 @@ static int judge_file(const options_t *options)
 int command_paper(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
-        {"json", 'j', NULL, 0, "one JSON list of rows on stdout; no report unless --out says where", 0},
-        {"out", 'o', "FOLDER", 0,
-         "where the report goes; default: " FOLDER ", of some figures " FOLDER "_FIG", 0},
+        {"json", 'j', NULL, 0, "one JSON list of rows on stdout; a report only with --out", 0},
+        {"out", 'o', "FOLDER", 0, "folder of the report; default: " FOLDER ", with FIG: " FOLDER "_FIG", 0},
         ARGUMENTS_FORCE,
         {0},
     };
@@ -418,15 +419,13 @@ int command_paper(int argc, char **argv)
         rows,
         parse,
         "[FIG... | FILE]",
-        "The paper's figures (all of them, or fig04 fig05 fig08 fig10 to fig17, "
-        "and what goes beyond: beyond_speed "
-        "beyond_bandwidth beyond_map), measured again on the real interrupt "
-        "code and judged against the paper's "
-        "numbers; a report with pictures, page and data.\vWith a "
-        "FILE (its name has a . or a /) it is an experiment of yours instead: a "
-        "scenario with [[sweep]], [[measure]] and [[claim]] (docs/experiments.md). "
-        "Exit 0: every claim is reproduced, in kind at least, or holds, 1: one is "
-        "not or does not; --out FOLDER writes rows.json, report.json and the data.",
+        "Measures the paper's figures again on the real interrupt code, compares them with the paper's "
+        "numbers, and writes a report with pictures, page and data. FIG selects figures: fig04 fig05 fig08 "
+        "fig10 to fig17, and beyond the paper: beyond_speed beyond_bandwidth beyond_map; default: all.\vWith "
+        "a FILE (its name has a . or a /) the command runs an experiment of your own: a scenario with "
+        "[[sweep]], [[measure]] and [[claim]] (docs/experiments.md). Exit 0: every claim holds or is "
+        "reproduced, at least in kind; 1: at least one is not. --out FOLDER writes rows.json, report.json "
+        "and the data.",
         NULL,
         NULL,
         NULL};

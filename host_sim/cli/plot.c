@@ -141,10 +141,10 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         return 0;
     case ARGP_KEY_END:
         if (options->given < options->wanted) {
-            argp_error(state, options->wanted == 1
-                                  ? "which recording? a CSV or MAT file that `lagless run` or `lagless "
-                                    "connect` wrote"
-                                  : "which two recordings? CSV or MAT files");
+            argp_error(state, options->wanted == 1 ? "no recording is given; accepted: a CSV or MAT file "
+                                                     "that `lagless run` or `lagless connect` wrote"
+                                                   : "two recordings are needed; accepted: CSV or MAT files "
+                                                     "that `lagless run` or `lagless connect` wrote");
         }
         return 0;
     default:

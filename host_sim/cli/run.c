@@ -787,7 +787,7 @@ int command_run(int argc, char **argv)
         ARGUMENTS_SCENARIO,
         {"record", 'r', "NAMES", 0, "signals to record, separated by commas, instead of the scenario's", 0},
         {"every", 'e', "N", 0, "record every N-th period", 0},
-        {"out", 'o', "FOLDER", 0, "write the recording there", 0},
+        {"out", 'o', "FOLDER", 0, "folder for the recording", 0},
         {"format", 'f', "FORMATS", 0, "csv (default), mat, vcd, mdf, separated by commas", 0},
         {"plot", 'p', "FORMATS", OPTION_ARG_OPTIONAL,
          "plot the recording: html (default, a page with zoom), png, svg, separated by commas; without --out "

@@ -10,6 +10,7 @@
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/stop.h"
 #include "host_sim/line/master.h"
+#include "host_sim/line/transport.h"
 #include "host_sim/scope/page.h"
 #include "host_sim/scope/scope.h"
 
@@ -37,8 +38,8 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         options->target = argument;
         return 0;
     case ARGP_KEY_NO_ARGS:
-        argp_error(state, "which drive? tcp://127.0.0.1:5555 of `lagless serve`, or a serial device, "
-                          "/dev/ttyUSB0[:BAUD]");
+        argp_error(state, "no target is given; accepted: tcp://127.0.0.1:5555 of `lagless serve`, or a "
+                          "serial device, /dev/ttyUSB0[:BAUD]");
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;
@@ -129,6 +130,11 @@ int command_scope(int argc, char **argv)
     }
     if (options.port != NULL && !arguments_whole(options.port, 0u, 65535u, &port)) {
         fprintf(stderr, "lagless scope: --http %s: accepted whole numbers 0 to 65535\n", options.port);
+        return EXIT_USAGE;
+    }
+    transport_target_t parsed;
+    if (!transport_parse(options.target, &parsed, why, sizeof why)) {
+        fprintf(stderr, "lagless scope: %s\n", why);
         return EXIT_USAGE;
     }
     char *page = page_make(&page_size, why, sizeof why);

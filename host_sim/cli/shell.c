@@ -178,7 +178,7 @@ int command_completion(int argc, char **argv)
         NULL,
         parse,
         "bash|zsh|fish",
-        "Shell completion: commands, options, rows, reasons, scenarios.\v"
+        "Prints the completion of commands, options, names of rows, reasons and scenarios for a shell.\v"
         "In bash and zsh: `source <(lagless completion bash)`; in fish: `lagless completion fish | source`.",
         NULL,
         NULL,
@@ -235,9 +235,7 @@ static void print_manual(const struct argp *argp, void *context)
 
 int command_man(int argc, char **argv)
 {
-    static const struct argp argp = {NULL, NULL, NULL, "Prints the manual page, for `man -l -`.",
-                                     NULL, NULL, NULL};
-    if (!arguments_parse(&argp, argc, argv, NULL)) {
+    if (!arguments_none(argc, argv, "Prints the manual page, for `man -l -`.")) {
         return EXIT_USAGE;
     }
     printf(".TH LAGLESS 1 \"\" \"%s\" \"User Commands\"\n.SH NAME\nlagless \\- a motor drive's firmware on a "

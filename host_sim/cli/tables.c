@@ -284,9 +284,7 @@ int command_signals(int argc, char **argv)
 
 int command_reference(int argc, char **argv)
 {
-    static const struct argp argp = {
-        NULL, NULL, NULL, "Prints all tables as Markdown, for docs/reference.md.", NULL, NULL, NULL};
-    if (!arguments_parse(&argp, argc, argv, NULL)) {
+    if (!arguments_none(argc, argv, "Prints all tables as Markdown, for docs/reference.md.")) {
         return EXIT_USAGE;
     }
     print_markdown();

@@ -284,9 +284,10 @@ bool file_read_claims(const file_t *file)
         }
         experiment->claim_count++;
         if (experiment_row_count(experiment) > EXPERIMENT_ROWS_MAX) {
-            return scenario_fail(file->reading.error, reading_place(entry), "claim",
-                                 "claims of all flavours make more than %u rows; accepted: up to that",
-                                 EXPERIMENT_ROWS_MAX);
+            return scenario_fail(
+                file->reading.error, reading_place(entry), "claim",
+                "the claims of all points make more than %u rows; accepted: at most that many",
+                EXPERIMENT_ROWS_MAX);
         }
     }
     return experiment->claims != NULL;
@@ -325,7 +326,7 @@ static bool check_said(const file_t *file, const claim_t *claim, const toml_entr
         const sweep_t *sweep = &experiment->sweeps[s];
         if ((claim->unsaid & ~ranged & (UINT32_C(1) << s)) != 0u) {
             return scenario_fail(file->reading.error, reading_place(entry), "at",
-                                 "it says nothing of the sweep %s; write for example at = {%s = \"%s\"}",
+                                 "it names no point of the sweep %s; write for example at = {%s = \"%s\"}",
                                  sweep->name, sweep->name, sweep->points[0].name);
         }
     }

@@ -163,8 +163,8 @@ bool file_read_trace(const file_t *file)
     }
     experiment->every = every != NULL ? (uint32_t)every->integer : 1u;
     if (good && (columns == NULL || count == 0u || count > COLUMNS_MAX)) {
-        return scenario_fail(reading->error, reading_place(trace), "column", "they are %u; accepted: 1 to %u",
-                             (unsigned)count, COLUMNS_MAX);
+        return scenario_fail(reading->error, reading_place(trace), "column",
+                             "there are %u columns; accepted: 1 to %u", (unsigned)count, COLUMNS_MAX);
     }
     for (const toml_entry_t *entry = good ? reading_first(reading, columns) : NULL; entry != NULL;
          entry = reading_next(reading, columns, entry)) {
@@ -270,8 +270,8 @@ bool file_read_table(const file_t *file)
     }
     const toml_entry_t *columns = reading_tables(reading, table, "column", &count, &good);
     if (good && (columns == NULL || count == 0u || count > COLUMNS_MAX)) {
-        return scenario_fail(reading->error, reading_place(table), "column", "they are %u; accepted: 1 to %u",
-                             (unsigned)count, COLUMNS_MAX);
+        return scenario_fail(reading->error, reading_place(table), "column",
+                             "there are %u columns; accepted: 1 to %u", (unsigned)count, COLUMNS_MAX);
     }
     for (const toml_entry_t *entry = good ? reading_first(reading, columns) : NULL; entry != NULL;
          entry = reading_next(reading, columns, entry)) {

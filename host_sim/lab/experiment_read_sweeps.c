@@ -37,9 +37,10 @@ static bool name_points(const file_t *file, const toml_entry_t *entry, sweep_t *
     }
     const uint32_t count = file_list(file, names, list, sweep->count);
     if (count != sweep->count) {
-        return count != 0u && scenario_fail(file->reading.error, reading_place(names), "names",
-                                            "they are %u, the values are %u; accepted: as many as values",
-                                            (unsigned)count, (unsigned)sweep->count);
+        return count != 0u &&
+               scenario_fail(file->reading.error, reading_place(names), "names",
+                             "there are %u names and %u values; accepted: one name for each value",
+                             (unsigned)count, (unsigned)sweep->count);
     }
     for (uint32_t n = 0; n < count; n++) {
         sweep->points[n].name = list[n]->text;
@@ -252,7 +253,7 @@ bool file_read_sweeps(const file_t *file)
     }
     if (count > SWEEPS_MAX) {
         return scenario_fail(file->reading.error, reading_place(array), "sweep",
-                             "they are %u; accepted: up to %u", (unsigned)count, SWEEPS_MAX);
+                             "there are %u sweeps; accepted: up to %u", (unsigned)count, SWEEPS_MAX);
     }
     for (const toml_entry_t *entry = reading_first(&file->reading, array); entry != NULL;
          entry = reading_next(&file->reading, array, entry)) {
@@ -270,7 +271,8 @@ bool file_read_sweeps(const file_t *file)
         runs *= sweep->count;
         if (runs > EXPERIMENT_RUNS_MAX) {
             return scenario_fail(file->reading.error, reading_place(entry), "sweep",
-                                 "the points of all sweeps make more than %u runs; accepted: up to that",
+                                 "the points of all sweeps make more than %u runs; accepted: at most that "
+                                 "many, remove points or sweeps",
                                  EXPERIMENT_RUNS_MAX);
         }
     }

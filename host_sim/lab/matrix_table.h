@@ -42,91 +42,91 @@
 #define MATRIX_FAULTS(F) \
     F(NONE,             "none",             LATER, 3.0, FOR_GOOD, NOTHING,                                   "nothing is wrong: no false alarm") \
     /* current sensors */ \
-    F(STUCK_A_RAIL,     "stuck_a_rail",     LATER, 1.0, FOR_GOOD, SET("rig.stuck_current_a", 4095.0),        "current sensor a at its upper rail") \
-    F(STUCK_B_RAIL,     "stuck_b_rail",     LATER, 1.0, FOR_GOOD, SET("rig.stuck_current_b", 0.0),           "current sensor b at its lower rail") \
-    F(STUCK_A_ZERO,     "stuck_a_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_a", CODE(0.0)),     "current sensor a dead: constant 0 A") \
-    F(STUCK_B_ZERO,     "stuck_b_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_b", CODE(0.0)),     "current sensor b dead: constant 0 A") \
-    F(STUCK_C_ZERO,     "stuck_c_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_c", CODE(0.0)),     "current sensor c dead: constant 0 A") \
-    F(STUCK_A_2A,       "stuck_a_2a",       LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_a", CODE(2.0)),     "current sensor a stuck at 2 A") \
-    F(STUCK_B_2A,       "stuck_b_2a",       LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_b", CODE(-2.0)),    "current sensor b stuck at -2 A") \
-    F(CURRENT_RANGE,    "current_range",    FIRST, 3.0, FOR_GOOD, TIMES("plant.current_range", 2.0),         "current sensors of twice the configured range: they read half") \
-    F(CURRENT_INVERSE,  "current_inverse",  FIRST, 3.0, FOR_GOOD, TIMES("plant.current_range", -1.0),        "all current sensors wired the wrong way round") \
-    F(SWAP_CURRENTS,    "swap_currents",    FIRST, 3.0, FOR_GOOD, SET("plant.swap_currents", 3.0),           "signals of current sensors a and b changed") \
-    F(GAIN_A,           "gain_a",           LATER, 3.0, FOR_GOOD, SET("plant.current_gain_error_a", 0.5),    "current sensor a reads half as much again") \
-    F(OFFSET_A,         "offset_a",         LATER, 9.0, FOR_GOOD, ADD("plant.current_offset_a", 2.0),        "current sensor a has moved by 2 A") \
+    F(STUCK_A_RAIL,     "stuck_a_rail",     LATER, 1.0, FOR_GOOD, SET("rig.stuck_current_a", 4095.0),        "current sensor a reads its largest value") \
+    F(STUCK_B_RAIL,     "stuck_b_rail",     LATER, 1.0, FOR_GOOD, SET("rig.stuck_current_b", 0.0),           "current sensor b reads its smallest value") \
+    F(STUCK_A_ZERO,     "stuck_a_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_a", CODE(0.0)),     "current sensor a is dead and reads 0 A") \
+    F(STUCK_B_ZERO,     "stuck_b_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_b", CODE(0.0)),     "current sensor b is dead and reads 0 A") \
+    F(STUCK_C_ZERO,     "stuck_c_zero",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_c", CODE(0.0)),     "current sensor c is dead and reads 0 A") \
+    F(STUCK_A_2A,       "stuck_a_2a",       LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_a", CODE(2.0)),     "current sensor a always reads 2 A") \
+    F(STUCK_B_2A,       "stuck_b_2a",       LATER, 3.0, FOR_GOOD, SET("rig.stuck_current_b", CODE(-2.0)),    "current sensor b always reads -2 A") \
+    F(CURRENT_RANGE,    "current_range",    FIRST, 3.0, FOR_GOOD, TIMES("plant.current_range", 2.0),         "current sensors with twice the configured range: they read half of the current") \
+    F(CURRENT_INVERSE,  "current_inverse",  FIRST, 3.0, FOR_GOOD, TIMES("plant.current_range", -1.0),        "all current sensors are wired the wrong way round") \
+    F(SWAP_CURRENTS,    "swap_currents",    FIRST, 3.0, FOR_GOOD, SET("plant.swap_currents", 3.0),           "the signals of current sensors a and b are exchanged") \
+    F(GAIN_A,           "gain_a",           LATER, 3.0, FOR_GOOD, SET("plant.current_gain_error_a", 0.5),    "current sensor a reads 1.5 times the current") \
+    F(OFFSET_A,         "offset_a",         LATER, 9.0, FOR_GOOD, ADD("plant.current_offset_a", 2.0),        "the offset of current sensor a changes by 2 A") \
     F(NOISE_BURST,      "noise_burst",      LATER, 3.0, 0.01,     SET("plant.current_noise", 0.5),           "10 ms of noise in the current sensors, 0.5 A rms") \
     /* wires, legs, module */ \
     F(OPEN_PHASE_A,     "open_phase_a",     LATER, 3.0, FOR_GOOD, SET("plant.open_phase_a", 1.0),            "the wire of phase a is broken") \
     F(OPEN_PHASE_B,     "open_phase_b",     LATER, 3.0, FOR_GOOD, SET("plant.open_phase_b", 1.0),            "the wire of phase b is broken") \
     F(OPEN_PHASE_C,     "open_phase_c",     LATER, 3.0, FOR_GOOD, SET("plant.open_phase_c", 1.0),            "the wire of phase c is broken") \
-    F(SWAP_PHASES,      "swap_phases",      FIRST, 3.0, FOR_GOOD, SET("plant.swap_phases", 3.0),             "motor wires a and b changed") \
+    F(SWAP_PHASES,      "swap_phases",      FIRST, 3.0, FOR_GOOD, SET("plant.swap_phases", 3.0),             "the motor wires a and b are exchanged") \
     F(OPEN_SWITCH_A,    "open_switch_a",    LATER, 3.0, FOR_GOOD, SET("plant.open_switches", 1.0),           "the upper switch of leg a never conducts") \
     F(OPEN_SWITCH_B,    "open_switch_b",    LATER, 3.0, FOR_GOOD, SET("plant.open_switches", 8.0),           "the lower switch of leg b never conducts") \
     F(SHORT_SWITCH_A,   "short_switch_a",   LATER, 1.0, FOR_GOOD, SET("plant.shorted_switches", 1.0),        "the upper switch of leg a always conducts") \
     F(LEG_A_DROP,       "leg_a_drop",       LATER, 3.0, FOR_GOOD, SET("plant.leg_a_drop", 2.0),              "the switches of leg a drop 2 V more") \
     F(LEG_A_RESISTANCE, "leg_a_resistance", LATER, 3.0, FOR_GOOD, SET("plant.leg_a_resistance", 1.0),        "a bad contact of 1 ohm in phase a") \
-    F(MODULE_FAULT,     "module_fault",     LATER, 1.0, FOR_GOOD, SET("plant.force_fault", 1.0),             "the power module shuts its arms and pulls its fault line") \
+    F(MODULE_FAULT,     "module_fault",     LATER, 1.0, FOR_GOOD, SET("plant.force_fault", 1.0),             "the power module switches off and activates its fault output") \
     F(SINK_WARM,        "sink_warm",        LATER, 3.0, FOR_GOOD, SET("plant.sink_temperature", 85.0),       "the heat sink is warm") \
     F(SINK_HOT,         "sink_hot",         LATER, 3.0, FOR_GOOD, SET("plant.sink_temperature", 95.0),       "the heat sink is too hot") \
     F(MOTOR_HOT,        "motor_hot",        LATER, 3.0, FOR_GOOD, SET("plant.motor_temperature", 140.0),     "the winding is too hot") \
     F(DEMAGNETISED,     "demagnetised",     LATER, 3.0, FOR_GOOD, TIMES("plant.flux_linkage", 0.8),          "the magnets have lost a fifth of their flux") \
     /* shaft */ \
     F(JAM,              "jam",              LATER, 9.0, FOR_GOOD, SET("rig.brake_torque", 1000.0),           "the shaft is jammed") \
-    F(OVERLOAD,         "overload",         LATER, 9.0, FOR_GOOD, SET("rig.brake_torque", 14.0),             "a brake that holds more than current_limit can turn") \
-    F(BRAKE,            "brake",            LATER, 4.0, FOR_GOOD, SET("rig.brake_torque", 3.0),              "a brake well within current_limit: a load, no fault") \
+    F(OVERLOAD,         "overload",         LATER, 9.0, FOR_GOOD, SET("rig.brake_torque", 14.0),             "a brake with more torque than current_limit allows") \
+    F(BRAKE,            "brake",            LATER, 4.0, FOR_GOOD, SET("rig.brake_torque", 3.0),              "a brake well within current_limit: this is a load, no fault") \
     /* encoder */ \
     F(ENCODER_SLIPPED,  "encoder_slipped",  LATER, 3.0, FOR_GOOD, ADD("plant.encoder_offset", HALF_A_TURN),  "the encoder has slipped on the shaft by half an electrical turn") \
     F(ENCODER_SLIPS,    "encoder_slips",    LATER, 3.0, FOR_GOOD, SET("plant.encoder_slip", 0.3),            "the encoder misses three tenths of the motion") \
-    F(ENCODER_STANDS,   "encoder_stands",   LATER, 3.0, FOR_GOOD, SET("plant.encoder_slip", 1.0),            "the encoder's coupling is broken: it stands") \
-    F(ENCODER_TRACK,    "encoder_track",    LATER, 3.0, FOR_GOOD, SET("plant.encoder_stuck_a", 1.0),         "track A of the encoder stuck") \
-    F(ENCODER_OFFSET,   "encoder_offset",   FIRST, 3.0, FOR_GOOD, ADD("plant.encoder_offset", HALF_A_TURN),  "the encoder's offset is half an electrical turn off") \
-    F(ENCODER_LINES,    "encoder_lines",    FIRST, 3.0, FOR_GOOD, TIMES("plant.encoder_lines", 0.5),         "an encoder of half the configured lines") \
-    F(ENCODER_REVERSED, "encoder_reversed", FIRST, 3.0, FOR_GOOD, SET("plant.encoder_reversed", 1.0),        "the encoder's tracks changed: it counts the other way") \
-    F(POLE_PAIRS,       "pole_pairs",       FIRST, 3.0, FOR_GOOD, ADD("plant.pole_pairs", 1.0),              "a motor of five pole pairs where four are configured") \
+    F(ENCODER_STANDS,   "encoder_stands",   LATER, 3.0, FOR_GOOD, SET("plant.encoder_slip", 1.0),            "the coupling of the encoder is broken: the encoder does not turn") \
+    F(ENCODER_TRACK,    "encoder_track",    LATER, 3.0, FOR_GOOD, SET("plant.encoder_stuck_a", 1.0),         "track A of the encoder has a constant level") \
+    F(ENCODER_OFFSET,   "encoder_offset",   FIRST, 3.0, FOR_GOOD, ADD("plant.encoder_offset", HALF_A_TURN),  "the offset of the encoder is wrong by half an electrical turn") \
+    F(ENCODER_LINES,    "encoder_lines",    FIRST, 3.0, FOR_GOOD, TIMES("plant.encoder_lines", 0.5),         "an encoder with half of the configured lines") \
+    F(ENCODER_REVERSED, "encoder_reversed", FIRST, 3.0, FOR_GOOD, SET("plant.encoder_reversed", 1.0),        "the tracks of the encoder are exchanged: it counts the other way") \
+    F(POLE_PAIRS,       "pole_pairs",       FIRST, 3.0, FOR_GOOD, ADD("plant.pole_pairs", 1.0),              "a motor with five pole pairs, while four are configured") \
     /* DC link */ \
     F(DC_HIGH,          "dc_high",          LATER, 1.0, FOR_GOOD, SET("plant.dc_voltage", 420.0),            "the DC link is too high") \
-    F(DC_LOW,           "dc_low",           LATER, 3.0, FOR_GOOD, SET("plant.dc_voltage", 150.0),            "the DC link is too low, for good") \
+    F(DC_LOW,           "dc_low",           LATER, 3.0, FOR_GOOD, SET("plant.dc_voltage", 150.0),            "the DC link is too low, permanently") \
     F(DC_SAG,           "dc_sag",           LATER, 3.0, 0.3,      SET("plant.dc_voltage", 230.0),            "the DC link sags to 230 V for 0.3 s") \
     F(DC_RIPPLE,        "dc_ripple",        LATER, 3.0, FOR_GOOD, SET("plant.dc_ripple", 30.0),              "the DC link swings by 30 V at 300 Hz") \
-    F(SUPPLY_LOST,      "supply_lost",      LATER, 4.0, FOR_GOOD, WITH_CAPACITOR("plant.supply_lost", 1.0),  "nothing feeds the DC link of 1 mF any more") \
-    F(SUPPLY_BACK,      "supply_back",      LATER, 4.0, 0.3,      WITH_CAPACITOR("plant.supply_lost", 1.0),  "nothing feeds the DC link of 1 mF for 0.3 s") \
-    F(DC_STUCK_HIGH,    "dc_stuck_high",    LATER, 1.0, FOR_GOOD, SET("rig.stuck_dc_link", 4095.0),          "the DC link's sensor at its upper rail") \
-    F(DC_STUCK_LOW,     "dc_stuck_low",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_dc_link", 0.0),             "the DC link's sensor at its lower rail") \
+    F(SUPPLY_LOST,      "supply_lost",      LATER, 4.0, FOR_GOOD, WITH_CAPACITOR("plant.supply_lost", 1.0),  "the supply no longer feeds the DC link of 1 mF") \
+    F(SUPPLY_BACK,      "supply_back",      LATER, 4.0, 0.3,      WITH_CAPACITOR("plant.supply_lost", 1.0),  "the supply does not feed the DC link of 1 mF for 0.3 s") \
+    F(DC_STUCK_HIGH,    "dc_stuck_high",    LATER, 1.0, FOR_GOOD, SET("rig.stuck_dc_link", 4095.0),          "the sensor of the DC link reads its largest value") \
+    F(DC_STUCK_LOW,     "dc_stuck_low",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_dc_link", 0.0),             "the sensor of the DC link reads its smallest value") \
     /* software and samples */ \
-    F(LATE,             "late",             LATER, 1.0, FOR_GOOD, SET("rig.interrupt_delay", 120e-6),        "the sample interrupt comes later than its period") \
-    F(MISSING_SAMPLE,   "missing_sample",   LATER, 3.0, FOR_GOOD, SET("rig.missing_samples", 1.0),           "one conversion, and its interrupt, does not come") \
-    F(MISSING_SAMPLES,  "missing_samples",  LATER, 3.0, FOR_GOOD, SET("rig.missing_samples", 10.0),          "ten conversions in a row do not come") \
+    F(LATE,             "late",             LATER, 1.0, FOR_GOOD, SET("rig.interrupt_delay", 120e-6),        "the sample interrupt begins later than one period") \
+    F(MISSING_SAMPLE,   "missing_sample",   LATER, 3.0, FOR_GOOD, SET("rig.missing_samples", 1.0),           "one conversion and its interrupt do not occur") \
+    F(MISSING_SAMPLES,  "missing_samples",  LATER, 3.0, FOR_GOOD, SET("rig.missing_samples", 10.0),          "ten successive conversions do not occur") \
     F(ESTIMATE_JUMP,    "estimate_jump",    LATER, 3.0, FOR_GOOD, SET("rig.estimate_jump", 2.5),             "the estimated angle jumps by 2.5 rad") \
-    F(FLIP_FLASH,       "flip_flash",       LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 1.0),               "a bit of the program in flash turns over") \
-    F(FLIP_CODE,        "flip_code",        LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 2.0),               "a bit of the interrupt's code in RAM turns over") \
-    F(FLIP_STACK_END,   "flip_stack_end",   LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 3.0),               "a bit at the end of the stack turns over") \
-    F(FLIP_PARAMS,      "flip_params",      LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 4.0),               "a bit of the active parameters turns over") \
+    F(FLIP_FLASH,       "flip_flash",       LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 1.0),               "a bit of the program in flash flips") \
+    F(FLIP_CODE,        "flip_code",        LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 2.0),               "a bit of the interrupt's code in RAM flips") \
+    F(FLIP_STACK_END,   "flip_stack_end",   LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 3.0),               "a bit at the end of the stack flips") \
+    F(FLIP_PARAMS,      "flip_params",      LATER, 3.0, FOR_GOOD, SET("rig.flip_memory", 4.0),               "a bit of the active parameters flips") \
     /* enable input */ \
-    F(ENABLE_LOST,      "enable_lost",      LATER, 1.0, FOR_GOOD, SET("rig.enable_input", 1.0),              "the board's enable input is lost, for good") \
-    F(ENABLE_BOUNCES,   "enable_bounces",   LATER, 3.0, 2e-3,     SET("rig.enable_input", 1.0),              "the board's enable input is lost for 2 ms")
+    F(ENABLE_LOST,      "enable_lost",      LATER, 1.0, FOR_GOOD, SET("rig.enable_input", 1.0),              "the enable input of the board is lost permanently") \
+    F(ENABLE_BOUNCES,   "enable_bounces",   LATER, 3.0, 2e-3,     SET("rig.enable_input", 1.0),              "the enable input of the board is lost for 2 ms")
 
 /* ---- manoeuvres ----
  *
  * M(NAME, "name", missing, enabled, turning, reference, load, settle, then, row, choice, below, delay, "text")
  *   fields of matrix_manoeuvre_t; missing: why there is none with the encoder, NULL: there is */
 
-#define NOT_WITH_ENCODER "with the encoder control turns with its angle at every speed: there is nothing but run"
+#define NOT_WITH_ENCODER "with the encoder the drive has only the manoeuvre run, at every speed"
 #define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
 #define NO_SPEED (double)NAN
 #define ENABLED true
 #define OFF_YET false
 
 #define MATRIX_MANOEUVRES(M) \
-    M(OFF,      "off",      NULL,             OFF_YET, 0.0,    300.0,  0.0, 0.0, NO_SPEED,NULL,           NULL,                0.0,          0.05, "ready, the bridge off; 0.1 s after the fault it is asked to come on, at 300 r/min") \
-    M(ALIGN,    "align",    NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NO_SPEED,"manoeuvre",    "align",             0.0,          0.05, "start: the forced frame turns slowly and takes the rotor along") \
-    M(RAMP,     "ramp",     NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NO_SPEED,"manoeuvre",    "ramp",              0.0,          0.05, "start: the forced frame goes faster") \
-    M(HANDOVER, "handover", NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NO_SPEED,"manoeuvre",    "handover",          0.0,          0.0,  "start: the current comes down, then the frame is that of the estimate") \
+    M(OFF,      "off",      NULL,             OFF_YET, 0.0,    300.0,  0.0, 0.0, NO_SPEED,NULL,           NULL,                0.0,          0.05, "ready, the bridge off; 0.1 s after the fault the drive is commanded on, with 300 r/min") \
+    M(ALIGN,    "align",    NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NO_SPEED,"manoeuvre",    "align",             0.0,          0.05, "start: the forced frame turns slowly, and the rotor follows") \
+    M(RAMP,     "ramp",     NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NO_SPEED,"manoeuvre",    "ramp",              0.0,          0.05, "start: the forced frame accelerates") \
+    M(HANDOVER, "handover", NOT_WITH_ENCODER, ENABLED, 0.0,    300.0,  0.0, 0.0, NO_SPEED,"manoeuvre",    "handover",          0.0,          0.0,  "start: the current decreases, then the frame is that of the estimate") \
     M(RUN_SLOW, "run_slow", NULL,             ENABLED, 150.0,  150.0,  2.5, 1.0, NO_SPEED,NULL,           NULL,                0.0,          0.0,  "150 r/min, 2.5 N m") \
     M(RUN_FAST, "run_fast", NULL,             ENABLED, 1200.0, 1200.0, 2.5, 1.0, NO_SPEED,NULL,           NULL,                0.0,          0.0,  "1200 r/min, 2.5 N m") \
     M(FORCED,   "forced",   NOT_WITH_ENCODER, ENABLED, 300.0,  300.0,  0.0, 0.5, 20.0,   "manoeuvre",    "forced",            0.0,          0.2,  "20 r/min: too slow to track, the rotor follows a forced frame") \
-    M(REVERSAL, "reversal", NULL,             ENABLED, 500.0,  500.0,  0.0, 0.5, -500.0, "true_omega_m", NULL,                3.0,          0.0,  "500 to -500 r/min, at zero speed") \
-    M(BRAKING,  "braking",  NULL,             ENABLED, 1500.0, 1500.0, 0.0, 0.5, 300.0,  "true_omega_m", NULL,                1200.0 * RPM, 0.0,  "1500 to 300 r/min at the current limit, at 1200 r/min") \
-    M(CATCH,    "catch",    NULL,             ENABLED, 600.0,  600.0,  0.0, 0.0, NO_SPEED,"state",        "operation_enabled", 0.0,          2e-3, "the bridge has come on 2 ms ago at a rotor that turns at 600 r/min")
+    M(REVERSAL, "reversal", NULL,             ENABLED, 500.0,  500.0,  0.0, 0.5, -500.0, "true_omega_m", NULL,                3.0,          0.0,  "reversal from 500 to -500 r/min; the fault occurs at zero speed") \
+    M(BRAKING,  "braking",  NULL,             ENABLED, 1500.0, 1500.0, 0.0, 0.5, 300.0,  "true_omega_m", NULL,                1200.0 * RPM, 0.0,  "braking from 1500 to 300 r/min at the current limit; the fault occurs at 1200 r/min") \
+    M(CATCH,    "catch",    NULL,             ENABLED, 600.0,  600.0,  0.0, 0.0, NO_SPEED,"state",        "operation_enabled", 0.0,          2e-3, "the bridge came on 2 ms before the fault, while the rotor turned at 600 r/min")
 
 /* ---- promises ----
  *
@@ -180,24 +180,24 @@
 #define SENSOR_REASONS "overcurrent bad_sample current_stuck current_gain"
 #define PHASE_REASONS  "phase_loss"
 
-#define WRONG_FROM_START "wrong from the beginning: it shows at the first start, see off and catch"
+#define WRONG_FROM_START "the fault exists from the beginning and appears at the first start: see off and catch"
 #define NO_SENSOR_C      "the board has no sensor of phase c"
-#define WITHOUT_ENCODER  "control does not turn with the encoder"
+#define WITHOUT_ENCODER  "control does not use the encoder"
 #define NO_CURRENT       "with the encoder the bare motor needs almost no current: the fault has no effect"
 #define RISES_SLOWLY     "with the encoder the current rises from zero as the speed control commands it"
-#define SHOWS_IN_CHANGES "a gain shows where the current changes fast; a steady one hides behind the dead time, and nothing is at stake below the limit"
-#define HIDES_IN_DEAD_TIME "while current flows 2 A are 1.9 V at R, which the dead time hides; with the bridge off they show"
+#define SHOWS_IN_CHANGES "a gain error is visible only where the current changes fast; with a steady current the dead time hides it, and it does no harm below the limit"
+#define HIDES_IN_DEAD_TIME "while current flows, 2 A cause 1.9 V at R, which the dead time hides; with the bridge off they are visible"
 #define CONTRADICTS      "a leg with a wrong current sign compensates its dead time in the wrong direction, and the EMF contradicts the encoder: the drive cannot decide which of the two is wrong"
-#define BY_THE_BACKGROUND "memory is looked at piece by piece in the background"
-#define HELD_BY_DEAD_TIME "the bare motor needs 0.05 A, and dead time and drops, 8 V a leg, hold a current as small at zero: until more is commanded nothing shows it"
-#define WHILE_OFF        "while the bridge is off this is what is right"
-#define ONE_MILLIFARAD   "1 mF lasts for as long as the load lets it"
+#define BY_THE_BACKGROUND "the background checks the memory piece by piece"
+#define HELD_BY_DEAD_TIME "the bare motor needs 0.05 A, and dead time and voltage drops, 8 V a leg, keep so small a current at zero: the fault is visible only when more current is commanded"
+#define WHILE_OFF        "this value is correct while the bridge is off"
+#define ONE_MILLIFARAD   "how long 1 mF lasts depends on the load"
 #define STANDS_AT_ONCE   "the load stops the bare rotor within 20 ms, which ends its EMF: a stall, after stall_time"
 #define HELD_IN_PLACE    "the wrong angle holds the rotor in place: a stall, after stall_time"
 #define HIDDEN_SLOW      "at 20 r/min the EMF is 1.5 V, which the dead time hides: a standing rotor cannot be distinguished from one that follows"
 #define TWO_WINDOWS      "a value is suspected in the first whole window in which it is constant, and reported in the next one (docs/theory.md, 27)"
 #define WITHOUT_CURRENT  "3.2 ms of the time in which current is commanded, plus its zero crossing of 2 ms and a window (docs/theory.md, 27)"
-#define EIGHT_MS_OF_EMF  "10.3 ms to 37 degrees, 8 ms of the EMF at this speed, and three looks (docs/theory.md, 28)"
+#define EIGHT_MS_OF_EMF  "10.3 ms until 37 degrees are reached, 8 ms of the EMF at this speed, and three evaluations (docs/theory.md, 28)"
 #define NO_ENABLE_INPUT  "the board has no enable input"
 #define INPUT_COMES_LATER "with the bridge off the loss lasts until `enable` is on: an input that comes back starts nothing"
 #define BOARD_HAS_INPUT(reactions) (BOARD_ENABLE_INPUT != BOARD_NONE ? (reactions) : NEVER)
@@ -227,7 +227,7 @@
     P(STUCK_B_2A,       AT(OFF),    BOTH, OPENS | REFUSES, "current_offset", SOON, LIMIT, OUT, "") \
     P(CURRENT_RANGE,    EVERYWHERE, BOTH, NEVER, "", ANY_TIME, LIMIT, OUT, WRONG_FROM_START) \
     P(CURRENT_RANGE,    AT(OFF) | AT(CATCH), BOTH, RIDES | OPENS, "current_gain", ANY_TIME, LIMIT, FOLLOWS | OUT, SHOWS_IN_CHANGES) \
-    P(CURRENT_RANGE,    AT(OFF),    SENSORLESS, OPENS, "current_gain", 0.5, LIMIT, OUT, "the current of the alignment rises within some ms") \
+    P(CURRENT_RANGE,    AT(OFF),    SENSORLESS, OPENS, "current_gain", 0.5, LIMIT, OUT, "the current of the alignment rises within some milliseconds") \
     P(CURRENT_INVERSE,  EVERYWHERE, BOTH, NEVER, "", ANY_TIME, LIMIT, OUT, WRONG_FROM_START) \
     P(CURRENT_INVERSE,  AT(OFF) | AT(CATCH), BOTH, OPENS, "overcurrent current_gain", SOON, LIMIT, OUT, "") \
     P(CURRENT_INVERSE,  AT(CATCH),  MATRIX_ENCODER_L, OPENS, "overcurrent current_gain", ANY_TIME, LIMIT, OUT, HELD_BY_DEAD_TIME) \
@@ -237,7 +237,7 @@
     P(GAIN_A,           EVERYWHERE, SENSORLESS, RIDES | CATCHES | OPENS, "current_gain lock_lost", ANY_TIME, LIMIT, FOLLOWS | OUT, SHOWS_IN_CHANGES) \
     P(GAIN_A,           EVERYWHERE, ENCODER, RIDES | OPENS, "current_gain encoder_mismatch", ANY_TIME, LIMIT, FOLLOWS | OUT, SHOWS_IN_CHANGES "; " CONTRADICTS) \
     P(OFFSET_A,         EVERYWHERE, SENSORLESS, RIDES | CATCHES | OPENS, "lock_lost", ANY_TIME, LIMIT, FOLLOWS | OUT, HIDES_IN_DEAD_TIME) \
-    P(OFFSET_A,         AT(ALIGN) | AT(RAMP), SENSORLESS, RIDES | CATCHES | OPENS, "lock_lost start_unlocked", ANY_TIME, LIMIT, FOLLOWS | OUT, "2 A make 3.7 V of EMF that stands (theory 14), beside the 4 to 8 V of 50 to 100 r/min: a start may find no lock, and says so") \
+    P(OFFSET_A,         AT(ALIGN) | AT(RAMP), SENSORLESS, RIDES | CATCHES | OPENS, "lock_lost start_unlocked", ANY_TIME, LIMIT, FOLLOWS | OUT, "2 A cause a constant 3.7 V in the EMF (docs/theory.md, 14), compared with 4 to 8 V at 50 to 100 r/min: a start may not lock, and reports it") \
     P(OFFSET_A,         EVERYWHERE, ENCODER, RIDES | OPENS, "encoder_mismatch", ANY_TIME, LIMIT, FOLLOWS | OUT, HIDES_IN_DEAD_TIME "; " CONTRADICTS) \
     P(OFFSET_A,         AT(OFF),    BOTH, OPENS | REFUSES, "current_offset", SOON, LIMIT, OUT, "") \
     P(NOISE_BURST,      EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
@@ -258,11 +258,11 @@
     P(SWAP_PHASES,      EVERYWHERE, BOTH, NEVER, "", ANY_TIME, LIMIT, OUT, WRONG_FROM_START) \
     P(SWAP_PHASES,      AT(CATCH),  ENCODER, OPENS, "encoder_direction", 0.5, LIMIT, OUT, "") \
     P(SWAP_PHASES,      AT(OFF),    ENCODER, OPENS, "runaway stalled", 3.0, LIMIT, OUT, HELD_IN_PLACE) \
-    P(SWAP_PHASES,      AT(OFF) | AT(CATCH), SENSORLESS, RIDES, "", ANY_TIME, LIMIT, STRAYS, "it turns in the other direction: without the encoder this cannot be detected") \
-    P(OPEN_SWITCH_A,    EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON_IN_ITS_HALF, LIMIT, OUT, "it carries for half of a turn") \
+    P(SWAP_PHASES,      AT(OFF) | AT(CATCH), SENSORLESS, RIDES, "", ANY_TIME, LIMIT, STRAYS, "the motor turns in the other direction: without the encoder this cannot be detected") \
+    P(OPEN_SWITCH_A,    EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON_IN_ITS_HALF, LIMIT, OUT, "the switch is needed in half of each electrical turn only") \
     P(OPEN_SWITCH_A,    AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_SWITCH_A,    AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
-    P(OPEN_SWITCH_B,    EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON_IN_ITS_HALF, LIMIT, OUT, "it carries for half of a turn") \
+    P(OPEN_SWITCH_B,    EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON_IN_ITS_HALF, LIMIT, OUT, "the switch is needed in half of each electrical turn only") \
     P(OPEN_SWITCH_B,    AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_SWITCH_B,    AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
     P(SHORT_SWITCH_A,   EVERYWHERE, BOTH, OPENS, "module_fault", AT_ONCE, LIMIT, OUT, "") \
@@ -287,20 +287,20 @@
     P(OVERLOAD,         EVERYWHERE, ENCODER, OPENS, "stalled", 4.0, LIMIT, STANDS, "the rotor runs down, then stall_time") \
     P(OVERLOAD,         AT(FORCED), SENSORLESS, OPENS | RIDES, "start_stalled", 8.0, LIMIT, STANDS | STRAYS, HIDDEN_SLOW) \
     P(BRAKE,            EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
-    P(BRAKE,            EVERYWHERE, MATRIX_SENSORLESS_L, RIDES | CATCHES, "", ANY_TIME, LIMIT, FOLLOWS, "a bare rotor is stopped within some 10 ms, and started again") \
+    P(BRAKE,            EVERYWHERE, MATRIX_SENSORLESS_L, RIDES | CATCHES, "", ANY_TIME, LIMIT, FOLLOWS, "the bare rotor is stopped within about 10 ms and started again") \
     \
     P(ENCODER_SLIPPED,  EVERYWHERE, ENCODER, OPENS, "encoder_jump", SOON, LIMIT, OUT, "") \
     P(ENCODER_SLIPPED,  AT(OFF),    ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "without current and motion it cannot be detected") \
     P(ENCODER_SLIPPED,  EVERYWHERE, SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \
-    P(ENCODER_SLIPS,    EVERYWHERE, ENCODER, OPENS, "encoder_mismatch runaway", SOON_IN_ITS_HALF, LIMIT, OUT, "the angle is right at first; after a third of a turn it is 36 degrees off") \
-    P(ENCODER_SLIPS,    AT(REVERSAL), ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "at zero speed nothing slips yet") \
+    P(ENCODER_SLIPS,    EVERYWHERE, ENCODER, OPENS, "encoder_mismatch runaway", SOON_IN_ITS_HALF, LIMIT, OUT, "the angle is correct at first; after a third of a turn it is wrong by 36 degrees") \
+    P(ENCODER_SLIPS,    AT(REVERSAL), ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "at zero speed there is no slip yet") \
     P(ENCODER_SLIPS,    AT(RUN_SLOW), MATRIX_ENCODER_L, OPENS, "encoder_mismatch runaway stalled", 3.0, LIMIT, OUT, STANDS_AT_ONCE) \
     P(ENCODER_SLIPS,    AT(OFF),    ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "without current and motion it cannot be detected") \
     P(ENCODER_SLIPS,    EVERYWHERE, SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \
     P(ENCODER_STANDS,   EVERYWHERE, ENCODER, OPENS, "encoder_mismatch", SOON, LIMIT, OUT, "") \
     P(ENCODER_STANDS,   AT(RUN_SLOW), MATRIX_ENCODER_H, OPENS, "encoder_mismatch", 21e-3, LIMIT, OUT, EIGHT_MS_OF_EMF) \
     P(ENCODER_STANDS,   AT(RUN_SLOW), MATRIX_ENCODER_L, OPENS, "encoder_mismatch stalled", 3.0, LIMIT, OUT, STANDS_AT_ONCE) \
-    P(ENCODER_STANDS,   AT(OFF) | AT(REVERSAL), ENCODER, OPENS, "encoder_mismatch stalled", 3.0, LIMIT, OUT, "a rotor that stands has an encoder that stands: a torque without motion is a stall, by its own time") \
+    P(ENCODER_STANDS,   AT(OFF) | AT(REVERSAL), ENCODER, OPENS, "encoder_mismatch stalled", 3.0, LIMIT, OUT, "at standstill a correct encoder does not turn either: torque without motion is reported as a stall, after its own time") \
     P(ENCODER_STANDS,   EVERYWHERE, SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \
     P(ENCODER_TRACK,    EVERYWHERE, ENCODER, OPENS, "encoder_mismatch", SOON, LIMIT, OUT, "") \
     P(ENCODER_TRACK,    AT(RUN_SLOW), MATRIX_ENCODER_H, OPENS, "encoder_mismatch", 21e-3, LIMIT, OUT, EIGHT_MS_OF_EMF) \
@@ -320,7 +320,7 @@
     P(ENCODER_REVERSED, AT(OFF) | AT(CATCH), SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \
     P(POLE_PAIRS,       EVERYWHERE, BOTH, NEVER, "", ANY_TIME, LIMIT, OUT, WRONG_FROM_START) \
     P(POLE_PAIRS,       AT(OFF) | AT(CATCH), ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "") \
-    P(POLE_PAIRS,       AT(OFF) | AT(CATCH), SENSORLESS, RIDES, "", ANY_TIME, LIMIT, STRAYS, "electrically all is right, mechanically it turns at 4/5 of the speed: without the encoder this cannot be detected") \
+    P(POLE_PAIRS,       AT(OFF) | AT(CATCH), SENSORLESS, RIDES, "", ANY_TIME, LIMIT, STRAYS, "the electrical values are correct, and the shaft turns at 4/5 of the speed: without the encoder this cannot be detected") \
     \
     P(DC_HIGH,          EVERYWHERE, BOTH, OPENS, "dc_overvoltage", AT_ONCE, LIMIT, OUT, "") \
     P(DC_LOW,           EVERYWHERE, BOTH, OPENS, "dc_undervoltage", 5e-3, LIMIT, OUT, "ride_through_time is 0 by default") \
@@ -330,7 +330,7 @@
     P(SUPPLY_LOST,      EVERYWHERE, BOTH, OPENS | STOPS, "dc_undervoltage", ANY_TIME, LIMIT, OUT, ONE_MILLIFARAD) \
     P(SUPPLY_LOST,      EVERYWHERE, BARE, RIDES | WARNS | OPENS | STOPS, "dc_undervoltage dc_limits", ANY_TIME, LIMIT, FOLLOWS | OUT, ONE_MILLIFARAD) \
     P(SUPPLY_LOST,      AT(OFF),    BOTH, RIDES | REFUSES | OPENS | STOPS, "dc_undervoltage", ANY_TIME, LIMIT, FOLLOWS | OUT, ONE_MILLIFARAD) \
-    P(SUPPLY_LOST,      AT(BRAKING), BOTH, RIDES | WARNS | OPENS | STOPS, "dc_undervoltage dc_limits", ANY_TIME, LIMIT, FOLLOWS | STRAYS | OUT, "braking must not overfill it: without a chopper no faster than losses take it") \
+    P(SUPPLY_LOST,      AT(BRAKING), BOTH, RIDES | WARNS | OPENS | STOPS, "dc_undervoltage dc_limits", ANY_TIME, LIMIT, FOLLOWS | STRAYS | OUT, "braking must not raise the link to its trip: without a chopper the drive brakes only as fast as the losses permit") \
     P(SUPPLY_BACK,      EVERYWHERE, BOTH, RIDES | WARNS | CATCHES | OPENS, "dc_undervoltage dc_limits", ANY_TIME, LIMIT, FOLLOWS | OUT, "1 mF may last for 0.3 s; ride_through_time is 0 by default") \
     P(DC_STUCK_HIGH,    EVERYWHERE, BOTH, OPENS, "dc_overvoltage", AT_ONCE, LIMIT, OUT, "") \
     P(DC_STUCK_LOW,     EVERYWHERE, BOTH, OPENS, "dc_undervoltage", 5e-3, LIMIT, OUT, "ride_through_time is 0 by default") \
@@ -339,13 +339,13 @@
     P(LATE,             EVERYWHERE, BOTH, OPENS, "late", AT_ONCE, LIMIT, OUT, "") \
     P(LATE,             AT(OFF),    BOTH, OPENS, "late", LATE_COMING_ON, LIMIT, OUT, "the gates come on first") \
     P(MISSING_SAMPLE,   EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
-    P(MISSING_SAMPLES,  EVERYWHERE, BOTH, RIDES | CATCHES | OPENS, "late", ANY_TIME, LIMIT, FOLLOWS | OUT, "1 ms of the last voltage: nothing can act meanwhile but the power module") \
+    P(MISSING_SAMPLES,  EVERYWHERE, BOTH, RIDES | CATCHES | OPENS, "late", ANY_TIME, LIMIT, FOLLOWS | OUT, "the last voltage stays for 1 ms, in which only the power module can act") \
     P(MISSING_SAMPLES,  AT(OFF),    BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     \
-    P(ESTIMATE_JUMP,    EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "control does not turn with the estimate, or a start forgets it") \
+    P(ESTIMATE_JUMP,    EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "control does not use the estimate, or a start resets it") \
     P(ESTIMATE_JUMP,    AT(RUN_SLOW) | AT(RUN_FAST) | AT(BRAKING), SENSORLESS, CATCHES, "", SOON, LIMIT, FOLLOWS, "") \
     P(ESTIMATE_JUMP,    AT(HANDOVER) | AT(CATCH), SENSORLESS, RIDES | CATCHES, "", SOON, LIMIT, FOLLOWS, "while control does not use the estimate yet, the loop is locked again") \
-    P(ESTIMATE_JUMP,    AT(REVERSAL), SENSORLESS, RIDES | CATCHES, "", 0.5, LIMIT, FOLLOWS, "at zero speed there is no EMF that could tell") \
+    P(ESTIMATE_JUMP,    AT(REVERSAL), SENSORLESS, RIDES | CATCHES, "", 0.5, LIMIT, FOLLOWS, "at zero speed there is no EMF that shows the fault") \
     \
     P(FLIP_FLASH,       EVERYWHERE, BOTH, OPENS, "program_corrupt", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND) \
     P(FLIP_CODE,        EVERYWHERE, BOTH, OPENS, "program_corrupt", ONE_CHECK, LIMIT, OUT, BY_THE_BACKGROUND) \

@@ -395,7 +395,7 @@ static bool said_once(const motor_sheet_t *sheet, scenario_error_t *error)
                               (both && family((motor_key_t)n) == family((motor_key_t)m));
             if (sheet->has[n] && sheet->has[m] && same && keys[n].quantity != MOTOR_FLUX) {
                 return scenario_fail(error, sheet->place[n], keys[n].name,
-                                     "%s says it already; accepted: one of the two", keys[m].name);
+                                     "%s gives the same quantity; accepted: one of the two", keys[m].name);
             }
         }
     }

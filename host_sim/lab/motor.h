@@ -77,11 +77,11 @@ typedef enum {
     K(rated_current_rms,      MOTOR_CURRENT,      1.4142135623730951,  "A",         0.1,   1e3,   "continuous, rms value of a phase") \
     K(rated_current_block,    MOTOR_CURRENT,      1.1026577908435842,  "A",         0.1,   1e3,   "continuous, through two phases, block commutation") \
     K(rated_speed,            MOTOR_SPEED,        1.0,                 UNITS_SPEED, 1.0,   7000.0, "mechanical, at rated torque") \
-    K(max_speed,              MOTOR_SPEED_MAX,    1.0,                 UNITS_SPEED, 1.0,   10000.0, "mechanical, that the rotor stands") \
+    K(max_speed,              MOTOR_SPEED_MAX,    1.0,                 UNITS_SPEED, 1.0,   10000.0, "mechanical, that the rotor withstands") \
     K(rated_torque,           MOTOR_TORQUE,       1.0,                 "N m",       1e-4,  1e3,   "continuous") \
-    K(link_voltage,           MOTOR_LINK,         1.0,                 "V",         5.0,   1000.0, "DC link that the winding is meant for") \
+    K(link_voltage,           MOTOR_LINK,         1.0,                 "V",         5.0,   1000.0, "DC link for which the winding is made") \
     K(inertia,                MOTOR_INERTIA,      1.0,                 "kg m^2",    1e-6,  1e3,   "of the rotor") \
-    K(load_inertia,           MOTOR_LOAD_INERTIA, 1.0,                 "kg m^2",    0.0,   1e3,   "of what it drives, at its shaft") \
+    K(load_inertia,           MOTOR_LOAD_INERTIA, 1.0,                 "kg m^2",    0.0,   1e3,   "of the driven machine, at the motor's shaft") \
     K(friction_coulomb,       MOTOR_COULOMB,      1.0,                 "N m",       0.0,   1e3,   "dry friction") \
     K(friction_viscous,       MOTOR_VISCOUS,      1.0,                 "N m s/rad", 0.0,   1e2,   "friction that grows with speed") \
     K(max_temperature,        MOTOR_TEMPERATURE,  1.0,                 "degC",      40.0,  250.0, "of the winding") \

@@ -41,7 +41,7 @@ static void tell_why(paper_row_t *row, const char *why_not)
     } else if (no && isinf(row->expected)) {
         snprintf(row->because, sizeof row->because, "because the claim does not hold for it");
     } else if (row->verdict == PAPER_NOT_REPRODUCED && isnan(row->paper)) {
-        snprintf(row->because, sizeof row->because, "because theory says %.4g within %.2g", row->expected,
+        snprintf(row->because, sizeof row->because, "because theory gives %.4g within %.2g", row->expected,
                  row->tolerance);
     } else if (no || row->verdict == PAPER_IN_KIND) {
         snprintf(row->because, sizeof row->because, "because %.190s", why_not);

@@ -750,7 +750,7 @@ static bool override_run(scenario_t *scenario, const char *name, const char *tex
         return false;
     }
     if (strcmp(name, "run.decimation") == 0) {
-        return scenario_fail(error, nowhere, name, "it is called run.every");
+        return scenario_fail(error, nowhere, name, "this key is now called run.every");
     }
     *known = strncmp(name, "run.", 4) == 0 || strncmp(name, "start.", 6) == 0;
     if (*known) {

@@ -387,7 +387,7 @@ static bool read_run(const reading_t *reading, const toml_entry_t *top)
     const toml_entry_t *old =
         reading_is_type(reading, run, TOML_TABLE) ? reading_find(reading, run, "decimation") : NULL;
     if (old != NULL) {
-        return scenario_fail(reading->error, reading_place(old), old->key, "it is called every");
+        return scenario_fail(reading->error, reading_place(old), old->key, "this key is now called every");
     }
     if (!reading_is_type(reading, run, TOML_TABLE) ||
         !reading_only_keys(reading, run, "duration|seed|record|every", "duration, seed, record, every")) {
@@ -823,7 +823,7 @@ static bool read_sheet(const reading_t *reading, const toml_entry_t *motor, moto
     const toml_entry_t *file = reading_find(reading, motor, "file");
     if (name != NULL && file != NULL) {
         return scenario_fail(reading->error, reading_place(file), "file",
-                             "name says it already; accepted: one of the two");
+                             "name gives the motor already; accepted: one of the two");
     }
     if ((name != NULL && (!reading_is_text(reading, name, false) ||
                           !motor_read_library(name->text, sheet, reading->error))) ||
@@ -941,10 +941,11 @@ static bool read_limits(const reading_t *reading, const toml_entry_t *entry, sce
     if (expect->at_least > expect->at_most) {
         char low[UNITS_TEXT_SIZE];
         char high[UNITS_TEXT_SIZE];
-        return scenario_fail(reading->error, reading_place(at_least), "at_least",
-                             "%s is above at_most, %s: no value is both",
-                             units_row_text(low, expect->at_least, expect->row),
-                             units_row_text(high, expect->at_most, expect->row));
+        return scenario_fail(
+            reading->error, reading_place(at_least), "at_least",
+            "%s is above at_most, %s, so that no value satisfies both; accepted: at_least up to at_most",
+            units_row_text(low, expect->at_least, expect->row),
+            units_row_text(high, expect->at_most, expect->row));
     }
     return true;
 }

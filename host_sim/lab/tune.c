@@ -664,8 +664,11 @@ bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error)
     take_current(tune, &g);
     take_speed(motor, tune, &g);
     if (g.speed < 1.0) {
-        return scenario_fail(error, (scenario_place_t){0u, 0u}, "motor",
-                             "a link of %.4g V does not even carry R I, %.4g V", g.link, g.r * tune->current);
+        return scenario_fail(
+            error, (scenario_place_t){0u, 0u}, "motor",
+            "a link of %.4g V is too low: R I at %.4g A is %.4g V of a phase; accepted: a higher "
+            "link_voltage, or a smaller rated current",
+            g.link, tune->current, g.r * tune->current);
     }
     tune->link = g.link;
     if (g.l_q < WINDING_LEAST * T_S * g.r) {

@@ -267,7 +267,7 @@ bool master_fail_result(const master_t *master, master_error_t *error, const cha
         {0x20, "the drive does not know this command"},
         {0x21, "the drive finds the command malformed"},
         {MASTER_OUT_OF_RANGE, "the drive has nothing at this address, or the value is out of its range"},
-        {MASTER_PROTECTED, "it is shown, not set"},
+        {MASTER_PROTECTED, "it can be read, but not set"},
         {0x24, "access denied"},
         {MASTER_LOCKED,
          "the drive is locked by its line_key: it can be read; to write, connect with --key KEY"},
@@ -452,7 +452,8 @@ bool master_set(master_t *master, const table_row_t *row, double value, master_e
         return false;
     }
     if (row->access == TABLE_READ) {
-        return master_fail(error, "%s: it is shown, not set", row->name);
+        return master_fail(
+            error, "%s: it can be read, but not set; accepted: parameters, requests and services", row->name);
     }
     if (!master_bits_of(row, value, &bits)) {
         return fail_range(row, value, error);
@@ -462,8 +463,9 @@ bool master_set(master_t *master, const table_row_t *row, double value, master_e
     const int result = master_asked(master, question, NULL, NULL);
     if (result == MASTER_OUT_OF_RANGE) {
         char given[RIG_NUMBER_SIZE];
-        return master_fail(error, "%s %s: refused; it does not go with the other values", row->name,
-                           rig_value_text(given, value));
+        return master_fail(error,
+                           "%s %s: refused, because the value contradicts the other values of its table",
+                           row->name, rig_value_text(given, value));
     }
     if (result != MASTER_OK) {
         return master_fail_result(master, error, row->name, result);

@@ -113,8 +113,7 @@ bool plant_params_check(const plant_params_t *params, plant_params_error_t *why)
             return refuse(why, row, *value, 0.0, "a switch of open_switches can not be shorted as well");
         }
         if (value == &params->supply_lost && *value != 0.0 && params->dc_capacitance == 0.0) {
-            return refuse(why, row, *value, 0.0,
-                          "a link that lives without a supply needs dc_capacitance above 0");
+            return refuse(why, row, *value, 0.0, "a link without a supply needs dc_capacitance above 0");
         }
     }
     return shaft_resolved(params, why);

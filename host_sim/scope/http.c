@@ -376,13 +376,15 @@ static void serve(http_t *http, uint32_t client, char *head, const char *body)
     char mark[8], method[8], path[128], version[16];
     if (sscanf(head, "%7s %127s %15s", method, path, version) != 3 || strncmp(version, "HTTP/1.", 7) != 0 ||
         path[0] != '/' || (strcmp(method, "GET") != 0 && strcmp(method, "POST") != 0)) {
-        refuse(http, client, 400, "no request that is understood here\n");
+        refuse(http, client, 400,
+               "the request is not understood; accepted are the requests of the scope's page\n");
         return;
     }
     const bool post = strcmp(method, "POST") == 0;
     const char *rest = behind_token(http, path);
     if (!is_own_page(http, head) || (post && !header(head, "X-Lagless", mark, sizeof mark))) {
-        refuse(http, client, 403, "only the page of this server has access\n");
+        refuse(http, client, 403,
+               "only the page of this server has access: open the address that `lagless scope` printed\n");
         return;
     }
     if (rest == NULL) {
@@ -406,7 +408,7 @@ static bool serve_next(http_t *http, uint32_t number)
     }
     if (end == NULL) {
         if (client->in_count >= HTTP_HEAD_MAX) {
-            refuse(http, number, 413, "too long\n");
+            refuse(http, number, 413, "the request is too long\n");
         }
         return false;
     }
@@ -414,7 +416,7 @@ static bool serve_next(http_t *http, uint32_t number)
     end[2] = '\0'; /* the head keeps the end of its last line */
     const long length = body_length(client->in);
     if (length < 0 || head_size + (size_t)length > HTTP_HEAD_MAX) {
-        refuse(http, number, 413, "too long\n");
+        refuse(http, number, 413, "the request is too long\n");
         return false;
     }
     const size_t whole = head_size + (size_t)length;

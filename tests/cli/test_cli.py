@@ -260,7 +260,7 @@ class CommandLine(TestCase):
         self.assertEqual(("opens", "bad_sample", "stands", 300), tuple(cell["seen"][key] for key in (
             "reaction", "reason", "rotor", "reference_rpm")))
         never = json.loads(lagless("matrix", "--cell", "stuck_a_rail/ramp/encoder", "--json").stdout)["cells"][0]
-        self.assertEqual(("never", True), (never["verdict"], "nothing but run" in never["because"]))
+        self.assertEqual(("never", True), (never["verdict"], "only the manoeuvre run" in never["because"]))
 
     def test_matrix_tells_share_and_seed(self):
         done = lagless("matrix", "--share", "0.2", "--seed", "7", "--json")
@@ -306,7 +306,7 @@ class CommandLine(TestCase):
     def test_wrong_use_gives_2_and_says_what_is_accepted(self):
         path = self.scenario()
         self.refuses(
-                ([], "Usage"), (["rnu"], "did you mean run?"), (["demo"], "lagless run encoder_speed_profile", "tools/demo"), (["run"], "which scenario"),
+                ([], "Usage"), (["rnu"], "did you mean run?"), (["demo"], "lagless run encoder_speed_profile", "tools/demo"), (["run"], "no scenario is given; accepted: "),
                 (["run", "load_stpe"], "did you mean load_step?"), (["run", path, "--seed", "-1"], "whole numbers 0 to"),
                 (["run", path, "--set", "inertai=1"], "inertia"),
                 (["run", path, "--record", "i_q"], "--out"), (["run", path, "--out", self.folder, "--record", "i_qq"], "i_q"),
@@ -320,9 +320,9 @@ class CommandLine(TestCase):
                 (["campaign", "--seed", "-1"], "accepted whole numbers"), (["campaign", "--seconds", "0.01"], "0.1 to 3600"),
                 (["campaign", "--seconds", "2x"], "0.1 to 3600"), (["campaign", "--shard", "0/2"], "accepted I/N"),
                 (["campaign", "--shard", "3/2"], "accepted I/N"), (["campaign", "--shard", "1"], "accepted I/N"),
-                (["campaign", "--runs", "3", "--shard", "1/4"], "at most as many as runs, 3"),
-                (["campaign", "--resume"], "--out FOLDER"), (["campaign", "split"], "accepted merge FOLDER..."),
-                (["campaign", "merge"], "of which folders?"), (["campaign", "merge", "x", "--runs", "3"], "accepted are folders"),
+                (["campaign", "--runs", "3", "--shard", "1/4"], "more shards than runs; accepted: N up to 3"),
+                (["campaign", "--resume"], "--out FOLDER"), (["campaign", "split"], "accepted: `merge FOLDER...`, or none"),
+                (["campaign", "merge"], "no folder is given; accepted: "), (["campaign", "merge", "x", "--runs", "3"], "accepted are folders"),
                 (["campaign", "merge", "no_such"], "no_such/campaign.csv"),
                 (["map", "no_such"], "neither a file nor a scenario of the library; `lagless scenarios` lists them"),
                 (["matrix", "--only", "xyz"], "no such fault; accepted: "), (["map", "--adaptation", "x"], "accepted off, on, both"),
@@ -331,13 +331,13 @@ class CommandLine(TestCase):
                 (["map", "--speeds", ""], "accepted"), (["map", "--speeds", "nan"], "accepted"),
                 (["map", "--speeds", "200,100,200"], "200 is given twice"),
                 (["map", "--speeds", ",".join(str(n) for n in range(100, 117))], "at most 16"),
-                (["matrix", "x"], "no argument"), (["matrix", "--only", "stuck_a_zro"], "did you mean stuck_a_zero?"),
+                *(([command, "x"], "x: no argument is expected") for command in ("matrix", "reference", "man", "scenarios")), (["help", "rnu"], "did you mean run?"), (["matrix", "--only", "stuck_a_zro"], "did you mean stuck_a_zero?"),
                 (["matrix", "--cell", "stuck_a"], "no cell is selected"), (["matrix", "--share", "0"], "above 0 to 100"),
                 (["matrix", "--share", "101"], "above 0 to 100"), (["matrix", "--share", "5", "--seed", "-1"], "whole numbers"),
                 (["matrix", "--seed", "3"], "--share"),
                 (["paper", "fig99"], "known are fig04 fig05"), (["paper", "fig13", "fig1"], "fig1: no such figure"),
                 (["paper", "beyond_sped"], "did you mean beyond_speed"), (["paper", "--seed"], "--help"),
-                (["serve", "nosuch"], "neither a file nor"), (["serve"], "which scenario?"), (["serve", "a", "b"], "b: a second scenario; accepted is one"),
+                (["serve", "nosuch"], "neither a file nor"), (["serve"], "no scenario is given"), (["serve", "a", "b"], "b: a second scenario; accepted is one"),
                 (["serve", "bare_motor", "--port", "65536"], "0 to 65535"), (["serve", "bare_motor", "--port", "x"], "0 to 65535"),
                 (["serve", "bare_motor", "--until", "soon"], "accepted"), (["serve", "bare_motor", "--until", "-1"], "accepted"),
                 (["serve", "bare_motor", "--free", "--realtime"], "one of them"),
@@ -450,6 +450,11 @@ class CommandLine(TestCase):
         self.assertRegex(version, r"^lagless \d+\.\d+\.\d+\n$")
         for command in ("run", "explain", "params"):
             self.assertEqual((0, version), (lagless(command, "--version").returncode, lagless(command, "--version").stdout))
+
+    def test_help_is_a_command_too(self):
+        for short, long in ((["help"], ["--help"]), (["help", "run"], ["run", "--help"])):
+            self.expect(0, lagless(*short))
+            self.assertEqual(lagless(*long).stdout, lagless(*short).stdout)
 
     def test_params_and_signals_list_the_rows_with_a_word_in_name_text_or_unit(self):
         def names(*arguments):

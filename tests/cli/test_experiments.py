@@ -159,7 +159,7 @@ class Test(command_line.TestCase):
     def test_what_a_for_goes_over_needs_no_point(self):
         row, = self.rows(self.GRID + claim("a", "sum(j for j, end)", 14.0)).values()
         self.assertEqual("holds", row["verdict"])
-        self.refused(self.GRID + claim("a", "sum(j for j)", 7.0), "[[claim]]", "it says nothing of the sweep end", 'at = {end = "low"}')
+        self.refused(self.GRID + claim("a", "sum(j for j)", 7.0), "[[claim]]", "it names no point of the sweep end", 'at = {end = "low"}')
 
     def test_lost_runs_are_counted_and_stop_no_claim(self):
         text = self.GRID + '[[expect]]\nsignal = "plant.load_torque"\nstatistic = "max"\nat_most = "8 N m"\n'
@@ -335,7 +335,7 @@ class Test(command_line.TestCase):
                 (table.replace('value = "j"', 'sweep = "k"').replace('unit = "kg m^2", ', ""), "column = ", ('no sweep is called "k"', "j, end")),
                 (table.replace(', value = "j"', ""), "column = ", ("unit and value, or sweep",)),
                 (table.replace('value = "j"', 'value = "k"'), "column = ", ("of the column J", '"k" is no number')),
-                (table.replace("column = [", "column = [] #"), "[table]", ("they are 0", "1 to 16")),
+                (table.replace("column = [", "column = [] #"), "[table]", ("there are 0 columns", "1 to 16")),
                 (table + '[trace]\ncolumn = [{name = "load", signal = "plant.load_torque"}]\n', "[table]", ("the file has a [trace]", "one of them")),
                 (let.replace("mine", '"5 N m"'), '"5 N m" =', ("no plain word",)),
                 (let.replace("mine =", "lost ="), "lost = ", ("lost", "means something in expressions already")),
@@ -389,7 +389,7 @@ class Test(command_line.TestCase):
         self.expect(1, self.lagless("run", "found/run-000000.toml"), "never fast")
         self.expect(2, self.lagless("campaign", "merge", "found"), "--scenario")
         self.expect(1, self.lagless("campaign", "--scenario", path, "merge", "found"))
-        self.expect(2, self.lagless("campaign", "--scenario", path, "--seconds", "1"), "not with --scenario")
+        self.expect(2, self.lagless("campaign", "--scenario", path, "--seconds", "1"), "--seconds cannot be used with --scenario")
         text = self.read("found/run-000000.toml")
         self.assertIn("plant.load_torque = 2", text)
         self.assertIn("at_most", text)

@@ -29,7 +29,7 @@ class Motors(TestCase):
     def test_an_unknown_motor_is_told_with_the_nearest_and_a_short_file_with_what_is_missing(self):
         path = self.write("short.toml", "pole_pairs = 4\nresistance = 1\n")
         self.refuses((["motors", "teknik-m2310p-ln-04k"], "nearest: teknic-m2310p-ln-04k"),
-                     (["tune", "beckhoff"], "nearest: beckhoff-am8122, beckhoff-am8141"), (["tune"], "which motor?"),
+                     (["tune", "beckhoff"], "nearest: beckhoff-am8122, beckhoff-am8141"), (["tune"], "no motor is given"),
                      (["tune", os.path.join(self.folder, "none.toml")], "none.toml"),
                      (["tune", path], "short.toml", "missing: inductance", "rated_current_peak", "flux_linkage"))
 

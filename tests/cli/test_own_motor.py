@@ -88,6 +88,32 @@ class OwnMotor(TestCase):
         self.assertRegex(told, r"ripple \d\.\d A peak")
         self.assertNotRegex(told, r"\de[+-]\d|\d\.\d{4}")
 
+    def test_learning_does_not_disturb_a_motor_whose_test_signal_is_too_small(self):
+        """0.125 mH at 300 r/min: the EMF of the dither is below the errors of the dead time. At most 2 mrad more, as in the campaign."""
+        sheet = self.write("motor.toml", HUB.replace("7 A", "16 A"))
+        text = f"""schema = 1
+title = "hub"
+[motor]
+file = "{sheet}"
+[run]
+duration = "20 s"
+[plant]
+load_torque = "2.1 N m"
+[start]
+angle = 2
+[requests]
+enable = "on"
+speed_request = "300 r/min"
+[[measure]]
+signal = "theta_hat_err"
+statistic = "sd"
+from = "12 s"
+"""
+        path = self.write("hub.toml", text)
+        sd = [json.loads(lagless("run", path, "--json", "--set", "fidelity=averaged", *more).stdout)["measures"][0]["value"]
+              for more in ((), ("--set", "inductance_adaptation=0"))]
+        self.assertLess(sd[0], sd[1] + 2e-3)
+
     # ---- map
 
     def test_a_map_of_ones_own_motor_is_judged_by_what_the_drive_promises(self):
@@ -137,8 +163,10 @@ plant.dc_voltage = "270 V"
 
     def test_what_is_given_for_something_else_is_told_what_it_is(self):
         path = self.write("motor.toml", SERVO)
-        for command in ("run", "map", "bench"):
+        for command in ("run", "map", "bench", "paper"):
             self.expect(2, lagless(command, path), "is a motor: `lagless tune", "--write my.toml`")
+        for text in ("", "schema = 1\n", "schema = 2\n", 'schema = 2\n[motor]\nname = "liu-2019"\n'):
+            self.assertNotIn("is a motor", self.expect(2, lagless("run", self.write("none.toml", text)), "none.toml:1:1: ").stderr)
         motor = self.write("quick.toml", SERVO.replace("17 mH", "0.5 mH"))
         path = self.scenario()
         self.refuses((["tune", path], "is a scenario without [motor]: `lagless run"),

@@ -50,6 +50,14 @@ class Values(TestCase):
         self.expect(2, lagless("run", path), "a.toml:4:14: duration: not TOML", 'a value with a unit is a text in quotes, "1.5 s"')
 
 
+    def test_a_row_has_both_its_names_wherever_it_is_set(self):
+        """With its table or without."""
+        event = '[[at]]\ntime = "0.1 s"\n%s = 5\n'
+        for row in ("speed_request", "requests.speed_request"):
+            self.expect(0, lagless("run", self.scenario(event % row), "--set", row + "=3"))
+            self.expect(0, lagless("run", self.scenario(Profiles.COURSE % (row, 1, 2)), "--record", row, "--out", self.folder, "--force"))
+
+
 class Profiles(TestCase):
     COURSE = '[[profile]]\nrow = "%s"\npoints = [["0 s", %s], ["0.1 s", %s]]\n'
 

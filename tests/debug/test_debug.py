@@ -306,8 +306,9 @@ class ManoeuvreTest(unittest.TestCase):
         self.assertEqual(where, again)
 
     def test_until_manoeuvre_waits_for_the_next_beginning_of_one_that_is_under_way(self):
-        _, text = session("until-manoeuvre align", "until-manoeuvre align", arguments=(str(self.ALIGNED + 100),))
+        _, text, unknown = session("until-manoeuvre align", "until-manoeuvre align", "until-manoeuvre foo", arguments=(str(self.ALIGNED + 100),))
         self.assertIn("the program ended without the manoeuvre align", text)
+        self.assertIn("no manoeuvre 'foo': off, catch, align", unknown)  # also when it has ended
 
 
 class LookTest(unittest.TestCase):

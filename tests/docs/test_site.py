@@ -58,6 +58,7 @@ class Site(unittest.TestCase):
 
     def test_it_is_made_without_a_warning(self):
         self.assertEqual(self.done.returncode, 0, self.done.stdout)
+        self.assertRegex((ROOT / "README.md").read_text(encoding="utf-8"), r"`tools/site`[^.;]*`tools/setup` installs")
 
     def test_every_document_is_a_page_and_in_the_menu(self):
         documents = sorted(path.stem for path in (ROOT / "docs").glob("*.md") if path.name != "README.md")

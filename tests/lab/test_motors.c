@@ -479,7 +479,7 @@ static void test_a_motor_or_a_profile_that_is_none_is_refused_where_it_stands(vo
         {HEAD "[motor]\npole_pairs = 4\nresistance = \"1 H\"\n", "ohm", 7u},
         {HEAD "[motor]\npole_pairs = 4\nresistanc = 1\n", "nearest: resistance", 7u},
         {HEAD "[motor]\npole_pairs = 4\n", "missing: resistance", 5u},
-        {HEAD "[motor]\nname = \"liu-2019\"\nresistance = \"90 ohm\"\n", "does not even carry R I", 5u},
+        {HEAD "[motor]\nname = \"liu-2019\"\nresistance = \"90 ohm\"\n", "311 V is too low: R I at ", 5u},
         {HEAD "motor = 4\n", "no such key", 5u},
         {"motor = 4\n" HEAD, "a table", 1u},
         {HEAD "[[profile]]\npoints = [[0, 1]]\n", "row", 5u},

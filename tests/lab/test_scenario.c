@@ -369,7 +369,7 @@ static void test_a_wrong_override_says_what_is_accepted_and_changes_nothing(void
         {"run.duration=2 h", "quantity in s"},
         {"run.duration=0", "0 s is outside its range; accepted: 0.0001 to 3600 s"},
         {"run.durration=1", "nearest: run.duration"},
-        {"run.decimation=5", "it is called run.every"},
+        {"run.decimation=5", "now called run.every"},
         {"start.sped=1", "nearest: start.speed"},
     };
     given(RUN);

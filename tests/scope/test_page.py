@@ -198,6 +198,7 @@ class Bench:
         self.wait("scope.state.choice.signals.length === 7 && scope.ring.total > 1000", "seven signals")
         self.click("#chosen li:last-child button")
         self.wait("scope.state.choice.signals.length === 6 && scope.ring.total > 1000", "six signals")
+        self.wait("!document.getElementById('dither').hidden", "the hint that explains the alternating i_d")
 
     def triggers_on_a_load_step(self):
         self.pick("#window", "500 ms")

@@ -39,12 +39,19 @@ def table_rows(table):
     return [value["rows"][n] for n in range(int(value["count"]))]
 
 
+known_choices = {}  # of a program that has ended the texts cannot be read
+
+
 def choices(table, row_name):
     """Names of the values of an enumerated row, from 0 on; [] if there is no such row."""
-    for row in table_rows(table):
-        if text_at(row["name"]) == row_name:
-            return text_at(row["choices"]).split("|")
-    return []
+    key = table, row_name
+    if key not in known_choices or gdb.selected_inferior().pid != 0:
+        try:
+            known_choices[key] = next((text_at(row["choices"]).split("|") for row in table_rows(table) if text_at(row["name"]) == row_name), [])
+        except gdb.MemoryError:
+            if key not in known_choices:
+                raise gdb.GdbError("the program has ended, and its tables cannot be read: 'period 0' starts it again") from None
+    return known_choices[key]
 
 
 def choice(table, row_name, value):

@@ -211,7 +211,7 @@ def both_panels(drawn, scales, others):
 
 
 def difference_panels(drawn, scales, others, differing):
-    """B less A, of the rows that differ and are no bands."""
+    """B minus A, of the rows that differ and are no bands."""
     panels = []
     for panel in drawn.panels:
         traces = []
@@ -222,7 +222,7 @@ def difference_panels(drawn, scales, others, differing):
                 drawn.data.units[name] = drawn.data.units[trace.column]
                 traces.append(dataclasses.replace(trace, column=name, dashed=False, limit=False, wraps=0.0))
         if traces:
-            panels.append(Panel(panel.ylabel.replace(" [", ", B less A ["), traces, "error", panel.height))
+            panels.append(Panel(panel.ylabel.replace(" [", ", B minus A ["), traces, "error", panel.height))
     return panels
 
 
@@ -274,11 +274,11 @@ def draw(look, comparison, report):
         import drive_page
         import page
         png = pictures.get("")
-        sections = [drive_page.plot_section("both", "Both: A drawn through, B dashed", [], [] if png else
+        sections = [drive_page.plot_section("both", "Both recordings: A solid, B dashed", [], [] if png else
                                             page.plots([both.layout("both")], both.data), "", png)]
         if both.apart and not png:
-            sections.append(drive_page.plot_section("apart", "B less A", [], page.plots([both.differences("apart")], both.data), "", None))
-        sections.insert(0, f'<section id="differences"><h2>What differs</h2><pre>{page.escape(chr(10).join(report))}</pre></section>')
+            sections.append(drive_page.plot_section("apart", "B minus A", [], page.plots([both.differences("apart")], both.data), "", None))
+        sections.insert(0, f'<section id="differences"><h2>Differences</h2><pre>{page.escape(chr(10).join(report))}</pre></section>')
         lead = (f"<b>A</b>: {page.escape(comparison.a.path)}. {page.escape(drive_page.about(comparison.a))}<br>"
                 f"<b>B</b>: {page.escape(comparison.b.path)}. {page.escape(drive_page.about(comparison.b))}")
         return drive_page.write(folder / "compare.html", title, lead, sections)

@@ -34,37 +34,37 @@ class Kind:
 REFERENCE, LIMIT, TURNS = {"dashed": True}, {"dashed": True, "limit": True}, {"wraps": math.pi}
 PANELS = (
     Kind("speed", "r/min", RPM, {
-        "omega_m": ("drive's", ORANGE, {}), "true_omega_m": ("true", BLUE, {}),
+        "omega_m": ("used by the drive", ORANGE, {}), "true_omega_m": ("true", BLUE, {}),
         "omega_m_ref": ("reference", BLACK, REFERENCE)}, "rad/s"),
     Kind("torque", "N m", 1.0, {
         "true_torque": ("motor", GREEN, {}), "load_torque": ("load", BLACK, REFERENCE)}),
     Kind("current", "A", 1.0, {
         "true_i_q": ("true i_q", SKY, {}), "true_i_d": ("true i_d", AMBER, {}), "i_q": ("i_q", BLUE, {}), "i_d": ("i_d", ORANGE, {}),
         "i_q_ref": ("i_q reference", BLACK, REFERENCE), "i_d_ref": ("i_d reference", GREY, REFERENCE),
-        "i_q_upper": ("limit of i_q", RED, LIMIT), "i_q_lower": ("lower limit", RED, LIMIT)}, height=1.2),
+        "i_q_upper": ("upper limit of i_q", RED, LIMIT), "i_q_lower": ("lower limit of i_q", RED, LIMIT)}, height=1.2),
     Kind("phase current", "A", 1.0, {
         "true_i_a": ("true i_a", BLUE, {}), "true_i_b": ("true i_b", ORANGE, {}), "true_i_c": ("true i_c", GREEN, {}),
         "i_a": ("measured i_a", PURPLE, {}), "i_b": ("measured i_b", AMBER, {}), "i_c": ("measured i_c", SKY, {}),
         "overcurrent_trip": ("overcurrent_trip", RED, LIMIT), "overcurrent_trip-": ("-overcurrent_trip", RED, LIMIT)}),
     Kind("voltage", "V", 1.0, {
         "u_q_ref": ("u_q reference", SKY, {}), "u_d_ref": ("u_d reference", AMBER, {}), "u_q": ("u_q", BLUE, {}), "u_d": ("u_d", ORANGE, {}),
-        "u_length": ("length of both", GREY, {}), "u_limit": ("limit, u_dc/√3", RED, LIMIT)}),
+        "u_length": ("length of the vector", GREY, {}), "u_limit": ("limit u_dc/√3", RED, LIMIT)}),
     Kind("DC link", "V", 1.0, {
         "true_u_dc": ("true", SKY, {}), "u_dc": ("measured", BLUE, {}), "dc_swing": ("swing in 20 ms", ORANGE, {}),
         "dc_overvoltage": ("dc_overvoltage", RED, LIMIT), "dc_undervoltage": ("dc_undervoltage", RED, LIMIT)}, height=0.7),
     Kind("angle error", "mrad", 1e3, {
-        "theta_hat_err": ("estimator's", ORANGE, {"wraps": 1e3 * math.pi}),
-        "theta_err": ("of the angle in use", BLUE, {"wraps": 1e3 * math.pi})}, "rad", "error", 1.2),
+        "theta_hat_err": ("of the estimate", ORANGE, {"wraps": 1e3 * math.pi}),
+        "theta_err": ("of the angle that the drive uses", BLUE, {"wraps": 1e3 * math.pi})}, "rad", "error", 1.2),
     Kind("electrical angle", "rad", 1.0, {
-        "true_theta_e": ("true", BLUE, TURNS), "theta_e": ("drive's", ORANGE, TURNS),
-        "theta_hat": ("estimator's", GREEN, TURNS), "frame_theta_e": ("of the active frame", PURPLE, TURNS),
-        "encoder_theta_e": ("encoder's", SKY, TURNS)}),
+        "true_theta_e": ("true", BLUE, TURNS), "theta_e": ("used by the drive", ORANGE, TURNS),
+        "theta_hat": ("estimated", GREEN, TURNS), "frame_theta_e": ("of the active frame", PURPLE, TURNS),
+        "encoder_theta_e": ("encoder", SKY, TURNS)}),
     Kind("electrical speed", "rad/s", 1.0, {
-        "true_omega_e": ("true", BLUE, {}), "omega_e": ("drive's", ORANGE, {}), "omega_hat": ("estimator's", GREEN, {}),
-        "omega_smooth": ("its smooth part", PURPLE, {}), "encoder_omega_e": ("encoder's", SKY, {})}),
+        "true_omega_e": ("true", BLUE, {}), "omega_e": ("used by the drive", ORANGE, {}), "omega_hat": ("estimated", GREEN, {}),
+        "omega_smooth": ("estimated, smooth", PURPLE, {}), "encoder_omega_e": ("encoder", SKY, {})}),
     Kind("back-EMF", "V", 1.0, {
         "e_alpha": ("alpha", BLUE, {}), "e_beta": ("beta", ORANGE, {}), "e_hat_alpha": ("observed alpha", SKY, {}),
-        "e_hat_beta": ("observed beta", AMBER, {}), "e_amplitude": ("length", GREEN, {})}),
+        "e_hat_beta": ("observed beta", AMBER, {}), "e_amplitude": ("length of the vector", GREEN, {})}),
     Kind("duty", "-", 1.0, {"duty_a": ("leg a", BLUE, {}), "duty_b": ("leg b", ORANGE, {}), "duty_c": ("leg c", GREEN, {})}),
 )
 FIRST_BANDS = ("state", "manoeuvre", "fault_reason", "warnings", "warnings_2", "refusal", "fault_present")
@@ -162,7 +162,7 @@ class Drawn:
                           for values in (self.data.columns[trace.column] for trace in panel.traces))
             if outside:
                 panel.range = [float(least - room), float(most + room)]
-                panel.note = "axis: locked, manoeuvre run"
+                panel.note = "axis scaled to the locked estimate in run"
 
     # ---- bands ----
 

@@ -9,7 +9,7 @@ from table import printed
 
 JUDGED = {"failed": ("✗", "bad", "failed"), "not_judged": ("?", "kind", "not judged"), "met": ("✓", "good", "met"),
           "measured": ("=", "", "measured")}
-MISSING_UPLOT = "Plots to zoom into are missing, for want of uPlot: run tools/get-uplot and draw it again."
+MISSING_UPLOT = "Plots with zoom are missing, because uPlot was not found: run tools/get-uplot and make the page again."
 
 
 def verdict(kind):
@@ -27,7 +27,7 @@ def verdict_section(notes):
     counts = "".join(f'<li class="{JUDGED[kind][1]}"><b>{sum(name == kind for name, _ in rows)}</b> {verdict(kind)}</li>'
                      for kind in JUDGED if any(name == kind for name, _ in rows))
     body = "".join(f"<tr>{cell('judged', verdict(name))}<td>{escape(text)}</td></tr>" for name, text in rows)
-    return (f'<section id="verdicts"><h2>What was expected</h2><ul class="counts">{counts}</ul>'
+    return (f'<section id="verdicts"><h2>Expectations</h2><ul class="counts">{counts}</ul>'
             f'<table class="judged-list"><tbody>{body}</tbody></table></section>')
 
 
@@ -51,15 +51,15 @@ def settings_section(recording, rows):
     def touched(name, value):
         default = rows.get(name, {}).get("default")
         return default is None or not math.isclose(value, default, rel_tol=1e-6, abs_tol=0.0)
-    head = ('<thead><tr><th>name</th><th class="number">value</th><th>unit</th><th class="number">default</th><th>what it is</th>'
+    head = ('<thead><tr><th>name</th><th class="number">value</th><th>unit</th><th class="number">default</th><th>meaning</th>'
             "</tr></thead>")
     first = setting_rows(recording, rows, touched)
     rest = setting_rows(recording, rows, lambda name, value: not touched(name, value))
     count = rest.count("<tr>")
     table = '<div class="wide"><table class="data">' + head + "<tbody>{}</tbody></table></div>"
     return ('<section id="settings"><h2>Settings at t = 0</h2>'
-            + (table.format(first) if first else "<p>All rows have their defaults.</p>")
-            + (f"<details><summary>the other {count}, at their defaults</summary>{table.format(rest)}</details>" if rest else "")
+            + (table.format(first) if first else "<p>All settings have their defaults.</p>")
+            + (f"<details><summary>the other {count} settings, at their defaults</summary>{table.format(rest)}</details>" if rest else "")
             + "</section>")
 
 
@@ -88,14 +88,14 @@ def verdict_line(notes):
     """How many of what was expected were met, for the page's head."""
     kinds = [name for key, name, _ in notes if key == "verdict"]
     parts = [f"{kinds.count(kind)} {verdict(kind)}" for kind in JUDGED if kind in kinds]
-    return f'<p><a href="#verdicts">Expected</a>: {", ".join(parts)}</p>' if parts else ""
+    return f'<p><a href="#verdicts">Expectations</a>: {", ".join(parts)}</p>' if parts else ""
 
 
 def about(recording):
     meta = recording.meta
     count = len(recording.time)
     span = f"{recording.time[0]:.9g} s to {recording.time[-1]:.9g} s"
-    parts = [f"{count} samples of {len(recording.units)} rows, {span}", f"ended: {meta.get('ended', '?')}"]
+    parts = [f"{count} samples of {len(recording.units)} signals, {span}", f"ended: {meta.get('ended', '?')}"]
     if meta.get("scenario"):
         parts.append(f"scenario {meta['scenario']}, seed {meta.get('seed', '?')}")
     return ". ".join((", ".join(parts), f"{meta.get('program', '?')}, commit {meta.get('commit', '?')}")) + "."
@@ -104,7 +104,7 @@ def about(recording):
 def write(path, title, lead, sections, alarms=(), how=""):
     library = page.uplot()
     ids = {"run": "Plots", "fault": "Fault", "verdicts": "Verdicts", "settings": "Settings", "scenario": "Scenario",
-           "differences": "Differences", "both": "Both", "apart": "B less A"}
+           "differences": "Differences", "both": "Both", "apart": "B minus A"}
     links = " ".join(f'<a href="#{name}">{text}</a>' for name, text in ids.items() if any(f'id="{name}"' in part for part in sections))
     text = string.Template((PARTS / "drive.html").read_text(encoding="utf-8")).substitute(
         title=escape(title), lead=lead, alarms="".join(alarms), links=links, sections="".join(sections),

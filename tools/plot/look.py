@@ -101,8 +101,7 @@ class Look:
         return drive_page.plot_section(name, heading, events, [] if png else page.plots([layout], drawn.data), data, png)
 
 
-HOW = ("Drag across a plot to zoom, double click to see all, click a name to hide it. Values are rounded to 1/20000 of each "
-       "trace's range or finer; the recording has them in full.")
+HOW = ("Values on this page are rounded to 1/20000 of each trace's range or finer; the recording has all digits.")
 
 
 def beside(recording):

@@ -90,7 +90,7 @@ def field(cell):
         return f'<span class="cell never" title="{name}: cannot occur: {escape(cell["because"])}">·</span>'
     letter = LETTERS.get(cell["seen"]["reaction"], "?")
     letter = letter.upper() if cell["verdict"] == "red" else letter
-    title = f'{name}\npromised: {escape(cell["promised"]["text"])}\nseen: {escape(cell["seen"]["text"])}'
+    title = f'{name}\npromised: {escape(cell["promised"]["text"])}\nobserved: {escape(cell["seen"]["text"])}'
     return f'<a class="cell {cell["verdict"]}" href="#{escape(anchor(cell))}" title="{title}">{letter}</a>'
 
 
@@ -114,8 +114,9 @@ def told(cell):
         what = f'<td colspan="2">{escape(cell["because"])}</td>'
     else:
         because = f'<br><small>{escape(cell["promised"]["because"])}</small>' if cell["promised"]["because"] else ""
-        by = f'<br><small>red by {escape(cell["red_by"])}</small>' if cell["red_by"] else ""
-        what = f'<td>{escape(cell["promised"]["text"])}{because}</td><td>{escape(cell["seen"]["text"])}{by}</td>'
+        by = f'<br><small>not as promised: {escape(cell["red_by"])}</small>' if cell["red_by"] else ""
+        what = (f'<td data-label="promised:">{escape(cell["promised"]["text"])}{because}</td>'
+                f'<td data-label="observed:">{escape(cell["seen"]["text"])}{by}</td>')
     name = " ".join(cell[key] for key in ("manoeuvre", "source", "shaft"))
     return (f'<tr id="{escape(anchor(cell))}"><td>{escape(name)}</td>'
             f'<td><span class="word {cell["verdict"]}">{WORDS[cell["verdict"]]}</span></td>{what}</tr>')
@@ -131,8 +132,8 @@ def sections(matrix):
             never = (f'<details><summary>cells that cannot occur</summary><table class="cells"><tbody>{never}</tbody></table>'
                      '</details>') if never else ""
             parts.append(f'<section id="{escape(fault["name"])}"><h2>{escape(fault["name"])}</h2><p>{escape(fault["text"])}</p>'
-                         '<table class="cells"><thead><tr><th>cell</th><th></th><th>promised</th><th>seen</th></tr></thead>'
-                         f'<tbody>{rows}</tbody></table>{never}</section>')
+                         '<div class="wide"><table class="cells"><thead><tr><th>cell</th><th></th><th>promised</th><th>observed</th></tr></thead>'
+                         f'<tbody>{rows}</tbody></table></div>{never}</section>')
     return "".join(parts)
 
 
@@ -150,11 +151,12 @@ def page(matrix, title):
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
             f'<title>{escape(title)}</title><style>{css}</style></head><body><h1>{escape(title)}</h1>'
             f'<p class="totals">{totals}</p>{drawn}'
-            '<p class="lead">Rows: what is injected. Columns: in which manoeuvre. Four fields each: with the encoder on the '
-            "paper's rig (h) and the bare motor (l), sensorless on both. A field has the letter of what the drive did: "
-            f'{letters}; large and red where that is not what it promised. A field leads to its numbers.</p>'
+            '<p class="lead">A row is an injected fault, a column the manoeuvre in which it occurs. Each place has four cells: with '
+            "the encoder on the paper's rig (shaft h) and on the bare motor (shaft l), then without encoder on h and l. The letter "
+            f'shows what the drive did: {letters}. A capital letter on red is a reaction that was not promised. Select a cell to '
+            'see its numbers.</p>'
             f'<div class="wide">{overview(matrix, places)}</div>'
-            f'<details><summary>the manoeuvres</summary><dl>{manoeuvres}</dl></details>{sections(matrix)}</body></html>\n')
+            f'<details><summary>meaning of the manoeuvres</summary><dl>{manoeuvres}</dl></details>{sections(matrix)}</body></html>\n')
 
 
 def main():

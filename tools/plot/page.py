@@ -358,11 +358,10 @@ def write(folder, manifest, drawn, tables):
     if not any(drawn.values()):
         how = ""
     elif library:
-        how = ("Below a picture are plots to zoom into, down to single lines of the CSV files: drag across one, double "
-               "click to see all. They show the flavour real, with values rounded to 1/20000 of each trace's range or "
-               "finer; the CSV files have them in full.")
+        how = ("Below each picture are the same traces with zoom, with real inverter and sensors. Their values are rounded to "
+               "1/20000 of each trace's range or finer; the CSV files have all digits.")
     else:
-        how = "Plots to zoom into are missing, for want of uPlot: run tools/get-uplot and make the report again."
+        how = "Plots with zoom are missing, because uPlot was not found: run tools/get-uplot and make the report again."
     sections = "".join(
         section(figure, [row for row in manifest["rows"] if row["figure"] == figure["id"]], folder,
                 drawn[figure["id"]] if library else [], tables[figure["id"]]) for figure in figures)

@@ -13,10 +13,11 @@
  *             or it has not changed for long, while another sensor's value has and p went up and down
  *     gain    of the new part of the change in a window, Dm against Dp:  g = sum Dm Dp/sum Dp^2  per sensor;
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one differs from another by more than GAIN_RATIO
- * and than the saliency of a rotor in any position explains loss    a phase for which a current is requested,
- * on a window's mean, with more voltage than the dead time may take, has nearly no current for some time,
- * while another carries some; or its voltage exceeds the effect of any rotor's flux sum     three sensors
- * whose currents do not add up to zero
+ *             and by more than the saliency of a rotor in any position explains
+ *     loss    a phase for which a current is requested, on a window's mean, with more voltage than the dead
+ *             time may take, has nearly no current for some time, while another carries some; or its voltage
+ *             exceeds the effect of any rotor's flux
+ *     sum     three sensors whose currents do not add up to zero
  *
  * Derivation, margins and undetected errors: docs/theory.md, 27. Only the voltage is summed in each period;
  * the rest is computed once per window. No division.

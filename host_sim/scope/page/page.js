@@ -261,7 +261,7 @@ const scope = (() => {
         }
         state.held = on;
         $("hold").setAttribute("aria-pressed", on);
-        $("hold").textContent = on ? "Go on" : "Hold";
+        $("hold").textContent = on ? "Continue" : "Hold";
         state.dirty = true;
     }
 
@@ -717,7 +717,7 @@ const scope = (() => {
             const list = [];
             if (!state.link) {
                 list.push(make("div", {className: "reason bad"}, make("b", {textContent: "✕ no link to the drive"}),
-                               make("span", {textContent: state.why || "the connection is tried again"})));
+                               make("span", {textContent: state.why || "the scope tries to connect again"})));
             } else {
                 if (fault) {
                     list.push(reason("bad", "✕", fault, "fault"));
@@ -747,7 +747,7 @@ const scope = (() => {
         }
         showAge();
         if (!link && before && state.ran) {
-            alarm("The link is lost while the motor was on. The drive stops by itself after command_timeout; if it does not, cut its power.");
+            alarm("The link was lost while the motor was on. The drive stops after command_timeout; if it does not, switch its power off.");
         } else if (link && !before) {
             alarm("");
         }
@@ -780,7 +780,7 @@ const scope = (() => {
             const answer = await fetch(path, {method: "POST", body, headers: {"X-Lagless": "1"}, signal: ended.signal, keepalive: true});
             return await answer.json();
         } catch (error) {
-            return {ok: false, text: error.name === "AbortError" ? "no answer" : "the scope does not answer: is `lagless scope` running?"};
+            return {ok: false, text: error.name === "AbortError" ? "no answer" : "the scope does not answer: check that `lagless scope` is running"};
         } finally {
             clearTimeout(timer);
         }
@@ -804,7 +804,7 @@ const scope = (() => {
             answer = await ask("stop", "", STOP_WAIT);
         }
         $("stop").classList.remove("sent");
-        alarm(answer.ok ? "" : `STOP did not reach the drive: ${answer.text}. Cut its power.`);
+        alarm(answer.ok ? "" : `STOP did not reach the drive: ${answer.text}. Switch its power off.`);
         say($("said"), answer, answer.text);
     }
 
@@ -1281,7 +1281,7 @@ const scope = (() => {
         });
         source.onerror = () => {
             if (state.hello) {
-                showLink(false, "the scope's program has ended or does not answer");
+                showLink(false, "the program `lagless scope` has ended or does not answer; start it again");
                 showState();
             }
         };

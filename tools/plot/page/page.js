@@ -10,6 +10,8 @@
     const LABEL = 58; // [px] room for the numbers of an axis, at least
     const BUTTONS = 16; // events with a button, at most
     const TINTS = [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [119, 119, 119]];
+    const LIGHTER = {"#0072B2": "#4FA8E0", "#009E73": "#2FC49A", "#777777": "#9AA4AF", "#B3261E": "#FF938A"}; // on a dark page
+    const dark = matchMedia("(prefers-color-scheme: dark)");
     const figures = new Map(); // id -> {plots, full, view, ...}: what its layouts share
     const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -231,9 +233,9 @@
     }
 
     function line(trace, layout) {
-        const black = /^#000(000)?$/.test(trace.colour); // must stay visible on a dark page
+        const black = /^#000(000)?$/.test(trace.colour);
         return {
-            label: trace.label, stroke: () => black ? colour("--ink") : trace.colour, width: trace.dashed ? 1.5 : 1.2,
+            label: trace.label, stroke: () => black ? colour("--ink") : dark.matches && LIGHTER[trace.colour] || trace.colour, width: trace.dashed ? 1.5 : 1.2,
             dash: trace.dashed ? [6, 4] : undefined, value: value(layout.columns[trace.column]), points: {size: 5},
             auto: !trace.limit, ...(trace.wraps ? {gaps: turns(trace.wraps)} : {}),
         };
@@ -330,7 +332,7 @@
             const half = factor * (max - min) / 2;
             zoom(figure, middle - half, middle + half);
         };
-        button("all", "show the whole axis", () => zoom(figure, ...figure.full));
+        button("all", "show the whole time axis", () => zoom(figure, ...figure.full));
         if (!figure.log) {
             button("+", "zoom in", towards(0, 0.5));
             button("−", "zoom out", towards(0, 2));
@@ -342,14 +344,14 @@
                 button(`${event.time} s: ${event.text}`, "zoom to this event",
                        () => zoom(figure, event.time - 0.02 * length, event.time + 0.08 * length));
             }
-            button(`${NEAR} points`, "so near that each line of the CSV is a point", () => {
+            button(`${NEAR} samples`, "zoom so far that each line of the CSV is a visible point", () => {
                 const middle = (figure.view[0] + figure.view[1]) / 2;
                 zoom(figure, middle - NEAR / 2 * figure.step, middle + NEAR / 2 * figure.step);
             });
         }
         const hint = document.createElement("span");
         hint.className = "hint";
-        hint.textContent = "drag to zoom, double click to see all, click a name to hide it";
+        hint.textContent = "drag to zoom, double click to show everything, click a name to hide its line";
         bar.append(hint);
         return bar;
     }
@@ -406,7 +408,7 @@
         near.observe(host);
         host.querySelector(".draw").onclick = () => draw(host);
     }
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
+    dark.addEventListener("change", () =>
         figures.forEach(figure => figure.plots.forEach(plot => plot.redraw())));
     addEventListener("beforeprint", () => document.querySelectorAll("details").forEach(each => { each.open = true; }));
 })();

@@ -200,6 +200,17 @@ static bool coded(uint32_t extension, uint32_t address, uint32_t count, const ui
     return true;
 }
 
+/* A quick stop alone. Off is none of it: the motor would coast. */
+static bool stops(uint32_t extension, uint32_t address, uint32_t slot)
+{
+    const table_row_t *row =
+        extension == (uint32_t)APP_TABLE_REQUESTS ? table_by_id(&requests_table, address / 4u) : NULL;
+    const size_t enable = offsetof(requests_t, enable);
+    uint32_t bits;
+    return row != NULL && row->offset == enable && line_bits_back(row, slot, &bits) &&
+           bits == (uint32_t)REQUEST_QUICK_STOP;
+}
+
 static uint32_t write(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots)
 {
     const uint32_t first = address / 4u;
@@ -276,6 +287,7 @@ const xcp_access_t talk_access = {
     .write = write,
     .writable = writable,
     .coded = coded,
+    .stops = stops,
     .measurable = measurable,
     .text_length = talk_text_length,
     .segment = segment,

@@ -35,7 +35,8 @@ typedef enum {
     U(1943, store_defaulted, "-", 0, 0, 0, TABLE_READ,                                                       \
       "number of stored rows with values that this program rejects; they got their defaults")                \
     E(2400, store_error, MIRROR_ERROR_NAMES, TABLE_READ,                                                     \
-      "why a memory on the I2C bus failed: nobody acknowledges at its address, a line of the bus stays low " \
+      "why a memory on the I2C bus failed: there is no acknowledge at its address, a line of the bus stays " \
+      "low "                                                                                                 \
       "or a transfer does not end, or it does not hold what was written")
 
 /* At the start, before hal_init: loads the stored set into app->staged, or the defaults. false: the stored

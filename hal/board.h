@@ -24,6 +24,9 @@
 #define BOARD_EQEP2_GPIO24      2         /* on eQEP2: A, B, index, strobe on GPIO24 to 27 */
 #define BOARD_SCIA_GPIO28       0         /* serial line on SCI-A: in on GPIO28, out on GPIO29 */
 #define BOARD_SCIA_GPIO35       1         /* out on GPIO35, in on GPIO36 */
+#define BOARD_STORE_FLASH       0         /* parameters are saved in the chip's own flash */
+#define BOARD_STORE_I2C         1         /* in an EEPROM or FRAM on the I2C bus */
+#define BOARD_I2CA_GPIO32       0         /* I2C bus on I2C-A: data on GPIO32, clock on GPIO33 */
 
 /* ---- The board file ---- */
 
@@ -114,6 +117,15 @@
 #if BOARD_ENABLE_INPUT != BOARD_NONE &&                                                                      \
     (!defined(BOARD_ENABLE_ACTIVE_HIGH) || !defined(BOARD_ENABLE_DEBOUNCE_US))
 #error "docs/board.md, line 19: BOARD_ENABLE_ACTIVE_HIGH or BOARD_ENABLE_DEBOUNCE_US is missing"
+#endif
+
+#if !defined(BOARD_STORE)
+#error "docs/board.md, line 20: BOARD_STORE is missing (BOARD_STORE_FLASH: the chip's own flash)"
+#endif
+#if BOARD_STORE == BOARD_STORE_I2C && (!defined(BOARD_STORE_PINS) || !defined(BOARD_STORE_ADDRESS) ||        \
+                                       !defined(BOARD_STORE_PAGE_OCTETS) || !defined(BOARD_STORE_WRITE_US))
+#error                                                                                                       \
+    "docs/board.md, line 20: BOARD_STORE_PINS, BOARD_STORE_ADDRESS, BOARD_STORE_PAGE_OCTETS or BOARD_STORE_WRITE_US is missing"
 #endif
 
 /* ---- Line 2: clocks ---- */

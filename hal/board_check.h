@@ -295,4 +295,30 @@
 #endif
 #endif
 
+/* ---- Line 20: where parameters are saved ---- */
+
+#if BOARD_STORE != BOARD_STORE_FLASH && BOARD_STORE != BOARD_STORE_I2C
+#error "docs/board.md, line 20: BOARD_STORE is BOARD_STORE_FLASH or BOARD_STORE_I2C"
+#endif
+#if BOARD_STORE == BOARD_STORE_I2C
+#if BOARD_STORE_PINS != BOARD_I2CA_GPIO32
+#error "docs/board.md, line 20: BOARD_STORE_PINS is BOARD_I2CA_GPIO32: the driver uses no other pins"
+#endif
+#define BOARD_PIN_IS_STORE(pin) ((pin) == 32 || (pin) == 33)
+#if BOARD_PIN_IS_STORE(BOARD_LED_RUN) || BOARD_PIN_IS_STORE(BOARD_LED_FAULT) ||                              \
+    BOARD_PIN_IS_STORE(BOARD_ENABLE_INPUT)
+#error                                                                                                       \
+    "docs/board.md, line 20: BOARD_STORE_PINS are those of BOARD_LED_RUN, BOARD_LED_FAULT or BOARD_ENABLE_INPUT"
+#endif
+#if BOARD_STORE_ADDRESS < 0x50 || BOARD_STORE_ADDRESS > 0x57
+#error "docs/board.md, line 20: BOARD_STORE_ADDRESS is accepted from 0x50 to 0x57"
+#endif
+#if BOARD_STORE_PAGE_OCTETS < 0 || BOARD_STORE_PAGE_OCTETS > 128 || BOARD_STORE_PAGE_OCTETS % 8 != 0
+#error "docs/board.md, line 20: BOARD_STORE_PAGE_OCTETS is 0 (no pages) or a multiple of 8 accepted up to 128"
+#endif
+#if BOARD_STORE_WRITE_US < 0 || BOARD_STORE_WRITE_US > 20000
+#error "docs/board.md, line 20: BOARD_STORE_WRITE_US is accepted from 0 (none) to 20000"
+#endif
+#endif
+
 #endif

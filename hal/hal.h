@@ -187,6 +187,39 @@ bool hal_store_erase(uint32_t page);
  * is programmed. */
 bool hal_store_program(uint32_t page, uint32_t at, const uint16_t *words, uint32_t count);
 
+#if BOARD_STORE == BOARD_STORE_I2C
+/* ---- A memory on the I2C bus, from the background ----
+ *
+ * A 24xx EEPROM or an FRAM, as words with the lower octet first. One transfer at a time; nothing waits but
+ * hal_eeprom_open and hal_eeprom_wait, and no call takes more than 40 accesses of registers. A transfer is
+ * at most HAL_EEPROM_WORDS words, and none goes beyond a multiple of them: so it stays within a page of the
+ * memory. */
+#define HAL_EEPROM_WORDS UINT32_C(4)
+
+typedef enum {
+    HAL_EEPROM_BUSY,
+    HAL_EEPROM_DONE,
+    HAL_EEPROM_REFUSED, /* not acknowledged: the memory is writing, or it is not there */
+    HAL_EEPROM_LOST     /* another driver on the bus, or octets are missing */
+} hal_eeprom_t;
+
+/* Before hal_init and any other call of these: clock of the chip, time, pins, module; interrupts and watchdog
+ * are off from here to the end of hal_init. false: no clock, or a line of the bus stays low. */
+bool hal_eeprom_open(void);
+
+/* Begins a transfer; the one before has come to its end, or was aborted. Words `at` to at + count - 1, or
+ * HAL_EEPROM_WORDS words from `at` on. */
+void hal_eeprom_write(uint32_t at, const uint16_t *words, uint32_t count);
+void hal_eeprom_read(uint32_t at);
+
+/* State of the transfer that was begun last; `words` after a read that is done. Once it is not BUSY, the next
+ * call is a new transfer or an abort. */
+hal_eeprom_t hal_eeprom_poll(uint16_t words[HAL_EEPROM_WORDS]);
+
+void hal_eeprom_abort(void); /* the transfer under way is given up */
+void hal_eeprom_wait(void);  /* 10 us pass; before hal_init only */
+#endif
+
 /* Gates off, then a reset of the chip by its watchdog: all begins anew, with what the flash holds. Does not
  * return on silicon. */
 void hal_restart(void);

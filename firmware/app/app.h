@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "app/keeping.h"
 #include "app/self_watch.h"
 #include "app/services.h"
 #include "app/talk.h"
@@ -37,6 +38,9 @@ typedef struct {
     self_watch_t watch;
     services_t services;
     talk_t talk;
+#if BOARD_STORE == BOARD_STORE_I2C
+    keeping_t keeping;
+#endif
 } app_t;
 
 extern HAL_PER_CHIP app_t *app;

@@ -116,7 +116,11 @@ static void feed(void)
 
 void app_background(void)
 {
+#if BOARD_STORE == BOARD_STORE_I2C
+    static void (*const tasks[])(void) = {look, learn, watch, show, parameters_step, feed};
+#else
     static void (*const tasks[])(void) = {look, learn, watch, show, feed};
+#endif
     tasks[app->task]();
     app->task = (app->task + 1u) % (uint32_t)(sizeof tasks / sizeof tasks[0]);
     talk_step();

@@ -1,14 +1,8 @@
 #include "app/parameters.h"
 
 #include "app/app.h"
+#include "app/keeping.h"
 #include "settings/reasons.h"
-#include "talk/store.h"
-
-/* Length used in each sector: several sets per erase, and a search at the
- * start that takes some ms at most. */
-#define PAGE_WORDS UINT32_C(2048)
-
-static const store_flash_t flash = {hal_store_word, hal_store_erase, hal_store_program, PAGE_WORDS};
 
 static void tell(parameters_state_t state, uint32_t unknown, uint32_t defaulted)
 {
@@ -29,7 +23,7 @@ static bool load(params_t *params)
     };
     store_told_t told;
     params_error_t why;
-    const store_found_t found = store_load(&flash, &params_table, params, &told);
+    const store_found_t found = store_load(&keeping_memory, &params_table, params, &told);
     tell(states[found], told.unknown, told.defaulted);
     if (found != STORE_CORRUPT && params_check(params, &why)) {
         return true;
@@ -49,12 +43,46 @@ static bool refuse(int32_t reason, const char *rule, params_error_t *why)
 
 bool parameters_start(void)
 {
+    keeping_open();
+    if (keeping_error() != (uint32_t)MIRROR_GOOD) {
+        params_defaults(&app->staged);
+        tell(PARAMETERS_FAILED, 0u, 0u);
+        app->services.store_error = (int32_t)keeping_error();
+        return true;
+    }
     return load(&app->staged);
+}
+
+/* False, with `why`, while the memory cannot be used: it has failed since the start, or changes of it are
+ * under way. */
+static bool memory_is_free(params_error_t *why)
+{
+    if (keeping_error() != (uint32_t)MIRROR_GOOD) {
+        return refuse(REASON_STORE_FAILED, "the memory must answer; its error is store_error", why);
+    }
+    return !keeping_busy() ||
+           refuse(REASON_STORE_BUSY, "the order before must be complete in the memory", why);
+}
+
+/* A change that is complete, or that parameters_step() will find complete. */
+static void changed(parameters_state_t state)
+{
+    const bool complete = !keeping_busy();
+    app->services.store_saves += complete && state == PARAMETERS_SAVED ? 1u : 0u;
+    tell(complete ? state : PARAMETERS_BUSY, 0u, 0u);
+}
+
+bool parameters_busy(void)
+{
+    return keeping_busy();
 }
 
 bool parameters_load(params_error_t *why)
 {
     params_t stored;
+    if (!memory_is_free(why)) {
+        return false;
+    }
     if (!load(&stored)) {
         return refuse(REASON_STORE_CORRUPT, "a stored set that can be trusted", why);
     }
@@ -67,14 +95,16 @@ bool parameters_save(params_error_t *why)
     if (drive_bridge_on(&app->drive)) {
         return refuse(REASON_BRIDGE_ON, "the bridge must be off to save", why);
     }
-    if (store_look(&flash) == STORE_FOREIGN) {
+    if (!memory_is_free(why)) {
+        return false;
+    }
+    if (store_look(&keeping_memory) == STORE_FOREIGN) {
         return refuse(REASON_STORE_FOREIGN, "the store must be erased before the first save", why);
     }
-    if (!store_save(&flash, &params_table, &app->active)) {
-        return refuse(REASON_STORE_FAILED, "the flash must take all words", why);
+    if (!store_save(&keeping_memory, &params_table, &app->active)) {
+        return refuse(REASON_STORE_FAILED, "the memory must take all words", why);
     }
-    tell(PARAMETERS_SAVED, 0u, 0u);
-    app->services.store_saves++;
+    changed(PARAMETERS_SAVED);
     return true;
 }
 
@@ -83,9 +113,28 @@ bool parameters_erase(params_error_t *why)
     if (drive_bridge_on(&app->drive)) {
         return refuse(REASON_BRIDGE_ON, "the bridge must be off to erase", why);
     }
-    if (!store_erase(&flash)) {
-        return refuse(REASON_STORE_FAILED, "the flash must become blank", why);
+    if (!memory_is_free(why)) {
+        return false;
     }
-    tell(PARAMETERS_EMPTY, 0u, 0u);
+    if (!store_erase(&keeping_memory)) {
+        return refuse(REASON_STORE_FAILED, "the memory must become blank", why);
+    }
+    changed(PARAMETERS_EMPTY);
     return true;
 }
+
+#if BOARD_STORE == BOARD_STORE_I2C
+void parameters_step(void)
+{
+    if (!keeping_busy()) {
+        return;
+    }
+    keeping_step();
+    if (keeping_error() != (uint32_t)MIRROR_GOOD) {
+        tell(PARAMETERS_FAILED, 0u, 0u);
+        app->services.store_error = (int32_t)keeping_error();
+    } else if (!keeping_busy()) {
+        changed(store_look(&keeping_memory) == STORE_EMPTY ? PARAMETERS_EMPTY : PARAMETERS_SAVED);
+    }
+}
+#endif

@@ -64,6 +64,10 @@ static bool restart(params_error_t *why)
         return refuse(table_by_id(&services_table, SERVICE_ORDER), REASON_BRIDGE_ON,
                       "the bridge must be off for a restart", (float)ORDER_RESTART, why);
     }
+    if (parameters_busy()) {
+        return refuse(table_by_id(&services_table, SERVICE_ORDER), REASON_STORE_BUSY,
+                      "what is being saved must be complete", (float)ORDER_RESTART, why);
+    }
     talk_restart();
     return true;
 }

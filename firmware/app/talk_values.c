@@ -28,21 +28,37 @@ static bool is_hidden(uint32_t number, const table_row_t *row)
     return number == (uint32_t)APP_TABLE_PARAMS && row->offset == line_key && app->talk.xcp.locked != 0u;
 }
 
+/* The row with this id, by a search from *place on, which becomes the place behind it: in a block it is
+ * mostly that of the next id. */
+static const table_row_t *row_from(const table_t *table, uint32_t id, uint32_t *place)
+{
+    uint32_t at = *place;
+    for (uint32_t n = 0; n < table->count; n++) {
+        const table_row_t *row = &table->rows[at];
+        at = at + 1u < table->count ? at + 1u : 0u;
+        if (row->id == id) {
+            *place = at;
+            return row;
+        }
+    }
+    return NULL;
+}
+
 /* Numbers between the first and the last id that are no ids read 0: a client
  * may read a table in one block. */
-static bool row_bits(uint32_t number, uint32_t id, uint32_t *bits)
+static bool row_bits(uint32_t number, uint32_t id, uint32_t *place, uint32_t *bits)
 {
     const table_t *table = app_tables[number];
+    const table_row_t *found = row_from(table, id, place);
     bool below = false;
     bool above = false;
+    if (found != NULL) {
+        *bits = is_hidden(number, found) ? 0u : line_bits(found, table_bits(found, base_of(number)));
+        return true;
+    }
     for (uint32_t n = 0; n < table->count; n++) {
-        const table_row_t *row = &table->rows[n];
-        if (row->id == id) {
-            *bits = is_hidden(number, row) ? 0u : line_bits(row, table_bits(row, base_of(number)));
-            return true;
-        }
-        below = below || row->id < id;
-        above = above || row->id > id;
+        below = below || table->rows[n].id < id;
+        above = above || table->rows[n].id > id;
     }
     *bits = 0u;
     return below && above;
@@ -64,10 +80,10 @@ static bool fault_bits(uint32_t place, uint32_t *bits)
     return true;
 }
 
-static bool slot_bits(uint32_t extension, uint32_t number, uint32_t *bits)
+static bool slot_bits(uint32_t extension, uint32_t number, uint32_t *place, uint32_t *bits)
 {
     if (extension < (uint32_t)APP_TABLES) {
-        return row_bits(extension, number, bits);
+        return row_bits(extension, number, place, bits);
     }
     return (extension == TALK_FAULTS && fault_bits(number, bits)) ||
            (extension == TALK_CAPTURE && capturing_slot(number, bits));
@@ -76,9 +92,10 @@ static bool slot_bits(uint32_t extension, uint32_t number, uint32_t *bits)
 static uint32_t read_slots(uint32_t extension, uint32_t address, uint32_t count, uint16_t *octets)
 {
     uint32_t bits = 0u;
+    uint32_t place = 0u;
     for (uint32_t n = 0; n < count; n++) {
         const uint32_t at = address + n;
-        if ((n == 0u || at % 4u == 0u) && !slot_bits(extension, at / 4u, &bits)) {
+        if ((n == 0u || at % 4u == 0u) && !slot_bits(extension, at / 4u, &place, &bits)) {
             return XCP_OUT_OF_RANGE;
         }
         octets[n] = (uint16_t)(bits >> 8u * (at % 4u) & 0xFFu);
@@ -200,6 +217,17 @@ static bool coded(uint32_t extension, uint32_t address, uint32_t count, const ui
     return true;
 }
 
+/* A quick stop alone. Off is none of it: the motor would coast. */
+static bool stops(uint32_t extension, uint32_t address, uint32_t slot)
+{
+    const table_row_t *row =
+        extension == (uint32_t)APP_TABLE_REQUESTS ? table_by_id(&requests_table, address / 4u) : NULL;
+    const size_t enable = offsetof(requests_t, enable);
+    uint32_t bits;
+    return row != NULL && row->offset == enable && line_bits_back(row, slot, &bits) &&
+           bits == (uint32_t)REQUEST_QUICK_STOP;
+}
+
 static uint32_t write(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots)
 {
     const uint32_t first = address / 4u;
@@ -276,6 +304,7 @@ const xcp_access_t talk_access = {
     .write = write,
     .writable = writable,
     .coded = coded,
+    .stops = stops,
     .measurable = measurable,
     .text_length = talk_text_length,
     .segment = segment,

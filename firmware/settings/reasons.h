@@ -37,11 +37,13 @@
     R(70, STORE_CORRUPT, "store_corrupt", "the stored parameters are invalid: the drive uses its defaults",  \
       "set the parameters of your motor, reset the fault, save")                                             \
     R(74, STORE_FAILED, "store_failed",                                                                      \
-      "the flash did not accept the parameters: those stored before are unchanged",                          \
+      "the memory did not accept the parameters: those stored before are unchanged",                         \
       "switch the bridge off and save again; if this repeats, replace the controller")                       \
     R(116, STORE_FOREIGN, "store_foreign",                                                                   \
       "the memory for parameters holds data of another program: nothing is saved into it",                   \
       "if nothing in it is needed, erase it with `erase yes`, then save")                                    \
+    R(118, STORE_BUSY, "store_busy", "an order to save or erase is not complete in the memory",              \
+      "wait until store_state is no longer `busy`, then repeat the order")                                   \
     R(117, ENABLE_INPUT, "enable_input",                                                                     \
       "the enable input of the board is not active, or it was lost while the motor ran",                     \
       "activate the input; reset the fault if it is latched; set `enable` to off, then to on")               \

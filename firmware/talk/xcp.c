@@ -209,12 +209,20 @@ static uint32_t short_upload(xcp_call_t *call)
     return upload(call);
 }
 
+/* A download of one slot that does nothing but stop the motor. */
+static bool stops(const xcp_call_t *call)
+{
+    const xcp_t *xcp = call->xcp;
+    return call->command[1] == 4u && call->count >= 6u && xcp->address % 4u == 0u &&
+           call->access->stops(xcp->extension, xcp->address, xcp_long(&call->command[2]));
+}
+
 static uint32_t download(xcp_call_t *call)
 {
     xcp_t *xcp = call->xcp;
     uint32_t slots[FRAME_MAX_CTO / 4u];
     const uint32_t octets = call->command[1];
-    if (xcp->locked != 0u) {
+    if (xcp->locked != 0u && !stops(call)) {
         return XCP_ACCESS_LOCKED;
     }
     if (octets > FRAME_MAX_CTO - 2u || call->count < 2u + octets) {

@@ -66,6 +66,8 @@ typedef struct {
     bool (*writable)(uint32_t extension);
     /* True if all these slots have codes that detect a wrong one. */
     bool (*coded)(uint32_t extension, uint32_t address, uint32_t count, const uint32_t *slots);
+    /* True if writing this slot does nothing but stop the motor: a locked drive takes it. */
+    bool (*stops)(uint32_t extension, uint32_t address, uint32_t slot);
     /* Offset, for the copy in the interrupt, of a slot that can be measured. */
     uint32_t (*measurable)(uint32_t extension, uint32_t address, uint32_t *offset);
     uint32_t (*text_length)(uint32_t extension); /* [octets] of such a text */
@@ -84,7 +86,7 @@ typedef struct {
     uint32_t once_check;                   /* [-] CRC of that command */
     uint32_t extension;                    /* of the memory transfer address */
     uint32_t address;                      /* [octets] */
-    uint32_t locked;                       /* [-] 1: nothing may be written */
+    uint32_t locked;                       /* [-] 1: nothing may be written but a stop */
     uint32_t seeded;                       /* [-] 1: `seed` waits for its answer */
     uint32_t seed;                         /* [-] the last one */
     uint32_t page;                         /* [-] page that the client reads and writes: XCP_PAGE_... */

@@ -7,6 +7,7 @@
 #include "hal/f28335/adc.h"
 #include "hal/f28335/bus.h"
 #include "hal/f28335/clock.h"
+#include "hal/f28335/eeprom.h"
 #include "hal/f28335/interrupts.h"
 #include "hal/f28335/pwm.h"
 #include "hal/f28335/qep.h"
@@ -165,6 +166,29 @@ hal_memory_t hal_memory(hal_region_t region)
     return (hal_memory_t){memory.words, memory.count};
 }
 
+/* What comes before everything else; twice does no harm. */
+static hal_status_t begin(void)
+{
+    bus_interrupts_disable();
+    watchdog_stop();
+    start_time();
+    return clock_init();
+}
+
+#if BOARD_STORE == BOARD_STORE_I2C
+bool hal_eeprom_open(void)
+{
+    bool idle;
+
+    if (begin() != HAL_OK) {
+        return false;
+    }
+    idle = eeprom_free_bus();
+    eeprom_init();
+    return idle;
+}
+#endif
+
 hal_status_t hal_init(const hal_config_t *config)
 {
     hal_status_t status;
@@ -172,10 +196,7 @@ hal_status_t hal_init(const hal_config_t *config)
     if (!config_is_good(config)) {
         return HAL_BAD_CONFIG;
     }
-    bus_interrupts_disable();
-    watchdog_stop();
-    start_time();
-    status = clock_init();
+    status = begin();
     if (status != HAL_OK) {
         return status;
     }

@@ -65,7 +65,7 @@ extern __thread const volatile uint16_t *f28335_base;
 
 typedef void (*bus_isr_t)(void);
 
-/* A register that reading changes, or that moves by itself between two waits: SCI. All others are plain
+/* A register that reading changes, or that moves by itself between two waits: SCI, I2C. All others are plain
  * loads. */
 uint16_t bus_read16(const volatile uint16_t *reg);
 void bus_write16(const volatile uint16_t *reg, uint16_t value);
@@ -105,5 +105,6 @@ bool bus_flash_program(uint32_t address,
 #define SYSCTRL         AT_(sysctrl_regs_t, 0x7010u)
 #define SCIA            AT_(sci_regs_t, 0x7050u)
 #define ADC             AT_(adc_regs_t, 0x7100u)
+#define I2CA            AT_(i2c_regs_t, 0x7900u)
 
 #endif

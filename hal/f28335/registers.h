@@ -1,9 +1,9 @@
 /* Registers of the TMS320F28335 that this drive uses: layout, addresses, fields.
  *
  * Names and offsets are TI's (data manual SPRS439, peripheral guides SPRUFB0, SPRUG04, SPRU812, SPRUG05,
- * SPRUFZ5). All addresses count 16-bit words. Every struct is laid out by words, so that the same source
- * describes silicon and the copy in RAM that the virtual chip brings to life; each offset is checked at
- * compile time below.
+ * SPRUFZ5, SPRUG03). All addresses count 16-bit words. Every struct is laid out by words, so that the same
+ * source describes silicon and the copy in RAM that the virtual chip brings to life; each offset is checked
+ * at compile time below.
  *
  * Registers are reached through F28335_BASE: fixed on silicon, one pointer on the host (bus.h). They are
  * `const volatile` on purpose: reading is a plain load, writing goes through bus.h. */
@@ -102,6 +102,7 @@ typedef struct {
 #define PLLSTS_DIVSEL_ALL (3u << 7)
 #define PCLKCR0_TBCLKSYNC (1u << 2)
 #define PCLKCR0_ADC       (1u << 3)
+#define PCLKCR0_I2CA      (1u << 4)
 #define PCLKCR0_SCIA      (1u << 10)
 #define PCLKCR1_EPWM1     (1u << 0)
 #define PCLKCR1_EPWM2     (1u << 1)
@@ -369,6 +370,47 @@ typedef struct {
 #define SCIFFRX_RXFFOVF     (1u << 15) /* more came than the FIFO holds */
 #define SCIPRI_FREE         (1u << 3)  /* debug halt: run on */
 
+/* ---- I2C: SPRUG03 ---- */
+typedef struct {
+    uint16_t I2COAR;  /* 00 */
+    uint16_t I2CIER;  /* 01 */
+    uint16_t I2CSTR;  /* 02 flags: write one to clear AL, NACK, ARDY, SCD */
+    uint16_t I2CCLKL; /* 03 SCL is low for this + d module clocks, */
+    uint16_t I2CCLKH; /* 04 and high for this + d; d = 7, 6, 5 with IPSC = 0, 1, more */
+    uint16_t I2CCNT;  /* 05 octets of a transfer */
+    uint16_t I2CDRR;  /* 06 read only: reading takes the octet out of the FIFO */
+    uint16_t I2CSAR;  /* 07 address of the slave */
+    uint16_t I2CDXR;  /* 08 */
+    uint16_t I2CMDR;  /* 09 */
+    uint16_t I2CISRC; /* 0A */
+    uint16_t reserved0B;
+    uint16_t I2CPSC; /* 0C module clock = SYSCLK / (IPSC + 1), 7 to 12 MHz */
+    uint16_t reserved0D[0x20 - 0x0D];
+    uint16_t I2CFFTX; /* 20 */
+    uint16_t I2CFFRX; /* 21 */
+    uint16_t reserved22[0x40 - 0x22];
+} i2c_regs_t;
+
+#define I2C_FIFO        16u       /* octets of each direction */
+#define I2CSTR_AL       (1u << 0) /* arbitration lost */
+#define I2CSTR_NACK     (1u << 1) /* an octet was not acknowledged */
+#define I2CSTR_ARDY     (1u << 2) /* counter at 0 without STP: the bus is held */
+#define I2CSTR_RRDY     (1u << 3)
+#define I2CSTR_XRDY     (1u << 4)
+#define I2CSTR_SCD      (1u << 5)                      /* a STOP condition was on the bus */
+#define I2CSTR_XSMT     (1u << 10)                     /* 0 = transmitter waits for an octet */
+#define I2CSTR_BB       (1u << 12)                     /* between START and STOP */
+#define I2CMDR_IRS      (1u << 5)                      /* 0 = in reset */
+#define I2CMDR_TRX      (1u << 9)                      /* master transmits */
+#define I2CMDR_MST      (1u << 10)                     /* falls with the STOP condition */
+#define I2CMDR_STP      (1u << 11)                     /* STOP when the counter is at 0; falls then */
+#define I2CMDR_STT      (1u << 13)                     /* START; falls then */
+#define I2CMDR_FREE     (1u << 14)                     /* debug halt: run on */
+#define I2CFF_ST(reg)   ((uint16_t)((reg) >> 8 & 31u)) /* I2CFFTX, I2CFFRX: octets in the FIFO */
+#define I2CFFTX_TXFFRST (1u << 13)                     /* 0 = FIFO empty, held in reset */
+#define I2CFFTX_I2CFFEN (1u << 14)                     /* both FIFOs in use */
+#define I2CFFRX_RXFFRST (1u << 13)
+
 /* ---- The whole map ---- */
 typedef struct {
     uint16_t reserved_0000[0x0A80];
@@ -395,7 +437,9 @@ typedef struct {
     sci_regs_t scia; /* 7050 */
     uint16_t reserved_7060[0x7100 - 0x7060];
     adc_regs_t adc; /* 7100 */
-    uint16_t reserved_7120[0x8000u - 0x7120u];
+    uint16_t reserved_7120[0x7900 - 0x7120];
+    i2c_regs_t i2ca; /* 7900 */
+    uint16_t reserved_7940[0x8000u - 0x7940u];
 } f28335_t;
 
 /* Offsets in words on any target: offsetof counts chars, a uint16_t is two of them on the host and one on the

@@ -180,6 +180,22 @@ CHECK_OFFSET(sci_regs_t, SCIFFRX, 0x0Bu);
 CHECK_OFFSET(sci_regs_t, SCIFFCT, 0x0Cu);
 CHECK_OFFSET(sci_regs_t, SCIPRI, 0x0Fu);
 
+/* I2C */
+CHECK_OFFSET(i2c_regs_t, I2COAR, 0x00u);
+CHECK_OFFSET(i2c_regs_t, I2CIER, 0x01u);
+CHECK_OFFSET(i2c_regs_t, I2CSTR, 0x02u);
+CHECK_OFFSET(i2c_regs_t, I2CCLKL, 0x03u);
+CHECK_OFFSET(i2c_regs_t, I2CCLKH, 0x04u);
+CHECK_OFFSET(i2c_regs_t, I2CCNT, 0x05u);
+CHECK_OFFSET(i2c_regs_t, I2CDRR, 0x06u);
+CHECK_OFFSET(i2c_regs_t, I2CSAR, 0x07u);
+CHECK_OFFSET(i2c_regs_t, I2CDXR, 0x08u);
+CHECK_OFFSET(i2c_regs_t, I2CMDR, 0x09u);
+CHECK_OFFSET(i2c_regs_t, I2CISRC, 0x0Au);
+CHECK_OFFSET(i2c_regs_t, I2CPSC, 0x0Cu);
+CHECK_OFFSET(i2c_regs_t, I2CFFTX, 0x20u);
+CHECK_OFFSET(i2c_regs_t, I2CFFRX, 0x21u);
+
 /* Lengths: the stride of modules that come several times */
 CHECK_LENGTH(cpu_timer_regs_t, 0x8u);
 CHECK_LENGTH(flash_regs_t, 0x8u);
@@ -194,6 +210,7 @@ CHECK_LENGTH(eqep_regs_t, 0x40u);
 CHECK_LENGTH(adc_regs_t, 0x20u);
 CHECK_LENGTH(adc_mirror_regs_t, 0x10u);
 CHECK_LENGTH(sci_regs_t, 0x10u);
+CHECK_LENGTH(i2c_regs_t, 0x40u);
 CHECK_LENGTH(f28335_t, 0x8000u);
 
 /* The whole map */
@@ -221,5 +238,6 @@ CHECK_ADDRESS(gpio_data[2], 0x6FD0u);
 CHECK_ADDRESS(sysctrl, 0x7010u);
 CHECK_ADDRESS(scia, 0x7050u);
 CHECK_ADDRESS(adc, 0x7100u);
+CHECK_ADDRESS(i2ca, 0x7900u);
 
 #endif

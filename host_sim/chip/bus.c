@@ -30,7 +30,12 @@ uint16_t bus_read16(const volatile uint16_t *reg)
     chip_t *chip = chip_bound;
     assert(chip != NULL);
     uint32_t address = address_of(reg);
-    return within(address, SCIA_AT, 0x10u) && !chip->cpu.halted ? sci_read(chip, address) : *reg;
+    if (chip->cpu.halted) {
+        return *reg;
+    }
+    return within(address, SCIA_AT, 0x10u)   ? sci_read(chip, address)
+           : within(address, I2CA_AT, 0x40u) ? i2c_read(chip, address)
+                                             : *reg;
 }
 
 void bus_write16(const volatile uint16_t *reg, uint16_t value)
@@ -53,6 +58,8 @@ void bus_write16(const volatile uint16_t *reg, uint16_t value)
         eqep_write16(chip, address, value);
     } else if (within(address, SCIA_AT, 0x10u)) {
         sci_write(chip, address, value);
+    } else if (within(address, I2CA_AT, 0x40u)) {
+        i2c_write(chip, address, value);
     } else if (within(address, TIMER_AT, 0x18u)) {
         timer_write16(chip, address, value);
     } else if (within(address, FLASH_AT, 8u)) {
@@ -88,7 +95,7 @@ void bus_write32(const volatile uint32_t *reg, uint32_t value)
         bool narrow = within(address, EPWM_AT, 0x180u) || within(address, ADC_AT, 0x20u) ||
                       within(address, PIE_AT, 0x1Au) || within(address, SYSCTRL_AT, 0x20u) ||
                       within(address, FLASH_AT, 8u) || within(address, MIRROR_AT, 16u) ||
-                      within(address, SCIA_AT, 0x10u);
+                      within(address, SCIA_AT, 0x10u) || within(address, I2CA_AT, 0x40u);
         chip_report(chip, narrow ? CHIP_BAD_WIDTH : CHIP_UNKNOWN_REGISTER, address);
     }
 }

@@ -68,6 +68,7 @@ static void power_on(chip_t *chip, uint32_t crystal_hz, bool boot_rom)
     chip->sample_tick = CHIP_NEVER;
     memory_power_on(chip);
     flash_power_on(chip);
+    i2c_memory_power_on(chip);
     chip_reset(chip, boot_rom);
     chip->cpu.halted = 0u;
 }
@@ -100,6 +101,7 @@ void chip_reset(chip_t *chip, bool boot_rom)
     adc_reset(chip, boot_rom);
     epwm_reset(chip);
     sci_reset(chip);
+    i2c_reset(chip);
     chip_schedule_rare(chip);
     chip_refresh(chip);
     gpio_refresh(chip);
@@ -108,6 +110,7 @@ void chip_reset(chip_t *chip, bool boot_rom)
 void chip_power_cycle(chip_t *chip)
 {
     sci_power_cycle(chip);
+    i2c_memory_power_cycle(chip);
     memory_power_on(chip);
     chip->flash.cut = 0u;
     chip->flash.operations = 0u;

@@ -8,6 +8,8 @@ add_library(lagless_chip STATIC
     ${CMAKE_CURRENT_LIST_DIR}/epwm.c
     ${CMAKE_CURRENT_LIST_DIR}/flash.c
     ${CMAKE_CURRENT_LIST_DIR}/gpio.c
+    ${CMAKE_CURRENT_LIST_DIR}/i2c.c
+    ${CMAKE_CURRENT_LIST_DIR}/i2c_memory.c
     ${CMAKE_CURRENT_LIST_DIR}/memory.c
     ${CMAKE_CURRENT_LIST_DIR}/names.c
     ${CMAKE_CURRENT_LIST_DIR}/outputs.c

@@ -17,7 +17,8 @@
  * A debugger may halt the CPU: no software runs, time goes on for the world, and every peripheral does what
  * its own emulation bits say.
  *
- * Not modelled: of the SCIs all but SCI-A with its FIFOs and frames of 8 bits (sci.c), eCAN, DMA, eCAP, SEQ2
+ * Not modelled: of the SCIs all but SCI-A with its FIFOs and frames of 8 bits (sci.c), of I2C-A all but the
+ * master with FIFOs (i2c.c), eCAN, DMA, eCAP, SEQ2
  * and continuous ADC conversion, PWM chopper, high-resolution PWM, input qualification (every input acts as
  * if asynchronous), index and strobe inputs of the eQEPs, their capture unit and watchdog, SYNCI pin,
  * low-power modes, missing-clock detector, the wrong first ADC sample (SPRZ272), pipeline and wait-state
@@ -54,6 +55,7 @@ typedef enum {
     CHIP_SERIAL_LOST,    /* octet written while the transmit FIFO was full, or the transmitter off: lost */
     CHIP_FLASH_MISUSE,   /* flash erased or programmed with interrupts or watchdog on: refused */
     CHIP_FLASH_BEYOND,   /* word programmed behind those of a page that this model keeps: refused */
+    CHIP_I2C_MISUSE,     /* I2C clock changed out of reset (ignored), or START with it outside 7 to 12 MHz */
     CHIP_REPORT_KINDS
 } chip_report_kind_t;
 
@@ -218,9 +220,30 @@ bool chip_serial_levels(chip_t *chip, uint32_t levels, uint32_t bits);
 uint16_t chip_flash_word(const chip_t *chip, uint32_t page, uint32_t at);
 bool chip_flash_fill(chip_t *chip, uint32_t page, const uint16_t words[CHIP_FLASH_WORDS]);
 
-/* Injected: the power fails in the midst of the flash operation that comes after so many more. An operation
- * is a word programmed; an erase is 2 x (CHIP_FLASH_KEPT + 1) of them. From then on the chip is dead (the CPU
- * halted, flash operations do nothing) until chip_power_cycle. */
+/* A memory on the I2C bus, with nothing in it (all octets 0xFF) after power-on; NULL: none, as after
+ * power-on.
+ */
+typedef struct {
+    uint32_t address;     /* [-] 7 bits */
+    uint32_t page_octets; /* [octets] at most CHIP_I2C_PAGE; 0: an FRAM, which has none */
+    uint32_t write_ticks; /* [ticks] of writing a page */
+} chip_memory_t;
+void chip_attach_memory(chip_t *chip, const chip_memory_t *memory);
+/* The first CHIP_I2C_KEPT of its octets, and others in their place. */
+const uint8_t *chip_memory_octets(const chip_t *chip);
+void chip_memory_fill(chip_t *chip, const uint8_t octets[CHIP_I2C_KEPT]);
+
+/* Injected: the memory holds the data line low until it has seen so many clock pulses by plain pins, as one
+ * that a reset of the chip has left in the midst of a read; CHIP_FOREVER: a short circuit. And: it
+ * acknowledges, but keeps what it had. */
+#define CHIP_FOREVER UINT32_MAX
+void chip_hold_data(chip_t *chip, uint32_t clocks);
+void chip_break_memory(chip_t *chip, bool broken);
+
+/* Injected: the power fails in the midst of the operation of flash or I2C memory that comes after so many
+ * more. An operation is a word programmed; an erase is 2 x (CHIP_FLASH_KEPT + 1) of them; an octet that an
+ * I2C memory receives is one, and one that it writes. From then on the chip is dead (the CPU halted, flash
+ * operations do nothing) until chip_power_cycle. */
 void chip_cut_power(chip_t *chip, uint32_t operations);
 uint32_t chip_flash_operations(const chip_t *chip); /* since power-on */
 

@@ -13,6 +13,8 @@
 #define CHIP_LINE_SENT      512u  /* octets that nobody outside has taken yet */
 #define CHIP_FLASH_PAGES    2u    /* sectors that the drive writes itself: C and B */
 #define CHIP_FLASH_KEPT     2048u /* [words] of each that can be programmed */
+#define CHIP_I2C_PAGE       128u  /* [octets] largest page of a memory on the I2C bus */
+#define CHIP_I2C_KEPT       4096u /* [octets] of it that can be written */
 
 /* One ePWM module. */
 typedef struct {
@@ -161,6 +163,39 @@ typedef struct {
                  [CHIP_FLASH_KEPT + 4u]; /* the last four: what is behind, in the first of them */
 } chip_flash_t;
 
+/* A memory on the I2C bus: EEPROM with pages, or FRAM. */
+typedef struct {
+    uint64_t busy_until;                /* [tick] it writes, and acknowledges nothing */
+    uint32_t attached;                  /* [-] there is one */
+    uint32_t address;                   /* [-] 7 bits */
+    uint32_t page;                      /* [octets] 0: none */
+    uint32_t write_ticks;               /* [ticks] of a page */
+    uint32_t state;                     /* [-] what its next octet is: i2c_memory.c */
+    uint32_t place;                     /* [octets] where the next octet goes, or comes from */
+    uint32_t buffered;                  /* [-] 1: octets wait for STOP */
+    uint32_t held;                      /* [-] clock pulses until it lets go of the data line */
+    uint32_t broken;                    /* [-] injected: it acknowledges and keeps what it had */
+    uint32_t sent[CHIP_I2C_PAGE / 32u]; /* [-] octets of the page that were sent, a bit each */
+    uint32_t spare;                     /* fills the struct to a multiple of 64 bits */
+    uint8_t buffer[CHIP_I2C_PAGE];
+    uint8_t octet[CHIP_I2C_KEPT];
+} chip_i2c_memory_t;
+
+typedef struct {
+    uint64_t due;           /* [tick] what is under way is complete */
+    uint32_t phase;         /* [-] of the transfer: i2c.c */
+    uint32_t left;          /* [octets] of its count */
+    uint32_t shifted;       /* [-] octet that is on its way out */
+    uint32_t waiting;       /* [-] octets in `out` */
+    uint32_t waiting_first; /* [-] */
+    uint32_t received;      /* [-] octets in `in` */
+    uint32_t clock_low;     /* [-] the clock line is pulled low as a plain pin */
+    uint32_t spare;         /* fills the struct to a multiple of 64 bits */
+    uint16_t out[16];       /* [-] FIFO */
+    uint16_t in[16];        /* [-] FIFO, the oldest first */
+    chip_i2c_memory_t memory;
+} chip_i2c_t;
+
 typedef struct {
     uint64_t tick;           /* [tick] SYSCLK cycle `cycle` began here */
     uint64_t cycle;          /* [cycle] */
@@ -222,6 +257,7 @@ typedef struct {
     chip_pins_t pins;
     chip_sci_t sci;
     chip_flash_t flash;
+    chip_i2c_t i2c;
     uint32_t gpio_input[3];                   /* [-] what the board puts on the pins */
     uint32_t gpio_latch[3];                   /* [-] output latches */
     uint32_t averaged;                        /* [-] */
@@ -229,7 +265,6 @@ typedef struct {
     uint32_t report_count[CHIP_REPORT_KINDS]; /* [-] */
     uint32_t entries[128];                    /* [-] interrupts taken per vector */
     uint32_t tripped;                         /* [-] legs held off by their trip zone, as last told */
-    uint32_t spare;                           /* [-] fills the struct to a multiple of 64 bits */
     uint16_t memory[CHIP_MEMORY_REGIONS][CHIP_MEMORY_WORDS]; /* flash, code in RAM, end of the stack */
     chip_report_t reports[CHIP_REPORTS];                     /* ring, last one at (report_total - 1) mod 16 */
 } chip_t;

@@ -77,21 +77,29 @@ static uint32_t some_bits(uint32_t operation)
     return (operation + 1u) * 0x9E3779B1u >> 16;
 }
 
+bool chip_storage_operation(chip_t *chip, uint32_t *done)
+{
+    chip_flash_t *flash = &chip->flash;
+    *done = UINT32_MAX;
+    if (chip->cpu.halted) {
+        return false; /* no software */
+    }
+    if (flash->cut && flash->operations == flash->cut_after) {
+        *done = some_bits(flash->operations);
+        chip->cpu.halted = 1u;
+        return true;
+    }
+    flash->operations++;
+    return true;
+}
+
 /* One operation on one word, or what of it there was time for. */
 static void work_on(chip_t *chip, uint16_t *word, uint32_t value)
 {
-    chip_flash_t *flash = &chip->flash;
-    if (chip->cpu.halted) {
-        return; /* no software */
-    }
-    if (flash->cut && flash->operations == flash->cut_after) {
-        const uint32_t done = some_bits(flash->operations);
+    uint32_t done;
+    if (chip_storage_operation(chip, &done)) {
         *word = (uint16_t)((*word & ~done) | (value & done));
-        chip->cpu.halted = 1u;
-        return;
     }
-    *word = (uint16_t)value;
-    flash->operations++;
 }
 
 static bool ready(chip_t *chip, uint32_t address)

@@ -48,7 +48,8 @@ static uint32_t level_of(const chip_t *chip, uint32_t port)
 {
     bool clocked = (chip->registers.sysctrl.PCLKCR3 & PCLKCR3_GPIOIN) != 0u;
     uint32_t driven = chip->registers.gpio_control[port].DIR;
-    uint32_t outside = clocked ? chip->gpio_input[port] : chip->registers.gpio_data[port].DAT;
+    uint32_t pulled = port == 1u ? i2c_lines_low(chip) : 0u;
+    uint32_t outside = clocked ? chip->gpio_input[port] & ~pulled : chip->registers.gpio_data[port].DAT;
     return (chip->gpio_latch[port] & driven) | (outside & ~driven);
 }
 
@@ -140,6 +141,7 @@ static void write_control(chip_t *chip, uint32_t address, uint32_t value)
     }
     sci_refresh(chip);
     *reg = value;
+    i2c_pins(chip);
     eqep_connect(chip);
     trip_pins(chip);
     outputs_changed(chip);

@@ -77,6 +77,12 @@ static const name_t sci_names[] = {
     NAME(sci_regs_t, SCIFFTX),  NAME(sci_regs_t, SCIFFRX),  NAME(sci_regs_t, SCIFFCT),
     NAME(sci_regs_t, SCIPRI)};
 
+static const name_t i2c_names[] = {
+    NAME(i2c_regs_t, I2COAR),  NAME(i2c_regs_t, I2CIER), NAME(i2c_regs_t, I2CSTR),  NAME(i2c_regs_t, I2CCLKL),
+    NAME(i2c_regs_t, I2CCLKH), NAME(i2c_regs_t, I2CCNT), NAME(i2c_regs_t, I2CDRR),  NAME(i2c_regs_t, I2CSAR),
+    NAME(i2c_regs_t, I2CDXR),  NAME(i2c_regs_t, I2CMDR), NAME(i2c_regs_t, I2CISRC), NAME(i2c_regs_t, I2CPSC),
+    NAME(i2c_regs_t, I2CFFTX), NAME(i2c_regs_t, I2CFFRX)};
+
 #define BLOCK(title, base, words, copies, stride, names)                                                     \
     {                                                                                                        \
         title, base, words, copies, stride, names, (uint32_t)(sizeof(names) / sizeof((names)[0]))            \
@@ -95,7 +101,8 @@ static const block_t blocks[] = {BLOCK("FLASH", FLASH_AT, 8u, 1u, 0u, flash_name
                                  BLOCK("GPIO", GPIO_DATA_AT, 8u, 3u, 8u, data_names),
                                  BLOCK("SYSCTRL", SYSCTRL_AT, 0x20u, 1u, 0u, sysctrl_names),
                                  BLOCK("SCIA", SCIA_AT, 0x10u, 1u, 0u, sci_names),
-                                 BLOCK("ADC", ADC_AT, 0x20u, 1u, 0u, adc_names)};
+                                 BLOCK("ADC", ADC_AT, 0x20u, 1u, 0u, adc_names),
+                                 BLOCK("I2CA", I2CA_AT, 0x40u, 1u, 0u, i2c_names)};
 
 static bool is_array(const char *name)
 {
@@ -177,6 +184,8 @@ const char *chip_report_text(chip_report_kind_t kind)
         return "flash erased or programmed with interrupts or watchdog on: refused";
     case CHIP_FLASH_BEYOND:
         return "flash programmed behind what this model keeps of a page: refused";
+    case CHIP_I2C_MISUSE:
+        return "I2C clock changed out of reset, or outside 7 to 12 MHz at a START";
     case CHIP_REPORT_KINDS:
         break;
     }

@@ -27,6 +27,7 @@ typedef enum { SOURCE_EPWM, SOURCE_EQEP, SOURCE_ADC, SOURCE_CPU, SOURCE_RARE, SO
 #define SYSCTRL_AT      0x7010u
 #define SCIA_AT         0x7050u
 #define ADC_AT          0x7100u
+#define I2CA_AT         0x7900u
 
 #define OFFSET(type, member) ((uint32_t)WORDS(type, member))
 
@@ -54,6 +55,21 @@ void memory_power_on(chip_t *chip);
 /* flash.c: what the drive erases and programs itself */
 void flash_power_on(chip_t *chip);
 void flash_reset(chip_t *chip);
+/* The next operation of a memory that outlives the supply. *done: its bits, all or, in a cut of the power,
+ * some. False: nothing happens, there is no power. */
+bool chip_storage_operation(chip_t *chip, uint32_t *done);
+
+/* i2c.c */
+void i2c_reset(chip_t *chip);
+uint16_t i2c_read(chip_t *chip, uint32_t address);
+void i2c_write(chip_t *chip, uint32_t address, uint16_t value);
+void i2c_refresh(chip_t *chip);             /* before the clock changes */
+void i2c_pins(chip_t *chip);                /* pins became plain ones, or their levels changed */
+uint32_t i2c_lines_low(const chip_t *chip); /* mask of port B: pulled low by the memory */
+
+/* i2c_memory.c */
+void i2c_memory_power_on(chip_t *chip);
+void i2c_memory_power_cycle(chip_t *chip);
 
 /* sci.c */
 void sci_reset(chip_t *chip);

@@ -63,6 +63,7 @@ static void set_clock(chip_t *chip, uint64_t cycle)
 static void clock_change(chip_t *chip, uint32_t blamed)
 {
     sci_refresh(chip);
+    i2c_refresh(chip);
     set_clock(chip, cycle_now(chip));
     if (chip->carrier.active) {
         carrier_leave(chip);

@@ -8,6 +8,7 @@
 
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/rig/rig.h"
 
 static struct {
     arguments_show_t show; /* NULL: the command is run */
@@ -115,6 +116,19 @@ int arguments_scenario(int key, char *argument, struct argp_state *state, argume
     default:
         return ARGP_ERR_UNKNOWN;
     }
+}
+
+uint32_t arguments_key(const char *text, struct argp_state *state)
+{
+    char *end = NULL;
+    const unsigned long key = strtoul(text, &end, 10);
+    if (text[0] < '0' || text[0] > '9' || *end != '\0' || key == 0u ||
+        key > (unsigned long)table_whole_max(rig_row_by_name("line_key"))) {
+        argp_error(state,
+                   "--key %s: accepted is the drive's parameter line_key, a whole number from 1 to 999999",
+                   text);
+    }
+    return (uint32_t)key;
 }
 
 bool arguments_whole(const char *text, uint64_t min, uint64_t max, uint64_t *value)

@@ -69,6 +69,15 @@ typedef struct {
 struct argp_state;
 int arguments_scenario(int key, char *argument, struct argp_state *state, arguments_scenario_t *of);
 
+/* The number of --key KEY, which opens a locked drive; what is none ends the program, with what is accepted.
+ */
+#define ARGUMENTS_KEY                                                                                        \
+    {                                                                                                        \
+        "key", 'K', "KEY", 0,                                                                                \
+            "opens a drive whose parameter line_key is KEY; without it, it can only be read and stopped", 0  \
+    }
+uint32_t arguments_key(const char *text, struct argp_state *state);
+
 /* A whole number of decimal digits, min <= value <= max < 10^19. false: it is none. */
 bool arguments_whole(const char *text, uint64_t min, uint64_t max, uint64_t *value);
 

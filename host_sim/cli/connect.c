@@ -357,19 +357,6 @@ typedef struct {
     const char *target;
 } options_t;
 
-static uint32_t key_of(const char *text, struct argp_state *state)
-{
-    char *end = NULL;
-    const unsigned long key = strtoul(text, &end, 10);
-    if (text[0] < '0' || text[0] > '9' || *end != '\0' || key == 0u ||
-        key > (unsigned long)table_whole_max(rig_row_by_name("line_key"))) {
-        argp_error(state,
-                   "--key %s: accepted is the drive's parameter line_key, a whole number from 1 to 999999",
-                   text);
-    }
-    return (uint32_t)key;
-}
-
 static error_t parse(int key, char *argument, struct argp_state *state)
 {
     options_t *options = state->input;
@@ -381,7 +368,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         options->keep_going = true;
         return 0;
     case 'K':
-        options->key = key_of(argument, state);
+        options->key = arguments_key(argument, state);
         return 0;
     case ARGUMENTS_FORCE_KEY:
         return arguments_force(key);
@@ -432,10 +419,7 @@ int command_connect(int argc, char **argv)
     static const struct argp_option rows[] = {
         {"json", 'j', NULL, 0, "one JSON object for each line of the script", 0},
         {"keep-going", 'k', NULL, 0, "continue after a line that failed; the exit code is 1 nevertheless", 0},
-        {"key", 'K', "KEY", 0,
-         "value of the drive's parameter line_key, if it is not 0; without the key the drive can only be "
-         "read",
-         0},
+        ARGUMENTS_KEY,
         ARGUMENTS_FORCE,
         {0}};
     static const struct argp argp = {

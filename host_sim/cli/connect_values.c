@@ -14,6 +14,8 @@
 #define START_WAIT  2.0  /* [s] for the bridge to come on */
 #define RESET_WAIT  0.05 /* [s] for a fault to go, after each of ... */
 #define RESET_TRIES 6u   /* ... so many resets */
+#define KEEP_WAIT   10.0 /* [s] for a memory on the drive's I2C bus to take a set */
+#define KEEP_LOOK   0.02 /* [s] from one look at it to the next */
 #define RETURN_WAIT 10.0 /* [s] for the drive to answer after its restart */
 
 static bool extra(session_t *session, uint32_t count, char **words)
@@ -200,12 +202,39 @@ bool connect_apply(session_t *session, uint32_t count, char **words)
     return true;
 }
 
+/* A drive with its memory on the I2C bus works on an order after its answer. */
+static bool await_memory(session_t *session, const char *order_name)
+{
+    double state;
+    for (double waited = 0.0; connect_get_named(session, "store_state", &state); waited += KEEP_LOOK) {
+        if (connect_is("store_state", state, "failed")) {
+            return connect_fail(session,
+                                "%s: the memory has failed, `get store_error` says how; what was saved "
+                                "before is kept, and after `restart` it is used again",
+                                order_name);
+        }
+        if (!connect_is("store_state", state, "busy")) {
+            return true;
+        }
+        if (waited > KEEP_WAIT) {
+            return connect_fail(session, "%s: the memory is still busy after 10 s; look at store_state",
+                                order_name);
+        }
+        if (!master_wait(session->master, KEEP_LOOK)) {
+            return connect_fail(
+                session, "%s: the link was lost while the memory was busy; look at store_state", order_name);
+        }
+    }
+    return false;
+}
+
 static bool simple_order(session_t *session, uint32_t count, char **words, const char *name, const char *done,
                          const char *set)
 {
     master_refusal_t refusal;
     bool staged;
     if (!extra(session, count, words) || !order(session, name, &refusal) ||
+        (strcmp(name, "defaults") != 0 && !await_memory(session, name)) ||
         !connect_look_staged(session, &staged)) {
         return false;
     }

@@ -18,6 +18,7 @@
 
 typedef struct {
     const char *target, *port;
+    uint32_t key; /* 0: none */
     bool no_browser;
 } options_t;
 
@@ -27,6 +28,9 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     switch (key) {
     case 'p':
         options->port = argument;
+        return 0;
+    case 'K':
+        options->key = arguments_key(argument, state);
         return 0;
     case 'n':
         options->no_browser = true;
@@ -79,8 +83,9 @@ static int show(const options_t *options, uint64_t port, const char *page, size_
     char address[96];
     master_error_t error;
     master_t *master = master_open(options->target, &error);
-    if (master == NULL) {
+    if (master == NULL || (options->key != 0u && !master_unlock(master, options->key, &error))) {
         fprintf(stderr, "lagless scope: %s\n", error.text);
+        master_close(master);
         return EXIT_INTERNAL;
     }
     scope_t *scope = scope_open(master, (uint32_t)port, page, page_size, why, sizeof why);
@@ -107,6 +112,7 @@ int command_scope(int argc, char **argv)
     static const struct argp_option rows[] = {
         {"http", 'p', "PORT", 0, "port of 127.0.0.1 for the page, default 5580; 0: any free port", 0},
         {"port", 0, NULL, OPTION_ALIAS, "the same as --http", 0},
+        ARGUMENTS_KEY,
         {"no-browser", 'n', NULL, 0, "print the address and open nothing", 0},
         {0},
     };

@@ -270,7 +270,7 @@ bool master_fail_result(const master_t *master, master_error_t *error, const cha
         {MASTER_PROTECTED, "it can be read, but not set"},
         {0x24, "access denied"},
         {MASTER_LOCKED,
-         "the drive is locked by its line_key: it can be read; to write, connect with --key KEY"},
+         "the drive is locked by its line_key: it can be read and stopped; to write, connect with --key KEY"},
         {0x26, "no such set of parameters"},
         {0x27, "not in this mode"},
         {0x29, "not in this order"},

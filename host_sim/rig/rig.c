@@ -75,6 +75,11 @@ rig_t *rig_create(uint64_t seed)
     plant_init(&state->plant, &plant, seed);
     chip_power_on(&state->chip, (uint32_t)BOARD_CRYSTAL_HZ);
     chip_serial_speed(&state->chip, (uint32_t)BOARD_SERIAL_BAUD);
+#if BOARD_STORE == BOARD_STORE_I2C
+    const chip_memory_t memory = {BOARD_STORE_ADDRESS, BOARD_STORE_PAGE_OCTETS,
+                                  BOARD_STORE_WRITE_US * (uint32_t)(CHIP_TICKS_PER_SECOND / 1000000u)};
+    chip_attach_memory(&state->chip, &memory);
+#endif
     rig_bind(rig);
     rig_drive_enable_input(rig);
     rig_start(rig);
@@ -323,6 +328,25 @@ uint32_t rig_serial_get(rig_t *rig, uint8_t *octets, uint32_t room)
 
 _Static_assert(RIG_FLASH_SIZE == 2u * CHIP_FLASH_PAGES * CHIP_FLASH_WORDS, "size of the flash");
 
+#if BOARD_STORE == BOARD_STORE_I2C
+/* The content of the memory on the bus stands at the beginning of the file. */
+void rig_flash_save(const rig_t *rig, uint8_t *octets)
+{
+    memset(octets, 0xFF, RIG_FLASH_SIZE);
+    memcpy(octets, chip_memory_octets(&rig->state.chip), CHIP_I2C_KEPT);
+}
+
+bool rig_flash_load(rig_t *rig, const uint8_t *octets, size_t size)
+{
+    char text[sizeof rig->error];
+    if (size != RIG_FLASH_SIZE) {
+        snprintf(text, sizeof text, "flash of %zu octets: accepted are %u", size, RIG_FLASH_SIZE);
+        return rig_refuse(rig, 0u, REASON_OUT_OF_RANGE, text);
+    }
+    chip_memory_fill(&rig->state.chip, octets);
+    return true;
+}
+#else
 void rig_flash_save(const rig_t *rig, uint8_t *octets)
 {
     for (uint32_t n = 0; n < CHIP_FLASH_PAGES * CHIP_FLASH_WORDS; n++) {
@@ -357,6 +381,7 @@ bool rig_flash_load(rig_t *rig, const uint8_t *octets, size_t size)
     }
     return true;
 }
+#endif
 
 /* ---- state as bytes ---- */
 

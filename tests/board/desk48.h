@@ -73,3 +73,5 @@
 #define BOARD_ENABLE_INPUT       50 /* 19: closed to ground by a relay, with the chip's pull-up */
 #define BOARD_ENABLE_ACTIVE_HIGH 0
 #define BOARD_ENABLE_DEBOUNCE_US 2000
+
+#define BOARD_STORE BOARD_STORE_FLASH /* 20 */

@@ -15,7 +15,7 @@ import unittest
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 HEADERS = (PROJECT / "hal/board.h", PROJECT / "hal/board_check.h")
 GUIDE = PROJECT / "docs/board.md"
-BOARDS = [*sorted((PROJECT / "hal/f28335/boards").glob("*.h")), PROJECT / "tests/board/desk48.h"]
+BOARDS = [*sorted((PROJECT / "hal/f28335/boards").glob("*.h")), PROJECT / "tests/board/desk48.h", PROJECT / "tests/board/pump325.h"]
 GOOD = PROJECT / "tests/board/desk48.h"  # says every fact, line 5 too
 KIT = PROJECT / "hal/f28335/boards/hvmtrpfckit.h"
 CC = shlex.split(os.environ.get("CC", "cc"))
@@ -83,7 +83,7 @@ class BoardFileTest(unittest.TestCase):
 
 class GoodFiles(BoardFileTest):
     def test_each_board_compiles_clean(self):
-        self.assertEqual(len(BOARDS), 3)
+        self.assertEqual(len(BOARDS), 4)
         for board in BOARDS:
             for compiler in [CC, *([[CLANG]] if CLANG else [])]:
                 with self.subTest(board=board.name, compiler=compiler):
@@ -218,6 +218,16 @@ class Mistakes(BoardFileTest):
         (19, "the serial line", {"BOARD_ENABLE_INPUT": 36}),
         (19, "BOARD_ENABLE_ACTIVE_HIGH is 0 or 1", {"BOARD_ENABLE_ACTIVE_HIGH": 2}),
         (19, "BOARD_ENABLE_DEBOUNCE_US is accepted from 0 to 20000", {"BOARD_ENABLE_DEBOUNCE_US": 20001}),
+        (20, "BOARD_STORE is BOARD_STORE_FLASH or BOARD_STORE_I2C", {"BOARD_STORE": 2}),
+        (20, "BOARD_STORE_WRITE_US is missing", {"BOARD_STORE": "BOARD_STORE_I2C"}),
+        *[(20, says, {"BOARD_LED_RUN": "BOARD_NONE", "BOARD_STORE": "BOARD_STORE_I2C", "BOARD_STORE_PINS": "BOARD_I2CA_GPIO32",
+                      "BOARD_STORE_ADDRESS": 0x50, "BOARD_STORE_PAGE_OCTETS": 64, "BOARD_STORE_WRITE_US": 5000, **changed})
+          for says, changed in [("the driver uses no other pins", {"BOARD_STORE_PINS": 1}),
+                                ("those of BOARD_LED_RUN, BOARD_LED_FAULT or BOARD_ENABLE_INPUT", {"BOARD_LED_RUN": 33}),
+                                ("those of BOARD_LED_RUN, BOARD_LED_FAULT or BOARD_ENABLE_INPUT", {"BOARD_ENABLE_INPUT": 32}),
+                                ("0x50 to 0x57", {"BOARD_STORE_ADDRESS": 0x58}), ("0x50 to 0x57", {"BOARD_STORE_ADDRESS": 0x4F}),
+                                ("multiple of 8", {"BOARD_STORE_PAGE_OCTETS": 12}), ("up to 128", {"BOARD_STORE_PAGE_OCTETS": 136}),
+                                ("0 (none) to 20000", {"BOARD_STORE_WRITE_US": 20001})]],
     ]
 
     def test_each_mistake_names_the_line(self):
@@ -255,7 +265,7 @@ class Configuration(unittest.TestCase):
                 done = self.configure(board)
                 self.assertNotEqual(done.returncode, 0)
                 said = " ".join(done.stdout.split())
-                known = ", ".join(path.stem for path in BOARDS[:-1])
+                known = ", ".join(path.stem for path in BOARDS[:-2])
                 self.assertIn(f"LAGLESS_BOARD={board}: accepted are {known}, or the path of a board file (docs/board.md)", said)
 
 
@@ -288,7 +298,7 @@ def guide_facts():
 
 class Guide(unittest.TestCase):
     def test_table_is_numbered_through(self):
-        self.assertEqual(sorted(guide_rows()), list(range(1, 20)))
+        self.assertEqual(sorted(guide_rows()), list(range(1, 21)))
 
     def test_table_and_header_name_the_same_facts_under_the_same_numbers(self):
         """Of the header: what it asks for, and the number of the message behind the question."""

@@ -164,7 +164,7 @@ get motor_resistance current_limit store_state
         self.assertEqual(said[0]["line_key"], 0)
         self.assertGreater(said[0]["u_dc"], 300.0)
         for line in ("set speed_request 10 r/min", "set current_limit 8", "apply", "save", "go 300 r/min", "off"):
-            self.fails(server, line + "\n", "locked by its line_key: it can be read; to write, connect with --key KEY")
+            self.fails(server, line + "\n", "locked by its line_key: it can be read and stopped; to write, connect with --key KEY")
         wrong = connect(server.target, "get u_dc\n", "--key", "4712")
         self.assertEqual((wrong.returncode, wrong.stdout), (3, ""))
         self.assertIn("the key is wrong", wrong.stderr)

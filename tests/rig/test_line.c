@@ -152,6 +152,9 @@ static void test_the_pages_outlive_the_supply_and_the_drive_begins_anew(void)
 static void test_the_flash_goes_through_a_file_of_octets(void)
 {
     static uint8_t octets[RIG_FLASH_SIZE], again[RIG_FLASH_SIZE];
+    if (BOARD_STORE != BOARD_STORE_FLASH) {
+        return; /* the file is of another memory: tests/board/test_store_memory.c */
+    }
     program(0u, 0u, 0x1234u);
     program(1u, 9u, 0xABCDu);
     rig_flash_save(rig, octets);

@@ -95,8 +95,8 @@ class Scope(command_line.TestCase):
         place = self.start("serve", self.scenario, "--quiet", *arguments)[1].split()[-1]
         return place if place.startswith("/") else "tcp://" + place
 
-    def scope(self, target):
-        self.process, line = self.start("scope", target, "--http", "0", "--no-browser")
+    def scope(self, target, *arguments):
+        self.process, line = self.start("scope", target, "--http", "0", "--no-browser", *arguments)
         self.url = line.split()[-1]
         return self.page()
 
@@ -241,6 +241,31 @@ class Scope(command_line.TestCase):
         self.wait(lambda: page.state["link"] and page.state["sampling"], "the link is back")
         count = len(page.samples)
         self.wait(lambda: len(page.samples) > count + 10, "samples")
+
+    def test_a_locked_drive_is_shown_and_stopped_and_switched_on_with_its_key_alone(self):
+        self.scenario = command_line.TestCase.write(self, "locked.toml", BENCH.replace("[rig]", "line_key = 4711\ncommand_timeout = 60\n[rig]"))
+        target = self.serve("--port", "0")
+        page = self.scope(target)
+        for path, body in (("/set", "enable on"), ("/set", "speed_request 300 r/min"), ("/set", "current_bandwidth 750"), ("/order", "apply")):
+            self.assertIn("locked by its line_key", page.ask(path, body)["text"])
+        self.process.send_signal(signal.SIGTERM)
+        self.process.wait(20)
+        self.assertIn("the key is wrong", self.refused(3, target, "--http", "0", "--no-browser", "--key", "4712"))
+        self.assertIn("a whole number from 1 to 999999", self.refused(2, target, "--key", "0"))
+        page = self.scope(target, "--key", "4711")
+        self.run_motor(page)
+        self.process.kill()  # it leaves the motor on
+        self.process.wait(20)
+        page = Page(self.start_locked(target))
+        self.addCleanup(page.close)
+        self.wait(lambda: page.hello and abs(page.value("omega_m") * RPM - 300) < 5, "it still runs")
+        self.assertIn("locked by its line_key", page.ask("/set", "enable off")["text"])
+        self.assertTrue(page.ask("/stop")["ok"])
+        self.wait(lambda: page.value("state") == 1 and abs(page.value("omega_m")) < 0.5, "standstill")
+
+    def start_locked(self, target):
+        self.process, line = self.start("scope", target, "--http", "0", "--no-browser")
+        return line.split()[-1]
 
     def test_wrong_use_is_refused(self):
         target = self.serve("--port", "0")

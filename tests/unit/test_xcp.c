@@ -82,6 +82,12 @@ static bool none_coded(uint32_t extension, uint32_t address, uint32_t count, con
     return false;
 }
 
+/* This value in slot 1, and nothing else. */
+static bool stops(uint32_t extension, uint32_t address, uint32_t slot)
+{
+    return extension == 1u && address == 4u && slot == UINT32_C(0x57099057);
+}
+
 static uint32_t measurable(uint32_t extension, uint32_t address, uint32_t *offset)
 {
     if (extension != 0u || address % 4u != 0u || address < 4u || address >= 4u * SLOTS) {
@@ -125,6 +131,7 @@ static xcp_access_t access = {
     .write = write_memory,
     .writable = writable,
     .coded = none_coded,
+    .stops = stops,
     .measurable = measurable,
     .text_length = text_length,
     .segment = segment,
@@ -345,6 +352,20 @@ static void test_a_locked_slave_is_read_and_measured_but_not_written(void)
     ask("EB 01 00 00", "FE 25");
     ask("EB 83 00 00", "FE 25");
     TEST_ASSERT_EQUAL_HEX32_ARRAY(before, memory, SLOTS);
+}
+
+static void test_a_locked_slave_takes_a_stop_and_nothing_beside_it(void)
+{
+    connect_locked();
+    ask("F6 00 00 01 08 00 00 00", "FF");
+    ask("F0 04 57 90 09 57", "FE 25"); /* another slot */
+    ask("F6 00 00 01 04 00 00 00", "FF");
+    ask("F0 04 57 90 09 56", "FE 25");
+    ask("F0 08 57 90 09 57 57 90 09 57", "FE 25"); /* with a second slot */
+    ask("F0 04 57 90 09", "FE 25");
+    ask("F0 04 57 90 09 57", "FF");
+    TEST_ASSERT_EQUAL_HEX32(0x57099057u, memory[1]);
+    ask("F0 04 57 90 09 57", "FE 25"); /* the address stands behind it */
 }
 
 static void test_the_right_answer_opens_the_session_and_no_other_one(void)

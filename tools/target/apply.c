@@ -1,11 +1,13 @@
-/* What the background does with interrupts off, on a target, for tools/cost to count: parameters changed with
- * the bridge on and off, a request, the background's look. app.c and hal/ as they are; the registers are
- * memory, whose accesses are calls here, where they are single stores on silicon. 0: all went as on the chip.
- */
+/* What the background does, on a target, for tools/cost to count. With interrupts off: parameters changed
+ * with the bridge on and off, a request, the background's look. And each task of its list, with what makes it
+ * long, and talk_step with each command of a client. app.c and hal/ as they are; the registers are memory,
+ * whose accesses are calls here, where they are single stores on silicon. 0: all went as on the chip. */
 #include <stdio.h>
 
 #include "app/app.h"
 #include "hal/f28335/bus.h"
+#include "settings/signals.h"
+#include "tests/rig/frames.h"
 
 static uint32_t registers[0x4000];
 const volatile uint16_t *f28335_base = (const volatile uint16_t *)registers;
@@ -121,6 +123,57 @@ static void trip(void)
     }
 }
 
+/* Each task several times: the self-test is due, a value was learnt, and the bridge is on and off. */
+static void run_list(void)
+{
+    for (uint32_t n = 0u; n < 40u; n++) {
+        app->drive.fast.period += 1000u;
+        app->believed.inertia *= 0.9f;
+        app->drive.state = (int32_t)(n % 2u == 0u ? DRIVE_READY : DRIVE_OPERATION_ENABLED);
+        app_background();
+    }
+}
+
+/* A command as a client sends it on the serial line, given to the background whole. */
+static void send(const uint8_t *packet, uint32_t count)
+{
+    static uint32_t counter;
+    uint8_t frame[FRAMES_MOST];
+    const uint32_t octets = frames_make(frame, packet, count, counter, true);
+    talk_ring_t *came = &app->talk.came;
+    counter++;
+    for (uint32_t n = 0u; n < octets; n++) {
+        came->octets[came->put % TALK_RING] = frame[n];
+        came->put++;
+    }
+    for (uint32_t n = 0u; n < 6u; n++) { /* the command, then its answer in pieces */
+        app->talk.going.got = app->talk.going.put;
+        talk_step();
+    }
+}
+
+/* The commands of a client that reads and sets, and the longest of each kind. */
+static bool talk(void)
+{
+    static const uint8_t connect[] = {0xFF, 0};
+    static const uint8_t status[] = {0xFD};
+    uint8_t upload[] = {0xF4, 60, 0, APP_TABLE_SIGNALS, 0, 0, 0, 0};
+    uint8_t place[] = {0xF6, 0, 0, APP_TABLE_PARAMS, 0, 0, 0, 0};
+    uint8_t download[] = {0xF0, 4, 0, 0, 0, 0};
+    const table_row_t *last = &params_table.rows[params_table.count - 1u];
+    talk_start();
+    send(connect, sizeof connect);
+    send(status, sizeof status);
+    frames_put_long(&upload[4], 4u * signals_table.rows[signals_table.count - 20u].id);
+    send(upload, sizeof upload);
+    frames_put_long(&place[4], 4u * last->id);
+    frames_put_long(&download[2], table_bits(last, &app->staged));
+    send(place, sizeof place);
+    send(download, sizeof download);
+    send(download, sizeof download); /* a number acts when it was received twice */
+    return app->talk.receiver.frames == 6u && app->talk.receiver.errors == 0u;
+}
+
 int main(void)
 {
     params_error_t why;
@@ -146,5 +199,8 @@ int main(void)
     app->task = 0u;
     app_background();
     printf("%s\n", good ? "applied" : why.rule);
-    return good && app->drive.offered != 0u ? 0 : 1;
+    good = good && app->drive.offered != 0u;
+    run_list();
+    good = talk() && good;
+    return good ? 0 : 1;
 }

@@ -74,3 +74,5 @@
 
 /* 19: the kit has no switch for it. Every client on the serial line may start the motor. */
 #define BOARD_ENABLE_INPUT BOARD_NONE
+
+#define BOARD_STORE BOARD_STORE_FLASH /* 20 */

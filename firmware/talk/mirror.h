@@ -1,0 +1,77 @@
+/* A memory that is reached over a slow bus, as the two pages of the store (store.h): they are mirrored in
+ * RAM. At the start the mirror is filled; from then on the store reads, erases and programs the mirror at
+ * once, and mirror_step() brings the same changes to the memory, in the same order, in short steps.
+ *
+ * The order keeps the old set or the new one at a loss of power, as the store's own order does above flash:
+ * a page is erased from its beginning; words are written in ascending groups that never cross a group of the
+ * memory; the last word, which commits a record, is written alone; and every group is read back before the
+ * next one is written. A memory that does not acknowledge is asked again until its time for writing has
+ * passed several times; a group that does not read as written is written again twice. Then the mirror stops
+ * with an error, and nothing more is written until the next start.
+ *
+ * Erased words are 0xFFFF. */
+#ifndef TALK_MIRROR_H
+#define TALK_MIRROR_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "talk/store.h"
+
+#define MIRROR_GROUP 4u /* [words] of a transfer; a page of the store is a multiple of it */
+
+/* The bus; each call is like that of hal.h, and returns at once. */
+typedef enum { MIRROR_BUSY, MIRROR_DONE, MIRROR_REFUSED, MIRROR_LOST } mirror_reply_t;
+typedef struct {
+    void (*write)(uint32_t at, const uint16_t *words, uint32_t count);
+    void (*read)(uint32_t at);
+    mirror_reply_t (*poll)(uint16_t words[MIRROR_GROUP]);
+    void (*give_up)(void);  /* the transfer under way */
+    uint32_t (*time)(void); /* [ticks] wraps */
+    uint32_t refusals_last; /* [ticks] so long a memory may refuse: several times what writing takes */
+    uint32_t transfer_last; /* [ticks] so long a transfer may take */
+    uint32_t words;         /* [16-bit words] of a page of the store, in the mirror */
+    uint32_t stride;        /* [16-bit words] from one page to the next in the memory */
+} mirror_bus_t;
+
+typedef enum {
+    MIRROR_GOOD,
+    MIRROR_NO_ANSWER, /* nobody acknowledges at the address */
+    MIRROR_BUS_STUCK, /* the bus is not free, or a transfer does not end */
+    MIRROR_NOT_TAKEN  /* the memory does not hold what was written */
+} mirror_error_t;
+#define MIRROR_ERROR_NAMES "none|no_answer|bus_stuck|not_taken"
+
+typedef struct {
+    uint32_t phase;              /* [-] what mirror_step() does: mirror.c */
+    uint32_t error;              /* [-] mirror_error_t; with one nothing moves any more */
+    uint32_t at;                 /* [words] next group of `phase`, from the beginning of the mirror */
+    uint32_t count;              /* [words] of that group */
+    uint32_t act;                /* [-] transfer that is under way, or the next one: mirror.c */
+    uint32_t flying;             /* [-] 1: a transfer is under way */
+    uint32_t tries;              /* [-] times that this group was written */
+    uint32_t begun;              /* [ticks] when the transfer began */
+    uint32_t asked;              /* [ticks] when the memory was asked first */
+    uint32_t refused;            /* [-] 1: it has refused since `asked` */
+    uint32_t erases;             /* [-] pages that wait to be erased, */
+    uint32_t erase[STORE_PAGES]; /* [-] and these */
+    uint32_t from;               /* [words] programmed in the mirror, not yet in the memory: from here */
+    uint32_t to;                 /* [words] to here, both from the beginning of the mirror */
+} mirror_t;
+
+/* The mirror is to be filled: mirror_step() until it is no longer busy. */
+void mirror_begin(mirror_t *mirror);
+
+/* One short step: a transfer is begun, or its reply is taken. `pages`: STORE_PAGES x bus->words words. True
+ * while something is left to do; false: all is done, or mirror->error. */
+bool mirror_step(mirror_t *mirror, const mirror_bus_t *bus, uint16_t *pages);
+
+/* The store's calls. An erase or a program is refused while an error stands. */
+bool mirror_erase(mirror_t *mirror, const mirror_bus_t *bus, uint16_t *pages, uint32_t page);
+bool mirror_program(mirror_t *mirror, const mirror_bus_t *bus, uint16_t *pages, uint32_t page, uint32_t at,
+                    const uint16_t *words, uint32_t count);
+
+/* True while mirror_step() has something to do. */
+bool mirror_busy(const mirror_t *mirror);
+
+#endif

@@ -4,8 +4,7 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
-#define DRIFT_MOST      0.5 /* [A] by which an offset drifts at most, as CAMPAIGN_EVENTS say */
-#define CURRENT_SAMPLES 3u  /* two periods from the first to the last */
+#define CURRENT_SAMPLES 3u /* two periods from the first to the last */
 
 /* So long after a fault has gone what it broke may still be wrong [s]. */
 #define AFTERWARDS 0.1
@@ -72,6 +71,17 @@ static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign
     };
 }
 
+static double largest_drift(const campaign_case_t *drawn)
+{
+    double drift = 0.0;
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        if (drawn->events[n].kind == CAMPAIGN_V_DRIFT) {
+            drift = fmax(drift, fabs(drawn->events[n].value));
+        }
+    }
+    return drift;
+}
+
 void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn, campaign_result_t *result,
                           const volatile sig_atomic_t *asked)
 {
@@ -89,6 +99,7 @@ void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn,
         .run = choice("manoeuvre", "run"),
     };
     watch->per_omega = watch->motor.pole_pairs * RIG_PERIOD_SECONDS;
+    watch->drift = largest_drift(drawn);
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         watch->excused[n] = excuse_of(drawn, &drawn->faults[n]);
     }
@@ -183,7 +194,7 @@ static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint3
     static const char *const names[3] = {"true_i_a", "true_i_b", "true_i_c"};
     const bool fast = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > watch->overspeed &&
                       rows[CAMPAIGN_AT_manoeuvre] != watch->run;
-    const double unknown = watch->truth.fed ? DRIFT_MOST : 0.0;
+    const double unknown = watch->truth.fed ? watch->drift : 0.0;
     for (uint32_t phase = 0; phase < 3u; phase++) {
         const double amount = fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase));
         const bool over = amount > watch->trip + unknown;

@@ -211,6 +211,7 @@ typedef struct {
     uint32_t ready, enabled, stops, fault; /* [-] values of `state` */
     uint32_t run;                          /* [-] of `manoeuvre` */
     double trip;                           /* [A] limit of the true current */
+    double drift;                          /* [A] by which an offset drifts at most while the bridge is off */
     double overspeed;                      /* [rad/s] overspeed_trip */
     double per_omega;                      /* [rad s/rad] electrical angle of a period per mechanical speed */
     campaign_excused_t excused[CAMPAIGN_FAULTS_MAX];

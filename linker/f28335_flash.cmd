@@ -105,8 +105,8 @@ SECTIONS
                       *(.text:guard_sink_temperature) *(.text:guard_speed) *(.text:guard_speed_error)
                       *(.text:guard_stack_low) *(.text:guard_stalled) *(.text:guard_start_stalled)
                       *(.text:guard_start_unlocked) *(.text:guard_tripped) *(.text:guard_u_dc) *(.text:guard_unlocked)
-                      *(.text:judge_trips) *(.text:moments) *(.text:still_watch_count) *(.text:still_watch_one)
-                      *(.text:trip_input) *(.text:watch_jump) *(.text:watch_still)
+                      *(.text:is_denied) *(.text:judge_trips) *(.text:moments) *(.text:still_watch_count)
+                      *(.text:still_watch_one) *(.text:trip_input) *(.text:watch_jump) *(.text:watch_still)
                       /* firmware/fast/fast_window.c */
                       *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:snapshot)
                       *(.text:snapshot_catch) *(.text:still_watch_moved)

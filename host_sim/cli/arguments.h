@@ -74,7 +74,10 @@ int arguments_scenario(int key, char *argument, struct argp_state *state, argume
 #define ARGUMENTS_KEY                                                                                        \
     {                                                                                                        \
         "key", 'K', "KEY", 0,                                                                                \
-            "opens a drive whose parameter line_key is KEY; without it, it can only be read and stopped", 0  \
+            "value of the drive's parameter line_key, if it is not 0; without the key the drive can only "   \
+            "be "                                                                                            \
+            "read and stopped",                                                                              \
+            0                                                                                                \
     }
 uint32_t arguments_key(const char *text, struct argp_state *state);
 

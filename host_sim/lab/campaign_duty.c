@@ -8,7 +8,7 @@
 #define LINK_PERIODS    3u                       /* [periods] of too high a link with a gate on */
 #define SPEED_SECONDS   5e-3                     /* [s] of too fast a shaft with a gate on */
 #define AWAY_SECONDS    0.1                      /* [s] of a torque that drives away */
-#define LOOP_SLOWER     14.0 /* [-] so much slower than the tracking loop is the speed control */
+#define INTEGRAL        3.0  /* [-] k_p w/k_i of the speed control, with k_p = J w/K_t, by its rule */
 #define ANSWERS         3.0  /* [-] time constants of the speed control after which it has answered */
 #define ANSWER_MOST     1.0  /* [s] */
 #define AWAY_SPEED      0.05 /* [-] of rated speed: what is nearer to the reference is at it */
@@ -29,6 +29,21 @@ static double drag_of(const campaign_case_t *drawn)
            CAMPAIGN_VALUE(drawn, viscous);
 }
 
+/* k_i K_t = J w^2/3 by the rule, of what is believed of J and psi_f. */
+static double winding(const campaign_case_t *drawn)
+{
+    const double w = campaign_speed_loop(drawn);
+    const double believed = CAMPAIGN_VALUE(drawn, inertia_belief) / CAMPAIGN_VALUE(drawn, flux_belief);
+    return believed * campaign_inertia(drawn) * w * w / INTEGRAL;
+}
+
+/* [s] In which the integral of the speed control changes by this torque [N m] at this error [rad/s]. A light
+ * rotor has a small k_i, whatever its load is. */
+static double wound(const campaign_duty_t *duty, double torque, double error)
+{
+    return fmin(torque / (duty->winding * error), ANSWER_MOST);
+}
+
 void campaign_duty_begin(campaign_watch_t *watch)
 {
     const campaign_case_t *drawn = watch->drawn;
@@ -43,7 +58,8 @@ void campaign_duty_begin(campaign_watch_t *watch)
         .stop_time = campaign_initial(drawn, "fault_stop_time"),
         .load = campaign_load(drawn),
         .drag = drag_of(drawn),
-        .answer = fmin(ANSWERS * LOOP_SLOWER / campaign_loop(drawn), ANSWER_MOST),
+        .answer = fmin(ANSWERS / campaign_speed_loop(drawn), ANSWER_MOST),
+        .winding = winding(drawn),
         .drawn = drawn->around == NULL,
         .coded = campaign_has_encoder(drawn),
         .healthy = campaign_is_healthy(drawn),
@@ -173,7 +189,10 @@ static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t 
     const bool away = stops || follows ? leaves(watch, rows, torque, wanted) : exceeds(watch, rows, torque);
     duty->away = is_another_wish(duty, rows) ? 0u : duty->away;
     duty->away = counted(runs && away, duty->away);
-    const double most = stops ? AWAY_SECONDS : fmax(AWAY_SECONDS, duty->answer);
+    duty->away_torque = duty->away > 1u ? fmax(duty->away_torque, fabs(torque)) : fabs(torque);
+    const double near = fmax(error, AWAY_SPEED * duty->speed);
+    const double answer = fmax(duty->answer, wound(duty, duty->away_torque, near));
+    const double most = stops ? AWAY_SECONDS : fmax(AWAY_SECONDS, answer);
     const uint32_t half = campaign_periods(0.5 * most);
     if (follows && duty->away > 1u && duty->away % half == 1u && error <= duty->away_error) {
         duty->away = 1u;
@@ -196,6 +215,18 @@ static bool wishes_the_same(campaign_duty_t *duty, const uint32_t *rows)
     return same;
 }
 
+/* [s] For which friction and a passive load hold a shaft that has come to a standstill, while the integral of
+ * the speed control goes from its present torque to what moves the shaft the other way. */
+static double held(const campaign_watch_t *watch, const uint32_t *rows, double load)
+{
+    const campaign_duty_t *duty = &watch->duty;
+    const double wanted = campaign_number(rows, CAMPAIGN_AT_speed_request);
+    const double torque = campaign_number(rows, CAMPAIGN_AT_true_torque);
+    const double against = wanted * torque < 0.0 ? fabs(torque) : 0.0;
+    const double least = campaign_invariants[CAMPAIGN_I_REACH].limit * duty->speed;
+    return wound(duty, (load + duty->drag) * duty->torque + against, fmax(fabs(wanted), least));
+}
+
 /* [periods] In which the shaft must be at its speed. */
 static double due_of(const campaign_watch_t *watch, const uint32_t *rows, double load)
 {
@@ -203,7 +234,7 @@ static double due_of(const campaign_watch_t *watch, const uint32_t *rows, double
     const double way = fabs(campaign_number(rows, CAMPAIGN_AT_speed_request)) +
                        fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
     const double room = fmax(LEAST_ROOM, 0.75 - load - duty->drag);
-    const double start = duty->coded ? ENCODER_SECONDS : START_SECONDS;
+    const double start = duty->coded ? ENCODER_SECONDS + held(watch, rows, load) : START_SECONDS;
     return (start + 2.0 * duty->answer + 2.0 * way * duty->inertia / (duty->torque * room)) /
            RIG_PERIOD_SECONDS;
 }

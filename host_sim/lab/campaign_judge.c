@@ -71,6 +71,17 @@ static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign
     };
 }
 
+static double largest_drift(const campaign_case_t *drawn)
+{
+    double drift = 0.0;
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        if (drawn->events[n].kind == CAMPAIGN_V_DRIFT) {
+            drift = fmax(drift, fabs(drawn->events[n].value));
+        }
+    }
+    return drift;
+}
+
 void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn, campaign_result_t *result,
                           const volatile sig_atomic_t *asked)
 {
@@ -88,6 +99,7 @@ void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn,
         .run = choice("manoeuvre", "run"),
     };
     watch->per_omega = watch->motor.pole_pairs * RIG_PERIOD_SECONDS;
+    watch->drift = largest_drift(drawn);
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         watch->excused[n] = excuse_of(drawn, &drawn->faults[n]);
     }
@@ -175,15 +187,17 @@ static void judge_ceiling(campaign_watch_t *watch, uint32_t phase, double amount
 
 /* With all gates off, software has done what it can: a rotor whose EMF is beyond the link feeds it through
  * the diodes. So it does in the first periods of a catch, in which nobody knows of it yet: what is beyond
- * overspeed_trip then is not the drive's doing. */
+ * overspeed_trip then is not the drive's doing. Offsets that have moved while the rotor fed the link could
+ * not be measured: the trip is wrong by them. */
 static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     static const char *const names[3] = {"true_i_a", "true_i_b", "true_i_c"};
     const bool fast = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > watch->overspeed &&
                       rows[CAMPAIGN_AT_manoeuvre] != watch->run;
+    const double unknown = watch->truth.fed ? watch->drift : 0.0;
     for (uint32_t phase = 0; phase < 3u; phase++) {
         const double amount = fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase));
-        const bool over = amount > watch->trip;
+        const bool over = amount > watch->trip + unknown;
         const bool acts = watch->gates_seen && !fast;
         watch->over[phase] = over && acts ? watch->over[phase] + 1u : 0u;
         judge_ceiling(watch, phase, over && acts ? amount : 0.0);

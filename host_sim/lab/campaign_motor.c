@@ -4,6 +4,7 @@
 #include "host_sim/lab/campaign_parts.h"
 
 #define ROOT_3       1.7320508075688772
+#define SPEED_DRAWN  0.9    /* [-] of rated speed: the fastest that is drawn */
 #define SPEED_MIN    60.0   /* [rad/s] rated, mechanical */
 #define SPEED_MAX    1000.0 /* [rad/s] likewise */
 #define ELECTRIC_MAX 2000.0 /* [rad/s] rated, electrical: 3 % of a turn a period */
@@ -145,6 +146,48 @@ bool campaign_overhauls(const campaign_case_t *drawn)
            CAMPAIGN_VALUE(drawn, spring) != 0.0;
 }
 
+/* Has the rotor more energy than the link takes up to its trip? Braking then fills a link that nothing
+ * discharges, and noise and the errors of the currents do the rest. */
+static bool fills_link(const campaign_case_t *drawn)
+{
+    const double trip = campaign_initial(drawn, "dc_overvoltage");
+    const double source = CAMPAIGN_VALUE(drawn, dc_voltage);
+    const double speed = SPEED_DRAWN * campaign_motor(drawn).speed;
+    return campaign_inertia(drawn) * speed * speed >
+           CAMPAIGN_VALUE(drawn, dc_soft) * (trip * trip - source * source);
+}
+
+/* [-] Over rated speed: by how much a step of the load, over rated torque, moves the speed. The speed control
+ * has k_p = J w/K_t and k_i = k_p w/3, so that w(s)/T(s) = s/(J (s^2 + w s + w^2/3)), whose largest answer to
+ * a step is 0.70 T/(J w); what is believed of J and psi_f is in k_p. */
+static double moved_by(const campaign_case_t *drawn, double load)
+{
+    const campaign_motor_t motor = campaign_motor(drawn);
+    const double believed = CAMPAIGN_VALUE(drawn, inertia_belief) / CAMPAIGN_VALUE(drawn, flux_belief);
+    const double w = campaign_speed_loop(drawn) * fmin(1.0, believed);
+    return 0.70 * load * motor.torque / (campaign_inertia(drawn) * w * motor.speed);
+}
+
+/* Does the step of a load move a shaft at the speed that is asked for beyond the trip? */
+static bool is_unloaded_beyond(const campaign_case_t *drawn)
+{
+    const double beyond = campaign_overspeed(drawn) / campaign_motor(drawn).speed;
+    double load = CAMPAIGN_VALUE(drawn, load);
+    double speed = 0.0;
+    for (uint32_t n = 0; n < drawn->event_count; n++) {
+        const campaign_event_t *event = &drawn->events[n];
+        if (event->kind == CAMPAIGN_V_SPEED || event->kind == CAMPAIGN_V_SLOW) {
+            speed = fmax(speed, fabs(event->value));
+        } else if (event->kind == CAMPAIGN_V_LOAD) {
+            if (speed + moved_by(drawn, fabs(event->value - load)) > beyond) {
+                return true;
+            }
+            load = event->value;
+        }
+    }
+    return false;
+}
+
 bool campaign_is_calm(const campaign_case_t *drawn)
 {
     bool beyond = false;
@@ -152,5 +195,6 @@ bool campaign_is_calm(const campaign_case_t *drawn)
         beyond = beyond || is_driven_beyond(drawn, &drawn->events[n]);
     }
     return campaign_is_healthy(drawn) && !campaign_overhauls(drawn) && !beyond &&
-           CAMPAIGN_VALUE(drawn, dc_edge) == 0.0;
+           !is_unloaded_beyond(drawn) && CAMPAIGN_VALUE(drawn, dc_edge) == 0.0 &&
+           (CAMPAIGN_VALUE(drawn, dc_soft) == 0.0 || !fills_link(drawn));
 }

@@ -39,8 +39,9 @@ bool campaign_is_healthy(const campaign_case_t *drawn);
 /* Can the load drive the motor? */
 bool campaign_overhauls(const campaign_case_t *drawn);
 
-/* Is it healthy, with a load that cannot overhaul the motor, no current asked for that takes it beyond
- * overspeed_trip, and a supply away from its limits? */
+/* Is it healthy, with a load that cannot overhaul the motor, no current asked for and no step of the load
+ * that take it beyond overspeed_trip, a supply away from its limits, and a link that the rotor cannot fill?
+ */
 bool campaign_is_calm(const campaign_case_t *drawn);
 
 /* campaign_rows.c: what is set at t = 0. */
@@ -57,7 +58,8 @@ typedef struct {
 } campaign_settings_t;
 
 void campaign_set_all(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor);
-double campaign_loop(const campaign_case_t *drawn); /* [rad/s] pll_bandwidth */
+double campaign_loop(const campaign_case_t *drawn);       /* [rad/s] pll_bandwidth */
+double campaign_speed_loop(const campaign_case_t *drawn); /* [rad/s] of the speed control, by its rule */
 /* campaign_space.c: offsets that drift while the bridge is on are a fault, and not meant: such an event goes.
  */
 void campaign_drop_drifts(campaign_case_t *drawn);
@@ -145,10 +147,12 @@ typedef struct {
     bool brakes;                    /* the present wish is slower than the shaft was, or the other way */
     uint32_t off, fast, high, mute; /* [periods] so long has it been so */
     uint32_t away;                  /* [periods] so long has the torque driven away */
+    double away_torque;             /* [N m] largest of that time */
     double away_error;              /* [rad/s] by which the speed was wrong when half of that time began */
     uint32_t away_wish[4];          /* slots of what was asked for meanwhile, and of the load */
     bool coded;                     /* control turns with the encoder throughout */
     double answer;                  /* [s] in which the speed control answers a change */
+    double winding;                 /* [N m/rad] what its integral winds up or down per error and time */
     uint32_t stopping;              /* [periods] since the quick stop began */
     double stop_most;               /* [s] it may take; 0: it is not judged */
     uint32_t wish[4];               /* slots of what was requested last, and of the load */
@@ -207,6 +211,7 @@ typedef struct {
     uint32_t ready, enabled, stops, fault; /* [-] values of `state` */
     uint32_t run;                          /* [-] of `manoeuvre` */
     double trip;                           /* [A] limit of the true current */
+    double drift;                          /* [A] by which an offset drifts at most while the bridge is off */
     double overspeed;                      /* [rad/s] overspeed_trip */
     double per_omega;                      /* [rad s/rad] electrical angle of a period per mechanical speed */
     campaign_excused_t excused[CAMPAIGN_FAULTS_MAX];

@@ -4,6 +4,7 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
+#define LOOP_SLOWER    14.0   /* [-] so much slower than the tracking loop is the speed control */
 #define LOOP_MIN       200.0  /* [rad/s] */
 #define LOOP_MAX       1000.0 /* [rad/s] a tenth of the carrier's */
 #define LINK           1e-3   /* [F] where what breaks needs a capacitor */
@@ -158,6 +159,11 @@ double campaign_loop(const campaign_case_t *drawn)
     const campaign_motor_t motor = campaign_motor(drawn);
     const double asked = 6.4 * sqrt(motor.pole_pairs * motor.torque / campaign_inertia(drawn));
     return fmax(LOOP_MIN, fmin(asked, LOOP_MAX)) * CAMPAIGN_VALUE(drawn, loop_share);
+}
+
+double campaign_speed_loop(const campaign_case_t *drawn)
+{
+    return campaign_loop(drawn) / LOOP_SLOWER;
 }
 
 /* With a share of 1 the drive's own rule decides. */

@@ -194,6 +194,28 @@ static void test_another_load_and_another_wish_begin_anew(void)
     expect_held(); /* another wish */
 }
 
+/* The default motor turns at 141 rad/s at most: 0.0636 kg m^2 have 635 J, 3 mF take 95 J from 311 to 400 V. A
+ * motor of 10^-5 kg m^2 has 109 V of EMF, 1000 rad/s, 0.818 N m and a speed control of 71.4 rad/s: a step of
+ * the load moves it by 0.802 of itself, and from 0.9 to 1.4 of rated speed 0.5 are left. */
+static void test_a_run_is_calm_if_neither_link_nor_load_take_the_drive_to_its_trips(void)
+{
+    judge_anew("", 0.0);
+    TEST_ASSERT_TRUE(campaign_is_calm(&observed));
+    observed.quantities[CAMPAIGN_Q_dc_soft] = 3e-3;
+    TEST_ASSERT_FALSE(campaign_is_calm(&observed));
+    observed.quantities[CAMPAIGN_Q_motor_drawn] = 1.0;
+    observed.quantities[CAMPAIGN_Q_inertia] = 1e-5; /* 4 J */
+    TEST_ASSERT_TRUE(campaign_is_calm(&observed));
+    observed.events[0] = (campaign_event_t){CAMPAIGN_V_SPEED, 0.1, -0.9};
+    observed.events[1] = (campaign_event_t){CAMPAIGN_V_LOAD, 0.5, 0.62};
+    observed.event_count = 2u;
+    TEST_ASSERT_TRUE(campaign_is_calm(&observed));
+    observed.events[1].value = 0.63;
+    TEST_ASSERT_FALSE(campaign_is_calm(&observed));
+    observed.quantities[CAMPAIGN_Q_load] = 0.1;
+    TEST_ASSERT_TRUE(campaign_is_calm(&observed));
+}
+
 static void test_false_alarms_beyond_two_in_a_thousand_are_more_than_chance(void)
 {
     static campaign_result_t results[1000];

@@ -19,6 +19,7 @@
 #define SLIP_NATURAL  430.0f   /* [rad/s] of the loop of the slip: damping 0.7 with EMF_CUTOFF */
 #define SLIP_SPEED    80.0f    /* [rad/s] below it the EMF is too noisy, and the error is within reach */
 #define SLIP_MOST     0.5f     /* [-] of <|e|>/psi_f: an error of psi_f by a third */
+#define SLIP_SURE     0.1f     /* [-] of <|e|>/psi_f: 6 ms leave a sixth of the slip, 1.7 % of the speed */
 #define SEEN_TIME     2.0e-3f  /* [s] the observer has converged by then: the mean begins there */
 #define SETTLED_TIME  4.0e-3f  /* [s] the sum of the direction has a sign by then */
 #define SURE_TIME     10.0e-3f /* [s] the lengths have settled by then */
@@ -50,6 +51,7 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
         .lead = 1.5f * params->period,
         .seen = periods_of(SEEN_TIME, params->period),
         .settled = periods_of(SETTLED_TIME, params->period),
+        .fast = SURE_TURN / SEEN_TIME,
         .sure = periods_of(SURE_TIME, params->period),
         .turn_sure = SURE_TURN / params->period,
         .beyond = periods_of(BEYOND_TIME, params->period),
@@ -136,14 +138,19 @@ catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t
     if (catching->periods > tuning->settled) { /* from here on `before` rotates */
         catching->slip = slip_of(catching, tuning, before, emf, speed);
     }
-    if (catching->periods >= tuning->settled) {
+    const bool crosses = bounds_magnitude(catching->cross) >= catching->cross_min;
+    const bool fast = crosses && catching->periods >= tuning->seen && speed >= tuning->fast;
+    if (fast || catching->periods >= tuning->settled) {
         catching->omega_e = (catching->cross < 0.0f ? -speed : speed) + catching->slip;
+    }
+    if (catching->periods >= tuning->settled) {
         catching->turned += speed;
     }
-    const bool turning = bounds_magnitude(catching->cross) >= catching->cross_min &&
-                         speed >= tuning->speed_min && is_steady(catching, tuning);
+    const bool turning = crosses && speed >= tuning->speed_min && is_steady(catching, tuning);
     catching->turning = turning && catching->periods >= tuning->settled;
-    const bool sure = catching->periods >= tuning->sure && catching->turned >= tuning->turn_sure;
+    const bool found =
+        bounds_within(catching->slip, SLIP_SURE * speed); /* the loop of the slip has settled */
+    const bool sure = found && catching->periods >= tuning->sure && catching->turned >= tuning->turn_sure;
     const bool over = catching->periods >= catching->wanted;
     if (turning && (sure || over)) {
         catching->found = 1u;

@@ -1,7 +1,9 @@
 /* Catch: detects from the back-EMF whether the rotor rotates, in which direction and at which angle, with the
  * gates on and almost no current, in the stationary frame.
  *
- *     voltage     the EMF itself, so that almost no current flows, rotated by 1.5 T omega for the delay
+ *     voltage     the EMF itself, so that almost no current flows, rotated by 1.5 T omega for the delay; that
+ *                 of a rotor that turns by 1 rad in 2 ms after these, because the current that the delay
+ *                 drives grows with the square of the speed
  *     current     a small current along phase a, which is outside the zone of the dead time in all three
  *                 legs; once a rotor is detected, more, along its d axis, where it makes no torque
  *     direction   sign of the sum of  e x <e>,  <e>: the EMF low-passed: a vector that rotates leads its
@@ -55,6 +57,7 @@ typedef struct {
     uint32_t seen;        /* [periods] before the mean of the length begins */
     uint32_t settled;     /* [periods] before speed and rotation are valid */
     uint32_t sure;        /* [periods] after which a rotor that has rotated far enough is caught at once */
+    float fast;           /* speed of a rotor whose direction is known when the mean begins [rad/s] */
     float turn_sure;      /* this rotation over T [rad/s] */
     uint32_t beyond;      /* [periods] for which an EMF above the link must last */
 } catch_tuning_t;

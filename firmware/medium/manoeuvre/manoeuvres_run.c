@@ -36,12 +36,18 @@ static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t 
 }
 
 /* The loop agrees with its EMF: run begins. A rotor that turns against the
- * reference keeps its speed first. */
+ * reference keeps its speed first. One that is slower than at a hand-over goes on in the forced frame, which
+ * takes it there: run would have to accelerate it by an angle that the dead time turns. */
 static void proved(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const float omega_e = input->estimate->omega_smooth;
     const bool against = omega_e * manoeuvres_wanted(m, &input->wish) < 0.0f;
     const bool speed = input->wish.mode == RUN_SPEED;
+    if (speed && bounds_within(omega_e, m->limits.handover_speed)) {
+        m->run.omega_m_ref = omega_e * m->limits.pole_pairs_inverse;
+        manoeuvres_fall_back(m, input, setpoint);
+        return;
+    }
     manoeuvres_enter_run(m, without_torque(m), omega_e);
     m->windows = MANOEUVRE_MASKED; /* the judgement starts with the next window */
     m->reversing = against && !speed;
@@ -102,9 +108,17 @@ void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
     }
 }
 
+/* The speed with which the catch of a lost rotor begins [rad/s]: that of the loop, unless the EMF denies it.
+ */
+static float lost_speed(const estimate_t *estimate)
+{
+    const float expected = estimate->flux * bounds_magnitude(estimate->omega_smooth);
+    return estimate->amplitude < LOCK_PROJECTION_MIN * expected ? 0.0f : estimate->omega_smooth;
+}
+
 /* The lock is lost: the rotor is caught again, unless the limit of losses is reached, or no
  * start has led to a run that lasted. */
-static void lose(manoeuvres_t *m, float omega_e, setpoint_t *setpoint)
+static void lose(manoeuvres_t *m, const estimate_t *estimate, setpoint_t *setpoint)
 {
     const bool often = m->losses.count >= 2u && m->clock - m->losses.clock[1] < LOSS_WINDOWS;
     if (often || m->start_try >= m->limits.start_tries) {
@@ -114,7 +128,7 @@ static void lose(manoeuvres_t *m, float omega_e, setpoint_t *setpoint)
     m->losses.relocks = 0u;
     m->losses.clock[1] = m->losses.clock[0];
     m->losses.clock[0] = m->clock;
-    manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, MANOEUVRE_CATCH_PERIODS, omega_e, setpoint);
+    manoeuvres_enter_catch(m, MANOEUVRE_RELOCK, MANOEUVRE_CATCH_PERIODS, lost_speed(estimate), setpoint);
 }
 
 /* Detects a requested reversal through zero speed and a reference that is too slow to track. In both cases
@@ -181,7 +195,7 @@ static void run(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *se
     const manoeuvres_limits_t *limits = &m->limits;
     const estimate_t *estimate = input->estimate;
     if (input->losses != 0u) {
-        lose(m, estimate->omega_smooth, setpoint);
+        lose(m, estimate, setpoint);
         return;
     }
     if (m->other_source != 0u && m->encoder_lost == 0u && !manoeuvres_is_locked(m, estimate)) {

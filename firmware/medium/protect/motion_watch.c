@@ -38,6 +38,7 @@ motion_watch_tuning_t motion_watch_prepare(const motion_watch_params_t *params)
         .load_most = MOTION_LOAD_MOST * params->current_limit,
         .gained_most = MOTION_LOAD_HIT * full * behind,
         .pushes = MOTION_PUSHES * params->current_limit,
+        .forgets = lowpass_share(1.0f / MOTION_SWING, period),
         .standing = params->standing,
         .progress = larger(PROGRESS_LEAST, PROGRESS_NOISE * params->noise),
         .runaway = judgements_in(larger(MOTION_RUNAWAY_TIME, MOTION_RUNAWAY_TAUS * tau), period),
@@ -124,7 +125,9 @@ uint32_t motion_watch_step(motion_watch_t *watch, const motion_watch_input_t *in
         watch->away = runs_away(watch, input) && !input->confirmed ? watch->away + 1u : 0u;
     }
     const float speed = bounds_magnitude(input->omega_m);
-    watch->calm = watch->away == 0u ? speed : watch->calm;
+    if (watch->away == 0u) {
+        watch->calm = larger(speed, lowpass_step(watch->calm, tuning->forgets, speed));
+    }
     if (watch->away >= tuning->runaway && speed >= GROWN * watch->calm) {
         watch->away = tuning->runaway;
         bits |= MOTION_RUNAWAY;

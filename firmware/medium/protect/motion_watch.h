@@ -11,10 +11,12 @@
  * the wrong sign, and the drive accelerates the shaft that it should hold.
  *
  *     runaway     |i_L| > 1.3 i_max,  i_L i_q > 0,  |i_q| > 0.6 i_max,  |omega| grows, against i_q,
- *                 for MOTION_RUNAWAY_TIME, and by a tenth of its initial amount in this time
+ *                 for MOTION_RUNAWAY_TIME, and beyond its largest amount before by a tenth
  *
  * A load on an elastic shaft swings back by less than that, or its back-EMF confirms the encoder's angle in
- * this time: then the torque has the sign that control requires.
+ * this time: then the torque has the sign that control requires. A shaft that current has slowed down swings
+ * back with what it has lost; so the largest amount fades over MOTION_SWING, half a period of 15 Hz, the
+ * slowest shaft in question.
  *
  * An impact on the shaft is no runaway: the acceleration used is limited to 2 (K_t/J) i_max, from which it
  * has fallen to 0.3 of that after 1.9 tau, and a runaway must last for at least 2.2 tau. tau is so long that
@@ -43,6 +45,7 @@
 #define MOTION_TAU_MIN      5e-3f  /* [s] */
 #define MOTION_TAU_NOISE    5.0f   /* [-] current limit over the noise of i_L */
 #define MOTION_RUNAWAY_TIME 8e-3f  /* [s] for which it must last ... */
+#define MOTION_SWING        33e-3f /* [s] in which the speed before a runaway fades */
 #define MOTION_RUNAWAY_TAUS 2.2f   /* [-] ... and for this multiple of tau */
 #define MOTION_AT_LIMIT     0.9f   /* [-] of the present limit: from here on the current is at its limit */
 #define MOTION_OVERRUN      1.1f   /* [-] of the reference: a driven shaft beyond it overruns the brake ... */
@@ -71,6 +74,7 @@ typedef struct {
     float load_most;      /* [A] */
     float gained_most;    /* omega - LP(omega) at the largest acceleration [rad/s] */
     float pushes;         /* [A] */
+    float forgets;        /* of the largest speed before a runaway [-] */
     float standing;       /* [rad/s] */
     float progress;       /* [rad/s] */
     uint32_t runaway;     /* judgements for which it must last [-] */
@@ -86,7 +90,7 @@ typedef struct {
     float load;       /* i_L [A] */
     float base;       /* speed towards the reference from which it must approach [rad/s] */
     uint32_t settled; /* [-] 1: the low-passes have started */
-    float calm;       /* |omega| at the last judgement without a runaway [rad/s] */
+    float calm;       /* largest |omega| of the last judgements without a runaway, which fades [rad/s] */
     uint32_t away;    /* judgements with a runaway, in a row [-] */
     uint32_t stuck;   /* judgements at the limit without an approach [-]; 0: none */
     uint32_t forward; /* [-] 1: the reference was above the speed in these */
@@ -122,6 +126,7 @@ static inline void motion_watch_take(motion_watch_t *watch, const motion_watch_t
 static inline void motion_watch_rest(motion_watch_t *watch)
 {
     watch->settled = 0u;
+    watch->calm = 0.0f;
     watch->away = 0u;
     watch->stuck = 0u;
     watch->over = 0u;

@@ -107,6 +107,7 @@ static motor_t motor_so_far(const work_t *work)
                                    : GUESS_INDUCTANCE * flux / plate->current,
         [MOTOR_FLUX] = flux,
         [MOTOR_CURRENT] = plate->current,
+        [MOTOR_TORQUE] = torque,
         [MOTOR_SPEED] = plate->speed,
         [MOTOR_LINK] = work->link,
         [MOTOR_INERTIA] = isfinite(result->inertia.value) ? result->inertia.value

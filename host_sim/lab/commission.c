@@ -28,6 +28,9 @@
 #define FLUX_VOLTAGE   0.75 /* of the voltage */
 #define TORQUE_SPEED   0.45 /* of the largest speed: torque test */
 #define TORQUE_VOLTAGE 0.6
+#define FLUX_OVER      1.8  /* flux test over the speed of the hand-over, at least ... */
+#define TORQUE_OVER    2.4  /* the same of the torque test, which coasts down to 1.3 ... */
+#define SPEED_MOST     0.85 /* ... and no more than this of the largest speed, and of the voltage */
 
 static const char *const names[] = {
 #define NAME_OF(name, text) #name,
@@ -55,7 +58,8 @@ typedef struct {
     const commission_plate_t *plate;
     commission_result_t *result;
     scenario_error_t *error;
-    double link; /* [V] */
+    double link;     /* [V] */
+    double handover; /* speed of the hand-over with the parameters of this step, mechanical [rad/s] */
 } work_t;
 
 /* ---- the choice of a row by name ---- */
@@ -174,6 +178,7 @@ static bool stage(work_t *work)
         }
     }
     good = good && rig_put(work->rig, "start_current", start_current(tune));
+    work->handover = tuned ? tune->handover : 0.0;
     free(tune);
     good = good && rig_put(work->rig, fixed[0], choice_of(fixed[0], "sensorless")) &&
            rig_put(work->rig, fixed[1], 0.0) && stage_dead_time(work) && rig_apply(work->rig);
@@ -259,10 +264,13 @@ static double speed_of(const work_t *work, commission_do_t step)
 {
     const motor_t motor = motor_so_far(work);
     const double top = work->link / SQRT_3 / (motor.value[MOTOR_POLE_PAIRS] * motor.value[MOTOR_FLUX]);
-    const double speed = step == COMMISSION_DO_flux
-                             ? fmin(FLUX_SPEED * work->plate->speed, FLUX_VOLTAGE * top)
-                             : fmin(TORQUE_SPEED * work->plate->speed, TORQUE_VOLTAGE * top);
-    return fmin(speed, 0.9 * rig_value(work->rig, "overspeed_trip"));
+    const bool flux = step == COMMISSION_DO_flux;
+    const double speed = fmin((flux ? FLUX_SPEED : TORQUE_SPEED) * work->plate->speed,
+                              (flux ? FLUX_VOLTAGE : TORQUE_VOLTAGE) * top);
+    /* room above the hand-over, where dead time and R I make that fast */
+    const double room =
+        fmin((flux ? FLUX_OVER : TORQUE_OVER) * work->handover, SPEED_MOST * fmin(work->plate->speed, top));
+    return fmin(fmax(speed, room), 0.9 * rig_value(work->rig, "overspeed_trip"));
 }
 
 /* One step from a bridge that is off to a bridge that is off. false: `result` has the reason. */
@@ -408,7 +416,7 @@ static bool contradicts(commission_result_t *result, const scenario_error_t *err
 bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commission_options_t *options,
                     commission_result_t *result, scenario_error_t *error)
 {
-    work_t work = {rig, plate, result, error, 0.0};
+    work_t work = {rig, plate, result, error, 0.0, 0.0};
     const uint32_t currents[] = {rig_row_by_name("i_a")->id, rig_row_by_name("i_b")->id,
                                  rig_row_by_name("i_c")->id};
     const uint32_t begin = rig_period(rig);

@@ -10,9 +10,13 @@
 #define BIAS_TORQUE 0.25f /* the same of the torque test [-] */
 #define NEAR        0.03f /* relative distance from the reference of a steady speed [-] */
 #define STEADY      0.6f  /* [s] near it before a mean */
+#define SMOOTH      15.0f /* [rad/s] low-pass of the speed for that */
 #define MEAN        1.0f  /* [s] */
 
-#define CYCLES       3u
+#define CYCLES       3u    /* [-] at least */
+#define CYCLES_MOST  24u   /* [-] while the fit scatters */
+#define SCATTER_GOOD 0.01f /* standard error of J that ends the cycles, relative [-] */
+#define SCATTER_MOST 0.03f /* the same that is accepted after all cycles [-] */
 #define LOW_SHARE    0.35f /* low over high speed of the torque test [-] */
 #define LOW_ABOVE    1.3f  /* low speed over that of the hand-over [-] */
 #define COAST_TO     0.35f /* of the way from low to high, where braking begins [-] */
@@ -25,11 +29,11 @@
 #define PUSH_WAIT    3.0f /* [s] after which a push that does not suffice grows */
 #define COAST_MOST   3.0f /* [s] */
 #define SLICES       6.0f /* of a push [-] */
-#define SLICE_LEAST  6.0f /* [windows] */
+#define SLICE_LEAST  8.0f /* [windows] */
 #define SLICE_MOST   250.0f
-#define SKIP         12u   /* [windows] after a change of the torque */
+#define SKIP         6u    /* [windows] after a change of the torque */
 #define CONFIRMS     0.04f /* the same of two torque tests [-] */
-#define AGREES       0.25f /* largest relative distance from the J of the swing [-] */
+#define AGREES       0.15f /* largest relative distance from the J of the swing [-] */
 #define SLICES_LEAST 12.0f
 #define STEADY_HIGH  0.9f /* of the high speed: first steady speed [-] */
 
@@ -76,14 +80,17 @@ static float torque_of(const commission_tuning_t *tuning, const turning_input_t 
     return 1.5f * tuning->pole_pairs * (psi + reluctance) * current.q;
 }
 
-/* Counts the windows near this speed. true: it has been steady for a while. */
-static bool is_steady(uint32_t *windows, const commission_tuning_t *tuning, const turning_input_t *input,
-                      float omega_m)
+/* Counts the windows near this speed. true: it has been steady for a while. The estimate of a window is noisy
+ * where the back-EMF is small, so that its low-passed value is judged. */
+static bool is_steady(turning_steady_t *steady, const commission_tuning_t *tuning,
+                      const turning_input_t *input, float omega_m)
 {
     const float omega_e = tuning->pole_pairs * omega_m;
-    const bool near = input->runs != 0u && bounds_within(input->omega_e - omega_e, NEAR * omega_e);
-    *windows = near ? *windows + 1u : 0u;
-    return *windows > periods_of(STEADY, tuning->window);
+    const float share = bounds_less(SMOOTH * tuning->window, 1.0f);
+    steady->omega_e += share * (input->omega_e - steady->omega_e);
+    const bool near = input->runs != 0u && bounds_within(steady->omega_e - omega_e, NEAR * omega_e);
+    steady->windows = near ? steady->windows + 1u : 0u;
+    return steady->windows > periods_of(STEADY, tuning->window);
 }
 
 static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, const turning_input_t *input,
@@ -91,11 +98,13 @@ static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, co
 {
     const float longer = lengthening(tuning, input);
     const float reluctance = (tuning->inductance_d - tuning->inductance_q) * longer * across_emf(input).d;
-    const float value = longer * length(input->emf) / bounds_magnitude(input->omega_e) - reluctance;
+    const float speed = bounds_magnitude(input->omega_e);
+    const float volts = longer * length(input->emf) - speed * (psi + reluctance);
     mean->windows += 1.0f;
     mean->omega += input->omega_e;
-    mean->psi += value - psi; /* about a near value, for the sum of the squares */
-    mean->square += (value - psi) * (value - psi);
+    mean->speed += speed;
+    mean->volts += volts; /* about a near value, for the sum of the squares */
+    mean->square += volts * volts;
     mean->torque += torque_of(tuning, input, psi);
 }
 
@@ -103,7 +112,7 @@ static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, co
 
 void flux_test_begin(flux_test_t *step)
 {
-    *step = (flux_test_t){.windows = 0u};
+    *step = (flux_test_t){.steady = {0u, 0.0f}};
 }
 
 commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t *tuning,
@@ -113,7 +122,7 @@ commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t
     turning_mean_t *mean = &step->mean;
     const float near = tuning->flux_linkage;
     *wish = (turning_wish_t){0u, input->speed, {BIAS * tuning->current_max, 0.0f}};
-    if (!is_steady(&step->windows, tuning, input, input->speed)) {
+    if (!is_steady(&step->steady, tuning, input, input->speed)) {
         *mean = (turning_mean_t){.windows = 0.0f};
         return commission_goes_on();
     }
@@ -122,27 +131,27 @@ commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t
         return commission_goes_on();
     }
     const float share = 1.0f / mean->windows;
-    const float rest = share * mean->psi;
-    const float psi = near + rest;
+    const float volts = share * mean->volts;
+    const float psi = near + mean->volts / mean->speed;
     if (!(psi > 0.0f)) {
         return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
     }
     results->flux_linkage = psi;
-    results->flux_scatter = root_or_none(share * mean->square - rest * rest) / psi;
+    results->flux_scatter = root_or_none(share * mean->square - volts * volts) / (share * mean->speed * psi);
     return commission_finished();
 }
 
 /* ---- fit ---- */
 
-void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float torque)
+void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float y)
 {
     for (uint32_t r = 0u; r < TURNING_UNKNOWNS; r++) {
         for (uint32_t c = 0u; c < TURNING_UNKNOWNS; c++) {
             fit->a[r][c] += x[r] * x[c];
         }
-        fit->b[r] += x[r] * torque;
+        fit->b[r] += x[r] * y;
     }
-    fit->yy += torque * torque;
+    fit->yy += y * y;
     fit->n += 1.0f;
 }
 
@@ -196,6 +205,7 @@ static void begin_phase(torque_test_t *step, torque_phase_t phase)
 {
     step->phase = phase;
     step->windows = 0u;
+    step->steady.windows = 0u;
     step->slice = (turning_slice_t){.windows = 0u};
     step->mean = (turning_mean_t){.windows = 0.0f};
 }
@@ -208,10 +218,10 @@ static void close(torque_test_t *step, const commission_tuning_t *tuning)
     const float of_square = n * (n * n - 1.0f) * (n * n - 4.0f) * (1.0f / 180.0f);
     const float of_linear = n * (n * n - 1.0f) * (1.0f / 12.0f);
     const float per_time = 1.0f / tuning->window;
-    const float x[TURNING_UNKNOWNS] = {2.0f * part->square * per_time * per_time /
-                                           (of_square * tuning->pole_pairs),
-                                       1.0f, part->linear * per_time / (of_linear * tuning->pole_pairs)};
-    turning_fit_add(&step->fit, x, part->torque / n);
+    const float x[TURNING_UNKNOWNS] = {part->torque / n, 1.0f,
+                                       part->linear * per_time / (of_linear * tuning->pole_pairs)};
+    turning_fit_add(&step->fit, x,
+                    2.0f * part->square * per_time * per_time / (of_square * tuning->pole_pairs));
     part->windows = 0u;
     part->turned = 0.0f;
     part->linear = 0.0f;
@@ -257,6 +267,16 @@ static void begin_pushing(torque_test_t *step, const commission_tuning_t *tuning
     begin_phase(step, TORQUE_UP);
 }
 
+/* After a cycle: true if the fit needs another one. */
+static bool goes_on(const torque_test_t *step)
+{
+    float x[TURNING_UNKNOWNS];
+    float error;
+    const bool good =
+        step->fit.n >= SLICES_LEAST && turning_fit_solve(&step->fit, x, &error) && error < SCATTER_GOOD;
+    return step->cycle < CYCLES || (!good && step->cycle < CYCLES_MOST);
+}
+
 /* Torque up, coast, brake. */
 static void push(torque_test_t *step, const commission_tuning_t *tuning, const turning_input_t *input,
                  turning_wish_t *wish, float psi)
@@ -278,7 +298,7 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
         }
     } else if (omega_m < step->low) {
         step->cycle++;
-        begin_phase(step, step->cycle < CYCLES ? TORQUE_UP : TORQUE_STEADY_FAST);
+        begin_phase(step, goes_on(step) ? TORQUE_UP : TORQUE_STEADY_FAST);
     }
     const float push = step->phase == TORQUE_UP     ? step->push
                        : step->phase == TORQUE_DOWN ? -BRAKE * step->push
@@ -287,27 +307,31 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
     *wish = (turning_wish_t){by_current ? 1u : 0u, wish->omega_m_ref, {wish->current.d, push}};
 }
 
-static commission_verdict_t judge(torque_test_t *step, commission_results_t *results)
+static commission_verdict_t judge(torque_test_t *step, commission_results_t *results, float psi)
 {
     float x[TURNING_UNKNOWNS];
     float error;
-    if (step->fit.n < SLICES_LEAST || !turning_fit_solve(&step->fit, x, &error) || !(x[0] > 0.0f)) {
+    if (step->fit.n < SLICES_LEAST || !turning_fit_solve(&step->fit, x, &error) || !(x[0] > 0.0f) ||
+        error > SCATTER_MOST) {
         return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
     }
-    /* the swing has measured J in another way: if the two disagree, a second test has to confirm the first */
-    const float first = step->earlier > 0.0f ? step->earlier : results->inertia_first;
+    const float inertia = 1.0f / x[0];
+    /* the swing has measured J in another way: if the two disagree, a second test has to confirm the first;
+     * the J of the swing is proportional to its psi_f, which is known better now */
+    const float corrected = results->flux_first > 0.0f ? psi / results->flux_first : 1.0f;
+    const float first = step->earlier > 0.0f ? step->earlier : corrected * results->inertia_first;
     const float room = step->earlier > 0.0f ? CONFIRMS : AGREES;
-    if (first > 0.0f && !bounds_within(x[0] - first, room * first)) {
+    if (first > 0.0f && !bounds_within(inertia - first, room * first)) {
         if (step->earlier > 0.0f) {
             return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
         }
-        *step = (torque_test_t){.phase = TORQUE_START, .earlier = x[0]};
+        *step = (torque_test_t){.phase = TORQUE_START, .earlier = inertia};
         return commission_goes_on();
     }
     const float apart = step->omega[0] - step->omega[1];
     const float slope = apart > 0.0f ? (step->torque[0] - step->torque[1]) / apart : 0.0f;
     const float viscous = bounds_more(slope, 0.0f);
-    results->inertia = x[0];
+    results->inertia = inertia;
     results->inertia_scatter = error;
     results->friction_viscous = viscous;
     results->friction_coulomb = bounds_more(
@@ -326,7 +350,7 @@ static commission_verdict_t hold_speed(torque_test_t *step, const commission_tun
     }
     turning_mean_t *mean = &step->mean;
     wish->omega_m_ref = which == 0u ? STEADY_HIGH * step->high : step->low;
-    if (!is_steady(&step->windows, tuning, input, wish->omega_m_ref)) {
+    if (!is_steady(&step->steady, tuning, input, wish->omega_m_ref)) {
         *mean = (turning_mean_t){.windows = 0.0f};
         return commission_goes_on();
     }
@@ -337,7 +361,7 @@ static commission_verdict_t hold_speed(torque_test_t *step, const commission_tun
     step->torque[which] = mean->torque / mean->windows;
     step->omega[which] = mean->omega / (mean->windows * tuning->pole_pairs);
     if (which == 1u) {
-        return judge(step, results);
+        return judge(step, results, psi);
     }
     begin_phase(step, TORQUE_STEADY_SLOW);
     return commission_goes_on();
@@ -355,7 +379,7 @@ commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuni
         return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
     }
     if (step->phase == TORQUE_START) {
-        if (is_steady(&step->windows, tuning, input, step->low)) {
+        if (is_steady(&step->steady, tuning, input, step->low)) {
             begin_pushing(step, tuning, psi);
         }
         return commission_goes_on();

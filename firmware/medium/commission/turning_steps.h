@@ -89,12 +89,13 @@ typedef enum {
 typedef struct {
     torque_phase_t phase; /* [-] of the step */
     uint32_t cycle;       /* [-] */
+    uint32_t pushed;      /* [windows] of all cycles */
     uint32_t windows;     /* [windows] of this phase */
     turning_steady_t steady;
-    float push;      /* i_q upwards [A] */
-    float earlier;   /* J of a first test that disagreed with the swing; 0: none [kg m^2] */
-    uint32_t length; /* N: of a slice [windows] */
-    float low, high; /* speeds, mechanical [rad/s] */
+    float push;         /* i_q upwards [A] */
+    float earlier;      /* J of a first test that disagreed with the swing; 0: none [kg m^2] */
+    uint32_t length[3]; /* N: of a slice up, coasting, down [windows] */
+    float low, high;    /* speeds, mechanical [rad/s] */
     turning_slice_t slice;
     turning_fit_t fit;
     turning_mean_t mean;

@@ -26,11 +26,15 @@
 
 #define FLUX_SPEED     0.58 /* of the largest speed: flux test */
 #define FLUX_VOLTAGE   0.75 /* of the voltage */
-#define TORQUE_SPEED   0.45 /* of the largest speed: torque test */
-#define TORQUE_VOLTAGE 0.6
-#define FLUX_OVER      1.8  /* flux test over the speed of the hand-over, at least ... */
-#define TORQUE_OVER    2.4  /* the same of the torque test, which coasts down to 1.3 ... */
-#define SPEED_MOST     0.85 /* ... and no more than this of the largest speed, and of the voltage */
+#define TORQUE_SPEED   0.58 /* of the largest speed: torque test */
+#define TORQUE_VOLTAGE 0.75
+#define FLUX_OVER      1.8   /* flux test over the speed of the hand-over, at least ... */
+#define TORQUE_OVER    2.4   /* the same of the torque test, which coasts down to 1.3 ... */
+#define RANGE_LEAST    150.0 /* [rad/s] electrical: least rated speed for the turning steps */
+#define HANDOVER_STEP  0.5   /* by which the hand-over becomes faster with each try, of that of the rules */
+#define HANDOVER_TIMES 2.0   /* of that of the rules, at most */
+#define HANDOVER_MOST  0.49  /* of overspeed_trip: the drive accepts half of it */
+#define SPEED_MOST     0.85  /* ... and no more than this of the largest speed, and of the voltage */
 
 static const char *const names[] = {
 #define NAME_OF(name, text) #name,
@@ -60,6 +64,7 @@ typedef struct {
     scenario_error_t *error;
     double link;     /* [V] */
     double handover; /* speed of the hand-over with the parameters of this step, mechanical [rad/s] */
+    double raised;   /* of the hand-over that is used over the one of the rules [-] */
 } work_t;
 
 /* ---- the choice of a row by name ---- */
@@ -163,6 +168,14 @@ static double start_current(const tune_t *tune)
     return start > 0.0 ? fmin(start, most) : most;
 }
 
+/* A hand-over faster than by the rules, where the back-EMF is large beside the noise. */
+static bool raise_handover(work_t *work, double by_rule)
+{
+    const double most = HANDOVER_MOST * rig_value(work->rig, "overspeed_trip");
+    work->handover = fmin(work->raised * by_rule, fmax(most, by_rule));
+    return rig_put(work->rig, "handover_speed", work->raised > 1.0 ? work->handover : 0.0);
+}
+
 /* Parameters for the next step. */
 static bool stage(work_t *work)
 {
@@ -178,7 +191,7 @@ static bool stage(work_t *work)
         }
     }
     good = good && rig_put(work->rig, "start_current", start_current(tune));
-    work->handover = tuned ? tune->handover : 0.0;
+    good = good && raise_handover(work, tune->handover);
     free(tune);
     good = good && rig_put(work->rig, fixed[0], choice_of(fixed[0], "sensorless")) &&
            rig_put(work->rig, fixed[1], 0.0) && stage_dead_time(work) && rig_apply(work->rig);
@@ -413,10 +426,82 @@ static bool contradicts(commission_result_t *result, const scenario_error_t *err
     return true;
 }
 
+static bool is_one_of(const char *name, const char *const *names, size_t count)
+{
+    bool found = false;
+    for (size_t n = 0; n < count; n++) {
+        found = found || strcmp(name, names[n]) == 0;
+    }
+    return found;
+}
+
+/* The estimate was lost, or too noisy: a faster hand-over may help. */
+static bool worth_another_try(const work_t *work)
+{
+    static const char *const lost[] = {"lock_lost",       "start_unlocked",  "start_stalled",
+                                       "estimate_astray", "sensorless_lost", "inertia_not_seen"};
+    return is_one_of(work->result->reason, lost, sizeof lost / sizeof lost[0]) &&
+           work->raised + HANDOVER_STEP <= HANDOVER_TIMES;
+}
+
+/* A turning step failed, and the rated speed is so small that the back-EMF hardly exceeds the loss of the
+ * dead time: the range is the reason. */
+static void name_small_range(work_t *work)
+{
+    static const char *const small[] = {"lock_lost",       "start_unlocked",  "start_stalled",
+                                        "estimate_astray", "sensorless_lost", "inertia_not_seen",
+                                        "emf_too_small",   "overspeed"};
+    const double omega_e = work->plate->pole_pairs * work->plate->speed;
+    if (work->result->step < COMMISSION_DO_flux || omega_e >= RANGE_LEAST ||
+        !is_one_of(work->result->reason, small, sizeof small / sizeof small[0])) {
+        return;
+    }
+    char text[160];
+    snprintf(text, sizeof text,
+             "the rated speed is %.0f rad/s electrical, below %.0f rad/s, and the step ended with %s",
+             omega_e, RANGE_LEAST, work->result->reason);
+    end_with(work, "speed_range_small", text, "permit more speed, or enter psi_f and J from the data sheet");
+}
+
+/* Clears what a try has left. */
+static void try_again(work_t *work)
+{
+    work->raised += HANDOVER_STEP;
+    work->result->reason[0] = '\0';
+    work->result->what[0] = '\0';
+    (void)rig_put(work->rig, "fault_reset", 1.0);
+    (void)rig_run(work->rig, SLICE);
+    (void)rig_put(work->rig, "fault_reset", 0.0);
+    (void)rig_run(work->rig, SLICE);
+}
+
+/* A step with all its tries; a result has no reason. false: the plate is not accepted. */
+static bool try_step(work_t *work, commission_do_t step, const commission_options_t *options)
+{
+    commission_result_t *result = work->result;
+    bool good = stage(work) || contradicts(result, work->error);
+    if (good && result->reason[0] == '\0' && options->progress != NULL) {
+        options->progress(options->context, step, false, result);
+    }
+    while (good && result->reason[0] == '\0') {
+        if (run_step(work, step)) {
+            take(work, step);
+            return true;
+        }
+        if (step < COMMISSION_DO_flux || !worth_another_try(work)) {
+            break;
+        }
+        try_again(work);
+        good = stage(work) || contradicts(result, work->error);
+    }
+    name_small_range(work);
+    return good;
+}
+
 bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commission_options_t *options,
                     commission_result_t *result, scenario_error_t *error)
 {
-    work_t work = {rig, plate, result, error, 0.0, 0.0};
+    work_t work = {rig, plate, result, error, 0.0, 0.0, 1.0};
     const uint32_t currents[] = {rig_row_by_name("i_a")->id, rig_row_by_name("i_b")->id,
                                  rig_row_by_name("i_c")->id};
     const uint32_t begin = rig_period(rig);
@@ -435,13 +520,7 @@ bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commissio
             continue;
         }
         result->step = n;
-        good = stage(&work) || contradicts(result, error);
-        if (result->reason[0] == '\0' && good && options->progress != NULL) {
-            options->progress(options->context, (commission_do_t)n, false, result);
-        }
-        if (result->reason[0] == '\0' && good && run_step(&work, (commission_do_t)n)) {
-            take(&work, (commission_do_t)n);
-        }
+        good = try_step(&work, (commission_do_t)n, options);
         result->seconds = (rig_period(rig) - begin) * RIG_PERIOD_SECONDS;
         if (good && options->progress != NULL) {
             options->progress(options->context, (commission_do_t)n, true, result);

@@ -16,9 +16,9 @@
 #define MEAN         1.0f  /* [s] */
 
 #define CYCLES       4u     /* [-] at least; the first one shows how long the phases take */
-#define CYCLES_TIME  20.0f  /* [s] after which no cycle is added */
+#define CYCLES_MOST  40u    /* [-] more of them would only hide errors that do not scatter */
 #define SCATTER_GOOD 0.01f  /* standard error of J that ends the cycles, relative [-] */
-#define SCATTER_MOST 0.03f  /* the same that is accepted after all cycles [-] */
+#define SCATTER_MOST 0.015f /* the same that is accepted after all cycles [-] */
 #define LOW_SHARE    0.35f  /* low over high speed of the torque test [-] */
 #define LOW_ABOVE    1.3f   /* low speed over that of the hand-over [-] */
 #define COAST_TO     0.35f  /* of the way from low to high, where braking begins [-] */
@@ -27,7 +27,10 @@
 #define PUSH_SHORT   0.025f /* [s] of that of a light rotor */
 #define PUSH_LEAST   0.08f  /* of the largest current [-] */
 #define PUSH_MOST    0.8f
-#define PUSH_ADDED   0.05f /* of the largest current, for friction [-] */
+#define PUSH_ADDED   0.03f /* of the largest current, beyond friction [-] */
+#define BIAS_PUSHES  2.0f  /* i_d over the push, at most [-] */
+#define LOSS_REST    0.02f /* share of the dead time's loss that its compensation leaves in the EMF [-] */
+#define TURNED_MOST  0.04f /* of the push that i_d adds by the EMF's angle, at most [-] */
 #define PUSH_GROWTH  1.4f
 #define PUSH_WAIT    3.0f  /* [s] after which a push that does not suffice grows */
 #define COAST_MOST   3.0f  /* [s] */
@@ -289,19 +292,31 @@ static void begin_pushing(torque_test_t *step, const commission_tuning_t *tuning
     const float most = PUSH_MOST * tuning->current_max;
     const float least = bounds_less(PUSH_LEAST * tuning->current_max, way / PUSH_SHORT);
     const float wanted = bounds_more(way / PUSH_TIME, least);
-    step->push = bounds_less(wanted + PUSH_ADDED * tuning->current_max, most);
+    const float mean = step->mean.windows > 0.0f ? step->mean.torque / step->mean.windows : 0.0f;
+    const float friction = bounds_magnitude(mean) / constant;
+    step->push = bounds_less(wanted + friction + PUSH_ADDED * tuning->current_max, most);
     step->length[0] = step->length[1] = step->length[2] = (uint32_t)SLICE_MOST;
     begin_phase(step, TORQUE_UP);
 }
 
-/* true: the fit needs another cycle, and there is time for it. */
-static bool goes_on(const torque_test_t *step, const commission_tuning_t *tuning)
+/* What is left of the dead time turns the EMF, and i_d then counts as torque. true: by too much of the push.
+ */
+static bool is_turned(const torque_test_t *step, const commission_tuning_t *tuning,
+                      const commission_results_t *results, float current_d, float psi)
+{
+    const float emf = psi * tuning->pole_pairs * step->low;
+    const float most = bounds_less(bounds_magnitude(current_d), BIAS_PUSHES * step->push);
+    return LOSS_REST * results->dead_voltage * most > TURNED_MOST * step->push * emf;
+}
+
+/* true: the fit needs another cycle. */
+static bool goes_on(const torque_test_t *step)
 {
     float x[TURNING_UNKNOWNS];
     float error;
     const bool good =
         step->fit.n >= SLICES_LEAST && turning_fit_solve(&step->fit, x, &error) && error < SCATTER_GOOD;
-    return step->cycle < CYCLES || (!good && step->pushed < periods_of(CYCLES_TIME, tuning->window));
+    return step->cycle < CYCLES || (!good && step->cycle < CYCLES_MOST);
 }
 
 /* A phase ends. That of the first cycle has shown how long it takes: slices as long as possible, because the
@@ -326,7 +341,6 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
     const float middle = step->low + COAST_TO * (step->high - step->low);
     slice(step, tuning, input, psi);
     step->windows++;
-    step->pushed++;
     if (step->phase == TORQUE_UP) {
         if (step->windows > periods_of(PUSH_WAIT, tuning->window)) {
             step->push = bounds_less(PUSH_GROWTH * step->push, PUSH_MOST * tuning->current_max);
@@ -335,7 +349,7 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
             end_phase(step, TORQUE_COAST);
         }
     } else if (step->phase == TORQUE_COAST) {
-        if (step->windows == SKIP + 1u && !goes_on(step, tuning)) {
+        if (step->windows == SKIP + 1u && !goes_on(step)) {
             begin_phase(step, TORQUE_STEADY_FAST);
         } else if (omega_m < middle || step->windows > periods_of(COAST_MOST, tuning->window)) {
             end_phase(step, TORQUE_DOWN);
@@ -348,6 +362,7 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
                        : step->phase == TORQUE_DOWN ? -BRAKE * step->push
                                                     : 0.0f;
     const uint32_t by_current = step->phase != TORQUE_STEADY_FAST ? 1u : 0u;
+    wish->current.d = bounds_clamp(wish->current.d, BIAS_PUSHES * step->push);
     *wish = (turning_wish_t){by_current, wish->omega_m_ref, {wish->current.d, push}};
 }
 
@@ -424,8 +439,16 @@ commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuni
         return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
     }
     if (step->phase == TORQUE_START) {
-        if (is_steady(&step->steady, tuning, input, step->low)) {
+        const bool steady = is_steady(&step->steady, tuning, input, step->low);
+        if (step->steady.windows == 0u) {
+            step->mean = (turning_mean_t){.windows = 0.0f};
+        }
+        mean_add(&step->mean, tuning, input, psi);
+        if (steady) {
             begin_pushing(step, tuning, psi);
+            if (is_turned(step, tuning, results, wish->current.d, psi)) {
+                return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
+            }
         }
         return commission_goes_on();
     }

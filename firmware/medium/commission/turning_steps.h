@@ -89,7 +89,6 @@ typedef enum {
 typedef struct {
     torque_phase_t phase; /* [-] of the step */
     uint32_t cycle;       /* [-] */
-    uint32_t pushed;      /* [windows] of all cycles */
     uint32_t windows;     /* [windows] of this phase */
     turning_steady_t steady;
     float push;         /* i_q upwards [A] */

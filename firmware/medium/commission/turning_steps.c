@@ -344,6 +344,7 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
     if (step->phase == TORQUE_UP) {
         if (step->windows > periods_of(PUSH_WAIT, tuning->window)) {
             step->push = bounds_less(PUSH_GROWTH * step->push, PUSH_MOST * tuning->current_max);
+            step->fit = (turning_fit_t){.n = 0.0f}; /* the rotor may have stood: friction was anything */
             begin_phase(step, TORQUE_UP);
         } else if (omega_m > step->high) {
             end_phase(step, TORQUE_COAST);

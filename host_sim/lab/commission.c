@@ -4,31 +4,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host_sim/lab/commission_parts.h"
 #include "host_sim/lab/course.h"
-#include "host_sim/lab/tune.h"
 #include "settings/reasons.h"
 
-#define SQRT_3 1.7320508075688772
-
-#define WAIT_READY 2.0   /* [s] until the drive is ready */
-#define WAIT_ON    4.0   /* [s] until it is on */
-#define SLICE      25u   /* [periods] between two looks */
-#define COAST      0.3   /* [s] after a turning step */
-#define STEP_MOST  150.0 /* [s] above the largest time of every step in the drive */
-#define OVER_TOP   1.4   /* overspeed_trip over the largest speed of tune */
-#define TRIP       1.25  /* overcurrent_trip over current_limit */
-#define START      0.6   /* start_current over current_limit, at most */
-
-/* A motor that is not known yet, for the rows of tune: shares of what plate and link allow. */
-#define GUESS_FLUX       0.6  /* of the link's voltage at the largest speed */
-#define GUESS_INDUCTANCE 0.3  /* L I over psi_f */
-#define GUESS_RESISTANCE 0.03 /* R I over the EMF */
-
-#define FLUX_SPEED     0.58 /* of the largest speed: flux test */
-#define FLUX_VOLTAGE   0.75 /* of the voltage */
-#define TORQUE_SPEED   0.45 /* of the largest speed: torque test */
-#define TORQUE_VOLTAGE 0.6
-
+#define WAIT_READY     2.0   /* [s] until the drive is ready */
+#define WAIT_ON        4.0   /* [s] until it is on */
+#define SLICE          25u   /* [periods] between two looks */
+#define COAST          0.3   /* [s] after a turning step */
+#define STEP_MOST      150.0 /* [s] above the largest time of every step in the drive */
+#define OVER_TOP       1.4   /* overspeed_trip over the largest speed of tune */
+#define RANGE_LEAST    150.0 /* [rad/s] electrical: least rated speed for the turning steps */
+#define HANDOVER_STEP  0.5   /* by which the hand-over becomes faster with each try, of that of the rules */
+#define HANDOVER_TIMES 2.0   /* of that of the rules, at most */
 static const char *const names[] = {
 #define NAME_OF(name, text) #name,
     COMMISSION_LIST(NAME_OF)
@@ -50,21 +38,6 @@ const char *commission_step_text(commission_do_t step)
     return texts[step];
 }
 
-typedef struct {
-    rig_t *rig;
-    const commission_plate_t *plate;
-    commission_result_t *result;
-    scenario_error_t *error;
-    double link; /* [V] */
-} work_t;
-
-/* ---- the choice of a row by name ---- */
-
-static double choice_of(const char *row, const char *choice)
-{
-    return (double)table_choice(rig_row_by_name(row), choice);
-}
-
 static void choice_name(const char *row, double value, char *to, size_t size)
 {
     const char *at = rig_row_by_name(row)->choices;
@@ -75,127 +48,9 @@ static void choice_name(const char *row, double value, char *to, size_t size)
     snprintf(to, size, "%.*s", (int)strcspn(at, "|"), at);
 }
 
-/* ---- parameters ---- */
-
-static bool refuse(work_t *work, const char *what)
-{
-    snprintf(work->error->name, sizeof work->error->name, "plate");
-    snprintf(work->error->message, sizeof work->error->message, "%s: %s", what, rig_error(work->rig));
-    return false;
-}
-
-/* What is known of the motor so far, as tune wants it; the rest is guessed from the plate. */
-static motor_t motor_so_far(const work_t *work)
-{
-    const commission_plate_t *plate = work->plate;
-    const commission_result_t *result = work->result;
-    const double emf = GUESS_FLUX * work->link / SQRT_3;
-    const double flux = isfinite(result->flux_linkage.value) ? result->flux_linkage.value
-                        : result->flux_first > 0.0           ? result->flux_first
-                                                             : emf / (plate->pole_pairs * plate->speed);
-    const double torque = 1.5 * plate->pole_pairs * flux * plate->current;
-    motor_t motor = {.name = "measured"};
-    const double values[MOTOR_QUANTITIES] = {
-        [MOTOR_POLE_PAIRS] = plate->pole_pairs,
-        [MOTOR_RESISTANCE] = isfinite(result->resistance.value) ? fmax(result->resistance.value, 1e-3)
-                                                                : GUESS_RESISTANCE * emf / plate->current,
-        [MOTOR_INDUCTANCE_D] = isfinite(result->inductance_d.value)
-                                   ? result->inductance_d.value
-                                   : GUESS_INDUCTANCE * flux / plate->current,
-        [MOTOR_INDUCTANCE_Q] = isfinite(result->inductance_q.value)
-                                   ? result->inductance_q.value
-                                   : GUESS_INDUCTANCE * flux / plate->current,
-        [MOTOR_FLUX] = flux,
-        [MOTOR_CURRENT] = plate->current,
-        [MOTOR_SPEED] = plate->speed,
-        [MOTOR_LINK] = work->link,
-        [MOTOR_INERTIA] = isfinite(result->inertia.value) ? result->inertia.value
-                          : result->inertia_first > 0.0   ? result->inertia_first
-                                                          : torque * 0.05 / plate->speed,
-        [MOTOR_COULOMB] =
-            isfinite(result->friction_coulomb.value) ? result->friction_coulomb.value : 0.03 * torque,
-        [MOTOR_VISCOUS] = isfinite(result->friction_viscous.value) ? result->friction_viscous.value : 0.0,
-    };
-    memcpy(motor.value, values, sizeof values);
-    for (uint32_t n = 0; n < MOTOR_QUANTITIES; n++) {
-        motor.has[n] = values[n] != 0.0;
-    }
-    return motor;
-}
-
-/* The delays with which the model of the inverter loses the measured voltage at this link. */
-static bool stage_dead_time(work_t *work)
-{
-    const double lost = work->result->dead_voltage.value;
-    if (!isfinite(lost)) {
-        return true;
-    }
-    const double drop = rig_value(work->rig, "device_drop");
-    const double effective = (lost - drop) * RIG_PERIOD_SECONDS / work->link;
-    const double delay = effective - rig_value(work->rig, "params.dead_time");
-    const table_row_t *on = rig_row_by_name("params.turn_on_delay");
-    const double most = rig_max(on);
-    return rig_put(work->rig, "params.turn_on_delay", fmin(fmax(delay, 0.0), most)) &&
-           rig_put(work->rig, "params.turn_off_delay", fmin(fmax(-delay, 0.0), most));
-}
-
-/* A row of tune. */
-static double tuned_value(const tune_t *tune, const char *name)
-{
-    for (uint32_t n = 0; n < tune->count; n++) {
-        if (strcmp(tune->rows[n].row->name, name) == 0) {
-            return tune->rows[n].value;
-        }
-    }
-    return 0.0;
-}
-
-/* A start with less current than a tuned drive uses: room below the trip for data that are not exact. */
-static double start_current(const tune_t *tune)
-{
-    const double most = START * tuned_value(tune, "current_limit");
-    const double start = tuned_value(tune, "start_current");
-    return start > 0.0 ? fmin(start, most) : most;
-}
-
-/* Parameters for the next step. */
-static bool stage(work_t *work)
-{
-    static const char *const fixed[] = {"position_source", "inductance_adaptation"};
-    const motor_t motor = motor_so_far(work);
-    tune_t *tune = malloc(sizeof *tune);
-    bool good = tune != NULL && tune_motor(&motor, tune, work->error);
-    const bool tuned = good;
-    for (uint32_t n = 0; good && n < tune->count; n++) {
-        const tune_row_t *row = &tune->rows[n];
-        if (scenario_is_param(row->row)) {
-            good = rig_set(work->rig, row->row->id, row->value);
-        }
-    }
-    good = good && rig_put(work->rig, "start_current", start_current(tune));
-    free(tune);
-    good = good && rig_put(work->rig, fixed[0], choice_of(fixed[0], "sensorless")) &&
-           rig_put(work->rig, fixed[1], 0.0) && stage_dead_time(work) && rig_apply(work->rig);
-    if (good) {
-        /* 1.25 of the largest current and half the ripple, where the rules accept that */
-        const double limit = rig_value(work->rig, "current_limit");
-        const double ripple = rig_value(work->rig, "commission_inductance_pulse") > 0.0
-                                  ? work->link * RIG_PERIOD_SECONDS /
-                                        (24.0 * rig_value(work->rig, "commission_inductance_pulse"))
-                                  : 0.0;
-        const double trip = rig_value(work->rig, "overcurrent_trip");
-        if (!rig_put(work->rig, "overcurrent_trip", TRIP * limit + ripple) || !rig_apply(work->rig)) {
-            good = rig_put(work->rig, "overcurrent_trip", trip) &&
-                   rig_put(work->rig, "current_limit", fmin(limit, (trip - ripple) / TRIP)) &&
-                   rig_apply(work->rig);
-        }
-    }
-    return good || (tuned ? refuse(work, "the parameters that follow from it are refused") : false);
-}
-
 /* ---- steps ---- */
 
-static bool wait_for(work_t *work, const char *row, double value, double seconds)
+static bool wait_for(commission_work_t *work, const char *row, double value, double seconds)
 {
     const uint32_t most = rig_periods(seconds);
     for (uint32_t n = 0; n < most; n += SLICE) {
@@ -207,14 +62,14 @@ static bool wait_for(work_t *work, const char *row, double value, double seconds
     return rig_value(work->rig, row) == value;
 }
 
-static void end_with(work_t *work, const char *name, const char *text, const char *remedy)
+static void end_with(commission_work_t *work, const char *name, const char *text, const char *remedy)
 {
     snprintf(work->result->reason, sizeof work->result->reason, "%s", name);
     snprintf(work->result->what, sizeof work->result->what, "%s; %s", text, remedy);
 }
 
 /* The drive has latched a fault: its reason, under the name that it has in this step. */
-static void end_with_fault(work_t *work)
+static void end_with_fault(commission_work_t *work)
 {
     const reason_row_t *row = reason_by_number((int32_t)rig_value(work->rig, "fault_reason"));
     const bool wiring = work->result->step == COMMISSION_DO_wiring;
@@ -228,7 +83,7 @@ static void end_with_fault(work_t *work)
 }
 
 /* What a reason of a step means (firmware/medium/commission/commission_types.h). */
-static void end_with_reason(work_t *work)
+static void end_with_reason(commission_work_t *work)
 {
     char name[48];
     char detail[96] = "";
@@ -253,28 +108,17 @@ static void end_with_reason(work_t *work)
     }
 }
 
-/* The speed of a turning step [rad/s], mechanical. */
-static double speed_of(const work_t *work, commission_do_t step)
-{
-    const motor_t motor = motor_so_far(work);
-    const double top = work->link / SQRT_3 / (motor.value[MOTOR_POLE_PAIRS] * motor.value[MOTOR_FLUX]);
-    const double speed = step == COMMISSION_DO_flux
-                             ? fmin(FLUX_SPEED * work->plate->speed, FLUX_VOLTAGE * top)
-                             : fmin(TORQUE_SPEED * work->plate->speed, TORQUE_VOLTAGE * top);
-    return fmin(speed, 0.9 * rig_value(work->rig, "overspeed_trip"));
-}
-
 /* One step from a bridge that is off to a bridge that is off. false: `result` has the reason. */
-static bool run_step(work_t *work, commission_do_t step)
+static bool run_step(commission_work_t *work, commission_do_t step)
 {
     rig_t *rig = work->rig;
     const bool turns = step >= COMMISSION_DO_flux;
-    const double done = choice_of("commission_state", "done");
-    const double failed = choice_of("commission_state", "failed");
-    const double fault = choice_of("state", "fault");
-    bool ended = wait_for(work, "state", choice_of("state", "ready"), WAIT_READY) &&
-                 rig_put(rig, "speed_request", turns ? speed_of(work, step) : 0.0) &&
-                 rig_put(rig, "commission", choice_of("commission", names[step])) &&
+    const double done = commission_choice("commission_state", "done");
+    const double failed = commission_choice("commission_state", "failed");
+    const double fault = commission_choice("state", "fault");
+    bool ended = wait_for(work, "state", commission_choice("state", "ready"), WAIT_READY) &&
+                 rig_put(rig, "speed_request", turns ? commission_speed(work, step) : 0.0) &&
+                 rig_put(rig, "commission", commission_choice("commission", names[step])) &&
                  (step == COMMISSION_DO_board || rig_put(rig, "enable", 1.0));
     const uint32_t most = rig_periods(STEP_MOST);
     const uint32_t on = rig_periods(WAIT_ON);
@@ -305,7 +149,7 @@ static bool run_step(work_t *work, commission_do_t step)
 }
 
 /* A signal as a result; 0 is not measured. */
-static commission_value_t measured(work_t *work, const char *row, double relative)
+static commission_value_t measured(commission_work_t *work, const char *row, double relative)
 {
     const double value = rig_value(work->rig, row);
     return value > 0.0 ? (commission_value_t){value, relative * value}
@@ -314,7 +158,7 @@ static commission_value_t measured(work_t *work, const char *row, double relativ
 
 /* What the drive knows after a step. The uncertainties: of R half the spread of the directions; of L the
  * study's accuracy; of psi_f and J scatter of the measurement and the link's and the dead time's share. */
-static void take(work_t *work, commission_do_t step)
+static void take(commission_work_t *work, commission_do_t step)
 {
     commission_result_t *result = work->result;
     if (step == COMMISSION_DO_resistance) {
@@ -389,32 +233,89 @@ commission_plate_t commission_plate_of(rig_t *rig)
     };
 }
 
-/* The rules refuse the parameters of a step. Once R is measured, plate and measurement contradict each other:
- * true, and that is the reason. */
-static bool contradicts(commission_result_t *result, const scenario_error_t *error)
+static bool is_one_of(const char *name, const char *const *list, size_t count)
 {
-    if (!isfinite(result->resistance.value)) {
-        return false;
+    bool found = false;
+    for (size_t n = 0; n < count; n++) {
+        found = found || strcmp(name, list[n]) == 0;
     }
-    snprintf(result->reason, sizeof result->reason, "plate_contradiction");
-    snprintf(
-        result->what, sizeof result->what,
-        "no set of parameters for this step has the values of the plate and those that were measured: %.260s",
-        error->message);
-    return true;
+    return found;
+}
+
+/* The estimate was lost, or too noisy: a faster hand-over may help. */
+static bool worth_another_try(const commission_work_t *work)
+{
+    static const char *const lost[] = {"lock_lost",       "start_unlocked",  "start_stalled",
+                                       "estimate_astray", "sensorless_lost", "inertia_not_seen"};
+    return is_one_of(work->result->reason, lost, sizeof lost / sizeof lost[0]) &&
+           work->raised + HANDOVER_STEP <= HANDOVER_TIMES;
+}
+
+/* A turning step failed, and the rated speed is so small that the back-EMF hardly exceeds the loss of the
+ * dead time: the range is the reason. */
+static void name_small_range(commission_work_t *work)
+{
+    static const char *const small[] = {"lock_lost",       "start_unlocked",  "start_stalled",
+                                        "estimate_astray", "sensorless_lost", "inertia_not_seen",
+                                        "emf_too_small",   "overspeed"};
+    const double omega_e = work->plate->pole_pairs * work->plate->speed;
+    if (work->result->step < COMMISSION_DO_flux || omega_e >= RANGE_LEAST ||
+        !is_one_of(work->result->reason, small, sizeof small / sizeof small[0])) {
+        return;
+    }
+    char text[160];
+    snprintf(text, sizeof text,
+             "the rated speed is %.0f rad/s electrical, below %.0f rad/s, and the step ended with %s",
+             omega_e, RANGE_LEAST, work->result->reason);
+    end_with(work, "speed_range_small", text, "permit more speed, or enter psi_f and J from the data sheet");
+}
+
+/* Clears what a try has left. */
+static void try_again(commission_work_t *work)
+{
+    work->raised += HANDOVER_STEP;
+    work->result->reason[0] = '\0';
+    work->result->what[0] = '\0';
+    (void)rig_put(work->rig, "fault_reset", 1.0);
+    (void)rig_run(work->rig, SLICE);
+    (void)rig_put(work->rig, "fault_reset", 0.0);
+    (void)rig_run(work->rig, SLICE);
+}
+
+/* A step with all its tries; a result has no reason. false: the plate is not accepted. */
+static bool try_step(commission_work_t *work, commission_do_t step, const commission_options_t *options)
+{
+    commission_result_t *result = work->result;
+    bool good = commission_stage(work);
+    if (good && result->reason[0] == '\0' && options->progress != NULL) {
+        options->progress(options->context, step, false, result);
+    }
+    while (good && result->reason[0] == '\0') {
+        if (run_step(work, step)) {
+            take(work, step);
+            return true;
+        }
+        if (step < COMMISSION_DO_flux || !worth_another_try(work)) {
+            break;
+        }
+        try_again(work);
+        good = commission_stage(work);
+    }
+    name_small_range(work);
+    return good;
 }
 
 bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commission_options_t *options,
                     commission_result_t *result, scenario_error_t *error)
 {
-    work_t work = {rig, plate, result, error, 0.0};
+    commission_work_t work = {rig, plate, result, error, 0.0, 0.0, 1.0};
     const uint32_t currents[] = {rig_row_by_name("i_a")->id, rig_row_by_name("i_b")->id,
                                  rig_row_by_name("i_c")->id};
     const uint32_t begin = rig_period(rig);
     clear(result);
     (void)rig_put(rig, "enable", 0.0);
     (void)rig_put(rig, "commission", 0.0);
-    if (!wait_for(&work, "state", choice_of("state", "ready"), WAIT_READY)) {
+    if (!wait_for(&work, "state", commission_choice("state", "ready"), WAIT_READY)) {
         end_with_fault(&work);
         return true;
     }
@@ -426,13 +327,7 @@ bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commissio
             continue;
         }
         result->step = n;
-        good = stage(&work) || contradicts(result, error);
-        if (result->reason[0] == '\0' && good && options->progress != NULL) {
-            options->progress(options->context, (commission_do_t)n, false, result);
-        }
-        if (result->reason[0] == '\0' && good && run_step(&work, (commission_do_t)n)) {
-            take(&work, (commission_do_t)n);
-        }
+        good = try_step(&work, (commission_do_t)n, options);
         result->seconds = (rig_period(rig) - begin) * RIG_PERIOD_SECONDS;
         if (good && options->progress != NULL) {
             options->progress(options->context, (commission_do_t)n, true, result);

@@ -65,6 +65,7 @@ add_library(lagless_lab STATIC
     lab/campaign_space.c
     lab/campaign_text.c
     lab/commission.c
+    lab/commission_stage.c
     lab/course.c
     lab/dynamometer.c
     lab/experiment.c

@@ -6,22 +6,27 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-#define JUMPS        5u          /* the first one only for the voltage at rest of the second direction */
-#define BLOCK        0.1f        /* [s] of a mean at rest */
-#define LEAST        0.25f       /* [s] of a jump */
-#define ACROSS       0.004f      /* current across over that along of a rotor at rest [-] */
-#define ACROSS_LEAST 0.01f       /* [A] added to it */
-#define SLOW         0.2f        /* of the largest speed of a jump: its motion ends [-] */
-#define UNDER_WAY    0.8f        /* cosine of the least angle before that [-] */
-#define THIRD_TURN   2.09439510f /* [rad] */
-#define SHARE_MOST   0.9f        /* of the largest current [-] */
-#define HOLD_MOST    1.3f        /* of the held current, for a short time [-] */
-#define SEEN_SHARE   0.05f       /* least share of J in the square of the impulse [-] */
-#define FREER        7.0f        /* factor of the resistance across the axis where J does not show [-] */
-#define FREER_MOST   2u          /* [-] times */
-#define FLUX_LEAST   2e-4f       /* [Wb] */
-#define FLUX_SHARE   0.04f       /* least psi_f over L_d I: the integral has errors of this size [-] */
-#define ZONE         0.1f        /* [A] current below which the sign of a leg's loss fades */
+#define JUMPS         5u          /* the first one only for the voltage at rest of the second direction */
+#define BLOCK         0.1f        /* [s] of a mean at rest */
+#define LEAST         0.25f       /* [s] of a jump */
+#define ACROSS        0.004f      /* current across over that along of a rotor at rest [-] */
+#define ACROSS_LEAST  0.01f       /* [A] added to it */
+#define SLOW          0.2f        /* of the largest speed of a jump: its motion ends [-] */
+#define UNDER_WAY     0.8f        /* cosine of the least angle before that [-] */
+#define THIRD_TURN    2.09439510f /* [rad] */
+#define SHARE_MOST    0.9f        /* of the largest current [-] */
+#define HOLD_MOST     1.3f        /* of the held current, for a short time [-] */
+#define SALIENT_SHARE 0.35f       /* of psi_f that the current of a salient rotor takes away [-] */
+#define SALIENT_FROM  1.1f        /* L_q/L_d from which on a rotor counts as salient [-] */
+#define SALIENT_MOST  0.5f        /* the same beyond which the jumps are repeated with less current [-] */
+#define AGAIN_MOST    3u          /* [-] times */
+#define SEEN_SHARE    0.05f       /* least share of J in the square of the impulse [-] */
+#define FREER         7.0f        /* factor of the resistance across the axis where J does not show [-] */
+#define FREER_MOST    2u          /* [-] times */
+#define FLUX_LEAST    2e-4f       /* [Wb] */
+#define FLUX_SHARE    0.04f       /* least psi_f over L_d I: the integral has errors of this size [-] */
+#define ANY_CURRENT   1e3f        /* [A] no limit */
+#define ZONE          0.1f        /* [A] current below which the sign of a leg's loss fades */
 
 /* A window of the motion, in the stationary frame. */
 typedef struct {
@@ -197,6 +202,13 @@ static float inertia_of(const swing_fit_t *fit)
     return bounds_more(inertia, 0.0f);
 }
 
+/* The current that takes this share from a psi_f [A]; a round rotor has none of it. */
+static float salient_current(float share, float psi, const commission_results_t *results)
+{
+    const float apart = bounds_magnitude(results->inductance_q - results->inductance_d);
+    return apart * ANY_CURRENT > psi ? share * psi / apart : ANY_CURRENT;
+}
+
 /* After all jumps: the values, or the jumps once more with less braking. */
 static commission_verdict_t conclude(swing_step_t *step, const commission_input_t *input, ab_t before,
                                      commission_results_t *results, excite_order_t *order)
@@ -219,9 +231,25 @@ static commission_verdict_t conclude(swing_step_t *step, const commission_input_
         jump(step, input, before, results, order);
         return commission_goes_on();
     }
+    if (step->current > salient_current(SALIENT_MOST, step->flux, results) && step->again < AGAIN_MOST) {
+        step->again++;
+        step->phase = SWING_BEGIN;
+        return commission_goes_on();
+    }
     results->flux_first = step->flux;
     results->inertia_first = step->inertia;
     return commission_finished();
+}
+
+/* Psi_m of the rotor at rest. A salient one is taken to lie on the axis: what a motion has shown, `shown`,
+ * would carry its errors into the next one, where they turn the active flux. */
+static ab_t begins_at(const swing_step_t *step, const commission_results_t *results, ab_t shown, float psi)
+{
+    if (results->inductance_q < SALIENT_FROM * results->inductance_d) {
+        return shown;
+    }
+    const rotation_t axis = trig_turn(step->angle);
+    return (ab_t){psi * axis.cos, psi * axis.sin};
 }
 
 /* At rest after a jump. */
@@ -233,7 +261,8 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
     const ab_t end = moved(&step->motion, results->flux_first > 0.0f, results);
     const ab_t centre = centre_of(&step->motion);
     const float psi = root_or_none(centre.alpha * centre.alpha + centre.beta * centre.beta);
-    const ab_t before = {end.alpha - centre.alpha, end.beta - centre.beta};
+    const ab_t before =
+        begins_at(step, results, (ab_t){end.alpha - centre.alpha, end.beta - centre.beta}, psi);
     if (step->jump > 0u) {
         /* the first circle is only a first value: the others know the direction of the rotor */
         step->flux_sum += step->jump > 1u ? psi : 0.0f;
@@ -273,8 +302,13 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
         if (!(results->resistance > 0.0f && results->inductance_d > 0.0f)) {
             return commission_failed(COMMISSION_REASON_EARLIER_STEP, 0);
         }
+        const float psi = step->again > 0u ? step->flux : tuning->flux_linkage;
+        const uint32_t again = step->again;
+        swing_step_begin(step);
+        step->again = again;
         results->flux_first = 0.0f;
         step->current = bounds_less(SHARE_MOST * tuning->current_max, HOLD_MOST * results->current_hold);
+        step->current = bounds_less(step->current, salient_current(SALIENT_SHARE, psi, results));
         step->angle = -THIRD_TURN;
         standing_begin(&step->standing, step->angle, input->u_dc, tuning, results, order);
         order->current = step->current;

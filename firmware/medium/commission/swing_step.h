@@ -9,6 +9,8 @@
  *
  * From the second jump on Psi_m(0) is known. A salient rotor then has its direction from the active flux,
  * Psi - L_q i, which lies on its d axis for every current, and L_d i is taken out on that axis alone.
+ * The current is so small that it takes at most half of psi_f from the active flux; beyond psi_f it would
+ * turn the rotor away.
  *
  * The circle needs no angle at which the rotor rests: friction may leave it short of the axis. The rotor is
  * braked by the resistance across the axis. If that holds it so much that the torque hardly accelerates it,
@@ -46,6 +48,7 @@ typedef struct {
     swing_phase_t phase;        /* [-] of the step */
     uint32_t jump;              /* [-] */
     uint32_t windows;           /* [windows] of this jump */
+    uint32_t again;             /* [-] times that the current was made less for a salient rotor */
     uint32_t freer;             /* [-] times that the braking was made less, because J did not show */
     float flux, inertia, share; /* of the jumps in which J showed best [Wb], [kg m^2], [-] */
     float current;              /* [A] */

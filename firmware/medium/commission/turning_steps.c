@@ -6,30 +6,43 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-#define BIAS        0.5f  /* of the largest current: i_d of the flux test [-] */
-#define BIAS_TORQUE 0.25f /* the same of the torque test [-] */
-#define NEAR        0.03f /* relative distance from the reference of a steady speed [-] */
-#define STEADY      0.6f  /* [s] near it before a mean */
-#define MEAN        1.0f  /* [s] */
+#define BIAS         0.5f  /* of the largest current: i_d of the flux test [-] */
+#define BIAS_TORQUE  0.25f /* the same of the torque test [-] */
+#define SALIENT_FROM 0.1f  /* (L_q - L_d)/L_d from which on a rotor counts as salient [-] */
+#define SALIENT_BIAS 0.3f  /* share of psi_f that its i_d adds, at most [-] */
+#define NEAR         0.03f /* relative distance from the reference of a steady speed [-] */
+#define STEADY       0.6f  /* [s] near it before a mean */
+#define SMOOTH       15.0f /* [rad/s] low-pass of the speed for that */
+#define MEAN         1.0f  /* [s] */
 
-#define CYCLES       3u
-#define LOW_SHARE    0.35f /* low over high speed of the torque test [-] */
-#define LOW_ABOVE    1.3f  /* low speed over that of the hand-over [-] */
-#define COAST_TO     0.35f /* of the way from low to high, where braking begins [-] */
-#define BRAKE        0.5f  /* braking over accelerating current [-] */
-#define PUSH_TIME    0.6f  /* [s] of the acceleration */
-#define PUSH_LEAST   0.08f /* of the largest current [-] */
+#define CYCLES       4u     /* [-] at least; the first one shows how long the phases take */
+#define CYCLES_MOST  40u    /* [-] more of them would only hide errors that do not scatter */
+#define SCATTER_GOOD 0.01f  /* standard error of J that ends the cycles, relative [-] */
+#define SCATTER_MOST 0.015f /* the same that is accepted after all cycles [-] */
+#define LOW_SHARE    0.35f  /* low over high speed of the torque test [-] */
+#define LOW_ABOVE    1.3f   /* low speed over that of the hand-over [-] */
+#define COAST_TO     0.35f  /* of the way from low to high, where braking begins [-] */
+#define BRAKE        0.5f   /* braking over accelerating current [-] */
+#define PUSH_TIME    0.6f   /* [s] of the acceleration */
+#define PUSH_SHORT   0.025f /* [s] of that of a light rotor */
+#define PUSH_LEAST   0.08f  /* of the largest current [-] */
 #define PUSH_MOST    0.8f
-#define PUSH_ADDED   0.05f /* of the largest current, for friction [-] */
+#define PUSH_ADDED   0.03f /* of the largest current, beyond friction [-] */
+#define BIAS_PUSHES  2.0f  /* i_d over the push, at most [-] */
+#define LOSS_REST    0.02f /* share of the dead time's loss that its compensation leaves in the EMF [-] */
+#define TURNED_MOST  0.04f /* of the push that i_d adds by the EMF's angle, at most [-] */
 #define PUSH_GROWTH  1.4f
-#define PUSH_WAIT    3.0f /* [s] after which a push that does not suffice grows */
-#define COAST_MOST   3.0f /* [s] */
-#define SLICES       6.0f /* of a push [-] */
-#define SLICE_LEAST  6.0f /* [windows] */
+#define PUSH_WAIT    3.0f  /* [s] after which a push that does not suffice grows */
+#define COAST_MOST   3.0f  /* [s] */
+#define SLICES       6.0f  /* of a push [-] */
+#define SLICE_SHORT  40.0f /* [windows] up to which a phase is one slice */
+#define SLICE_SHARE  0.9f  /* of the phase of the first cycle that the slices fill [-] */
+#define WEIGHT_MOST  5e5f  /* of a slice, that of 40 windows [-] */
+#define SLICE_LEAST  6.0f  /* [windows] */
 #define SLICE_MOST   250.0f
-#define SKIP         12u   /* [windows] after a change of the torque */
+#define SKIP         5u    /* [windows] after a change of the torque */
 #define CONFIRMS     0.04f /* the same of two torque tests [-] */
-#define AGREES       0.25f /* largest relative distance from the J of the swing [-] */
+#define AGREES       0.08f /* largest relative distance from the J of the swing [-] */
 #define SLICES_LEAST 12.0f
 #define STEADY_HIGH  0.9f /* of the high speed: first steady speed [-] */
 
@@ -42,6 +55,18 @@ static float length(dq_t vector)
 static float flux(const commission_tuning_t *tuning, const commission_results_t *results)
 {
     return results->flux_linkage > 0.0f ? results->flux_linkage : tuning->flux_linkage;
+}
+
+/* i_d of a test [A]: this share of the largest current. On a salient rotor it is below zero, so that it adds
+ * to the active flux, and so small that an error of the inductances does not count in psi_f. */
+static float bias(float share, const commission_tuning_t *tuning, float psi)
+{
+    const float apart = tuning->inductance_q - tuning->inductance_d;
+    const float current = share * tuning->current_max;
+    if (!(apart > SALIENT_FROM * tuning->inductance_d)) {
+        return current;
+    }
+    return -bounds_less(current, SALIENT_BIAS * psi / apart);
 }
 
 /* Current in the frame of the EMF [A]. */
@@ -76,14 +101,17 @@ static float torque_of(const commission_tuning_t *tuning, const turning_input_t 
     return 1.5f * tuning->pole_pairs * (psi + reluctance) * current.q;
 }
 
-/* Counts the windows near this speed. true: it has been steady for a while. */
-static bool is_steady(uint32_t *windows, const commission_tuning_t *tuning, const turning_input_t *input,
-                      float omega_m)
+/* Counts the windows near this speed. true: it has been steady for a while. The estimate of a window is noisy
+ * where the back-EMF is small, so that its low-passed value is judged. */
+static bool is_steady(turning_steady_t *steady, const commission_tuning_t *tuning,
+                      const turning_input_t *input, float omega_m)
 {
     const float omega_e = tuning->pole_pairs * omega_m;
-    const bool near = input->runs != 0u && bounds_within(input->omega_e - omega_e, NEAR * omega_e);
-    *windows = near ? *windows + 1u : 0u;
-    return *windows > periods_of(STEADY, tuning->window);
+    const float share = bounds_less(SMOOTH * tuning->window, 1.0f);
+    steady->omega_e += share * (input->omega_e - steady->omega_e);
+    const bool near = input->runs != 0u && bounds_within(steady->omega_e - omega_e, NEAR * omega_e);
+    steady->windows = near ? steady->windows + 1u : 0u;
+    return steady->windows > periods_of(STEADY, tuning->window);
 }
 
 static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, const turning_input_t *input,
@@ -91,11 +119,13 @@ static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, co
 {
     const float longer = lengthening(tuning, input);
     const float reluctance = (tuning->inductance_d - tuning->inductance_q) * longer * across_emf(input).d;
-    const float value = longer * length(input->emf) / bounds_magnitude(input->omega_e) - reluctance;
+    const float speed = bounds_magnitude(input->omega_e);
+    const float volts = longer * length(input->emf) - speed * (psi + reluctance);
     mean->windows += 1.0f;
     mean->omega += input->omega_e;
-    mean->psi += value - psi; /* about a near value, for the sum of the squares */
-    mean->square += (value - psi) * (value - psi);
+    mean->speed += speed;
+    mean->volts += volts; /* about a near value, for the sum of the squares */
+    mean->square += volts * volts;
     mean->torque += torque_of(tuning, input, psi);
 }
 
@@ -103,7 +133,7 @@ static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, co
 
 void flux_test_begin(flux_test_t *step)
 {
-    *step = (flux_test_t){.windows = 0u};
+    *step = (flux_test_t){.steady = {0u, 0.0f}};
 }
 
 commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t *tuning,
@@ -112,8 +142,8 @@ commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t
 {
     turning_mean_t *mean = &step->mean;
     const float near = tuning->flux_linkage;
-    *wish = (turning_wish_t){0u, input->speed, {BIAS * tuning->current_max, 0.0f}};
-    if (!is_steady(&step->windows, tuning, input, input->speed)) {
+    *wish = (turning_wish_t){0u, input->speed, {bias(BIAS, tuning, near), 0.0f}};
+    if (!is_steady(&step->steady, tuning, input, input->speed)) {
         *mean = (turning_mean_t){.windows = 0.0f};
         return commission_goes_on();
     }
@@ -122,27 +152,27 @@ commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t
         return commission_goes_on();
     }
     const float share = 1.0f / mean->windows;
-    const float rest = share * mean->psi;
-    const float psi = near + rest;
+    const float volts = share * mean->volts;
+    const float psi = near + mean->volts / mean->speed;
     if (!(psi > 0.0f)) {
         return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
     }
     results->flux_linkage = psi;
-    results->flux_scatter = root_or_none(share * mean->square - rest * rest) / psi;
+    results->flux_scatter = root_or_none(share * mean->square - volts * volts) / (share * mean->speed * psi);
     return commission_finished();
 }
 
 /* ---- fit ---- */
 
-void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float torque)
+void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float y)
 {
     for (uint32_t r = 0u; r < TURNING_UNKNOWNS; r++) {
         for (uint32_t c = 0u; c < TURNING_UNKNOWNS; c++) {
             fit->a[r][c] += x[r] * x[c];
         }
-        fit->b[r] += x[r] * torque;
+        fit->b[r] += x[r] * y;
     }
-    fit->yy += torque * torque;
+    fit->yy += y * y;
     fit->n += 1.0f;
 }
 
@@ -196,22 +226,32 @@ static void begin_phase(torque_test_t *step, torque_phase_t phase)
 {
     step->phase = phase;
     step->windows = 0u;
+    step->steady.windows = 0u;
     step->slice = (turning_slice_t){.windows = 0u};
     step->mean = (turning_mean_t){.windows = 0.0f};
+}
+
+/* Windows of a slice of this phase. */
+static uint32_t length_of(const torque_test_t *step)
+{
+    return step->length[(uint32_t)step->phase - (uint32_t)TORQUE_UP];
 }
 
 /* The end of a slice: speed and acceleration from the parabola, mechanical. */
 static void close(torque_test_t *step, const commission_tuning_t *tuning)
 {
     turning_slice_t *part = &step->slice;
-    const float n = (float)step->length;
+    const float n = (float)length_of(step);
     const float of_square = n * (n * n - 1.0f) * (n * n - 4.0f) * (1.0f / 180.0f);
     const float of_linear = n * (n * n - 1.0f) * (1.0f / 12.0f);
     const float per_time = 1.0f / tuning->window;
-    const float x[TURNING_UNKNOWNS] = {2.0f * part->square * per_time * per_time /
-                                           (of_square * tuning->pole_pairs),
-                                       1.0f, part->linear * per_time / (of_linear * tuning->pole_pairs)};
-    turning_fit_add(&step->fit, x, part->torque / n);
+    /* the variance of the acceleration is the inverse of `of_square`, until other errors prevail */
+    const float weight = root_or_none(bounds_less(of_square, WEIGHT_MOST));
+    const float omega_m = part->linear * per_time / (of_linear * tuning->pole_pairs);
+    const float middle = 0.5f * (step->low + step->high); /* about which the fit is well conditioned */
+    const float x[TURNING_UNKNOWNS] = {weight * part->torque / n, weight, weight * (omega_m - middle)};
+    turning_fit_add(&step->fit, x,
+                    weight * 2.0f * part->square * per_time * per_time / (of_square * tuning->pole_pairs));
     part->windows = 0u;
     part->turned = 0.0f;
     part->linear = 0.0f;
@@ -231,14 +271,14 @@ static void slice(torque_test_t *step, const commission_tuning_t *tuning, const 
         part->skipped++;
         return;
     }
-    const float n = (float)step->length;
+    const float n = (float)length_of(step);
     const float m = (float)part->windows - 0.5f * (n - 1.0f);
     part->turned += part->windows > 0u ? turned : 0.0f;
     part->linear += m * part->turned;
     part->square += (m * m - (n * n - 1.0f) * (1.0f / 12.0f)) * part->turned;
     part->torque += torque_of(tuning, input, psi);
     part->windows++;
-    if (part->windows == step->length) {
+    if (part->windows == length_of(step)) {
         close(step, tuning);
     }
 }
@@ -250,14 +290,50 @@ static void begin_pushing(torque_test_t *step, const commission_tuning_t *tuning
     const float inertia = step->earlier > 0.0f ? step->earlier : tuning->inertia;
     const float way = inertia * (step->high - step->low) / constant; /* [A s] */
     const float most = PUSH_MOST * tuning->current_max;
-    const float wanted = bounds_more(way / PUSH_TIME, PUSH_LEAST * tuning->current_max);
-    const float windows = way / (SLICES * bounds_less(wanted, most) * tuning->window);
-    step->push = bounds_less(wanted + PUSH_ADDED * tuning->current_max, most);
-    step->length = (uint32_t)bounds_less(bounds_more(windows, SLICE_LEAST), SLICE_MOST);
+    const float least = bounds_less(PUSH_LEAST * tuning->current_max, way / PUSH_SHORT);
+    const float wanted = bounds_more(way / PUSH_TIME, least);
+    const float mean = step->mean.windows > 0.0f ? step->mean.torque / step->mean.windows : 0.0f;
+    const float friction = bounds_magnitude(mean) / constant;
+    step->push = bounds_less(wanted + friction + PUSH_ADDED * tuning->current_max, most);
+    step->length[0] = step->length[1] = step->length[2] = (uint32_t)SLICE_MOST;
     begin_phase(step, TORQUE_UP);
 }
 
-/* Torque up, coast, brake. */
+/* What is left of the dead time turns the EMF, and i_d then counts as torque. true: by too much of the push.
+ */
+static bool is_turned(const torque_test_t *step, const commission_tuning_t *tuning,
+                      const commission_results_t *results, float current_d, float psi)
+{
+    const float emf = psi * tuning->pole_pairs * step->low;
+    const float most = bounds_less(bounds_magnitude(current_d), BIAS_PUSHES * step->push);
+    return LOSS_REST * results->dead_voltage * most > TURNED_MOST * step->push * emf;
+}
+
+/* true: the fit needs another cycle. */
+static bool goes_on(const torque_test_t *step)
+{
+    float x[TURNING_UNKNOWNS];
+    float error;
+    const bool good =
+        step->fit.n >= SLICES_LEAST && turning_fit_solve(&step->fit, x, &error) && error < SCATTER_GOOD;
+    return step->cycle < CYCLES || (!good && step->cycle < CYCLES_MOST);
+}
+
+/* A phase ends. That of the first cycle has shown how long it takes: slices as long as possible, because the
+ * variance of an acceleration falls with the fifth power of their length. */
+static void end_phase(torque_test_t *step, torque_phase_t next)
+{
+    if (step->cycle == 0u && step->phase <= TORQUE_DOWN) {
+        const float room = SLICE_SHARE * ((float)step->windows - (float)SKIP);
+        const float parts = (float)(uint32_t)bounds_clamp(room / SLICE_SHORT, SLICES - 1.0f) + 1.0f;
+        step->length[(uint32_t)step->phase - (uint32_t)TORQUE_UP] =
+            (uint32_t)bounds_less(bounds_more(room / parts, SLICE_LEAST), SLICE_MOST);
+    }
+    begin_phase(step, next);
+}
+
+/* Torque up, coast, brake. After the last push the rotor coasts for the time of the current's decay and then
+ * changes to a speed, from which friction would have stopped a light rotor at the end of a brake. */
 static void push(torque_test_t *step, const commission_tuning_t *tuning, const turning_input_t *input,
                  turning_wish_t *wish, float psi)
 {
@@ -268,46 +344,55 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
     if (step->phase == TORQUE_UP) {
         if (step->windows > periods_of(PUSH_WAIT, tuning->window)) {
             step->push = bounds_less(PUSH_GROWTH * step->push, PUSH_MOST * tuning->current_max);
+            step->fit = (turning_fit_t){.n = 0.0f}; /* the rotor may have stood: friction was anything */
             begin_phase(step, TORQUE_UP);
         } else if (omega_m > step->high) {
-            begin_phase(step, TORQUE_COAST);
+            end_phase(step, TORQUE_COAST);
         }
     } else if (step->phase == TORQUE_COAST) {
-        if (omega_m < middle || step->windows > periods_of(COAST_MOST, tuning->window)) {
-            begin_phase(step, TORQUE_DOWN);
+        if (step->windows == SKIP + 1u && !goes_on(step)) {
+            begin_phase(step, TORQUE_STEADY_FAST);
+        } else if (omega_m < middle || step->windows > periods_of(COAST_MOST, tuning->window)) {
+            end_phase(step, TORQUE_DOWN);
         }
     } else if (omega_m < step->low) {
+        end_phase(step, TORQUE_UP);
         step->cycle++;
-        begin_phase(step, step->cycle < CYCLES ? TORQUE_UP : TORQUE_STEADY_FAST);
     }
     const float push = step->phase == TORQUE_UP     ? step->push
                        : step->phase == TORQUE_DOWN ? -BRAKE * step->push
                                                     : 0.0f;
-    const bool by_current = step->phase != TORQUE_STEADY_FAST && step->phase != TORQUE_STEADY_SLOW;
-    *wish = (turning_wish_t){by_current ? 1u : 0u, wish->omega_m_ref, {wish->current.d, push}};
+    const uint32_t by_current = step->phase != TORQUE_STEADY_FAST ? 1u : 0u;
+    wish->current.d = bounds_clamp(wish->current.d, BIAS_PUSHES * step->push);
+    *wish = (turning_wish_t){by_current, wish->omega_m_ref, {wish->current.d, push}};
 }
 
-static commission_verdict_t judge(torque_test_t *step, commission_results_t *results)
+static commission_verdict_t judge(torque_test_t *step, commission_results_t *results, float psi)
 {
     float x[TURNING_UNKNOWNS];
     float error;
-    if (step->fit.n < SLICES_LEAST || !turning_fit_solve(&step->fit, x, &error) || !(x[0] > 0.0f)) {
+    if (step->fit.n < SLICES_LEAST || !turning_fit_solve(&step->fit, x, &error) || !(x[0] > 0.0f) ||
+        error > SCATTER_MOST) {
         return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
     }
-    /* the swing has measured J in another way: if the two disagree, a second test has to confirm the first */
-    const float first = step->earlier > 0.0f ? step->earlier : results->inertia_first;
-    const float room = step->earlier > 0.0f ? CONFIRMS : AGREES;
-    if (first > 0.0f && !bounds_within(x[0] - first, room * first)) {
+    const float inertia = 1.0f / x[0];
+    /* the swing has measured J in another way, proportional to its psi_f, which is known better now: if the
+     * two disagree, a second test has to confirm one of them */
+    const float corrected = results->flux_first > 0.0f ? psi / results->flux_first : 1.0f;
+    const float swung = corrected * results->inertia_first;
+    const bool agrees = !(swung > 0.0f) || bounds_within(inertia - swung, AGREES * swung);
+    const bool confirmed = bounds_within(inertia - step->earlier, CONFIRMS * step->earlier);
+    if (!agrees && !confirmed) {
         if (step->earlier > 0.0f) {
             return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
         }
-        *step = (torque_test_t){.phase = TORQUE_START, .earlier = x[0]};
+        *step = (torque_test_t){.phase = TORQUE_START, .earlier = inertia};
         return commission_goes_on();
     }
     const float apart = step->omega[0] - step->omega[1];
     const float slope = apart > 0.0f ? (step->torque[0] - step->torque[1]) / apart : 0.0f;
     const float viscous = bounds_more(slope, 0.0f);
-    results->inertia = x[0];
+    results->inertia = inertia;
     results->inertia_scatter = error;
     results->friction_viscous = viscous;
     results->friction_coulomb = bounds_more(
@@ -326,7 +411,7 @@ static commission_verdict_t hold_speed(torque_test_t *step, const commission_tun
     }
     turning_mean_t *mean = &step->mean;
     wish->omega_m_ref = which == 0u ? STEADY_HIGH * step->high : step->low;
-    if (!is_steady(&step->windows, tuning, input, wish->omega_m_ref)) {
+    if (!is_steady(&step->steady, tuning, input, wish->omega_m_ref)) {
         *mean = (turning_mean_t){.windows = 0.0f};
         return commission_goes_on();
     }
@@ -337,7 +422,7 @@ static commission_verdict_t hold_speed(torque_test_t *step, const commission_tun
     step->torque[which] = mean->torque / mean->windows;
     step->omega[which] = mean->omega / (mean->windows * tuning->pole_pairs);
     if (which == 1u) {
-        return judge(step, results);
+        return judge(step, results, psi);
     }
     begin_phase(step, TORQUE_STEADY_SLOW);
     return commission_goes_on();
@@ -350,13 +435,21 @@ commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuni
     const float psi = flux(tuning, results);
     step->high = input->speed;
     step->low = bounds_more(LOW_SHARE * input->speed, LOW_ABOVE * input->least);
-    *wish = (turning_wish_t){0u, step->low, {BIAS_TORQUE * tuning->current_max, 0.0f}};
+    *wish = (turning_wish_t){0u, step->low, {bias(BIAS_TORQUE, tuning, psi), 0.0f}};
     if (!(step->low < 0.7f * step->high)) {
         return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
     }
     if (step->phase == TORQUE_START) {
-        if (is_steady(&step->windows, tuning, input, step->low)) {
+        const bool steady = is_steady(&step->steady, tuning, input, step->low);
+        if (step->steady.windows == 0u) {
+            step->mean = (turning_mean_t){.windows = 0.0f};
+        }
+        mean_add(&step->mean, tuning, input, psi);
+        if (steady) {
             begin_pushing(step, tuning, psi);
+            if (is_turned(step, tuning, results, wish->current.d, psi)) {
+                return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
+            }
         }
         return commission_goes_on();
     }

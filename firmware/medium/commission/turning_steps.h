@@ -2,9 +2,11 @@
  *
  *     psi_f      means at a steady speed, with a current on the d axis that keeps the signs of the legs
  *                certain:   psi_f = |e|/omega - (L_d - L_q) i_d       e: back-EMF of the active flux
- *     J          torque up, coast, brake, three times; over slices of N windows
- *                  1.5 p psi i_q = J a + T_c + B omega                least squares
- *                speed and acceleration of a slice from a parabola through the angles of its EMF
+ *     J          torque up, coast, brake, three times or more; over slices of N windows
+ *                  a = (1.5 p psi i_q - T_c - B omega)/J              least squares
+ *                speed and acceleration of a slice from a parabola through the angles of its EMF; a is the
+ *                dependent one, because it is far noisier than the torque, and noise of an independent one
+ *                would make its coefficient too small
  *                the current is taken across the EMF and not in the frame of the loop: its lag in an
  *                acceleration would take i_d for torque
  *     friction   the current of two steady speeds
@@ -15,7 +17,7 @@
 
 #include "medium/commission/commission_types.h"
 
-#define TURNING_UNKNOWNS 3u /* J, T_c, B */
+#define TURNING_UNKNOWNS 3u /* 1/J, -T_c/J, -B/J */
 
 /* A window of the running drive. */
 typedef struct {
@@ -35,13 +37,24 @@ typedef struct {
     dq_t current;        /* [A]; its d axis in both cases */
 } turning_wish_t;
 
-/* Means of a steady speed. */
+/* Sums over a steady speed. */
 typedef struct {
-    float windows, omega, psi, square, current_d, torque;
+    float windows; /* [windows] */
+    float omega;   /* electrical [rad/s] */
+    float speed;   /* magnitude of the same [rad/s] */
+    float volts;   /* EMF of the magnets beyond that of a near psi_f [V] */
+    float square;  /* its square [V^2] */
+    float torque;  /* [N m] */
 } turning_mean_t;
 
+/* A speed that has to be steady. */
 typedef struct {
     uint32_t windows; /* [windows] at the speed */
+    float omega_e;    /* low-passed estimate [rad/s] */
+} turning_steady_t;
+
+typedef struct {
+    turning_steady_t steady;
     turning_mean_t mean;
 } flux_test_t;
 
@@ -49,7 +62,7 @@ typedef struct {
 typedef struct {
     float a[TURNING_UNKNOWNS][TURNING_UNKNOWNS];
     float b[TURNING_UNKNOWNS];
-    float yy; /* sum of the squares of the torque */
+    float yy; /* sum of the squares of the acceleration */
     float n;  /* [-] slices */
 } turning_fit_t;
 
@@ -77,10 +90,11 @@ typedef struct {
     torque_phase_t phase; /* [-] of the step */
     uint32_t cycle;       /* [-] */
     uint32_t windows;     /* [windows] of this phase */
-    float push;           /* i_q upwards [A] */
-    float earlier;        /* J of a first test that disagreed with the swing; 0: none [kg m^2] */
-    uint32_t length;      /* N: of a slice [windows] */
-    float low, high;      /* speeds, mechanical [rad/s] */
+    turning_steady_t steady;
+    float push;         /* i_q upwards [A] */
+    float earlier;      /* J of a first test that disagreed with the swing; 0: none [kg m^2] */
+    uint32_t length[3]; /* N: of a slice up, coasting, down [windows] */
+    float low, high;    /* speeds, mechanical [rad/s] */
     turning_slice_t slice;
     turning_fit_t fit;
     turning_mean_t mean;
@@ -92,10 +106,10 @@ typedef struct {
  * for n turn up to 2.4. */
 float turning_mean_length(float n, float turn);
 
-/* Adds torque = J a + T_c + B w to the fit. */
-void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float torque);
+/* Adds y = c0 x0 + c1 x1 + c2 x2 to the fit. */
+void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float y);
 
-/* Solves it. false: the unknowns are not separable. `error`: standard error of the first, relative. */
+/* Solves it for c. false: the unknowns are not separable. `error`: standard error of the first, relative. */
 bool turning_fit_solve(const turning_fit_t *fit, float x[TURNING_UNKNOWNS], float *error);
 
 void flux_test_begin(flux_test_t *step);

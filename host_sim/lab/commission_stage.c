@@ -1,0 +1,187 @@
+/* The parameters of a step: the rows of tune for what is measured so far, and guesses for the rest. */
+#include "host_sim/lab/commission_parts.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "host_sim/lab/tune.h"
+
+#define SQRT_3 1.7320508075688772
+
+#define TRIP  1.25 /* overcurrent_trip over current_limit */
+#define START 0.6  /* start_current over current_limit, at most */
+
+/* A motor that is not known yet, for the rows of tune: shares of what plate and link allow. */
+#define GUESS_FLUX       0.6  /* of the link's voltage at the largest speed */
+#define GUESS_INDUCTANCE 0.3  /* L I over psi_f */
+#define GUESS_RESISTANCE 0.03 /* R I over the EMF */
+
+#define SPEED         0.58 /* of the largest speed: both turning steps */
+#define VOLTAGE       0.75 /* of the voltage */
+#define FLUX_OVER     1.8  /* flux test over the speed of the hand-over, at least ... */
+#define TORQUE_OVER   2.4  /* the same of the torque test, which coasts down to 1.3 ... */
+#define SPEED_MOST    0.85 /* ... and no more than this of the largest speed, and of the voltage */
+#define HANDOVER_MOST 0.49 /* of overspeed_trip: the drive accepts half of it */
+
+double commission_choice(const char *row, const char *choice)
+{
+    return (double)table_choice(rig_row_by_name(row), choice);
+}
+
+static bool refuse(commission_work_t *work, const char *what)
+{
+    snprintf(work->error->name, sizeof work->error->name, "plate");
+    snprintf(work->error->message, sizeof work->error->message, "%s: %s", what, rig_error(work->rig));
+    return false;
+}
+
+/* What is known of the motor so far, as tune wants it; the rest is guessed from the plate. */
+static motor_t motor_so_far(const commission_work_t *work)
+{
+    const commission_plate_t *plate = work->plate;
+    const commission_result_t *result = work->result;
+    const double emf = GUESS_FLUX * work->link / SQRT_3;
+    const double flux = isfinite(result->flux_linkage.value) ? result->flux_linkage.value
+                        : result->flux_first > 0.0           ? result->flux_first
+                                                             : emf / (plate->pole_pairs * plate->speed);
+    const double torque = 1.5 * plate->pole_pairs * flux * plate->current;
+    motor_t motor = {.name = "measured"};
+    const double values[MOTOR_QUANTITIES] = {
+        [MOTOR_POLE_PAIRS] = plate->pole_pairs,
+        [MOTOR_RESISTANCE] = isfinite(result->resistance.value) ? fmax(result->resistance.value, 1e-3)
+                                                                : GUESS_RESISTANCE * emf / plate->current,
+        [MOTOR_INDUCTANCE_D] = isfinite(result->inductance_d.value)
+                                   ? result->inductance_d.value
+                                   : GUESS_INDUCTANCE * flux / plate->current,
+        [MOTOR_INDUCTANCE_Q] = isfinite(result->inductance_q.value)
+                                   ? result->inductance_q.value
+                                   : GUESS_INDUCTANCE * flux / plate->current,
+        [MOTOR_FLUX] = flux,
+        [MOTOR_CURRENT] = plate->current,
+        [MOTOR_TORQUE] = torque,
+        [MOTOR_SPEED] = plate->speed,
+        [MOTOR_LINK] = work->link,
+        [MOTOR_INERTIA] = isfinite(result->inertia.value) ? result->inertia.value
+                          : result->inertia_first > 0.0   ? result->inertia_first
+                                                          : torque * 0.05 / plate->speed,
+        [MOTOR_COULOMB] =
+            isfinite(result->friction_coulomb.value) ? result->friction_coulomb.value : 0.03 * torque,
+        [MOTOR_VISCOUS] = isfinite(result->friction_viscous.value) ? result->friction_viscous.value : 0.0,
+    };
+    memcpy(motor.value, values, sizeof values);
+    for (uint32_t n = 0; n < MOTOR_QUANTITIES; n++) {
+        motor.has[n] = values[n] != 0.0;
+    }
+    return motor;
+}
+
+/* The delays with which the model of the inverter loses the measured voltage at this link. */
+static bool stage_dead_time(commission_work_t *work)
+{
+    const double lost = work->result->dead_voltage.value;
+    if (!isfinite(lost)) {
+        return true;
+    }
+    const double drop = rig_value(work->rig, "device_drop");
+    const double effective = (lost - drop) * RIG_PERIOD_SECONDS / work->link;
+    const double delay = effective - rig_value(work->rig, "params.dead_time");
+    const table_row_t *on = rig_row_by_name("params.turn_on_delay");
+    const double most = rig_max(on);
+    return rig_put(work->rig, "params.turn_on_delay", fmin(fmax(delay, 0.0), most)) &&
+           rig_put(work->rig, "params.turn_off_delay", fmin(fmax(-delay, 0.0), most));
+}
+
+/* A row of tune. */
+static double tuned_value(const tune_t *tune, const char *name)
+{
+    for (uint32_t n = 0; n < tune->count; n++) {
+        if (strcmp(tune->rows[n].row->name, name) == 0) {
+            return tune->rows[n].value;
+        }
+    }
+    return 0.0;
+}
+
+/* A start with less current than a tuned drive uses: room below the trip for data that are not exact. */
+static double start_current(const tune_t *tune)
+{
+    const double most = START * tuned_value(tune, "current_limit");
+    const double start = tuned_value(tune, "start_current");
+    return start > 0.0 ? fmin(start, most) : most;
+}
+
+/* A hand-over faster than by the rules, where the back-EMF is large beside the noise. */
+static bool raise_handover(commission_work_t *work, double by_rule)
+{
+    const double most = HANDOVER_MOST * rig_value(work->rig, "overspeed_trip");
+    work->handover = fmin(work->raised * by_rule, fmax(most, by_rule));
+    return rig_put(work->rig, "handover_speed", work->raised > 1.0 ? work->handover : 0.0);
+}
+
+static bool put_parameters(commission_work_t *work)
+{
+    static const char *const fixed[] = {"position_source", "inductance_adaptation"};
+    const motor_t motor = motor_so_far(work);
+    tune_t *tune = malloc(sizeof *tune);
+    bool good = tune != NULL && tune_motor(&motor, tune, work->error);
+    const bool tuned = good;
+    for (uint32_t n = 0; good && n < tune->count; n++) {
+        const tune_row_t *row = &tune->rows[n];
+        if (scenario_is_param(row->row)) {
+            good = rig_set(work->rig, row->row->id, row->value);
+        }
+    }
+    good = good && rig_put(work->rig, "start_current", start_current(tune));
+    good = good && raise_handover(work, tune->handover);
+    free(tune);
+    good = good && rig_put(work->rig, fixed[0], commission_choice(fixed[0], "sensorless")) &&
+           rig_put(work->rig, fixed[1], 0.0) && stage_dead_time(work) && rig_apply(work->rig);
+    if (good) {
+        /* 1.25 of the largest current and half the ripple, where the rules accept that */
+        const double limit = rig_value(work->rig, "current_limit");
+        const double ripple = rig_value(work->rig, "commission_inductance_pulse") > 0.0
+                                  ? work->link * RIG_PERIOD_SECONDS /
+                                        (24.0 * rig_value(work->rig, "commission_inductance_pulse"))
+                                  : 0.0;
+        const double trip = rig_value(work->rig, "overcurrent_trip");
+        if (!rig_put(work->rig, "overcurrent_trip", TRIP * limit + ripple) || !rig_apply(work->rig)) {
+            good = rig_put(work->rig, "overcurrent_trip", trip) &&
+                   rig_put(work->rig, "current_limit", fmin(limit, (trip - ripple) / TRIP)) &&
+                   rig_apply(work->rig);
+        }
+    }
+    return good || (tuned ? refuse(work, "the parameters that follow from it are refused") : false);
+}
+
+/* The rules refuse the parameters of a step. Once R is measured, plate and measurement contradict each other:
+ * true, and that is the reason. */
+static bool contradicts(commission_result_t *result, const scenario_error_t *error)
+{
+    if (!isfinite(result->resistance.value)) {
+        return false;
+    }
+    snprintf(result->reason, sizeof result->reason, "plate_contradiction");
+    snprintf(
+        result->what, sizeof result->what,
+        "no set of parameters for this step has the values of the plate and those that were measured: %.260s",
+        error->message);
+    return true;
+}
+
+bool commission_stage(commission_work_t *work)
+{
+    return put_parameters(work) || contradicts(work->result, work->error);
+}
+
+double commission_speed(const commission_work_t *work, commission_do_t step)
+{
+    const motor_t motor = motor_so_far(work);
+    const double top = work->link / SQRT_3 / (motor.value[MOTOR_POLE_PAIRS] * motor.value[MOTOR_FLUX]);
+    const bool flux = step == COMMISSION_DO_flux;
+    const double speed = fmin(SPEED * work->plate->speed, VOLTAGE * top);
+    /* room above the hand-over, where dead time and R I make that fast */
+    const double room =
+        fmin((flux ? FLUX_OVER : TORQUE_OVER) * work->handover, SPEED_MOST * fmin(work->plate->speed, top));
+    return fmin(fmax(speed, room), 0.9 * rig_value(work->rig, "overspeed_trip"));
+}

@@ -1,0 +1,305 @@
+/* The turning steps on a rotor in double precision that follows the orders: what is measured, what a test
+ * orders, and the reasons of those that fail. */
+#include <math.h>
+#include <string.h>
+#include <unity.h>
+
+#include "medium/commission/turning_steps.h"
+
+#define WINDOW 8e-4
+#define PAIRS  4.0
+#define MOST   200000u /* [windows] */
+
+static const double pi = 3.14159265358979323846;
+
+typedef struct {
+    double inertia, coulomb, viscous, flux, inductance_d, inductance_q;
+    double angle_noise; /* [rad] of the EMF, uniform between minus and plus this */
+    double speed_noise; /* [-] of the estimated speed, relative */
+    double later;       /* [N m] dry friction beside, as soon as the test orders a current */
+    double lost_after;  /* [windows] of an order of current; 0: never */
+    double grows;       /* [kg m^2] added to J at the first steady speed after the pushes */
+} rotor_t;
+
+typedef struct {
+    rotor_t is;
+    double theta, omega, i_q; /* mechanical angle and speed */
+    double windows;           /* of an order of current */
+    uint32_t draw;
+    bool pushed, grown;
+} model_t;
+
+static double noise(model_t *model)
+{
+    model->draw = model->draw * 1664525u + 1013904223u;
+    return (double)(model->draw >> 8u) / 8388608.0 - 1.0;
+}
+
+/* One window by the order; the speed control is proportional and ideal. */
+static turning_input_t follow(model_t *model, const turning_wish_t *wish)
+{
+    rotor_t *is = &model->is;
+    const double i_d = (double)wish->current.d;
+    const double constant = 1.5 * PAIRS * (is->flux + (is->inductance_d - is->inductance_q) * i_d);
+    const bool by_current = wish->by_current != 0u;
+    model->pushed = model->pushed || by_current;
+    if (model->pushed && !by_current && !model->grown) {
+        is->inertia += is->grows;
+        model->grown = true;
+    }
+    model->windows += by_current ? 1.0 : 0.0;
+    const double friction = is->coulomb + (model->pushed && by_current ? is->later : 0.0);
+    double mean = 0.0;
+    for (int n = 0; n < 8; n++) {
+        const double slack = (double)wish->omega_m_ref - model->omega;
+        const double wanted =
+            by_current ? (double)wish->current.q
+                       : (friction + is->viscous * model->omega + 40.0 * is->inertia * slack) / constant;
+        model->i_q += 0.1 * (wanted - model->i_q);
+        const double torque =
+            constant * model->i_q - is->viscous * model->omega - (model->omega > 0.0 ? friction : 0.0);
+        model->omega += torque / is->inertia * WINDOW / 8.0;
+        model->theta += model->omega * WINDOW / 8.0;
+        mean += model->i_q / 8.0;
+    }
+    const double omega_e = PAIRS * model->omega;
+    const double half = 0.5 * (WINDOW - WINDOW / 8.0) * omega_e; /* the mean vector lags by half a window */
+    const double turn = omega_e * WINDOW / 8.0;
+    const double shorter = sin(4.0 * turn) / (8.0 * sin(0.5 * turn));
+    const double emf = shorter * omega_e * constant / (1.5 * PAIRS);
+    const double off = is->angle_noise * noise(model);
+    const dq_t current = {(float)(shorter * (i_d * cos(half) + mean * sin(half))),
+                          (float)(shorter * (mean * cos(half) - i_d * sin(half)))};
+    return (turning_input_t){
+        .runs = is->lost_after > 0.0 && model->windows > is->lost_after ? 0u : 1u,
+        .theta_e = (float)remainder(PAIRS * model->theta, 2.0 * pi),
+        .omega_e = (float)(omega_e * (1.0 + is->speed_noise * noise(model))),
+        .emf = {(float)(emf * sin(half + off)), (float)(emf * cos(half + off))},
+        .current = current,
+    };
+}
+
+static const commission_tuning_t TUNING = {.current_max = 10.0f,
+                                           .pole_pairs = (float)PAIRS,
+                                           .period = 1e-4f,
+                                           .window = (float)WINDOW,
+                                           .inductance_d = 0.01f,
+                                           .inductance_q = 0.01f};
+
+static commission_tuning_t tuning_of(const rotor_t *is, double inertia)
+{
+    commission_tuning_t tuning = TUNING;
+    tuning.inductance_d = (float)is->inductance_d;
+    tuning.inductance_q = (float)is->inductance_q;
+    tuning.flux_linkage = (float)(0.9 * is->flux);
+    tuning.inertia = (float)inertia;
+    return tuning;
+}
+
+/* The whole torque test, from 30 to 100 rad/s; `least`: speed of the hand-over. */
+static commission_verdict_t torque_test(const rotor_t *is, double inertia, double least,
+                                        commission_results_t *results)
+{
+    torque_test_t step;
+    turning_wish_t wish = {0u, 30.0f, {0.0f, 0.0f}};
+    model_t model = {.is = *is, .omega = 30.0, .draw = 7u};
+    const commission_tuning_t tuning = tuning_of(is, inertia);
+    commission_verdict_t verdict = commission_goes_on();
+    torque_test_begin(&step);
+    for (uint32_t n = 0u; n < MOST && verdict.finished == 0u; n++) {
+        turning_input_t input = follow(&model, &wish);
+        input.speed = 100.0f;
+        input.least = (float)least;
+        verdict = torque_test_step(&step, &tuning, &input, &wish, results);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, verdict.finished);
+    return verdict;
+}
+
+static commission_results_t known(double flux, double inertia_first)
+{
+    return (commission_results_t){.flux_first = (float)flux,
+                                  .flux_linkage = (float)flux,
+                                  .inertia_first = (float)inertia_first,
+                                  .dead_voltage = 1.0f};
+}
+
+/* ---- J and friction ---- */
+
+static void test_inertia_and_friction_of_light_and_heavy_rotors(void)
+{
+    static const rotor_t rotors[] = {
+        {.inertia = 2e-3,
+         .coulomb = 0.1,
+         .viscous = 5e-4,
+         .flux = 0.1,
+         .inductance_d = 0.01,
+         .inductance_q = 0.01},
+        {.inertia = 0.2,
+         .coulomb = 0.2,
+         .viscous = 1e-3,
+         .flux = 0.2,
+         .inductance_d = 0.01,
+         .inductance_q = 0.01},
+        {.inertia = 6e-5,
+         .coulomb = 0.02,
+         .viscous = 1e-4,
+         .flux = 0.05,
+         .inductance_d = 0.01,
+         .inductance_q = 0.01},
+        {.inertia = 2e-3,
+         .coulomb = 0.1,
+         .viscous = 5e-4,
+         .flux = 0.1,
+         .inductance_d = 0.01,
+         .inductance_q = 0.03},
+    };
+    for (uint32_t n = 0u; n < sizeof rotors / sizeof rotors[0]; n++) {
+        const rotor_t *is = &rotors[n];
+        commission_results_t results = known(is->flux, is->inertia);
+        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, torque_test(is, is->inertia, 10.0, &results).reason);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01 * is->inertia, is->inertia, (double)results.inertia);
+        const double friction = is->coulomb + 60.0 * is->viscous;
+        TEST_ASSERT_DOUBLE_WITHIN(0.01 * friction, friction,
+                                  (double)results.friction_coulomb + 60.0 * (double)results.friction_viscous);
+    }
+}
+
+static void test_inertia_from_noisy_angles(void)
+{
+    const rotor_t is = {.inertia = 1.5e-4,
+                        .coulomb = 0.02,
+                        .flux = 0.1,
+                        .inductance_d = 0.01,
+                        .inductance_q = 0.01,
+                        .angle_noise = 0.03,
+                        .speed_noise = 0.03};
+    commission_results_t results = known(is.flux, is.inertia);
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, torque_test(&is, is.inertia, 10.0, &results).reason);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * is.inertia, is.inertia, (double)results.inertia);
+}
+
+static void test_push_that_does_not_suffice_grows(void)
+{
+    const rotor_t is = {.inertia = 2e-3,
+                        .coulomb = 0.1,
+                        .flux = 0.1,
+                        .inductance_d = 0.01,
+                        .inductance_q = 0.01,
+                        .later = 1.0};
+    commission_results_t results = known(is.flux, is.inertia);
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, torque_test(&is, is.inertia, 10.0, &results).reason);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * is.inertia, is.inertia, (double)results.inertia);
+}
+
+static void test_second_test_confirms_a_swing_that_was_wrong(void)
+{
+    const rotor_t is = {
+        .inertia = 2e-3, .coulomb = 0.1, .flux = 0.1, .inductance_d = 0.01, .inductance_q = 0.01};
+    commission_results_t results = known(is.flux, 0.5 * is.inertia);
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE,
+                            torque_test(&is, 0.5 * is.inertia, 10.0, &results).reason);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * is.inertia, is.inertia, (double)results.inertia);
+}
+
+static void test_reasons_of_the_torque_test(void)
+{
+    const rotor_t good = {
+        .inertia = 2e-3, .coulomb = 0.1, .flux = 0.1, .inductance_d = 0.01, .inductance_q = 0.01};
+    rotor_t is = good;
+    commission_results_t results = known(is.flux, is.inertia);
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_EMF_TOO_SMALL,
+                            torque_test(&is, is.inertia, 60.0, &results).reason);
+    results.dead_voltage = 500.0f; /* its fiftieth is 10 V; the EMF at 35 rad/s is 14 V */
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_EMF_TOO_SMALL,
+                            torque_test(&is, is.inertia, 10.0, &results).reason);
+    results = known(is.flux, is.inertia);
+    is.lost_after = 100.0;
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_SENSORLESS_LOST,
+                            torque_test(&is, is.inertia, 10.0, &results).reason);
+    is = good; /* two tests and the swing give three values */
+    is.grows = 1e-3;
+    results = known(is.flux, 0.5 * is.inertia);
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_INERTIA_NOT_SEEN,
+                            torque_test(&is, is.inertia, 10.0, &results).reason);
+    is = good; /* more noise than the test can average */
+    is.inertia = 2e-5;
+    is.angle_noise = 0.5;
+    results = known(is.flux, is.inertia);
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_INERTIA_NOT_SEEN,
+                            torque_test(&is, is.inertia, 10.0, &results).reason);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, results.inertia);
+}
+
+/* ---- psi_f ---- */
+
+static commission_verdict_t flux_test(const rotor_t *is, commission_results_t *results, turning_wish_t *wish)
+{
+    flux_test_t step;
+    model_t model = {.is = *is, .omega = 100.0, .draw = 3u};
+    const commission_tuning_t tuning = tuning_of(is, is->inertia);
+    commission_verdict_t verdict = commission_goes_on();
+    *wish = (turning_wish_t){0u, 100.0f, {0.0f, 0.0f}};
+    flux_test_begin(&step);
+    for (uint32_t n = 0u; n < MOST && verdict.finished == 0u; n++) {
+        turning_input_t input = follow(&model, wish);
+        input.speed = 100.0f;
+        verdict = flux_test_step(&step, &tuning, &input, wish, results);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1u, verdict.finished);
+    return verdict;
+}
+
+/* i_d keeps the signs of the legs certain. On a salient rotor it adds to the active flux, by 0.3 psi_f at
+ * most. */
+static void test_flux_of_round_and_salient_rotors(void)
+{
+    static const struct {
+        double inductance_q, current_d;
+    } rows[] = {{0.01, 5.0}, {0.0105, 5.0}, {0.012, -5.0}, {0.03, -0.3 * 0.09 / 0.02}};
+    for (uint32_t n = 0u; n < sizeof rows / sizeof rows[0]; n++) {
+        const rotor_t is = {.inertia = 2e-3,
+                            .coulomb = 0.1,
+                            .flux = 0.1,
+                            .inductance_d = 0.01,
+                            .inductance_q = rows[n].inductance_q};
+        commission_results_t results = {.noise = 0.0f};
+        turning_wish_t wish;
+        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, flux_test(&is, &results, &wish).reason);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * is.flux, is.flux, (double)results.flux_linkage);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, rows[n].current_d, (double)wish.current.d);
+    }
+}
+
+/* An estimate of each window that is off by up to 20 %, as where the back-EMF is small. */
+static void test_noise_of_the_speed_neither_delays_nor_changes_the_flux(void)
+{
+    const rotor_t is = {.inertia = 2e-3,
+                        .coulomb = 0.1,
+                        .flux = 0.1,
+                        .inductance_d = 0.01,
+                        .inductance_q = 0.01,
+                        .speed_noise = 0.2};
+    commission_results_t results = {.noise = 0.0f};
+    turning_wish_t wish;
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, flux_test(&is, &results, &wish).reason);
+    TEST_ASSERT_DOUBLE_WITHIN(5e-3 * is.flux, is.flux, (double)results.flux_linkage);
+    TEST_ASSERT_TRUE(results.flux_scatter > 0.05f && results.flux_scatter < 0.2f); /* 0.2/sqrt(3) */
+}
+
+static void test_rotor_without_magnets_has_no_flux(void)
+{
+    const rotor_t is = {
+        .inertia = 2e-3, .coulomb = 0.0, .flux = 0.0, .inductance_d = 0.01, .inductance_q = 0.01};
+    commission_results_t results = {.noise = 0.0f};
+    turning_wish_t wish;
+    flux_test_t step;
+    const commission_tuning_t tuning = tuning_of(&is, 1e-3);
+    turning_input_t input = {.runs = 1u, .omega_e = 400.0f, .speed = 100.0f};
+    commission_verdict_t verdict = commission_goes_on();
+    flux_test_begin(&step);
+    for (uint32_t n = 0u; n < MOST && verdict.finished == 0u; n++) {
+        verdict = flux_test_step(&step, &tuning, &input, &wish, &results);
+    }
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_EMF_TOO_SMALL, verdict.reason);
+}

@@ -6,24 +6,16 @@ usage: field_weakening.py [--long] LAGLESS FOLDER
 The base speed is that at which the longest current at most torque per ampere takes the voltage that the inverter makes, 0.98 of
 (0.92/sqrt3 - (4/pi) 0.023) U_dc: docs/theory.md, 30. The most torque at a speed is found here by trying every i_d, with R; nothing of
 the drive's own law is in it. Limits: the acceptance lines A7 to A11 of the issue."""
-import csv
 import itertools
 import math
-import pathlib
-import random
-import subprocess
 import sys
 import unittest
 
-LONG = "--long" in sys.argv
-LAGLESS, FOLDER = [a for a in sys.argv[1:] if not a.startswith("-")][:2]
-FOLDER = pathlib.Path(FOLDER)
-FLUX, P, R, J, CURRENT, LINK = 0.1, 4, 0.95, 0.01, 15.0, 311.0
-DEVICE = 0.0215  # [ohm] slope of a device
-VOLTAGE = 0.98 * (0.92 / math.sqrt(3) - 4 / math.pi * 0.023) * LINK
+from long_runs import DEVICE, LINK, VOLTAGE, at, column, first, mean, peak, recorded, share
+
+FLUX, P, R, J, CURRENT = 0.1, 4, 0.95, 0.01, 15.0
 FAMILY = {1.0: 8e-3, 2.0: 20e-3, 3.0: 20e-3, 4.0: 20e-3}
 TOP = {1.0: 2.4, 2.0: 3.0, 3.0: 3.0, 4.0: 3.0}  # of the base speed; the link stands no more at L_q = L_d
-EVERY = "5"  # periods of a row
 NAMES = ("true_omega_m", "theta_hat_err", "i_alpha", "i_beta", "true_torque", "u_d_ref", "u_q_ref", "u_dc", "lock_losses", "fault_reason")
 
 
@@ -106,48 +98,8 @@ speed_request = {0.3 * self.base}
 {events}"""
 
 
-def at(time, *lines, ramp=None):
-    return f"[[at]]\ntime = {time}\n" + (f"ramp = {ramp}\n" if ramp else "") + "".join(line + "\n" for line in lines)
-
-
-def recorded(name, text, *settings):
-    """Rows of time and NAMES."""
-    scenario = FOLDER / f"{name}.toml"
-    scenario.write_text(text)
-    done = subprocess.run([LAGLESS, "run", "--force", "--every", EVERY, "-o", FOLDER, "-r", ",".join(NAMES), scenario,
-                           *itertools.chain(*(("-s", s) for s in settings))], capture_output=True, text=True, check=False)
-    if done.returncode not in (0, 1):
-        raise AssertionError(done.stderr)
-    with (FOLDER / f"{name}.csv").open() as file:
-        rows = csv.reader(line for line in file if not line.startswith("#"))
-        next(rows)
-        return [tuple(map(float, row)) for row in rows]
-
-
-def column(rows, name, begin=0.0, end=1e9):
-    place = 1 + NAMES.index(name)
-    return [row[place] for row in rows if begin <= row[0] < end]
-
-
-def peak(rows, begin, end=1e9):
-    return max(map(abs, column(rows, "theta_hat_err", begin, end)))
-
-
 def longest(rows, begin):
     return max(map(math.hypot, column(rows, "i_alpha", begin), column(rows, "i_beta", begin)))
-
-
-def first(rows, begin, holds):
-    return next((row[0] for row in rows if row[0] > begin and holds(row[1])), math.inf)
-
-
-def mean(values):
-    return sum(values) / len(values)
-
-
-def share(cells, number):
-    cells = list(cells)
-    return cells if LONG else random.SystemRandom().sample(cells, number)
 
 
 def up_and_down(motor, name, torque, settings=()):
@@ -157,24 +109,20 @@ def up_and_down(motor, name, torque, settings=()):
     text = motor.text(name, arrives + 2.4, at(1.0, f"requests.torque_request = {torque}", 'requests.mode = "torque"') +
                       at(arrives, f"requests.speed_request = {motor.top}", 'requests.mode = "speed"') +
                       at(arrives + 1.0, f"requests.speed_request = {0.5 * motor.base}"))
-    rows = recorded(name, text, *settings)
+    rows = recorded(NAMES, name, text, *settings)
     up = first(rows, 1.0, lambda speed: speed >= near)
     down = first(rows, arrives + 1.0, lambda speed: speed <= 0.52 * motor.base)
     return rows, {
         "time": (up - 1.0) / motor.time(0.3 * motor.base, near),
         "current": longest(rows, 1.0) / CURRENT,
-        "up": 1e3 * peak(rows, 1.0, up),
-        "down": 1e3 * peak(rows, arrives + 1.0, down + 0.02),
+        "up": peak(rows, 1.0, up),
+        "down": peak(rows, arrives + 1.0, down + 0.02),
         "losses": max(column(rows, "lock_losses")),
         "fault": max(column(rows, "fault_reason")),
     }
 
 
 class FieldWeakening(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        FOLDER.mkdir(parents=True, exist_ok=True)
-
     def test_a7_up_to_three_times_the_base_speed_and_down(self):
         for ratio in share(FAMILY, 1):
             with self.subTest(ratio=ratio):
@@ -188,7 +136,8 @@ class FieldWeakening(unittest.TestCase):
                 arrives = 1.0 + 1.04 * motor.time(0.3 * motor.base, motor.top)
                 # A9: between 1.5 and 2.9 times the base speed, torque and voltage
                 for times in (1.5, 2.0, 2.9) if ratio > 1 else (1.5, 2.0):
-                    near = [row for row in rows if 1.0 < row[0] < arrives and abs(row[1] - times * motor.base) < 0.04 * motor.base]
+                    near = [row for row in rows if 1.0 < row["time"] < arrives and
+                            abs(row["true_omega_m"] - times * motor.base) < 0.04 * motor.base]
                     torque, best = mean(column(near, "true_torque")), motor.most(mean(column(near, "true_omega_m")))
                     self.assertLess(abs(torque - best), 0.01 * best, (times, torque, best))
                     voltage = mean(list(map(math.hypot, column(near, "u_d_ref"), column(near, "u_q_ref"))))
@@ -219,23 +168,23 @@ class FieldWeakening(unittest.TestCase):
                 motor = Motor(ratio)
                 happens = (at(2.2, "plant.dc_voltage = 220", ramp=0.002) if event == "sag" else
                            at(2.2, f"plant.load_torque = {event * motor.most(motor.top)}"))
-                rows = recorded(f"a10_{ratio}_{event}", motor.text("a10", 3.4, at(0.6, f"requests.speed_request = {motor.top}") + happens,
-                                                                   "load_kind = 1"))
+                text = motor.text("a10", 3.4, at(0.6, f"requests.speed_request = {motor.top}") + happens, "load_kind = 1")
+                rows = recorded(NAMES, f"a10_{ratio}_{event}", text)
                 self.assertEqual((max(column(rows, "lock_losses")), max(column(rows, "fault_reason"))), (0, 0))
-                self.assertLess(1e3 * peak(rows, 2.15), 25.0 if event == "sag" else 200.0)
+                self.assertLess(peak(rows, 2.15), 25.0 if event == "sag" else 200.0)
                 self.assertGreater(mean(column(rows, "true_omega_m", 3.2)), 0.99 * motor.top)
 
     def test_a11_braking_into_a_link_that_stores(self):
         for ratio in share((2.0, 3.0, 4.0), 1):
             with self.subTest(ratio=ratio):
                 motor = Motor(ratio)
-                rows = recorded(f"a11_{ratio}", motor.text("a11", 4.0, at(0.6, f"requests.speed_request = {motor.top}") +
-                                                           at(2.2, f"requests.speed_request = {0.5 * motor.base}"),
-                                                           "dc_resistance = 0.2\ndc_capacitance = 1e-3"))
+                text = motor.text("a11", 4.0, at(0.6, f"requests.speed_request = {motor.top}") +
+                                  at(2.2, f"requests.speed_request = {0.5 * motor.base}"), "dc_resistance = 0.2\ndc_capacitance = 1e-3")
+                rows = recorded(NAMES, f"a11_{ratio}", text)
                 self.assertEqual((max(column(rows, "lock_losses")), max(column(rows, "fault_reason"))), (0, 0))
                 self.assertLess(max(column(rows, "u_dc")), 405.0)
                 self.assertGreater(max(column(rows, "u_dc")), 370.0)  # it did feed the link
-                self.assertLess(1e3 * peak(rows, 2.2), 60.0)
+                self.assertLess(peak(rows, 2.2), 60.0)
 
 
 if __name__ == "__main__":

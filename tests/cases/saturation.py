@@ -4,21 +4,15 @@
 usage: saturation.py [--long] LAGLESS FOLDER
 
 The currents of most torque and the most torque at a speed are found here by trying every i_d; nothing of the drive's own law is in it."""
-import csv
 import itertools
 import math
-import pathlib
-import random
-import subprocess
 import sys
 import unittest
 
-LONG = "--long" in sys.argv
-LAGLESS, FOLDER = [a for a in sys.argv[1:] if not a.startswith("-")][:2]
-FOLDER = pathlib.Path(FOLDER)
-FLUX, P, R, J, CURRENT, LINK = 0.444, 2, 0.63, 0.05, 15.0, 311.0
+from long_runs import DEVICE, LINK, VOLTAGE, at, column, first, mean, peak, recorded, share
+
+FLUX, P, R, J, CURRENT = 0.444, 2, 0.63, 0.05, 15.0
 L_D, L_0, I_S = 24e-3, 142e-3, 9.1
-VOLTAGE = 0.98 * (0.92 / math.sqrt(3) - 4 / math.pi * 0.023) * LINK
 RPM = math.pi / 30
 NAMES = ("true_omega_m", "theta_hat_err", "true_i_d", "true_i_q", "true_torque", "lock_losses", "fault_reason")
 
@@ -32,7 +26,7 @@ def torque(i_d, i_q):
 
 
 def voltage(i_d, i_q, omega):
-    r = R + 0.0215
+    r = R + DEVICE
     return math.hypot(r * i_d - omega * flux_q(i_q), r * i_q + omega * (FLUX + L_D * i_d))
 
 
@@ -107,36 +101,6 @@ speed_request = {speed}
 {events}"""
 
 
-def at(time, *lines):
-    return f"[[at]]\ntime = {time}\n" + "".join(line + "\n" for line in lines)
-
-
-def recorded(name, text, *settings):
-    """Rows of time and NAMES, as dictionaries."""
-    file = FOLDER / f"{name}.toml"
-    file.write_text(text)
-    done = subprocess.run([LAGLESS, "run", "--force", "--every", "5", "-o", FOLDER, "-r", ",".join(NAMES), file,
-                           *itertools.chain(*(("-s", s) for s in settings))], capture_output=True, text=True, check=False)
-    if done.returncode not in (0, 1):
-        raise AssertionError(done.stderr)
-    with (FOLDER / f"{name}.csv").open() as rows:
-        lines = csv.reader(line for line in rows if not line.startswith("#"))
-        next(lines)
-        return [dict(zip(("time", *NAMES), map(float, line))) for line in lines]
-
-
-def column(rows, name, begin=0.0, end=1e9):
-    return [row[name] for row in rows if begin <= row["time"] < end]
-
-
-def mean(values):
-    return sum(values) / len(values)
-
-
-def peak(rows, begin, end=1e9):
-    return 1e3 * max(map(abs, column(rows, "theta_hat_err", begin, end)))
-
-
 def held(rows, speed, current):
     """Torque of most torque per ampere for this current at this speed, in the second half."""
     i_d, i_q = best(current)
@@ -148,14 +112,10 @@ def held(rows, speed, current):
 
 
 class Saturation(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        FOLDER.mkdir(parents=True, exist_ok=True)
-
     def steady(self, speed, current, way, *settings):
         text = scenario("steady", speed * RPM, 1.6, 250.0, at(0.6, f"requests.torque_request = {way * torque(*best(current))}",
                                                               'requests.mode = "torque"'), locked=True)
-        rows = recorded(f"steady_{speed}_{current}_{way}", text, *settings)
+        rows = recorded(NAMES, f"steady_{speed}_{current}_{way}", text, *settings)
         if way < 0:
             for row in rows:
                 row["true_i_q"], row["true_torque"] = -row["true_i_q"], -row["true_torque"]
@@ -167,7 +127,7 @@ class Saturation(unittest.TestCase):
         """Braking with 14.5 A at 300 r/min loses the rotor while the torque comes (docs/not_there.md)."""
         cells = [*itertools.product((300, 700), (3.0, 6.0, 9.0, 12.0, 14.5), (1,)),
                  *itertools.product((300, 700), (3.0, 9.0, 12.0), (-1,)), (700, 14.5, -1)]
-        for speed, current, way in cells if LONG else random.SystemRandom().sample(cells, 2):
+        for speed, current, way in share(cells, 2):
             with self.subTest(speed=speed, current=current, way=way):
                 seen = self.steady(speed, current, way)
                 self.assertLess(abs(seen["error"]), 25.0, seen)
@@ -188,9 +148,10 @@ class Saturation(unittest.TestCase):
         events = (at(1.0, f"requests.torque_request = {0.999 * torque(*best(CURRENT))}", 'requests.mode = "torque"') +
                   at(arrives, f"requests.speed_request = {top}", 'requests.mode = "speed"') +
                   at(arrives + 1.0, f"requests.speed_request = {0.5 * base()}"))
-        rows = recorded("a7", scenario("a7", slow, arrives + 2.4, 1.1 * top, events))
-        up = next((row["time"] for row in rows if row["time"] > 1.0 and row["true_omega_m"] >= near), math.inf)
-        down = next((row["time"] for row in rows if row["time"] > arrives + 1.0 and row["true_omega_m"] <= 0.52 * base()), math.inf)
+        rows = recorded(NAMES, "a7", scenario("a7", slow, arrives + 2.4, 1.1 * top, events))
+        up = first(rows, 1.0, lambda speed: speed >= near)
+        slow_again = 0.52 * base()
+        down = first(rows, arrives + 1.0, lambda speed: speed <= slow_again)
         seen = {"time": (up - 1.0) / fastest(slow, near), "up": peak(rows, 1.0, up), "down": peak(rows, arrives + 1.0, down + 0.02),
                 "current": max(math.hypot(row["true_i_d"], row["true_i_q"]) for row in rows if row["time"] > 1.0) / CURRENT,
                 "losses": max(column(rows, "lock_losses")), "fault": max(column(rows, "fault_reason"))}

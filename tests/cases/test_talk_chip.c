@@ -7,13 +7,13 @@
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/frames.h"
 #include "tests/rig/run.h"
+#include "tests/rig/the_rig.h"
 #include "unity.h"
 
 #define BITS     10u /* of an octet on the line: start, eight, stop */
 #define REQUESTS 2u
 #define PAUSE    60u /* [periods] more than the silence that ends a frame */
 
-static rig_t *rig;
 static uint32_t counter;
 static uint32_t broken;      /* octet of the next frame that comes without its stop bit; from 1 on */
 static uint32_t break_after; /* octet of it behind which a break follows; from 1 on */
@@ -70,11 +70,6 @@ void setUp(void)
     SEND(0xFF, 0x00);
     rig_run(rig, PAUSE);
     TEST_ASSERT_EQUAL_UINT32(1u, rig_state(rig)->app.talk.xcp.connected);
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
 }
 
 static double value(const char *name)
@@ -143,14 +138,4 @@ static void test_a_good_frame_right_behind_a_break_is_dropped(void)
     SEND(0xFC);
     rig_run(rig, PAUSE);
     TEST_ASSERT_EQUAL_DOUBLE(frames + 1.0, value("line_frames"));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_undisturbed_a_write_acts);
-    RUN_TEST(test_a_broken_octet_or_a_break_spoils_the_frame);
-    RUN_TEST(test_what_follows_a_spoilt_frame_without_a_pause_is_dropped);
-    RUN_TEST(test_a_good_frame_right_behind_a_break_is_dropped);
-    return UNITY_END();
 }

@@ -11,6 +11,7 @@
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/frames.h"
 #include "tests/rig/run.h"
+#include "tests/rig/the_rig.h"
 #include "unity.h"
 
 #define SILENCE     50u
@@ -20,7 +21,6 @@
 #define SERVICES    3u
 #define SHORT_OF_ON 20.0f
 
-static rig_t *rig;
 static app_t *app_of_rig;
 static app_t before;
 
@@ -106,11 +106,6 @@ void setUp(void)
     TEST_ASSERT_EQUAL_UINT32(1u, positive);
     connected_receiver = receiver;
     connected_xcp = xcp;
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
 }
 
 /* As it was, and a silence behind it. */
@@ -238,7 +233,7 @@ static void test_a_number_is_the_one_that_was_sent_or_none(void)
                   {REQUESTS, "i_d_request", -1.5f},
                   {PARAMS, "current_limit", 8.0f}};
     for (size_t n = 0; n < sizeof writes / sizeof writes[0]; n++) {
-        expect_what_was_sent_or_nothing(writes[n].extension, writes[n].name, frames_bits(writes[n].value),
+        expect_what_was_sent_or_nothing(writes[n].extension, writes[n].name, float_bits(writes[n].value),
                                         true);
         begin_anew();
     }
@@ -250,7 +245,7 @@ static void test_a_single_pair_changes_nothing(void)
 {
     const values_t old = values();
     const stream_t streams[] = {
-        write_of(REQUESTS, id_of("speed_request"), frames_bits(SHORT_OF_ON), 1u, 1u),
+        write_of(REQUESTS, id_of("speed_request"), float_bits(SHORT_OF_ON), 1u, 1u),
         write_of(REQUESTS, id_of("enable"), frames_code(id_of("enable"), REQUEST_ON), 1u, 1u),
     };
     for (uint32_t n = 0; n < 2u; n++) {
@@ -383,18 +378,4 @@ static void test_only_the_codes_of_a_row_are_taken(void)
             TEST_ASSERT_EQUAL_HEX16(right >> 8u * n & 0xFFu, octets[n]);
         }
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_named_value_is_the_one_that_was_sent_or_none);
-    RUN_TEST(test_a_number_is_the_one_that_was_sent_or_none);
-    RUN_TEST(test_a_single_pair_changes_nothing);
-    RUN_TEST(test_behind_a_lost_frame_nothing_acts_until_synch_and_a_new_address);
-    RUN_TEST(test_a_frame_that_comes_twice_acts_once);
-    RUN_TEST(test_connect_begins_a_new_count_anywhere);
-    RUN_TEST(test_any_two_codes_differ_in_eight_bits);
-    RUN_TEST(test_only_the_codes_of_a_row_are_taken);
-    return UNITY_END();
 }

@@ -141,15 +141,3 @@ static void test_the_longest_frame_passes(void)
     TEST_ASSERT_EQUAL(68u, hear());
     TEST_ASSERT_TRUE(wire_has_client(wire));
 }
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_frames_behind_an_http_head_are_not_heard);
-    RUN_TEST(test_a_tls_hello_is_not_heard);
-    RUN_TEST(test_lengths_of_0_and_above_the_largest_close);
-    RUN_TEST(test_good_frames_before_a_bad_one_are_heard_and_none_behind_it);
-    RUN_TEST(test_a_frame_in_pieces_is_handed_on_whole);
-    RUN_TEST(test_the_longest_frame_passes);
-    return UNITY_END();
-}

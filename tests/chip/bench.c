@@ -94,6 +94,25 @@ void bench_forget(void)
     bench.averages = 0u;
 }
 
+void bench_allowed16(const volatile uint16_t *reg, uint16_t value)
+{
+    bus_allow();
+    bus_write16(reg, value);
+    bus_protect();
+}
+
+void bench_allowed32(const volatile uint32_t *reg, uint32_t value)
+{
+    bus_allow();
+    bus_write32(reg, value);
+    bus_protect();
+}
+
+uint32_t bench_reports(chip_report_kind_t kind)
+{
+    return chip_report_count(&bench_chip, kind);
+}
+
 void bench_clock(void)
 {
     bus_allow();
@@ -119,9 +138,7 @@ void bench_pwm(uint32_t skip)
 {
     uint16_t slow = (skip & SKIP_HSPCLKDIV) != 0u ? TBCTL_HSPCLKDIV(1) : 0u;
     if ((skip & SKIP_CLOCK_PWM2) != 0u) {
-        bus_allow();
-        bus_write16(&SYSCTRL->PCLKCR1, PCLKCR1_EPWM1 | PCLKCR1_EPWM3 | PCLKCR1_EQEP1);
-        bus_protect();
+        bench_allowed16(&SYSCTRL->PCLKCR1, PCLKCR1_EPWM1 | PCLKCR1_EPWM3 | PCLKCR1_EQEP1);
     }
     for (uint32_t n = 1u; n <= 3u; n++) {
         bus_write16(&EPWM(n)->TBPRD, 7500u);
@@ -208,9 +225,7 @@ void bench_start(uint32_t skip)
     bench_adc(skip);
     bench_interrupts(skip);
     if ((skip & SKIP_TBCLKSYNC) == 0u) {
-        bus_allow();
-        bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
-        bus_protect();
+        bench_allowed16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
     }
     if ((skip & SKIP_RELEASE) == 0u) {
         bus_allow();

@@ -67,6 +67,12 @@ extern chip_world_t bench_world;                           /* what stands around
 extern void (*bench_on_world)(uint64_t tick, bool analog); /* the world's answer to a callback; NULL: none */
 extern void (*bench_in_interrupt)(void);                   /* more to do there; NULL: nothing */
 
+/* One write with EALLOW open. */
+void bench_allowed16(const volatile uint16_t *reg, uint16_t value);
+void bench_allowed32(const volatile uint32_t *reg, uint32_t value);
+
+uint32_t bench_reports(chip_report_kind_t kind); /* wrong uses of this kind so far */
+
 void bench_power_on(void); /* fresh chip, bound to the recording world, record empty */
 void bench_power_on_with(uint32_t crystal_hz);
 void bench_clock(void);        /* watchdog off, 150 MHz, flash waits, prescalers; module clocks on */

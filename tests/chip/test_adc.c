@@ -19,10 +19,6 @@ void setUp(void)
     }
 }
 
-void tearDown(void)
-{
-}
-
 static void software_start(void)
 {
     bench_forget();
@@ -363,9 +359,7 @@ static void test_waking_the_converter_alone_takes_twenty_microseconds(void)
 
 static void test_fast_clock_is_reported(void)
 {
-    bus_allow();
-    bus_write16(&SYSCTRL->HISPCP, 1u);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->HISPCP, 1u);
     software_start();
     TEST_ASSERT_EQUAL_UINT32(1u, chip_report_count(&bench_chip, CHIP_ADC_TOO_FAST));
 }
@@ -462,38 +456,4 @@ static void test_start_at_zero_and_at_period(void)
             TEST_ASSERT_EQUAL_UINT64(at + 45u, bench.sample[0].tick);
         }
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_pairs_are_held_together_at_the_data_sheet_ticks);
-    RUN_TEST(test_second_pair_is_held_at_counter_zero);
-    RUN_TEST(test_results_appear_one_by_one);
-    RUN_TEST(test_end_of_sequence_is_the_last_result);
-    RUN_TEST(test_sequential_timing_and_channels);
-    RUN_TEST(test_clock_prescalers);
-    RUN_TEST(test_sequences_of_two_to_eight_pairs);
-    RUN_TEST(test_sixteen_single_conversions_use_all_four_channel_registers);
-    RUN_TEST(test_uncascaded_sequencer_goes_round_in_eight_results);
-    RUN_TEST(test_boot_rom_has_copied_the_calibration);
-    RUN_TEST(test_uncalibrated_converter_is_off_until_software_copies_the_words);
-    RUN_TEST(test_module_reset_and_chip_reset_treat_the_calibration_differently);
-    RUN_TEST(test_code_is_floor_and_clamped);
-    RUN_TEST(test_offset_trim_is_signed);
-    RUN_TEST(test_start_stop_mode_goes_on_behind_the_last_state);
-    RUN_TEST(test_reset_of_the_sequencer_aborts);
-    RUN_TEST(test_start_while_busy_waits_once);
-    RUN_TEST(test_interrupt_mode_one_takes_every_other);
-    RUN_TEST(test_conversion_before_five_milliseconds_reads_zero);
-    RUN_TEST(test_waking_the_converter_alone_takes_twenty_microseconds);
-    RUN_TEST(test_fast_clock_is_reported);
-    RUN_TEST(test_module_reset_forgets_everything);
-    RUN_TEST(test_stuck_channel);
-    RUN_TEST(test_results_are_read_only);
-    RUN_TEST(test_every_nth_event_starts);
-    RUN_TEST(test_events_wait_at_their_count_while_disabled);
-    RUN_TEST(test_forced_start);
-    RUN_TEST(test_start_at_zero_and_at_period);
-    return UNITY_END();
 }

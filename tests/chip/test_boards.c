@@ -25,14 +25,6 @@ static uint32_t random_state;
 static edge_t kept[BENCH_EDGES];
 static sample_t kept_samples[BENCH_SAMPLES];
 
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}
-
 static uint32_t random_below(uint32_t n)
 {
     random_state = random_state * 1664525u + 1013904223u;
@@ -80,9 +72,7 @@ static void begin(const board_t *shape, bool plain)
     bench_first_leg = board.first;
     bench_world.active_low = board.dbctl == ALC;
     bench_clock();
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR1, 0x003Fu);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR1, 0x003Fu);
     for (uint32_t leg = 0u; leg < LEGS; leg++) {
         bench_compare[leg] = board.half / 2u;
         set_up_leg(board.first + leg, plain);
@@ -91,18 +81,14 @@ static void begin(const board_t *shape, bool plain)
         bus_write16(&EPWM(1u)->TBPRD, board.half);
         bus_write16(&EPWM(1u)->TBCTL, 0x4012u);
     }
-    bus_allow();
-    bus_write32(&GPIO_CONTROL(0u)->MUX1, 0x01000000u | (board.first == 1u ? 0x00000555u : 0x00555000u));
-    bus_protect();
+    bench_allowed32(&GPIO_CONTROL(0u)->MUX1, 0x01000000u | (board.first == 1u ? 0x00000555u : 0x00555000u));
     bench_adc(SKIP_SOC);
     bus_write16(&EPWM(board.first)->ETSEL, ETSEL_SOCAEN | ETSEL_SOCASEL(ET_CMPB_DOWN));
     bus_write16(&EPWM(board.first)->ETPS, ETPS_SOCAPRD(1));
     bench_interrupts(0u);
     bench_in_interrupt = next_compare;
     bench_forget();
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
     start = chip_now(&bench_chip);
 }
 
@@ -209,9 +195,7 @@ static void test_dead_band_of_a_blind_period_reaches_over_zero(void)
         uint64_t zero = chip_now(&bench_chip);
         chip_run(zero + 20u);
         chip_set_pin(&bench_chip, 12u, true);
-        bus_allow();
-        bus_write16(&EPWM(1u)->TZCLR, TZ_OST | TZ_INT);
-        bus_protect();
+        bench_allowed16(&EPWM(1u)->TZCLR, TZ_OST | TZ_INT);
         bench_forget();
         chip_run(zero + 300u);
         TEST_ASSERT_EQUAL_UINT32(1u, bench.edges);
@@ -388,9 +372,7 @@ static void test_zeros_ahead_of_a_divided_up_counter(void)
     bench_clock();
     bus_write16(&EPWM(1u)->TBPRD, 999u);
     bus_write16(&EPWM(1u)->TBCTL, TBCTL_CLKDIV(2));
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_TBCLKSYNC);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR0, PCLKCR0_TBCLKSYNC);
     start = chip_now(&bench_chip);
     TEST_ASSERT_EQUAL_UINT64(CHIP_NEVER, chip_carrier_zero(&bench_chip, 3u));
     chip_run(start + 9000u);
@@ -414,26 +396,4 @@ static void test_another_counter_beside_the_legs_is_not_plain(void)
     bus_write16(&EPWM(1u)->AQCTLA, ZERO_WORD); /* a leader whose output does something */
     run_periods(6u);
     TEST_ASSERT_FALSE(chip_carrier_plain(&bench_chip));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_edges_are_where_the_formula_puts_them);
-    RUN_TEST(test_same_events_at_100_megahertz);
-    RUN_TEST(test_same_events_at_125_megahertz);
-    RUN_TEST(test_same_events_centred_on_the_period_match);
-    RUN_TEST(test_same_events_on_modules_4_to_6);
-    RUN_TEST(test_release_of_blind_legs_shows_the_true_state);
-    RUN_TEST(test_dead_band_of_a_blind_period_reaches_over_zero);
-    RUN_TEST(test_averages_are_the_edges_at_every_corner);
-    RUN_TEST(test_averages_in_ticks_at_100_megahertz);
-    RUN_TEST(test_averages_at_the_limits_centred_on_the_period_match);
-    RUN_TEST(test_averages_of_active_low_gates);
-    RUN_TEST(test_polarity_against_the_board_is_told_by_edges);
-    RUN_TEST(test_trip_of_modules_4_to_6);
-    RUN_TEST(test_carrier_zeros_ahead_are_exact);
-    RUN_TEST(test_zeros_ahead_of_a_divided_up_counter);
-    RUN_TEST(test_another_counter_beside_the_legs_is_not_plain);
-    return UNITY_END();
 }

@@ -62,16 +62,10 @@ void setUp(void)
     chip_bind(&bench_chip, &world);
     bench_compare[0] = 3000u;
     bench_start(0u);
-    bus_allow();
-    bus_write32(&PIE_VECTORS->vector[PIE_EPWM1_TZ], bus_vector(on_trip));
-    bus_protect();
+    bench_allowed32(&PIE_VECTORS->vector[PIE_EPWM1_TZ], bus_vector(on_trip));
     bus_write16(&PIE->group[1].IER, 1u);
     bus_enable_group(2u);
     start = chip_now(&bench_chip);
-}
-
-void tearDown(void)
-{
 }
 
 static uint64_t entry(uint32_t k)
@@ -136,9 +130,7 @@ static void test_an_interrupt_waits_for_the_one_that_works(void)
 
 static void test_of_its_own_group_the_next_comes_after_return_and_acknowledge(void)
 {
-    bus_allow();
-    bus_write32(&PIE_VECTORS->vector[PIE_VECTOR(1u, 7u)], bus_vector(on_timer));
-    bus_protect();
+    bench_allowed32(&PIE_VECTORS->vector[PIE_VECTOR(1u, 7u)], bus_vector(on_timer));
     bus_write16(&PIE->group[0].IER, 1u | 1u << 6);
     work = WORK;
     chip_run(entry(1u));
@@ -230,24 +222,4 @@ static void test_a_halted_background_does_not_go_on(void)
     chip_debug_halt(&bench_chip);
     TEST_ASSERT_FALSE(chip_run_to_background(start + 2u * CARRIER));
     TEST_ASSERT_EQUAL_UINT32(1u, bench_samples);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_the_hook_gets_every_interrupt_and_its_vector);
-    RUN_TEST(test_what_is_written_after_the_work_is_written_then);
-    RUN_TEST(test_compare_values_written_before_the_zero_act_from_it);
-    RUN_TEST(test_compare_values_written_after_the_zero_act_a_period_later);
-    RUN_TEST(test_an_interrupt_waits_for_the_one_that_works);
-    RUN_TEST(test_of_its_own_group_the_next_comes_after_return_and_acknowledge);
-    RUN_TEST(test_longer_than_a_period_a_sample_is_lost);
-    RUN_TEST(test_a_section_holds_interrupts_until_its_time_is_over);
-    RUN_TEST(test_sections_one_after_the_other_add_up);
-    RUN_TEST(test_a_section_that_ends_before_the_request_delays_nothing);
-    RUN_TEST(test_enabling_what_is_enabled_is_no_section);
-    RUN_TEST(test_the_background_goes_on_where_the_interrupt_returns);
-    RUN_TEST(test_the_background_does_not_go_on_while_another_interrupt_waits);
-    RUN_TEST(test_a_halted_background_does_not_go_on);
-    return UNITY_END();
 }

@@ -19,10 +19,6 @@ void setUp(void)
     random_state = 12345u;
 }
 
-void tearDown(void)
-{
-}
-
 static uint32_t random_below(uint32_t n)
 {
     random_state = random_state * 1664525u + 1013904223u;
@@ -57,9 +53,7 @@ static void begin(bool plain, uint16_t dbctl, uint16_t red, uint16_t fed)
     }
     bench_in_interrupt = next_compare;
     bench_forget();
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
     start = chip_now(&bench_chip);
 }
 
@@ -99,9 +93,7 @@ static void test_edges_are_where_the_formula_puts_them(void)
     bench_compare[1] = 3750u;
     bench_compare[2] = 5000u;
     bench_start(SKIP_TBCLKSYNC);
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
     uint64_t zero = chip_now(&bench_chip) + 2u * CARRIER;
     chip_run(zero);
     bench_forget();
@@ -293,9 +285,7 @@ static void test_release_at_the_tick_of_an_edge(void)
     chip_run(start + 5u * CARRIER + 3750u + 450u); /* the lower gates come on here */
     chip_set_pin(&bench_chip, 12u, true);
     bench_forget();
-    bus_allow();
-    bus_write16(&EPWM(1u)->TZCLR, TZ_OST | TZ_INT);
-    bus_protect();
+    bench_allowed16(&EPWM(1u)->TZCLR, TZ_OST | TZ_INT);
     TEST_ASSERT_EQUAL_UINT32(1u, bench.edges);
     TEST_ASSERT_EQUAL_HEX32(2u, bench.edge[0].level);
 }
@@ -334,9 +324,7 @@ static void test_stopped_clock_in_an_averaged_period_shows_the_levels(void)
     chip_set_averaged(&bench_chip, true);
     chip_run(start + 5u * CARRIER + 6000u);
     TEST_ASSERT_EQUAL_UINT32(0u, bench.edges);
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC);
     TEST_ASSERT_EQUAL_UINT32(1u, bench.edges);
     TEST_ASSERT_EQUAL_UINT64(start + 5u * CARRIER + 6000u, bench.edge[0].tick);
     TEST_ASSERT_EQUAL_HEX32(0x2Au, bench.edge[0].level);
@@ -481,29 +469,4 @@ static void test_carrier_tick_is_the_last_zero(void)
     begin(false, 0x000Bu, 450u, 450u);
     chip_run(start + 7u * CARRIER);
     TEST_ASSERT_EQUAL_UINT64(start + 6u * CARRIER, chip_carrier_tick(&bench_chip));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_edges_are_where_the_formula_puts_them);
-    RUN_TEST(test_fast_path_and_general_engine_give_the_same_edges);
-    RUN_TEST(test_same_edges_with_other_dead_bands_and_polarities);
-    RUN_TEST(test_never_both_gates_of_a_leg);
-    RUN_TEST(test_averaged_high_times_are_the_sum_over_edges);
-    RUN_TEST(test_averaged_high_times_at_the_limits);
-    RUN_TEST(test_averaged_periods_leave_the_right_state_behind);
-    RUN_TEST(test_unplain_legs_are_reported_by_edges_in_averaged_mode);
-    RUN_TEST(test_trip_in_an_averaged_period_shows_at_once);
-    RUN_TEST(test_release_in_the_middle_of_a_period_shows_the_true_state);
-    RUN_TEST(test_release_at_the_tick_of_an_edge);
-    RUN_TEST(test_leaving_the_plain_set_up_in_an_averaged_period);
-    RUN_TEST(test_stopped_clock_in_an_averaged_period_shows_the_levels);
-    RUN_TEST(test_change_of_dead_band_while_running);
-    RUN_TEST(test_copy_runs_identically);
-    RUN_TEST(test_runs_in_pieces_as_in_one);
-    RUN_TEST(test_pin_pulled_in_a_conversion_brings_the_edges_back_in_order);
-    RUN_TEST(test_pin_pulled_at_an_edge_interrupts_in_time);
-    RUN_TEST(test_carrier_tick_is_the_last_zero);
-    return UNITY_END();
 }

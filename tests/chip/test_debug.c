@@ -16,10 +16,6 @@ void setUp(void)
     calls = 0u;
 }
 
-void tearDown(void)
-{
-}
-
 static void start_with(uint32_t free_soft)
 {
     bench_compare[0] = 3000u;
@@ -107,9 +103,7 @@ static void test_free_counters_run_on(void)
 static void test_a_stopped_neighbour_of_free_legs_goes_on_after_the_halt(void)
 {
     start_with(2u);
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR1, 0x003Fu);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR1, 0x003Fu);
     bus_write16(&EPWM(5u)->TBPRD, 60000u);
     bus_write16(&EPWM(5u)->TBCTL, 0u); /* up, stops at the next count */
     uint64_t from = chip_now(&bench_chip);
@@ -198,9 +192,7 @@ static void on_trip(void)
 
 static void enable_trip_interrupt(void)
 {
-    bus_allow();
-    bus_write32(&PIE_VECTORS->vector[PIE_EPWM1_TZ], bus_vector(on_trip));
-    bus_protect();
+    bench_allowed32(&PIE_VECTORS->vector[PIE_EPWM1_TZ], bus_vector(on_trip));
     bus_write16(&PIE->group[1].IER, 1u);
     bus_enable_group(2u);
 }
@@ -275,9 +267,7 @@ static void encoder(uint32_t free_soft)
 {
     setUp();
     bench_clock();
-    bus_allow();
-    bus_write32(&GPIO_CONTROL(0u)->MUX2, 0x00000500u);
-    bus_protect();
+    bench_allowed32(&GPIO_CONTROL(0u)->MUX2, 0x00000500u);
     bus_write32(&EQEP(1u)->QPOSMAX, 999u);
     bus_write32(&EQEP(1u)->QUPRD, 10000u);
     bus_write16(&EQEP(1u)->QEPCTL, (uint16_t)(QEPCTL_QPEN | QEPCTL_PCRM(1) | QEPCTL_UTE | free_soft << 14));
@@ -486,32 +476,4 @@ static void test_restart_revives_a_lost_CPU(void)
     TEST_ASSERT_FALSE(chip_halted(&bench_chip));
     bus_write16(&EPWM(1u)->CMPA, 1234u);
     TEST_ASSERT_EQUAL_UINT16(1234u, EPWM(1u)->CMPA);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_legs_stop_in_one_zero_vector_at_the_end_of_the_cycle);
-    RUN_TEST(test_counters_stop_at_the_next_count);
-    RUN_TEST(test_free_counters_run_on);
-    RUN_TEST(test_a_stopped_neighbour_of_free_legs_goes_on_after_the_halt);
-    RUN_TEST(test_up_counter_stops_at_its_period);
-    RUN_TEST(test_a_trip_still_shuts_a_halted_chip);
-    RUN_TEST(test_averaged_period_shows_its_edges_when_the_counters_stop);
-    RUN_TEST(test_requests_wait_until_the_CPU_runs);
-    RUN_TEST(test_real_time_mode_serves_the_groups_of_DBGIER);
-    RUN_TEST(test_real_time_mode_needs_the_group_in_IER_too);
-    RUN_TEST(test_DBGM_keeps_the_debugger_out_while_the_CPU_runs);
-    RUN_TEST(test_encoder_stops_at_once);
-    RUN_TEST(test_encoder_stops_at_its_roll_over);
-    RUN_TEST(test_free_encoder_goes_on);
-    RUN_TEST(test_timer_stops_at_once);
-    RUN_TEST(test_soft_timer_stops_at_its_reload);
-    RUN_TEST(test_free_timer_goes_on);
-    RUN_TEST(test_adc_follows_its_suspend_mode);
-    RUN_TEST(test_carrier_starts_no_conversion_while_the_adc_is_suspended);
-    RUN_TEST(test_watchdog_stands_during_a_halt);
-    RUN_TEST(test_restart_without_reset_keeps_everything);
-    RUN_TEST(test_restart_revives_a_lost_CPU);
-    return UNITY_END();
 }

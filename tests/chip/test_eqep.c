@@ -9,15 +9,9 @@ void setUp(void)
 {
     bench_power_on();
     bench_clock();
-    bus_allow();
-    bus_write32(&GPIO_CONTROL(0u)->MUX2, 0x00000500u);
-    bus_protect();
+    bench_allowed32(&GPIO_CONTROL(0u)->MUX2, 0x00000500u);
     bus_write32(&EQEP(1u)->QPOSMAX, 9999u);
     bench.encoder_rate = 0;
-}
-
-void tearDown(void)
-{
 }
 
 static void enable(uint16_t more)
@@ -82,9 +76,7 @@ static void test_not_enabled_not_muxed_or_not_clocked_stands_still(void)
     bench.encoder_offset += 10;
     start = chip_now(&bench_chip);
     TEST_ASSERT_EQUAL_UINT32(0u, count_after(1000u));
-    bus_allow();
-    bus_write32(&GPIO_CONTROL(0u)->MUX2, 0u);
-    bus_protect();
+    bench_allowed32(&GPIO_CONTROL(0u)->MUX2, 0u);
     enable(0u);
     bench.encoder_offset += 10;
     TEST_ASSERT_EQUAL_UINT32(0u, count_after(1000u));
@@ -121,9 +113,7 @@ static void test_second_module_has_its_own_pins_clock_and_interrupt(void)
     chip_look(&bench_chip);
     TEST_ASSERT_EQUAL_UINT32(0u, EQEP(2u)->QPOSCNT);
     TEST_ASSERT_EQUAL_UINT32(5000u, EQEP(2u)->QUTMR);
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR1, PCLKCR1_EQEP1);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR1, PCLKCR1_EQEP1);
     bus_write16(&EQEP(2u)->QEPCTL, 0u);
     TEST_ASSERT_EQUAL_UINT32(1u, chip_report_count(&bench_chip, CHIP_CLOCK_OFF));
     bench.encoder_offset += 10;
@@ -134,9 +124,7 @@ static void test_second_module_has_its_own_pins_clock_and_interrupt(void)
 
 static void test_unit_timers_of_both_modules_run_side_by_side(void)
 {
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR1, PCLKCR1_EQEP1 | PCLKCR1_EQEP2);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR1, PCLKCR1_EQEP1 | PCLKCR1_EQEP2);
     bus_write32(&EQEP(1u)->QUPRD, 3000u);
     bus_write32(&EQEP(2u)->QUPRD, 7000u);
     bus_write16(&EQEP(2u)->QEPCTL, QEPCTL_UTE);
@@ -247,9 +235,7 @@ static void test_alignment_sets_the_count_and_is_no_edge(void)
 static void test_interrupt(void)
 {
     calls = 0u;
-    bus_allow();
-    bus_write32(&PIE_VECTORS->vector[PIE_VECTOR(5u, 1u)], bus_vector(on_eqep));
-    bus_protect();
+    bench_allowed32(&PIE_VECTORS->vector[PIE_VECTOR(5u, 1u)], bus_vector(on_eqep));
     bus_write16(&PIE->PIECTRL, 1u);
     bus_write16(&PIE->group[4].IER, 1u);
     bus_enable_group(5u);
@@ -272,24 +258,4 @@ static void test_what_is_not_modelled_says_so(void)
     bus_write16(&EQEP(1u)->QFLG, 0u);
     bus_write32(&EQEP(1u)->QPOSLAT, 0u);
     TEST_ASSERT_EQUAL_UINT32(2u, chip_report_count(&bench_chip, CHIP_READ_ONLY));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_counts_the_way_since_enabling);
-    RUN_TEST(test_wraps_at_the_maximum_both_ways);
-    RUN_TEST(test_swap_reverses_and_XCR_halves);
-    RUN_TEST(test_not_enabled_not_muxed_or_not_clocked_stands_still);
-    RUN_TEST(test_second_module_has_its_own_pins_clock_and_interrupt);
-    RUN_TEST(test_unit_timers_of_both_modules_run_side_by_side);
-    RUN_TEST(test_software_initialisation);
-    RUN_TEST(test_latch_is_the_position_at_the_tick_of_the_time_out);
-    RUN_TEST(test_unit_timer_can_be_set);
-    RUN_TEST(test_position_reset_by_unit_time_out);
-    RUN_TEST(test_jump_of_the_shaft_is_a_phase_error);
-    RUN_TEST(test_alignment_sets_the_count_and_is_no_edge);
-    RUN_TEST(test_interrupt);
-    RUN_TEST(test_what_is_not_modelled_says_so);
-    return UNITY_END();
 }

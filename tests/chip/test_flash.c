@@ -12,20 +12,11 @@
 #define PROGRAM_TICKS 7500u                         /* 50 us */
 #define ERASE_TICKS   300000000u                    /* 2 s */
 
-static uint32_t reports(chip_report_kind_t kind)
-{
-    return chip_report_count(&bench_chip, kind);
-}
-
 void setUp(void)
 {
     bench_power_on();
     bench_clock();
     bus_interrupts_disable();
-}
-
-void tearDown(void)
-{
 }
 
 static void program(uint32_t at, uint32_t count)
@@ -80,11 +71,9 @@ static void test_with_interrupts_or_watchdog_on_it_is_refused_and_reported(void)
     TEST_ASSERT_FALSE(bus_flash_program(C_AT, 0u));
     TEST_ASSERT_FALSE(bus_flash_erase(C));
     bus_interrupts_disable();
-    bus_allow();
-    bus_write16(&SYSCTRL->WDCR, WDCR_WDCHK | WDCR_WDPS(7u));
-    bus_protect();
+    bench_allowed16(&SYSCTRL->WDCR, WDCR_WDCHK | WDCR_WDPS(7u));
     TEST_ASSERT_FALSE(bus_flash_program(C_AT, 0u));
-    TEST_ASSERT_EQUAL_UINT32(3u, reports(CHIP_FLASH_MISUSE));
+    TEST_ASSERT_EQUAL_UINT32(3u, bench_reports(CHIP_FLASH_MISUSE));
     TEST_ASSERT_EQUAL_HEX16(0xFFFFu, bus_flash(C_AT));
 }
 
@@ -92,7 +81,7 @@ static void test_behind_the_words_it_keeps_it_refuses_to_program(void)
 {
     TEST_ASSERT_TRUE(bus_flash_program(C_AT + CHIP_FLASH_KEPT - 1u, 0u));
     TEST_ASSERT_FALSE(bus_flash_program(C_AT + CHIP_FLASH_KEPT, 0u));
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_FLASH_BEYOND));
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_FLASH_BEYOND));
     TEST_ASSERT_EQUAL_HEX16(0xFFFFu, bus_flash(C_AT + CHIP_FLASH_KEPT));
 }
 
@@ -180,9 +169,7 @@ static void none(void)
 
 static void test_interrupts_wait_until_it_is_over(void)
 {
-    bus_allow();
-    bus_write32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(none));
-    bus_protect();
+    bench_allowed32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(none));
     bus_write16(&PIE->PIECTRL, PIECTRL_ENPIE);
     bus_write16(&PIE->group[0].IER, 1u);
     bus_enable_group(1u);
@@ -238,23 +225,4 @@ static void test_a_page_is_filled_if_it_fits_what_is_kept(void)
     words[CHIP_FLASH_WORDS - 1u] = 0u;
     TEST_ASSERT_FALSE(chip_flash_fill(&bench_chip, 1u, words));
     TEST_ASSERT_EQUAL_HEX16(0x1234u, bus_flash(B_AT));
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_a_new_chip_is_erased);
-    RUN_TEST(test_programming_turns_ones_into_zeros_and_nothing_else);
-    RUN_TEST(test_an_erase_takes_one_sector);
-    RUN_TEST(test_with_interrupts_or_watchdog_on_it_is_refused_and_reported);
-    RUN_TEST(test_behind_the_words_it_keeps_it_refuses_to_program);
-    RUN_TEST(test_what_is_programmed_outlives_the_supply_and_all_else_does_not);
-    RUN_TEST(test_a_cut_while_programming_leaves_words_before_it_done_and_words_behind_it_erased);
-    RUN_TEST(test_a_cut_in_an_erase_leaves_each_word_old_cleared_erased_or_torn);
-    RUN_TEST(test_after_the_cut_nothing_is_done_until_the_power_is_back);
-    RUN_TEST(test_interrupts_wait_until_it_is_over);
-    RUN_TEST(test_a_watchdog_that_is_started_behind_an_erase_counts_from_its_end);
-    RUN_TEST(test_a_wrong_check_is_a_restart_that_was_asked_for);
-    RUN_TEST(test_a_page_is_filled_if_it_fits_what_is_kept);
-    return UNITY_END();
 }

@@ -9,15 +9,9 @@ void setUp(void)
     bench_clock();
 }
 
-void tearDown(void)
-{
-}
-
 static void direction(uint32_t port, uint32_t bits)
 {
-    bus_allow();
-    bus_write32(&GPIO_CONTROL(port)->DIR, bits);
-    bus_protect();
+    bench_allowed32(&GPIO_CONTROL(port)->DIR, bits);
 }
 
 static void test_inputs_follow_the_board(void)
@@ -101,9 +95,7 @@ static void test_other_outputs_leave_an_average_alone(void)
 
 static void test_input_clock_off_freezes_inputs(void)
 {
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR3, 0x0700u);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR3, 0x0700u);
     chip_set_pin(&bench_chip, 12u, false);
     TEST_ASSERT_EQUAL_HEX32(0xFFFFF000u, GPIO_DATA(0u)->DAT);
 }
@@ -117,9 +109,7 @@ static void test_gate_pins_float_until_muxed_or_driven(void)
     TEST_ASSERT_EQUAL_HEX32(0x00u, bench.edge[0].level);
     bus_write32(&GPIO_DATA(0u)->SET, 0x00000002u);
     TEST_ASSERT_EQUAL_HEX32(0x02u, bench.edge[1].level);
-    bus_allow();
-    bus_write32(&GPIO_CONTROL(0u)->MUX1, GPIO_FIELD(0u, 1u) | GPIO_FIELD(1u, 1u) | GPIO_FIELD(2u, 2u));
-    bus_protect();
+    bench_allowed32(&GPIO_CONTROL(0u)->MUX1, GPIO_FIELD(0u, 1u) | GPIO_FIELD(1u, 1u) | GPIO_FIELD(2u, 2u));
     TEST_ASSERT_EQUAL_HEX32(0x03u,
                             bench.edge[bench.edges - 1u].driven); /* a foreign function drives no gate */
     TEST_ASSERT_EQUAL_HEX32(0x00u, bench.edge[bench.edges - 1u].level);
@@ -149,20 +139,4 @@ static void test_port_c_has_no_qualification(void)
     bus_write32(&GPIO_CONTROL(1u)->QSEL1, 5u);
     TEST_ASSERT_EQUAL_UINT32(1u, chip_report_count(&bench_chip, CHIP_UNKNOWN_REGISTER));
     TEST_ASSERT_EQUAL_HEX32(5u, GPIO_CONTROL(1u)->QSEL1);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_inputs_follow_the_board);
-    RUN_TEST(test_outputs_set_clear_toggle);
-    RUN_TEST(test_driven_outputs_can_be_asked);
-    RUN_TEST(test_gates_can_be_asked);
-    RUN_TEST(test_other_outputs_leave_an_average_alone);
-    RUN_TEST(test_input_clock_off_freezes_inputs);
-    RUN_TEST(test_gate_pins_float_until_muxed_or_driven);
-    RUN_TEST(test_data_register_shows_the_gate_pins);
-    RUN_TEST(test_trip_pin_reads_whatever_its_function);
-    RUN_TEST(test_port_c_has_no_qualification);
-    return UNITY_END();
 }

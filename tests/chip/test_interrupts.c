@@ -19,10 +19,6 @@ void setUp(void)
     nest = false;
 }
 
-void tearDown(void)
-{
-}
-
 static void note(uint32_t who)
 {
     if (calls < 16u) {
@@ -172,9 +168,7 @@ static void no_acknowledge(void)
 static void test_missing_acknowledge_blocks_its_group_only(void)
 {
     vectors();
-    bus_allow();
-    bus_write32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(no_acknowledge));
-    bus_protect();
+    bench_allowed32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(no_acknowledge));
     bus_interrupts_enable();
     start = chip_now(&bench_chip);
     request(1u, 1u);
@@ -377,9 +371,7 @@ static void test_epwm_interrupt_every_third_event_waits_for_its_flag(void)
 {
     epwm_calls = 0u;
     bench_start(0u);
-    bus_allow();
-    bus_write32(&PIE_VECTORS->vector[PIE_VECTOR(3u, 2u)], bus_vector(on_epwm));
-    bus_protect();
+    bench_allowed32(&PIE_VECTORS->vector[PIE_VECTOR(3u, 2u)], bus_vector(on_epwm));
     bus_write16(&PIE->group[2].IER, 2u);
     bus_enable_group(3u);
     bus_write16(&EPWM(2u)->ETPS, ETPS_INTPRD(3));
@@ -393,27 +385,4 @@ static void test_epwm_interrupt_every_third_event_waits_for_its_flag(void)
     bus_write16(&EPWM(2u)->ETCLR, ET_FLAG_INT); /* the one that waited comes at once */
     chip_run(start + 9u * CARRIER + 20u);
     TEST_ASSERT_EQUAL_UINT32(2u, epwm_calls);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_entry_comes_after_the_latency);
-    RUN_TEST(test_injected_delay);
-    RUN_TEST(test_priority_lower_group_and_lower_line_first);
-    RUN_TEST(test_masked_interrupts_wait);
-    RUN_TEST(test_group_and_line_enables);
-    RUN_TEST(test_missing_acknowledge_blocks_its_group_only);
-    RUN_TEST(test_flag_taken_back_gives_the_first_vector_of_the_group);
-    RUN_TEST(test_missing_vector_loses_the_CPU);
-    RUN_TEST(test_without_ENPIE_nothing_goes_to_the_CPU);
-    RUN_TEST(test_what_reached_the_CPU_before_ENPIE_was_cleared_loses_it);
-    RUN_TEST(test_leftovers_can_be_cleared);
-    RUN_TEST(test_disabled_groups_wait);
-    RUN_TEST(test_EALLOW_is_closed_inside_and_restored_after);
-    RUN_TEST(test_interrupt_that_clears_INTM_can_be_interrupted);
-    RUN_TEST(test_sample_interrupt_to_the_tick);
-    RUN_TEST(test_registers_are_fresh_inside);
-    RUN_TEST(test_epwm_interrupt_every_third_event_waits_for_its_flag);
-    return UNITY_END();
 }

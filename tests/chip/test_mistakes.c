@@ -11,10 +11,6 @@ void setUp(void)
     bench_power_on();
 }
 
-void tearDown(void)
-{
-}
-
 /* Start-up, then ten carrier periods (1 ms). */
 static void ten_periods(uint32_t skip, uint32_t isr_skips)
 {
@@ -23,11 +19,6 @@ static void ten_periods(uint32_t skip, uint32_t isr_skips)
     bench_start(skip);
     start = chip_now(&bench_chip);
     chip_run(start + 10u * CARRIER + 1000u);
-}
-
-static uint32_t reports(chip_report_kind_t kind)
-{
-    return chip_report_count(&bench_chip, kind);
 }
 
 static bool shoot_through(void)
@@ -114,7 +105,8 @@ static void test_wrong_dead_band_polarity_is_a_shoot_through(void)
 static void test_missing_EALLOW_leaves_the_trip_zone_unset(void)
 {
     ten_periods(SKIP_EALLOW_PWM, 0u);
-    TEST_ASSERT_EQUAL_UINT32(9u, reports(CHIP_PROTECTED_WRITE)); /* TZSEL, TZCTL, TZFRC of three modules */
+    TEST_ASSERT_EQUAL_UINT32(9u,
+                             bench_reports(CHIP_PROTECTED_WRITE)); /* TZSEL, TZCTL, TZFRC of three modules */
     TEST_ASSERT_EQUAL_HEX16(0u, EPWM(1u)->TZSEL);
     uint32_t before = bench.edges;
     chip_set_pin(&bench_chip, 12u, false); /* the module's fault line shuts nothing */
@@ -125,7 +117,7 @@ static void test_missing_EALLOW_leaves_the_trip_zone_unset(void)
 static void test_module_clock_off_leaves_a_leg_dead(void)
 {
     ten_periods(SKIP_CLOCK_PWM2, 0u);
-    TEST_ASSERT_TRUE_MESSAGE(reports(CHIP_CLOCK_OFF) >= 10u, "writes to ePWM2 reported");
+    TEST_ASSERT_TRUE_MESSAGE(bench_reports(CHIP_CLOCK_OFF) >= 10u, "writes to ePWM2 reported");
     TEST_ASSERT_EQUAL_UINT32(0u, bench_edges_of(2u, start, start + 10u * CARRIER));
     TEST_ASSERT_EQUAL_UINT32(4u, bench_edges_of(0u, start + 5u * CARRIER, start + 7u * CARRIER));
 }
@@ -134,7 +126,7 @@ static void test_missing_vector_loses_the_CPU_while_the_legs_switch_on(void)
 {
     ten_periods(SKIP_VECTOR, 0u);
     TEST_ASSERT_TRUE(chip_halted(&bench_chip));
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_NO_VECTOR));
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_NO_VECTOR));
     TEST_ASSERT_EQUAL_UINT32(4u, bench_edges_of(0u, start + 5u * CARRIER, start + 7u * CARRIER));
 }
 
@@ -146,7 +138,7 @@ static void test_unpowered_adc_reads_zero(void)
     ten_periods(SKIP_ADC_POWER, 0u);
     TEST_ASSERT_EQUAL_UINT32(10u, bench_samples);
     TEST_ASSERT_EQUAL_UINT16(0u, bench_codes[2]);
-    TEST_ASSERT_EQUAL_UINT32(10u, reports(CHIP_ADC_NOT_POWERED));
+    TEST_ASSERT_EQUAL_UINT32(10u, bench_reports(CHIP_ADC_NOT_POWERED));
 }
 
 static void test_missing_TBCLKSYNC_stands_still(void)
@@ -181,7 +173,7 @@ static void test_PLL_written_with_divider_set_stays_at_fifteen_megahertz(void)
     bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
     start = chip_now(&bench_chip);
     chip_run(start + 35u * CARRIER);
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_PLL_MISUSE));
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_PLL_MISUSE));
     TEST_ASSERT_EQUAL_UINT32(3u, bench_samples); /* 1 kHz instead of 10 */
     TEST_ASSERT_EQUAL_UINT64(10u * CARRIER, bench_sample_at[1] - bench_sample_at[0]);
 }
@@ -193,7 +185,7 @@ static void test_watchdog_forgotten_resets_before_the_PLL_locks(void)
     bus_write16(&SYSCTRL->PLLCR, 10u);
     bus_wait(40000u);
     TEST_ASSERT_TRUE(chip_halted(&bench_chip));
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_WATCHDOG_RESET));
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_WATCHDOG_RESET));
 }
 
 static void test_interrupt_delayed_past_zero_loads_a_period_late(void)
@@ -209,26 +201,4 @@ static void test_interrupt_delayed_past_zero_loads_a_period_late(void)
     TEST_ASSERT_EQUAL_UINT64(4000u - 450u, bench_high_of(0u, start + 7u * CARRIER, start + 8u * CARRIER));
     TEST_ASSERT_TRUE_MESSAGE(bench_high_of(0u, start + 6u * CARRIER, start + 7u * CARRIER) == 4000u - 450u,
                              "late");
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_nothing_wrong);
-    RUN_TEST(test_HSPCLKDIV_left_at_reset_gives_five_kilohertz);
-    RUN_TEST(test_missing_SOC_means_no_interrupt);
-    RUN_TEST(test_missing_PIEACK_stops_after_the_first);
-    RUN_TEST(test_missing_INT_SEQ1_CLR_stops_after_the_first);
-    RUN_TEST(test_missing_RST_SEQ1_reads_other_channels);
-    RUN_TEST(test_wrong_dead_band_polarity_is_a_shoot_through);
-    RUN_TEST(test_missing_EALLOW_leaves_the_trip_zone_unset);
-    RUN_TEST(test_module_clock_off_leaves_a_leg_dead);
-    RUN_TEST(test_missing_vector_loses_the_CPU_while_the_legs_switch_on);
-    RUN_TEST(test_unpowered_adc_reads_zero);
-    RUN_TEST(test_missing_TBCLKSYNC_stands_still);
-    RUN_TEST(test_trip_never_released_keeps_all_off);
-    RUN_TEST(test_PLL_written_with_divider_set_stays_at_fifteen_megahertz);
-    RUN_TEST(test_watchdog_forgotten_resets_before_the_PLL_locks);
-    RUN_TEST(test_interrupt_delayed_past_zero_loads_a_period_late);
-    return UNITY_END();
 }

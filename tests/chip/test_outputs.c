@@ -11,14 +11,8 @@ void setUp(void)
 {
     bench_power_on();
     bench_clock();
-    bus_allow();
-    bus_write32(&GPIO_CONTROL(0u)->MUX1, 0x01000555u);
-    bus_protect();
+    bench_allowed32(&GPIO_CONTROL(0u)->MUX1, 0x01000555u);
     trips = 0u;
-}
-
-void tearDown(void)
-{
 }
 
 /* ePWM1: up-down, period 2000, A high from 1700 to 2300 of every 2000. */
@@ -31,9 +25,7 @@ static void go(uint16_t dbctl, uint16_t red, uint16_t fed)
     bus_write16(&EPWM(1u)->DBRED, red);
     bus_write16(&EPWM(1u)->DBFED, fed);
     bus_write16(&EPWM(1u)->DBCTL, dbctl);
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
     start = chip_now(&bench_chip);
     chip_run(start + 2000u);
     bench_forget();
@@ -175,9 +167,7 @@ static void trip_setup(uint16_t tzsel, uint16_t tzctl)
 
 static void clear(uint16_t flags)
 {
-    bus_allow();
-    bus_write16(&EPWM(1u)->TZCLR, flags);
-    bus_protect();
+    bench_allowed16(&EPWM(1u)->TZCLR, flags);
 }
 
 static void test_trip_forces_low_at_the_tick_of_the_pin(void)
@@ -253,17 +243,13 @@ static void test_software_trip(void)
 {
     trip_setup(0u, 0x000Au);
     chip_run(start + 2100u);
-    bus_allow();
-    bus_write16(&EPWM(1u)->TZFRC, TZ_OST);
-    bus_protect();
+    bench_allowed16(&EPWM(1u)->TZFRC, TZ_OST);
     expect((const step_t[]){{2100u, 0u}}, 1u);
 }
 
 static void test_unmuxed_trip_pin_is_inactive(void)
 {
-    bus_allow();
-    bus_write32(&GPIO_CONTROL(0u)->MUX1, 0x00000555u);
-    bus_protect();
+    bench_allowed32(&GPIO_CONTROL(0u)->MUX1, 0x00000555u);
     trip_setup(TZSEL_OSHT1, 0x000Au);
     chip_set_pin(&bench_chip, 12u, false);
     TEST_ASSERT_FALSE(chip_tripped(&bench_chip, 1u));
@@ -345,34 +331,4 @@ static void test_trip_interrupt_asks_again_only_after_INT_was_cleared(void)
     chip_run(start + 4000u);
     TEST_ASSERT_EQUAL_UINT32(2u, trips);
     TEST_ASSERT_EQUAL_HEX16(0u, EPWM(1u)->TZFLG);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_bypass);
-    RUN_TEST(test_active_high_complementary);
-    RUN_TEST(test_active_low_complementary);
-    RUN_TEST(test_active_high);
-    RUN_TEST(test_active_low);
-    RUN_TEST(test_only_one_delay);
-    RUN_TEST(test_input_mode_feeds_from_b);
-    RUN_TEST(test_pulse_shorter_than_the_delay_vanishes);
-    RUN_TEST(test_dead_band_of_zero_is_a_plain_complement);
-    RUN_TEST(test_dead_band_registers_have_ten_bits);
-    RUN_TEST(test_dead_band_counts_divided_clock);
-    RUN_TEST(test_continuous_force_loads_at_zero_and_holds);
-    RUN_TEST(test_continuous_force_immediate);
-    RUN_TEST(test_one_shot_force);
-    RUN_TEST(test_trip_forces_low_at_the_tick_of_the_pin);
-    RUN_TEST(test_trip_reactions);
-    RUN_TEST(test_one_shot_cannot_be_cleared_while_the_pin_is_low);
-    RUN_TEST(test_clearing_other_flags_keeps_the_trip);
-    RUN_TEST(test_cycle_by_cycle_ends_at_zero);
-    RUN_TEST(test_software_trip);
-    RUN_TEST(test_unmuxed_trip_pin_is_inactive);
-    RUN_TEST(test_every_trip_input_has_its_pin);
-    RUN_TEST(test_every_module_listens_to_every_trip_input);
-    RUN_TEST(test_trip_interrupt_asks_again_only_after_INT_was_cleared);
-    return UNITY_END();
 }

@@ -9,11 +9,6 @@
 #define FRAME      (10u * BIT)                /* start, eight data, stop */
 #define HEARD      (9u * BIT + 6u * BIT / 8u) /* third sample of the stop bit */
 
-static uint32_t reports(chip_report_kind_t kind)
-{
-    return chip_report_count(&bench_chip, kind);
-}
-
 static void connect(uint32_t in, uint32_t out)
 {
     bus_allow();
@@ -28,9 +23,7 @@ static void connect(uint32_t in, uint32_t out)
 
 static void set_up(uint16_t brr)
 {
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_SCIA);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_SCIA);
     bus_write16(&SCIA->SCICCR, 7u);
     bus_write16(&SCIA->SCICTL1, 0x0003u);
     bus_write16(&SCIA->SCIHBAUD, brr >> 8);
@@ -47,10 +40,6 @@ void setUp(void)
     bench_clock();
     connect(28u, 29u);
     set_up(BRR_937500);
-}
-
-void tearDown(void)
-{
 }
 
 static void pass(uint64_t ticks)
@@ -322,9 +311,9 @@ static void test_seventeen_octets_find_room_and_go_out_without_a_gap(void)
         bus_write16(&SCIA->SCITXBUF, (uint16_t)(0x20u + n));
     }
     TEST_ASSERT_EQUAL_UINT32(16u, level_out());
-    TEST_ASSERT_EQUAL_UINT32(0u, reports(CHIP_SERIAL_LOST));
+    TEST_ASSERT_EQUAL_UINT32(0u, bench_reports(CHIP_SERIAL_LOST));
     bus_write16(&SCIA->SCITXBUF, 0xFFu);
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_SERIAL_LOST));
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_SERIAL_LOST));
     for (uint32_t n = 1u; n <= 17u; n++) {
         pass(FRAME - 1u);
         TEST_ASSERT_EQUAL_UINT32(17u - n, level_out());
@@ -365,17 +354,13 @@ static void test_what_nobody_takes_is_kept_up_to_a_limit(void)
 
 static void test_without_a_clock_nothing_is_heard_and_writes_are_reported(void)
 {
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC);
     put(0x31u);
     pass(2u * FRAME);
     TEST_ASSERT_EQUAL_UINT32(0u, level_in());
     bus_write16(&SCIA->SCITXBUF, 0x31u);
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_CLOCK_OFF));
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_SCIA);
-    bus_protect();
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_CLOCK_OFF));
+    bench_allowed16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_SCIA);
     pass(FRAME);
     TEST_ASSERT_EQUAL_UINT32(0u, level_in());
     put(0x32u);
@@ -386,9 +371,7 @@ static void test_without_a_clock_nothing_is_heard_and_writes_are_reported(void)
 static void test_only_pins_that_belong_to_it_are_its_line(void)
 {
     uint8_t got[4];
-    bus_allow();
-    bus_write32(&GPIO_CONTROL(0u)->MUX2, 0u);
-    bus_protect();
+    bench_allowed32(&GPIO_CONTROL(0u)->MUX2, 0u);
     put(0x31u);
     bus_write16(&SCIA->SCITXBUF, 0x41u);
     pass(2u * FRAME);
@@ -434,12 +417,12 @@ static void test_what_the_model_does_not_have_is_reported(void)
         {&SCIA->SCIRXBUF, 0u, CHIP_READ_ONLY},
     };
     for (uint32_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-        const uint32_t before = reports(cases[n].kind);
+        const uint32_t before = bench_reports(cases[n].kind);
         bus_write16(cases[n].reg, cases[n].value);
-        TEST_ASSERT_EQUAL_UINT32(before + 1u, reports(cases[n].kind));
+        TEST_ASSERT_EQUAL_UINT32(before + 1u, bench_reports(cases[n].kind));
     }
     bus_write32((const volatile uint32_t *)(const volatile void *)&SCIA->SCICCR, 7u);
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_BAD_WIDTH));
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_BAD_WIDTH));
     TEST_ASSERT_EQUAL_STRING("SCIA.SCIFFRX", chip_register_name(0x705Bu));
     TEST_ASSERT_EQUAL_STRING("?", chip_register_name(0x7058u));
 }
@@ -450,9 +433,7 @@ static void test_a_reset_leaves_the_registers_of_the_manual(void)
 {
     put_row(3u);
     pass(4u * FRAME);
-    bus_allow();
-    bus_write16(&SYSCTRL->WDCR, 0u);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->WDCR, 0u);
     chip_boot(&bench_chip);
     TEST_ASSERT_EQUAL_HEX16(0u, SCIA->SCICCR);
     TEST_ASSERT_EQUAL_HEX16(0u, SCIA->SCICTL1);
@@ -492,33 +473,4 @@ static void test_an_unused_line_is_no_event_and_leaves_the_state_alone(void)
     const chip_sci_t before = bench_chip.sci;
     pass(100u * CARRIER);
     TEST_ASSERT_EQUAL_MEMORY(&before, &bench_chip.sci, sizeof before);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_an_octet_is_in_the_fifo_when_its_stop_bit_has_been_sampled);
-    RUN_TEST(test_octets_follow_each_other_at_line_rate_and_come_out_in_order);
-    RUN_TEST(test_every_octet_passes_at_every_rate);
-    RUN_TEST(test_the_divider_of_zero_is_sixteen);
-    RUN_TEST(test_another_rate_at_the_other_end_is_understood_within_limits);
-    RUN_TEST(test_more_than_sixteen_octets_lose_the_oldest_and_say_so);
-    RUN_TEST(test_a_missing_stop_bit_marks_its_octet_and_the_next_one_is_whole);
-    RUN_TEST(test_a_break_stops_the_receiver_until_a_software_reset);
-    RUN_TEST(test_a_low_line_of_nineteen_bits_is_no_break);
-    RUN_TEST(test_a_spike_shorter_than_half_a_bit_is_no_start);
-    RUN_TEST(test_the_line_towards_the_chip_takes_so_many_frames_and_no_more);
-    RUN_TEST(test_random_levels_give_the_same_octets_however_often_one_looks);
-    RUN_TEST(test_an_octet_is_out_after_ten_bits);
-    RUN_TEST(test_seventeen_octets_find_room_and_go_out_without_a_gap);
-    RUN_TEST(test_a_software_reset_takes_the_octet_that_is_on_its_way);
-    RUN_TEST(test_what_nobody_takes_is_kept_up_to_a_limit);
-    RUN_TEST(test_without_a_clock_nothing_is_heard_and_writes_are_reported);
-    RUN_TEST(test_only_pins_that_belong_to_it_are_its_line);
-    RUN_TEST(test_the_rate_follows_the_prescaler);
-    RUN_TEST(test_what_the_model_does_not_have_is_reported);
-    RUN_TEST(test_a_reset_leaves_the_registers_of_the_manual);
-    RUN_TEST(test_a_debugger_s_halt_stops_the_line_unless_it_runs_free);
-    RUN_TEST(test_an_unused_line_is_no_event_and_leaves_the_state_alone);
-    return UNITY_END();
 }

@@ -12,19 +12,10 @@ void setUp(void)
     bench_power_on();
 }
 
-void tearDown(void)
-{
-}
-
 static void watchdog_off(void)
 {
     bus_allow();
     bus_write16(&SYSCTRL->WDCR, WDCR_WDDIS | WDCR_WDCHK);
-}
-
-static uint32_t reports(chip_report_kind_t kind)
-{
-    return chip_report_count(&bench_chip, kind);
 }
 
 static void test_state_after_the_boot_rom(void)
@@ -49,7 +40,7 @@ static void test_sysclk_of_every_divider(void)
     TEST_ASSERT_EQUAL_UINT32(7500000u, chip_sysclk_hz(&bench_chip));
     bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(3u)); /* bypassed: /1 is allowed */
     TEST_ASSERT_EQUAL_UINT32(30000000u, chip_sysclk_hz(&bench_chip));
-    TEST_ASSERT_EQUAL_UINT32(0u, reports(CHIP_PLL_MISUSE));
+    TEST_ASSERT_EQUAL_UINT32(0u, bench_reports(CHIP_PLL_MISUSE));
 }
 
 static void test_lock_takes_131072_crystal_cycles(void)
@@ -69,7 +60,7 @@ static void test_lock_takes_131072_crystal_cycles(void)
     bus_write16(&FLASH_REGS->FOTPWAIT, 8u);
     bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(2u));
     TEST_ASSERT_EQUAL_UINT32(150000000u, chip_sysclk_hz(&bench_chip));
-    TEST_ASSERT_EQUAL_UINT32(0u, reports(CHIP_FLASH_TOO_FAST));
+    TEST_ASSERT_EQUAL_UINT32(0u, bench_reports(CHIP_FLASH_TOO_FAST));
 }
 
 /* 20 MHz = 7.5 ticks, 25 = 6, 24 = 6.25, 21 = 7 1/7. Lock and watchdog count crystal cycles. */
@@ -87,9 +78,9 @@ static void test_everything_follows_the_crystal(void)
         bench_power_on_with(crystal[i].hz);
         TEST_ASSERT_EQUAL_UINT32(crystal[i].hz / 2u, chip_sysclk_hz(&bench_chip));
         chip_run(crystal[i].bite);
-        TEST_ASSERT_EQUAL_UINT32(0u, reports(CHIP_WATCHDOG_RESET));
+        TEST_ASSERT_EQUAL_UINT32(0u, bench_reports(CHIP_WATCHDOG_RESET));
         chip_run(crystal[i].bite + 1u);
-        TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_WATCHDOG_RESET));
+        TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_WATCHDOG_RESET));
         bench_power_on_with(crystal[i].hz);
         watchdog_off();
         bus_write16(&SYSCTRL->PLLSTS, 0u);
@@ -146,7 +137,7 @@ static void test_timer_without_clock_stands(void)
     TEST_ASSERT_EQUAL_UINT32(0xFFFFu - 1100u, CPU_TIMER(0u)->TIM);
     TEST_ASSERT_EQUAL_UINT32(0xFFFFu - 1100u, CPU_TIMER(2u)->TIM);
     bus_write16(&CPU_TIMER(1u)->TCR, TCR_TSS);
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_CLOCK_OFF));
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_CLOCK_OFF));
     bus_write16(&SYSCTRL->PCLKCR3, PCLKCR3_GPIOIN | 0x0700u);
     chip_run(12000u);
     chip_look(&bench_chip);
@@ -172,21 +163,21 @@ static void test_pll_misuse_is_ignored_and_reported(void)
 {
     watchdog_off();
     bus_write16(&SYSCTRL->PLLCR, 10u); /* DIVSEL is 2 */
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_PLL_MISUSE));
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_PLL_MISUSE));
     TEST_ASSERT_EQUAL_HEX16(0u, SYSCTRL->PLLCR);
     bus_write16(&SYSCTRL->PLLSTS, 0u);
     bus_write16(&SYSCTRL->PLLCR, 11u); /* reserved */
-    TEST_ASSERT_EQUAL_UINT32(2u, reports(CHIP_PLL_MISUSE));
+    TEST_ASSERT_EQUAL_UINT32(2u, bench_reports(CHIP_PLL_MISUSE));
     bus_write16(&SYSCTRL->PLLCR, 10u);
     bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(2u)); /* not locked yet */
-    TEST_ASSERT_EQUAL_UINT32(3u, reports(CHIP_PLL_MISUSE));
+    TEST_ASSERT_EQUAL_UINT32(3u, bench_reports(CHIP_PLL_MISUSE));
     TEST_ASSERT_EQUAL_UINT32(7500000u, chip_sysclk_hz(&bench_chip));
     chip_run(chip_now(&bench_chip) + LOCK + 1u);
     bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(3u)); /* /1 with the PLL on: 300 MHz */
-    TEST_ASSERT_EQUAL_UINT32(4u, reports(CHIP_PLL_MISUSE));
+    TEST_ASSERT_EQUAL_UINT32(4u, bench_reports(CHIP_PLL_MISUSE));
     TEST_ASSERT_EQUAL_UINT32(75000000u, chip_sysclk_hz(&bench_chip));
     bus_write16(&SYSCTRL->PLLSTS, PLLSTS_PLLOFF);
-    TEST_ASSERT_EQUAL_UINT32(5u, reports(CHIP_PLL_MISUSE));
+    TEST_ASSERT_EQUAL_UINT32(5u, bench_reports(CHIP_PLL_MISUSE));
 }
 
 static void test_flash_wait_states(void)
@@ -205,12 +196,12 @@ static void test_flash_wait_states(void)
         bus_write16(&FLASH_REGS->FBANKWAIT, row[i].bank);
         bus_write16(&FLASH_REGS->FOTPWAIT, row[i].otp);
         chip_run(chip_now(&bench_chip) + LOCK + 1u);
-        TEST_ASSERT_EQUAL_UINT32(0u, reports(CHIP_FLASH_TOO_FAST));
+        TEST_ASSERT_EQUAL_UINT32(0u, bench_reports(CHIP_FLASH_TOO_FAST));
         bus_write16(&SYSCTRL->PLLSTS, PLLSTS_DIVSEL(2u));
-        TEST_ASSERT_EQUAL_UINT32(row[i].reports, reports(CHIP_FLASH_TOO_FAST));
+        TEST_ASSERT_EQUAL_UINT32(row[i].reports, bench_reports(CHIP_FLASH_TOO_FAST));
     }
     bus_write16(&FLASH_REGS->FBANKWAIT, 0x0404u); /* lowered afterwards */
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_FLASH_TOO_FAST));
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_FLASH_TOO_FAST));
 }
 
 static void test_clock_change_keeps_counters_going(void)
@@ -236,12 +227,12 @@ static void test_module_clock_off_ignores_and_reports(void)
     bus_write16(&ADC->ADCMAXCONV, 3u);
     bus_write32(&EQEP(1u)->QPOSMAX, 9999u);
     bus_write16(&EQEP(1u)->QEPCTL, 8u);
-    TEST_ASSERT_EQUAL_UINT32(4u, reports(CHIP_CLOCK_OFF));
+    TEST_ASSERT_EQUAL_UINT32(4u, bench_reports(CHIP_CLOCK_OFF));
     TEST_ASSERT_EQUAL_UINT16(0u, EPWM(1u)->TBPRD);
     TEST_ASSERT_EQUAL_UINT16(0u, ADC->ADCMAXCONV);
     bus_write16(&SYSCTRL->PCLKCR3, PCLKCR3_GPIOIN);
     bus_write32(&CPU_TIMER(0u)->PRD, 5u);
-    TEST_ASSERT_EQUAL_UINT32(5u, reports(CHIP_CLOCK_OFF));
+    TEST_ASSERT_EQUAL_UINT32(5u, bench_reports(CHIP_CLOCK_OFF));
 }
 
 static void test_protected_registers_need_EALLOW(void)
@@ -261,11 +252,11 @@ static void test_protected_registers_need_EALLOW(void)
     memcpy(&before, &bench_chip.registers, sizeof before);
     for (uint32_t i = 0u; i < sizeof narrow / sizeof narrow[0]; i++) {
         bus_write16(narrow[i], 0x0004u);
-        TEST_ASSERT_EQUAL_UINT32(i + 1u, reports(CHIP_PROTECTED_WRITE));
+        TEST_ASSERT_EQUAL_UINT32(i + 1u, bench_reports(CHIP_PROTECTED_WRITE));
     }
     for (uint32_t i = 0u; i < sizeof wide / sizeof wide[0]; i++) {
         bus_write32(wide[i], 0x0004u);
-        TEST_ASSERT_EQUAL_UINT32(19u + i + 1u, reports(CHIP_PROTECTED_WRITE));
+        TEST_ASSERT_EQUAL_UINT32(19u + i + 1u, bench_reports(CHIP_PROTECTED_WRITE));
     }
     TEST_ASSERT_EQUAL_MEMORY(&before, &bench_chip.registers, sizeof before);
 }
@@ -289,20 +280,20 @@ static void test_widths_and_unknown_registers(void)
     bus_write16((const volatile uint16_t *)&GPIO_CONTROL(0u)->MUX1, 0u);
     bus_write16((const volatile uint16_t *)&PIE_VECTORS->vector[32], 0u);
     bus_write16((const volatile uint16_t *)&CPU_TIMER(0u)->PRD, 0u);
-    TEST_ASSERT_EQUAL_UINT32(4u, reports(CHIP_BAD_WIDTH));
+    TEST_ASSERT_EQUAL_UINT32(4u, bench_reports(CHIP_BAD_WIDTH));
     bus_write16(F28335_BASE + 0x7750u, 0u);                                                     /* SCI-B */
     bus_write32((const volatile uint32_t *)(const volatile void *)(F28335_BASE + 0x6000u), 0u); /* eCAN */
     bus_write16(&SYSCTRL->LPMCR0, 1u);
     bus_write16(&SYSCTRL->LPMCR0, 0u);
-    TEST_ASSERT_EQUAL_UINT32(3u, reports(CHIP_UNKNOWN_REGISTER));
+    TEST_ASSERT_EQUAL_UINT32(3u, bench_reports(CHIP_UNKNOWN_REGISTER));
 }
 
 static void test_watchdog_bites_after_its_period(void)
 {
     chip_run(WATCHDOG);
-    TEST_ASSERT_EQUAL_UINT32(0u, reports(CHIP_WATCHDOG_RESET));
+    TEST_ASSERT_EQUAL_UINT32(0u, bench_reports(CHIP_WATCHDOG_RESET));
     chip_run(WATCHDOG + 1u);
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_WATCHDOG_RESET));
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_WATCHDOG_RESET));
     TEST_ASSERT_TRUE(chip_halted(&bench_chip));
     TEST_ASSERT_EQUAL_HEX16(WDCR_WDFLAG, SYSCTRL->WDCR & WDCR_WDFLAG);
 }
@@ -315,9 +306,9 @@ static void test_watchdog_prescale(void)
         bus_allow();
         bus_write16(&SYSCTRL->WDCR, (uint16_t)(WDCR_WDCHK | WDCR_WDPS(n)));
         chip_run((uint64_t)WATCHDOG * factor[n]);
-        TEST_ASSERT_EQUAL_UINT32(0u, reports(CHIP_WATCHDOG_RESET));
+        TEST_ASSERT_EQUAL_UINT32(0u, bench_reports(CHIP_WATCHDOG_RESET));
         chip_run((uint64_t)WATCHDOG * factor[n] + 1u);
-        TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_WATCHDOG_RESET));
+        TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_WATCHDOG_RESET));
     }
 }
 
@@ -346,12 +337,12 @@ static void test_wrong_key_and_wrong_check_reset_at_once(void)
 {
     bus_allow();
     bus_write16(&SYSCTRL->WDKEY, 0x56u);
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_WATCHDOG_RESET));
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_WATCHDOG_RESET));
     TEST_ASSERT_EQUAL_STRING("SYSCTRL.WDKEY", chip_register_name(chip_last_report(&bench_chip)->address));
     bench_power_on();
     bus_allow();
     bus_write16(&SYSCTRL->WDCR, WDCR_WDDIS);
-    TEST_ASSERT_EQUAL_UINT32(1u, reports(CHIP_WATCHDOG_RESET));
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_WATCHDOG_RESET));
 }
 
 static void test_override_locks_the_watchdog_on(void)
@@ -419,7 +410,7 @@ static void test_report_ring_keeps_the_last_and_counts_all(void)
     for (uint32_t i = 0u; i < 100u; i++) {
         bus_write16(F28335_BASE + 0x5000u + i, 0u);
     }
-    TEST_ASSERT_EQUAL_UINT32(100u, reports(CHIP_UNKNOWN_REGISTER));
+    TEST_ASSERT_EQUAL_UINT32(100u, bench_reports(CHIP_UNKNOWN_REGISTER));
     TEST_ASSERT_EQUAL_HEX32(0x5063u, chip_last_report(&bench_chip)->address);
 }
 
@@ -444,34 +435,4 @@ static void test_names_and_texts(void)
     for (uint32_t kind = 0u; kind < CHIP_REPORT_KINDS; kind++) {
         TEST_ASSERT_TRUE(strlen(chip_report_text((chip_report_kind_t)kind)) > 5u);
     }
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_state_after_the_boot_rom);
-    RUN_TEST(test_sysclk_of_every_divider);
-    RUN_TEST(test_lock_takes_131072_crystal_cycles);
-    RUN_TEST(test_other_multipliers_count_right);
-    RUN_TEST(test_everything_follows_the_crystal);
-    RUN_TEST(test_a_hundred_megahertz_does_not_drift);
-    RUN_TEST(test_watchdog_count_follows_the_crystal);
-    RUN_TEST(test_timer_without_clock_stands);
-    RUN_TEST(test_pll_misuse_is_ignored_and_reported);
-    RUN_TEST(test_flash_wait_states);
-    RUN_TEST(test_clock_change_keeps_counters_going);
-    RUN_TEST(test_module_clock_off_ignores_and_reports);
-    RUN_TEST(test_protected_registers_need_EALLOW);
-    RUN_TEST(test_unprotected_registers_do_not);
-    RUN_TEST(test_widths_and_unknown_registers);
-    RUN_TEST(test_watchdog_bites_after_its_period);
-    RUN_TEST(test_watchdog_prescale);
-    RUN_TEST(test_watchdog_is_fed_by_both_keys_in_order);
-    RUN_TEST(test_wrong_key_and_wrong_check_reset_at_once);
-    RUN_TEST(test_override_locks_the_watchdog_on);
-    RUN_TEST(test_watchdog_interrupt_instead_of_reset);
-    RUN_TEST(test_watchdog_reset_floats_the_gates_and_boot_starts_again);
-    RUN_TEST(test_report_ring_keeps_the_last_and_counts_all);
-    RUN_TEST(test_names_and_texts);
-    return UNITY_END();
 }

@@ -11,13 +11,7 @@ void setUp(void)
 {
     bench_power_on();
     bench_clock();
-    bus_allow();
-    bus_write32(&GPIO_CONTROL(0u)->MUX1, 0x00000555u);
-    bus_protect();
-}
-
-void tearDown(void)
-{
+    bench_allowed32(&GPIO_CONTROL(0u)->MUX1, 0x00000555u);
 }
 
 static void set(uint32_t n, uint16_t tbctl, uint16_t period, uint16_t cmpa, uint16_t cmpb, uint16_t aqctla)
@@ -31,9 +25,7 @@ static void set(uint32_t n, uint16_t tbctl, uint16_t period, uint16_t cmpa, uint
 
 static void go(void)
 {
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR0, PCLKCR0_ADC | PCLKCR0_TBCLKSYNC);
     start = chip_now(&bench_chip);
     bench_forget();
 }
@@ -351,46 +343,10 @@ static void test_sync_out_off_and_at_compare_b(void)
 
 static void test_modules_4_to_6_count_too(void)
 {
-    bus_allow();
-    bus_write16(&SYSCTRL->PCLKCR1, 0x003Fu);
-    bus_protect();
+    bench_allowed16(&SYSCTRL->PCLKCR1, 0x003Fu);
     set(6u, TBCTL_UPDOWN, 1000u, 0u, 0u, 0u);
     go();
     chip_run(start + 1250u);
     chip_look(&bench_chip);
     TEST_ASSERT_EQUAL_UINT16(750u, EPWM(6u)->TBCTR);
-}
-
-int main(void)
-{
-    UNITY_BEGIN();
-    RUN_TEST(test_reset_values);
-    RUN_TEST(test_up_count_period_is_one_more_than_TBPRD);
-    RUN_TEST(test_down_count_reloads_from_zero);
-    RUN_TEST(test_up_down_is_symmetric_about_zero);
-    RUN_TEST(test_all_six_events_act);
-    RUN_TEST(test_output_b_has_its_own_actions);
-    RUN_TEST(test_clock_dividers_multiply);
-    RUN_TEST(test_compare_shadow_waits_for_zero);
-    RUN_TEST(test_compare_shadow_at_period);
-    RUN_TEST(test_compare_load_frozen);
-    RUN_TEST(test_compare_immediate);
-    RUN_TEST(test_compare_of_zero_loaded_at_zero_misses_that_zero);
-    RUN_TEST(test_compare_at_and_above_period_acts_at_the_period_match);
-    RUN_TEST(test_compare_one_below_period_is_a_pulse_of_two);
-    RUN_TEST(test_up_count_compare_above_period_never_acts);
-    RUN_TEST(test_up_count_priorities);
-    RUN_TEST(test_period_shadow_waits_for_zero_and_immediate_does_not);
-    RUN_TEST(test_counter_past_its_period_runs_to_the_top);
-    RUN_TEST(test_counter_registers_follow);
-    RUN_TEST(test_written_counter_counts_on);
-    RUN_TEST(test_freeze_mode_keeps_the_count);
-    RUN_TEST(test_TBCLKSYNC_stops_and_starts_all);
-    RUN_TEST(test_slave_lags_two_cycles_and_TBPHS_2_hides_it);
-    RUN_TEST(test_sync_with_divided_clock_lags_one_count);
-    RUN_TEST(test_phase_direction_down);
-    RUN_TEST(test_software_sync);
-    RUN_TEST(test_sync_out_off_and_at_compare_b);
-    RUN_TEST(test_modules_4_to_6_count_too);
-    return UNITY_END();
 }

@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
-"""What a requirements.txt pins is in the lock beside it, in that version, and each archive of a lock has its hash: tools/setup
-installs nothing that was not named here. A new pin needs a new lock:
+"""What a requirements.txt pins is in its lock, in that version, and each archive of a lock has its hash: tools/setup installs
+nothing that was not named here. The lock is tools/requirements.lock, for tools/plot, which older Pythons use too, the one beside the
+file. A new pin needs a new lock:
 
-    uv pip compile --universal --python-version 3.11 --generate-hashes --no-annotate --no-header FOLDER/requirements.txt -o FOLDER/requirements.lock
+    uv pip compile --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
+        docs/site/requirements.txt tests/*/requirements.txt -o tools/requirements.lock
 """
 import pathlib
 import re
 import unittest
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
+SHARED = PROJECT / "tools" / "requirements.lock"
 FILES = sorted(path for folder in ("docs", "tests", "tools") for path in (PROJECT / folder).glob("*/requirements.txt"))
 PIN = re.compile(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)((?:[^\n]*\\\n)*[^\n]*)", re.MULTILINE)
 
@@ -21,7 +24,8 @@ class Locks(unittest.TestCase):
     def test_each_pin_is_in_its_lock_and_each_line_has_a_hash(self):
         self.assertEqual(len(FILES), 6)
         for path in FILES:
-            lock = path.with_suffix(".lock").read_text(encoding="utf-8")
+            beside = path.with_suffix(".lock")
+            lock = (beside if beside.exists() else SHARED).read_text(encoding="utf-8")
             locked = [(plain(name), version, rest) for name, version, rest in PIN.findall(lock)]
             for name, version, _ in PIN.findall(path.read_text(encoding="utf-8")):
                 with self.subTest(file=path.parent.name, name=name):

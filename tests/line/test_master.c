@@ -9,6 +9,7 @@
 #include "host_sim/line/master.h"
 #include "host_sim/line/master_parts.h"
 #include "host_sim/rig/rig.h"
+#include "math/float_bits.h"
 #include "settings/reasons.h"
 #include "tests/line/slave.h"
 #include "unity.h"
@@ -30,13 +31,6 @@ static uint32_t hash_of_tables(void)
         }
     }
     return hash;
-}
-
-static uint32_t bits_of(float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits;
 }
 
 static int begin(void)
@@ -167,7 +161,7 @@ static void test_connects_again_after_a_restart(void)
 {
     double value;
     connect_with(false);
-    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, float_bits(3.0f));
     slave.mute = 2; /* the clock that is asked for meanwhile, and the first CONNECT */
     slave.counter = 0;
     const double started = master_now();
@@ -183,10 +177,10 @@ static void test_connects_again_after_a_restart(void)
 static void test_values_of_every_kind(void)
 {
     connect_with(true);
-    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(-12.5f));
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, float_bits(-12.5f));
     slave_put(&slave, MASTER_SIGNALS, 4u * row("period")->id, 4000000000u);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("fault_reason")->id, (uint32_t)-3);
-    slave_put(&slave, MASTER_PARAMS, 4u * row("motor_resistance")->id, bits_of(0.5f));
+    slave_put(&slave, MASTER_PARAMS, 4u * row("motor_resistance")->id, float_bits(0.5f));
     TEST_ASSERT_EQUAL_DOUBLE(-12.5, value_of("omega_m"));
     TEST_ASSERT_EQUAL_DOUBLE(4e9, value_of("period"));
     TEST_ASSERT_EQUAL_DOUBLE(-3.0, value_of("fault_reason"));
@@ -200,7 +194,7 @@ static void test_set_writes_the_slot_at_4_times_the_id(void)
     slave_put(&slave, MASTER_REQUESTS, 4u * row("enable")->id, 0u);
     TEST_ASSERT_TRUE(master_set(master, row("motor_resistance"), 1.25, &error));
     TEST_ASSERT_TRUE(master_set(master, row("enable"), 2.0, &error));
-    TEST_ASSERT_EQUAL_HEX32(bits_of(1.25f),
+    TEST_ASSERT_EQUAL_HEX32(float_bits(1.25f),
                             slave_get(&slave, MASTER_PARAMS, 4u * row("motor_resistance")->id));
     TEST_ASSERT_EQUAL_HEX32(0x22222222u ^ (row("enable")->id * 0x9E3779B1u),
                             slave_get(&slave, MASTER_REQUESTS, 4u * row("enable")->id));
@@ -298,8 +292,8 @@ static void test_a_slave_that_misbehaves_is_understood(void)
     };
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         connect_with(rows[n].lossless);
-        slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
-        slave_put(&slave, MASTER_SIGNALS, 4u * row("i_q")->id, bits_of(7.0f));
+        slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, float_bits(3.0f));
+        slave_put(&slave, MASTER_SIGNALS, 4u * row("i_q")->id, float_bits(7.0f));
         *rows[n].field = rows[n].value;
         const double started = master_now();
         TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(3.0, value_of("omega_m"), rows[n].what);
@@ -324,7 +318,7 @@ static void test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on(vo
     slave_put(&slave, MASTER_PARAMS, address + 4u, 0xDEADBEEFu);
     slave.mute_at = 0xF0; /* DOWNLOAD acts, its answer gets lost */
     TEST_ASSERT_TRUE(master_set(master, row("motor_resistance"), 2.0, &error));
-    TEST_ASSERT_EQUAL_HEX32(bits_of(2.0f), slave_get(&slave, MASTER_PARAMS, address));
+    TEST_ASSERT_EQUAL_HEX32(float_bits(2.0f), slave_get(&slave, MASTER_PARAMS, address));
     TEST_ASSERT_EQUAL_HEX32(0xDEADBEEFu, slave_get(&slave, MASTER_PARAMS, address + 4u));
     TEST_ASSERT_EQUAL(4u, slave_count(&slave, 0xF6)); /* each comes twice over a serial line */
     TEST_ASSERT_EQUAL(3u, slave_count(&slave, 0xF0)); /* mute at the first one, which was not carried out */
@@ -334,7 +328,7 @@ static void test_a_slave_that_falls_silent_is_given_up_and_everything_says_so(vo
 {
     double value;
     connect_with(false);
-    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, float_bits(3.0f));
     slave.mute = SLAVE_MUTE;
     const double started = master_now();
     TEST_ASSERT_FALSE(master_get(master, row("omega_m"), &value, &error));
@@ -384,7 +378,7 @@ static void test_questions_wait_in_the_queue_and_are_all_answered(void)
     static const uint32_t kinds[3] = {0, 1, 2};
     memset(answers, 0, sizeof answers);
     connect_with(true);
-    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, bits_of(3.0f));
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, float_bits(3.0f));
     for (uint32_t n = 0; n < 20u; n++) {
         master_ask_read(master, MASTER_SIGNALS, 4u * row("omega_m")->id, 4u, count_answer, (void *)&kinds[0]);
     }
@@ -542,7 +536,7 @@ static void test_samples_come_while_a_question_waits(void)
 {
     samples_t samples;
     connect_with(true);
-    slave_put(&slave, MASTER_SIGNALS, 4u * row("i_q")->id, bits_of(7.0f));
+    slave_put(&slave, MASTER_SIGNALS, 4u * row("i_q")->id, float_bits(7.0f));
     start(&samples, 1u, 1u);
     sample(1);
     slave.mute = 1; /* so that the question takes its patience */

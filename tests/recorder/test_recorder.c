@@ -15,6 +15,7 @@
 
 #include "host_sim/lab/recorder.h"
 #include "host_sim/rig/rig.h"
+#include "math/float_bits.h"
 #include "unity.h"
 
 #define STATE    2001u /* enumeration */
@@ -160,16 +161,9 @@ static void expect_closed(recorder_t *recorder)
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(named, named_after_sync, "a name without its content on the disk");
 }
 
-static uint32_t bits_of(float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-
 static void sample(recorder_t *recorder, uint32_t period, float i_q, int32_t state, uint32_t encoder)
 {
-    const uint32_t slots[] = {bits_of(i_q), (uint32_t)state, encoder};
+    const uint32_t slots[] = {float_bits(i_q), (uint32_t)state, encoder};
     recorder_sink(recorder, period, slots, 3);
 }
 

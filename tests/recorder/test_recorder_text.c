@@ -8,18 +8,12 @@
 #include <string.h>
 
 #include "host_sim/lab/recorder_parts.h"
+#include "math/float_bits.h"
 #include "unity.h"
 
 void tearDown(void)
 {
     setlocale(LC_ALL, "C");
-}
-
-static uint32_t bits_of(float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits;
 }
 
 static float float_of(uint32_t bits)
@@ -39,7 +33,7 @@ static const char *float_text(uint32_t bits)
 
 static void expect_float(const char *expected, float value)
 {
-    TEST_ASSERT_EQUAL_STRING(expected, float_text(bits_of(value)));
+    TEST_ASSERT_EQUAL_STRING(expected, float_text(float_bits(value)));
 }
 
 static void test_float_has_fewest_digits(void)
@@ -88,7 +82,7 @@ static void expect_shortest(uint32_t bits)
     const float value = float_of(bits);
     for (int digits = 0; digits < 9; digits++) {
         snprintf(least, sizeof least, "%.*e", digits, (double)value);
-        if (bits_of(strtof(least, NULL)) == bits) {
+        if (float_bits(strtof(least, NULL)) == bits) {
             break;
         }
     }
@@ -100,10 +94,10 @@ static void expect_reads_back(uint32_t bits)
 {
     const char *text = float_text(bits);
     char *end;
-    TEST_ASSERT_TRUE_MESSAGE(bits_of(strtof(text, &end)) == bits, text);
+    TEST_ASSERT_TRUE_MESSAGE(float_bits(strtof(text, &end)) == bits, text);
     TEST_ASSERT_TRUE_MESSAGE(*end == '\0' && strlen(text) <= 15u, text);
     /* by way of double, as most readers do */
-    TEST_ASSERT_TRUE_MESSAGE(bits_of((float)strtod(text, NULL)) == bits, text);
+    TEST_ASSERT_TRUE_MESSAGE(float_bits((float)strtod(text, NULL)) == bits, text);
 }
 
 static void test_floats_over_the_whole_range_read_back_and_are_shortest(void)
@@ -152,7 +146,7 @@ static void test_integers_to_their_ends(void)
     TEST_ASSERT_EQUAL_STRING("-1", text);
     text[recorder_slot_text(text, SLOT_UINT, UINT32_C(0xFFFFFFFF))] = '\0';
     TEST_ASSERT_EQUAL_STRING("4294967295", text);
-    text[recorder_slot_text(text, SLOT_FLOAT, bits_of(0.5f))] = '\0';
+    text[recorder_slot_text(text, SLOT_FLOAT, float_bits(0.5f))] = '\0';
     TEST_ASSERT_EQUAL_STRING("0.5", text);
 }
 

@@ -8,6 +8,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "math/float_bits.h"
+
 #define FRAMES_MOST (4u + 64u + 3u) /* [octets] */
 
 /* Appends the tail to `count` octets of a frame; returns how many octets the frame has then. */
@@ -40,13 +42,6 @@ static inline uint32_t frames_make(uint8_t *frame, const uint8_t *packet, uint32
 static inline uint32_t frames_code(uint32_t id, uint32_t choice)
 {
     return choice * UINT32_C(0x11111111) ^ id * UINT32_C(0x9E3779B1);
-}
-
-static inline uint32_t frames_bits(float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits;
 }
 
 static inline void frames_put_long(uint8_t *octets, uint32_t value)

@@ -2,7 +2,6 @@
  * inverter: what it costs where all was known, what it is worth on other motors where all is wrong, and what
  * it must not learn from. */
 #include "tests/rig/motors.h"
-#include "tests/rig/no_rig.h"
 
 /* A leg's effective dead time that the plant has [s]. */
 static double dead_time_of(rig_t *rig)

@@ -2,6 +2,7 @@
  */
 #include "app/app.h"
 #include "tests/rig/run.h"
+#include "tests/rig/the_rig.h"
 
 #define COLUMNS 8u
 #define PERIODS 512u
@@ -11,7 +12,6 @@
 static const char *const signals[COLUMNS] = {"i_a",     "i_q", "u_dc",      "theta_e",
                                              "omega_m", "u_q", "theta_hat", "encoder_count"};
 
-static rig_t *rig;
 static uint32_t seen[SEEN][TAPPED]; /* of the last periods, each in place of `period` */
 
 static void keep(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
@@ -39,11 +39,6 @@ void setUp(void)
     }
     run_put(rig, "capture_signals", COLUMNS);
     TEST_ASSERT_TRUE(rig_tap(rig, ids, TAPPED, 1u, keep, NULL));
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
 }
 
 static void order(const char *name)

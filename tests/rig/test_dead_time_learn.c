@@ -3,7 +3,6 @@
 #include <math.h>
 
 #include "settings/reasons.h"
-#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
 /* Asked, of 100 r/min: within 5 % after 1.5 s, then a mean of 2 and an SD of 6 mrad; of 50: 2.5 s, 12 mrad.

@@ -1,6 +1,5 @@
 /* Fifth and seventh harmonic in the rotor's EMF, of 3 and 2 %, on the real inverter: their shape is told from
  * the dead time, at 80 to 300 r/min, without load and with, for every sign. */
-#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
 /* Required four seconds after the load is on: an SD of 6 mrad at most, the legs' loss within 5 %, and a mean

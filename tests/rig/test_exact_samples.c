@@ -1,7 +1,6 @@
 /* Ideal sensors (`sensors` = exact): the drive gets the truth of t_k, at every period, in every order of
  * switching. What the ADC makes of a current: tests/board/test_gates.c, which has edge by edge in which
  * period a voltage acts, too; what currents follow from the edges: test_oracle.c. */
-#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
 #define SENSORS_EXACT 1.0

@@ -2,8 +2,7 @@
  * fault matrix asks of every fault and manoeuvre (host_sim/lab/matrix_table.h) is not asked here. */
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
-
-static rig_t *rig;
+#include "tests/rig/the_rig.h"
 
 void setUp(void)
 {
@@ -14,11 +13,6 @@ void setUp(void)
     run_put(rig, "inertia", 0.003);
     run_seconds(rig, 0.5);
     run_expect_no_fault(rig);
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
 }
 
 /* Four whole turns between two looks of the eQEP: more counts than its clock has cycles since then, so that

@@ -1,17 +1,11 @@
 /* The rig's C interface: tables, staged parameters, refusals as data and as text. */
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
-
-static rig_t *rig;
+#include "tests/rig/the_rig.h"
 
 void setUp(void)
 {
     rig = run_rig(1);
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
 }
 
 static void expect_refusal(const char *name, int32_t reason, const char *range)

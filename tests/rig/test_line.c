@@ -2,10 +2,9 @@
 #include "hal/hal.h"
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/run.h"
+#include "tests/rig/the_rig.h"
 
 #define LINE_SECONDS (10.0 / (double)BOARD_SERIAL_BAUD) /* of an octet */
-
-static rig_t *rig;
 
 /* The slave listens elsewhere: what comes and goes on the chip's line is this file's. */
 static uint32_t nothing_comes(void *context, uint8_t *octets, uint32_t room)
@@ -29,11 +28,6 @@ void setUp(void)
 {
     rig = run_rig(1u);
     rig_line(rig, &elsewhere);
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
 }
 
 static double value(const char *name)

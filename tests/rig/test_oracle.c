@@ -3,7 +3,6 @@
  * the plant. */
 #include "host_sim/rig/rig_state.h"
 #include "tests/oracle/oracle.h"
-#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
 #define PERIODS 5600u /* 58 ms until ready, then more than 0.5 s of run */

@@ -3,18 +3,12 @@
 #include "settings/reasons.h"
 #include "talk/store.h"
 #include "tests/rig/run.h"
-
-static rig_t *rig;
+#include "tests/rig/the_rig.h"
 
 void setUp(void)
 {
     rig = run_rig(70);
     run_to_ready(rig);
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
 }
 
 static chip_t *chip(void)

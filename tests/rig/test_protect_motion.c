@@ -2,7 +2,6 @@
  * shafts and directions, without load and with one. What a fault of encoder or shaft does where the drive
  * stops, and how soon, is in the fault matrix (host_sim/lab/matrix_table.h). */
 #include "settings/reasons.h"
-#include "tests/rig/no_rig.h"
 #include "tests/rig/start.h"
 
 #define CURRENT_MOST 25.0 /* [A] */

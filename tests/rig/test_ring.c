@@ -1,7 +1,6 @@
 /* The ring as a whole: deterministic, copyable, several in one process. */
 #include "host_sim/chip/chip.h"
 #include "host_sim/rig/rig_state.h"
-#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
 static rig_t *started(uint64_t seed, double rpm)

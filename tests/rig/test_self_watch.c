@@ -3,12 +3,11 @@
 #include "app/app.h"
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
+#include "tests/rig/the_rig.h"
 
 /* [s] A slice of 16 words of one of four memories each 0.4 ms: two rounds of the desk's 128 words, and of the
  * active parameters. */
 #define NOTICED 0.05
-
-static rig_t *rig;
 
 void setUp(void)
 {
@@ -18,11 +17,6 @@ void setUp(void)
     run_on(rig, 600.0);
     run_seconds(rig, 0.5);
     run_expect_no_fault(rig);
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
 }
 
 /* [s] until the drive is in fault with this reason. */

@@ -1,7 +1,6 @@
 /* The estimate closes the loop; inverter and sensors are ideal, so what is left is the method and its floats.
  */
 #include "tests/rig/motors.h"
-#include "tests/rig/no_rig.h"
 
 /* ---- motors ---- */
 

@@ -1,7 +1,6 @@
 /* The estimate closes the loop on the real inverter: dead time, delays and drops of the module, 12-bit ADC,
  * 10 mA of noise, 30 mA offset and 0.2 % gain error that calibration left. Speeds are no whole number of
  * samples per turn. */
-#include "tests/rig/no_rig.h"
 #include "tests/rig/run.h"
 
 #define AVERAGED 1.0

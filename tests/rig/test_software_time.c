@@ -3,10 +3,9 @@
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
+#include "tests/rig/the_rig.h"
 
 #define RPM_ASKED 700.0
-
-static rig_t *rig;
 
 /* The last sample interrupt [ticks from t_0]. */
 static struct {
@@ -30,11 +29,6 @@ void setUp(void)
     run_put(rig, "fidelity", 1.0);
     run_to_ready_at(rig, RPM_ASKED);
     rig_watch_edges(rig, on_edge, NULL);
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
 }
 
 static void start(void)

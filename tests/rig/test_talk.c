@@ -5,6 +5,7 @@
 #include "settings/signals.h"
 #include "tests/rig/frames.h"
 #include "tests/rig/run.h"
+#include "tests/rig/the_rig.h"
 
 #define ROOM 65536u
 
@@ -12,8 +13,6 @@
 #define EXTENSION_PARAMS   1u
 #define EXTENSION_REQUESTS 2u
 #define EXTENSION_SERVICES 3u
-
-static rig_t *rig;
 
 /* ---- the wire: as long as one likes, or the chip's ---- */
 
@@ -241,11 +240,6 @@ void setUp(void)
     rig_run(rig, rig_periods(0.06)); /* ready */
 }
 
-void tearDown(void)
-{
-    rig_free(rig);
-}
-
 /* ---- values ---- */
 
 static void test_every_row_reads_as_the_rig_has_it(void)
@@ -268,7 +262,7 @@ static void test_every_row_reads_as_the_rig_has_it(void)
         }
     }
     for (uint32_t n = 0; n < 5u; n++) { /* a signal that stands */
-        TEST_ASSERT_EQUAL_HEX32(frames_bits((float)rig_value(rig, "offset_a")),
+        TEST_ASSERT_EQUAL_HEX32(float_bits((float)rig_value(rig, "offset_a")),
                                 read_slot(EXTENSION_SIGNALS, id_of("offset_a")));
     }
 }
@@ -278,8 +272,8 @@ static void test_every_row_reads_as_the_rig_has_it(void)
 static void test_requests_of_one_command_are_one_set(void)
 {
     connect();
-    const uint32_t slow[] = {frames_code(id_of("mode"), MODE_CURRENT), frames_bits(20.0f)};
-    const uint32_t too_fast[] = {frames_code(id_of("mode"), MODE_SPEED), frames_bits(1000.0f)};
+    const uint32_t slow[] = {frames_code(id_of("mode"), MODE_CURRENT), float_bits(20.0f)};
+    const uint32_t too_fast[] = {frames_code(id_of("mode"), MODE_SPEED), float_bits(1000.0f)};
     choose(EXTENSION_REQUESTS, id_of("mode"));
     download(slow, 2u, false);
     expect_ok();
@@ -327,7 +321,7 @@ static void test_faults_are_told_newest_first(void)
 
 static void switch_on(void)
 {
-    write_slot(EXTENSION_REQUESTS, id_of("speed_request"), frames_bits(50.0f));
+    write_slot(EXTENSION_REQUESTS, id_of("speed_request"), float_bits(50.0f));
     write_choice(EXTENSION_REQUESTS, id_of("enable"), REQUEST_ON);
 }
 
@@ -406,7 +400,7 @@ static void test_only_what_the_line_switched_on_stops_with_it(void)
     connect();
     run_put(rig, "speed_request", 50.0);
     run_put(rig, "enable", REQUEST_ON);
-    write_slot(EXTENSION_REQUESTS, id_of("speed_request"), frames_bits(55.0f));
+    write_slot(EXTENSION_REQUESTS, id_of("speed_request"), float_bits(55.0f));
     periods(rig_periods(3.0));
     TEST_ASSERT_EQUAL_DOUBLE(REQUEST_ON, rig_value(rig, "enable"));
     TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
@@ -546,10 +540,10 @@ static void test_restart_is_answered_and_begins_anew(void)
 static void test_a_value_out_of_its_range_and_a_row_of_another_table_are_not_staged(void)
 {
     connect();
-    send_write(EXTENSION_PARAMS, id_of("current_limit"), frames_bits(-1.0f));
+    send_write(EXTENSION_PARAMS, id_of("current_limit"), float_bits(-1.0f));
     expect_error(0x22);
-    TEST_ASSERT_EQUAL_HEX32(frames_bits(10.0f), read_slot(EXTENSION_PARAMS, id_of("current_limit")));
-    send_write(EXTENSION_PARAMS, id_of("i_a"), frames_bits(1.0f));
+    TEST_ASSERT_EQUAL_HEX32(float_bits(10.0f), read_slot(EXTENSION_PARAMS, id_of("current_limit")));
+    send_write(EXTENSION_PARAMS, id_of("i_a"), float_bits(1.0f));
     expect_error(0x22);
 }
 

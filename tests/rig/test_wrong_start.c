@@ -4,19 +4,13 @@
 #include "hal/hal.h"
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/run.h"
-
-static rig_t *rig;
+#include "tests/rig/the_rig.h"
 
 void setUp(void)
 {
     rig = run_rig(1);
     run_to_ready(rig);
     rig_bind(rig);
-}
-
-void tearDown(void)
-{
-    rig_free(rig);
 }
 
 static uint32_t interrupts_in(uint32_t periods)

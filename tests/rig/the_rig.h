@@ -1,4 +1,4 @@
-/* One rig a test, made by the test and freed after it. */
+/* One rig a test, made by setUp() or by the test itself and freed after it. */
 #ifndef TESTS_RIG_THE_RIG_H
 #define TESTS_RIG_THE_RIG_H
 
@@ -7,14 +7,10 @@
 
 static rig_t *rig;
 
-void setUp(void)
-{
-    rig = NULL;
-}
-
 void tearDown(void)
 {
     rig_free(rig);
+    rig = NULL;
 }
 
 #endif

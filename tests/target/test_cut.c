@@ -93,7 +93,3 @@ void setUp(void)
 {
     srand(1);
 }
-
-void tearDown(void)
-{
-}

@@ -97,11 +97,3 @@ static void test_both_tasks_at_once_meet_only_where_a_window_ends(void)
            (unsigned)together, (unsigned)values);
     TEST_ASSERT_TRUE(together > LOWEST);
 }
-
-void setUp(void)
-{
-}
-
-void tearDown(void)
-{
-}

@@ -1,0 +1,60 @@
+"""For field_weakening.py and saturation.py: their arguments, the voltage that the inverter makes, and runs of scenarios that they write.
+
+usage: NAME.py [--long] LAGLESS FOLDER"""
+import csv
+import itertools
+import math
+import pathlib
+import random
+import subprocess
+import sys
+
+LONG = "--long" in sys.argv
+LAGLESS, FOLDER = [a for a in sys.argv[1:] if not a.startswith("-")][:2]
+FOLDER = pathlib.Path(FOLDER)
+FOLDER.mkdir(parents=True, exist_ok=True)
+LINK = 311.0
+DEVICE = 0.0215  # [ohm] slope of a device
+VOLTAGE = 0.98 * (0.92 / math.sqrt(3) - 4 / math.pi * 0.023) * LINK
+
+
+def share(cells, number):
+    """All of them with --long, otherwise as many at random."""
+    cells = list(cells)
+    return cells if LONG else random.SystemRandom().sample(cells, number)
+
+
+def at(time, *lines, ramp=None):
+    return f"[[at]]\ntime = {time}\n" + (f"ramp = {ramp}\n" if ramp else "") + "".join(line + "\n" for line in lines)
+
+
+def recorded(names, name, text, *settings):
+    """Rows of time and these signals, as dictionaries."""
+    scenario = FOLDER / f"{name}.toml"
+    scenario.write_text(text)
+    done = subprocess.run([LAGLESS, "run", "--force", "--every", "5", "-o", FOLDER, "-r", ",".join(names), scenario,
+                           *itertools.chain(*(("-s", s) for s in settings))], capture_output=True, text=True, check=False)
+    if done.returncode not in (0, 1):
+        raise AssertionError(done.stderr)
+    with (FOLDER / f"{name}.csv").open() as file:
+        rows = csv.reader(line for line in file if not line.startswith("#"))
+        next(rows)
+        return [dict(zip(("time", *names), map(float, row))) for row in rows]
+
+
+def column(rows, name, begin=0.0, end=1e9):
+    return [row[name] for row in rows if begin <= row["time"] < end]
+
+
+def mean(values):
+    return sum(values) / len(values)
+
+
+def peak(rows, begin, end=1e9):
+    """Of the angle's error [mrad]."""
+    return 1e3 * max(map(abs, column(rows, "theta_hat_err", begin, end)))
+
+
+def first(rows, begin, holds):
+    """Time after `begin` at which this holds of the speed."""
+    return next((row["time"] for row in rows if row["time"] > begin and holds(row["true_omega_m"])), math.inf)

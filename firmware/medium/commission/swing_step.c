@@ -261,8 +261,8 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
     const ab_t end = moved(&step->motion, results->flux_first > 0.0f, results);
     const ab_t centre = centre_of(&step->motion);
     const float psi = root_or_none(centre.alpha * centre.alpha + centre.beta * centre.beta);
-    const ab_t before =
-        begins_at(step, results, (ab_t){end.alpha - centre.alpha, end.beta - centre.beta}, psi);
+    const ab_t now = {end.alpha - centre.alpha, end.beta - centre.beta};
+    const ab_t before = begins_at(step, results, now, psi);
     if (step->jump > 0u) {
         /* the first circle is only a first value: the others know the direction of the rotor */
         step->flux_sum += step->jump > 1u ? psi : 0.0f;
@@ -271,7 +271,7 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
             bounds_more(FLUX_LEAST, FLUX_SHARE * results->inductance_d * step->current)) {
             return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
         }
-        if (!is_under_way((ab_t){-centre.alpha, -centre.beta}, before)) {
+        if (!is_under_way((ab_t){-centre.alpha, -centre.beta}, now)) {
             return commission_failed(COMMISSION_REASON_ROTOR_NOT_TURNING, 0);
         }
     }

@@ -9,7 +9,7 @@
 
 extern const store_flash_t keeping_memory;
 
-/* Before any use of keeping_memory and before hal_init. I2C: reads the memory, for 60 ms at 400 kHz. An error
+/* Before any use of keeping_memory and before hal_init. I2C: reads the memory, for 40 ms at 400 kHz. An error
  * is in keeping_error(), and the memory then has no content and takes none. */
 void keeping_open(void);
 

@@ -3,10 +3,15 @@
 #define ERASED 0xFFFFu
 #define TRIES  3u
 
-enum { PHASE_IDLE, PHASE_FILL, PHASE_ERASE, PHASE_PROGRAM };
+#define PHASE_IDLE    0u
+#define PHASE_FILL    1u
+#define PHASE_ERASE   2u
+#define PHASE_PROGRAM 3u
 
 /* Transfers of one group: what is there, writing, and what is there then. */
-enum { ACT_LOOK, ACT_WRITE, ACT_PROVE };
+#define ACT_LOOK  0u
+#define ACT_WRITE 1u
+#define ACT_PROVE 2u
 
 void mirror_begin(mirror_t *mirror)
 {
@@ -15,7 +20,7 @@ void mirror_begin(mirror_t *mirror)
 
 bool mirror_busy(const mirror_t *mirror)
 {
-    return mirror->error == (uint32_t)MIRROR_GOOD && mirror->phase != (uint32_t)PHASE_IDLE;
+    return mirror->error == (uint32_t)MIRROR_GOOD && mirror->phase != PHASE_IDLE;
 }
 
 static uint32_t smaller(uint32_t a, uint32_t b)
@@ -79,7 +84,7 @@ static void next_group(mirror_t *mirror, const mirror_bus_t *bus)
 /* What a word of the group under way must become. */
 static uint16_t wanted(const mirror_t *mirror, const uint16_t *pages, uint32_t at)
 {
-    return mirror->phase == (uint32_t)PHASE_ERASE ? ERASED : pages[at];
+    return mirror->phase == PHASE_ERASE ? ERASED : pages[at];
 }
 
 /* True if the words of the group that was read are those wanted. A read begins with a group of the memory. */
@@ -98,12 +103,12 @@ static bool agrees(const mirror_t *mirror, const uint16_t *pages, const uint16_t
 static void take(mirror_t *mirror, const mirror_bus_t *bus, uint16_t *pages,
                  const uint16_t read[MIRROR_GROUP])
 {
-    if (mirror->phase == (uint32_t)PHASE_FILL) {
+    if (mirror->phase == PHASE_FILL) {
         for (uint32_t n = 0; n < MIRROR_GROUP; n++) {
             pages[mirror->at + n] = read[n];
         }
         next_group(mirror, bus);
-    } else if (mirror->act == (uint32_t)ACT_WRITE) {
+    } else if (mirror->act == ACT_WRITE) {
         mirror->act = ACT_PROVE;
     } else if (agrees(mirror, pages, read)) {
         next_group(mirror, bus);
@@ -121,11 +126,11 @@ static void start(mirror_t *mirror, const mirror_bus_t *bus, const uint16_t *pag
     mirror->begun = bus->time();
     mirror->asked = mirror->refused != 0u ? mirror->asked : mirror->begun;
     mirror->flying = 1u;
-    if (mirror->act != (uint32_t)ACT_WRITE) {
+    if (mirror->act != ACT_WRITE) {
         bus->read(place - place % MIRROR_GROUP);
         return;
     }
-    if (mirror->phase == (uint32_t)PHASE_PROGRAM) {
+    if (mirror->phase == PHASE_PROGRAM) {
         mirror->count = count_to_program(mirror, mirror->at);
     }
     uint16_t words[MIRROR_GROUP];
@@ -140,7 +145,7 @@ static void start(mirror_t *mirror, const mirror_bus_t *bus, const uint16_t *pag
 static void again(mirror_t *mirror, const mirror_bus_t *bus, mirror_error_t error)
 {
     mirror->refused = 1u;
-    mirror->tries -= mirror->act == (uint32_t)ACT_WRITE ? 1u : 0u; /* nothing was written */
+    mirror->tries -= mirror->act == ACT_WRITE ? 1u : 0u; /* nothing was written */
     if (bus->time() - mirror->asked > bus->refusals_last) {
         mirror->error = (uint32_t)error;
     }
@@ -176,7 +181,7 @@ bool mirror_step(mirror_t *mirror, const mirror_bus_t *bus, uint16_t *pages)
 /* Work for mirror_step(), if it has none yet. */
 static void wake(mirror_t *mirror, const mirror_bus_t *bus)
 {
-    if (mirror->phase == (uint32_t)PHASE_IDLE) {
+    if (mirror->phase == PHASE_IDLE) {
         next_phase(mirror, bus);
     }
 }

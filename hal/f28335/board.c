@@ -167,7 +167,7 @@ hal_memory_t hal_memory(hal_region_t region)
 }
 
 /* What comes before everything else; twice does no harm. */
-static hal_status_t begin(void)
+static hal_status_t board_begin(void)
 {
     bus_interrupts_disable();
     watchdog_stop();
@@ -180,7 +180,7 @@ bool hal_eeprom_open(void)
 {
     bool idle;
 
-    if (begin() != HAL_OK) {
+    if (board_begin() != HAL_OK) {
         return false;
     }
     idle = eeprom_free_bus();
@@ -196,7 +196,7 @@ hal_status_t hal_init(const hal_config_t *config)
     if (!config_is_good(config)) {
         return HAL_BAD_CONFIG;
     }
-    status = begin();
+    status = board_begin();
     if (status != HAL_OK) {
         return status;
     }

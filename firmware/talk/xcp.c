@@ -210,7 +210,7 @@ static uint32_t short_upload(xcp_call_t *call)
 }
 
 /* A download of one slot that does nothing but stop the motor. */
-static bool stops(const xcp_call_t *call)
+static bool only_stops(const xcp_call_t *call)
 {
     const xcp_t *xcp = call->xcp;
     return call->command[1] == 4u && call->count >= 6u && xcp->address % 4u == 0u &&
@@ -222,7 +222,7 @@ static uint32_t download(xcp_call_t *call)
     xcp_t *xcp = call->xcp;
     uint32_t slots[FRAME_MAX_CTO / 4u];
     const uint32_t octets = call->command[1];
-    if (xcp->locked != 0u && !stops(call)) {
+    if (xcp->locked != 0u && !only_stops(call)) {
         return XCP_ACCESS_LOCKED;
     }
     if (octets > FRAME_MAX_CTO - 2u || call->count < 2u + octets) {

@@ -28,7 +28,7 @@
     S(inductance, "a steady current with a sine; the rotor stands")                                          \
     S(swing, "the rotor is drawn to and fro by a sixth of an electrical turn")                               \
     S(flux, "the rotor turns at a steady speed")                                                             \
-    S(inertia, "the rotor is accelerated and braked, three times")
+    S(inertia, "the rotor is accelerated and braked, four times or more")
 
 typedef enum {
 #define COMMISSION_STEP_OF(name, text) COMMISSION_DO_##name,

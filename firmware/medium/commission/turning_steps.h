@@ -2,7 +2,7 @@
  *
  *     psi_f      means at a steady speed, with a current on the d axis that keeps the signs of the legs
  *                certain:   psi_f = |e|/omega - (L_d - L_q) i_d       e: back-EMF of the active flux
- *     J          torque up, coast, brake, three times or more; over slices of N windows
+ *     J          torque up, coast, brake, four times or more; over slices of N windows
  *                  a = (1.5 p psi i_q - T_c - B omega)/J              least squares
  *                speed and acceleration of a slice from a parabola through the angles of its EMF; a is the
  *                dependent one, because it is far noisier than the torque, and noise of an independent one

@@ -208,10 +208,11 @@ static bool await_memory(session_t *session, const char *order_name)
     double state;
     for (double waited = 0.0; connect_get_named(session, "store_state", &state); waited += KEEP_LOOK) {
         if (connect_is("store_state", state, "failed")) {
-            return connect_fail(session,
-                                "%s: the memory has failed; `get store_error` shows the reason; what was saved "
-                                "before is kept, and after `restart` it is used again",
-                                order_name);
+            return connect_fail(
+                session,
+                "%s: the memory has failed; `get store_error` shows the reason; what was saved "
+                "before is kept, and after `restart` it is used again",
+                order_name);
         }
         if (!connect_is("store_state", state, "busy")) {
             return true;

@@ -295,7 +295,9 @@ static void begin_pushing(torque_test_t *step, const commission_tuning_t *tuning
     const float mean = step->mean.windows > 0.0f ? step->mean.torque / step->mean.windows : 0.0f;
     const float friction = bounds_magnitude(mean) / constant;
     step->push = bounds_less(wanted + friction + PUSH_ADDED * tuning->current_max, most);
-    step->length[0] = step->length[1] = step->length[2] = (uint32_t)SLICE_MOST;
+    for (uint32_t n = 0u; n < 3u; n++) {
+        step->length[n] = (uint32_t)SLICE_MOST;
+    }
     begin_phase(step, TORQUE_UP);
 }
 
@@ -362,7 +364,10 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
     const float push = step->phase == TORQUE_UP     ? step->push
                        : step->phase == TORQUE_DOWN ? -BRAKE * step->push
                                                     : 0.0f;
-    const uint32_t by_current = step->phase != TORQUE_STEADY_FAST ? 1u : 0u;
+    uint32_t by_current = 1u;
+    if (step->phase == TORQUE_STEADY_FAST) {
+        by_current = 0u;
+    }
     wish->current.d = bounds_clamp(wish->current.d, BIAS_PUSHES * step->push);
     *wish = (turning_wish_t){by_current, wish->omega_m_ref, {wish->current.d, push}};
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Opens pages of own runs in a headless Chromium without a network, as a reader at a desk and one with a phone would: that of
-a run with a fault, and of two recordings compared. That such checks see a fault is shown on the report's page (tests/report).
+a run with a fault, of two recordings compared, and of a fault matrix. That such checks see a fault is shown on the report's page (tests/report).
 
 usage: test_look_page.py LAGLESS FOLDER    pages and screenshots go to FOLDER
 
@@ -42,6 +42,7 @@ for (const box of document.querySelectorAll('.u-legend')) {
 }
 for (const e of document.querySelectorAll('h1, h2, td, th, button, p, pre')) {
     const box = e.getBoundingClientRect();
+    if (e.tagName === 'TD' && box.height > 200) found.push('a cell is ' + Math.round(box.height) + ' px high: ' + e.textContent.slice(0, 40));
     if (box.width && !e.closest('.wide, details') && box.right > innerWidth + 1) found.push(e.tagName + ' is cut off: ' + e.textContent.slice(0, 40));
 }
 return found"""
@@ -159,6 +160,8 @@ def check_hidden(seen):
     expect(seen.browser.run(HIDDEN), [], "text that cannot be read")
 
 
+# Of a page without plots.
+OF_TEXT = (check_room, check_hidden, check_asked, check_console)
 CHECKS = (check_state, check_left_ends, check_legends, check_units, check_traces, check_bands, check_room, check_hidden, check_cursor,
           check_asked, check_console)
 
@@ -175,7 +178,7 @@ class Seen:
     def faults(self):
         """{check: what it found}"""
         found = {}
-        for check in CHECKS:
+        for check in CHECKS if self.layouts else OF_TEXT:
             try:
                 check(self)
             except Fault as fault:
@@ -193,7 +196,9 @@ def pages(lagless, folder):
             sys.exit(SKIPPED)
     subprocess.run([lagless, "compare", *(folder / name / "stuck_sensor.csv" for name in ("run", "other")), "--out", folder / "compare"],
                    stdout=subprocess.DEVNULL, check=False)
-    return {"run": folder / "run" / "stuck_sensor.html", "compare": folder / "compare" / "compare.html"}
+    subprocess.run([lagless, "matrix", "--share", "3", "--out", folder / "matrix"], stdout=subprocess.DEVNULL, check=False)
+    return {"run": folder / "run" / "stuck_sensor.html", "compare": folder / "compare" / "compare.html",
+            "matrix": folder / "matrix" / "matrix.html"}
 
 
 def main():

@@ -37,6 +37,7 @@ typedef struct {
     double l_d, l_q;   /* [H] */
     double rotor;      /* rate^2 by which a free rotor lowers L_q: L_q (1 - rotor/w^2) [rad^2/s^2] */
     double leaves;     /* current across the sine over that along the sine, until it has been lowered */
+    int flat;          /* 1: the voltage does not follow the staircase of currents */
     unsigned steady;   /* times that leaving rotor is still steady again; 0: never leaves */
 } winding_t;
 
@@ -76,9 +77,11 @@ static int32_t resistance_of(bench_t *bench, const winding_t *winding, const com
     while (bench->commission.state < (int32_t)COMMISSION_DONE) {
         const double twice =
             2.0 * atan2((double)bench->commission.order.axis.sin, (double)bench->commission.order.axis.cos);
+        const bool flat = winding->flat != 0 && step->phase == RESISTANCE_LEVELS;
         const double sign = step->repeated != 0u ? -1.0 : 1.0;
         answer_hold(bench, winding,
-                    winding->resistance * (1.0 + (winding->gain + sign * winding->moving) * cos(twice)));
+                    (flat ? 0.0 : winding->resistance) *
+                        (1.0 + (winding->gain + sign * winding->moving) * cos(twice)));
         order_step(bench, tuning, COMMISSION_RESISTANCE);
     }
     return bench->commission.reason;
@@ -120,6 +123,10 @@ static void test_resistance_ends_with_the_reason_of_its_winding(void)
     } rows[] = {
         {"the voltage does not rise with the current",
          {.rest = 5.0},
+         5.0f,
+         COMMISSION_REASON_NO_STEADY_CURRENT},
+        {"the voltage does not follow the staircase",
+         {.resistance = 0.95, .rest = 5.0, .flat = 1},
          5.0f,
          COMMISSION_REASON_NO_STEADY_CURRENT},
         {"0.4 A may flow", {.resistance = 0.95}, 0.4f, COMMISSION_REASON_HEAT_LIMIT_TOO_LOW},
@@ -296,7 +303,8 @@ static void turn_motor(motor_t *motor, excite_t *excite, const excite_order_t *o
     }
 }
 
-static int32_t swing_of(bench_t *bench, motor_t *motor)
+/* A step on the motor, until it has ended. */
+static int32_t measured_on(bench_t *bench, motor_t *motor, int32_t step)
 {
     excite_t excite;
     excite_init(&excite);
@@ -307,7 +315,7 @@ static int32_t swing_of(bench_t *bench, motor_t *motor)
                                                        .inductance_q = (float)motor->inductance,
                                                        .current_hold = TUNING.current_hold};
     bench->seen = (excite_seen_t){.serial = 0u};
-    order_step(bench, &TUNING, COMMISSION_SWING);
+    order_step(bench, &TUNING, step);
     while (bench->commission.state < (int32_t)COMMISSION_DONE) {
         for (uint32_t k = 0u; k < (uint32_t)PERIODS; k++) {
             turn_motor(motor, &excite, &bench->commission.order);
@@ -319,9 +327,14 @@ static int32_t swing_of(bench_t *bench, motor_t *motor)
                          {(float)creal(motor->current), (float)cimag(motor->current)},
                          (float)LINK},
             .bridge_on = true};
-        commission_window(&bench->commission, COMMISSION_SWING, &window);
+        commission_window(&bench->commission, step, &window);
     }
     return bench->commission.reason;
+}
+
+static int32_t swing_of(bench_t *bench, motor_t *motor)
+{
+    return measured_on(bench, motor, COMMISSION_SWING);
 }
 
 static motor_t motor_with(double inertia)
@@ -373,6 +386,22 @@ static void test_rotor_of_too_little_flux_is_named(void)
     bench_t bench;
     motor.flux = 0.01 * motor.inductance * 5.0;
     TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_EMF_TOO_SMALL, swing_of(&bench, &motor));
+}
+
+/* Half of the ripple of 0.1 mH is 311 V T/(24 L) = 13 A, more than 0.6 of 10 A; a rotor that turns at 30
+ * rad/s adds its EMF to one of two opposite pulses and takes it from the other. */
+static void test_wiring_names_a_large_ripple_and_a_rotor_that_turns(void)
+{
+    motor_t still = motor_with(1e-3), small = still, turning = still;
+    bench_t bench;
+    small.inductance = 1e-4;
+    turning.inertia = 1e9;
+    turning.omega = 30.0;
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, measured_on(&bench, &still, COMMISSION_WIRING));
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * 5e-3, 5e-3, (double)bench.commission.results.inductance_pulse);
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_RIPPLE_TOO_LARGE,
+                            measured_on(&bench, &small, COMMISSION_WIRING));
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_ROTOR_TURNS, measured_on(&bench, &turning, COMMISSION_WIRING));
 }
 
 /* ---- the state machine ---- */

@@ -90,3 +90,16 @@ static void test_no_current_is_left_after_the_bridge_was_off(void)
     begin(4.0f, 0.0f);
     TEST_ASSERT_EQUAL_FLOAT(0.5f, i_q(16.0f));
 }
+
+/* Without the encoder: the loop that tracks beside it, or a catch at the speed that it had. */
+static void test_an_encoder_that_fails_is_left_to_the_estimate_or_to_a_catch(void)
+{
+    reference_leave_encoder(&reference, true, 77.0f, 400u);
+    TEST_ASSERT_EQUAL_INT32(SOURCE_ESTIMATE, reference.source);
+    TEST_ASSERT_EQUAL_UINT32(1u, reference.tracking);
+    reference_leave_encoder(&reference, false, 77.0f, 400u);
+    TEST_ASSERT_EQUAL_INT32(SOURCE_CATCH, reference.source);
+    TEST_ASSERT_EQUAL_UINT32(0u, reference.tracking);
+    TEST_ASSERT_EQUAL_INT32(CATCH_GOES_ON, reference.outcome);
+    TEST_ASSERT_EQUAL_FLOAT(77.0f, reference.catching.omega_e);
+}

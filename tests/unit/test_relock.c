@@ -112,3 +112,44 @@ static void test_a_rotor_that_was_lost_twice_is_reversed_in_the_forced_frame(voi
     TEST_ASSERT_TRUE(m.forced.speed < 0.0f); /* it begins with the rotor's speed */
     TEST_ASSERT_EQUAL_UINT32(2u, m.losses.count);
 }
+
+/* 11 rad/s are 44 rad/s electrical, below the hand-over: the frame of the same torque goes on from there. */
+static void test_a_relocked_rotor_slower_than_at_a_handover_goes_on_in_the_forced_frame(void)
+{
+    given_rotor_backwards(-60.0);
+    machine.omega_m = -11.0;
+    wish.omega_m_ref = -60.0f;
+    lose();
+    (void)steps_until(MANOEUVRE_FORCED, 0.1);
+    TEST_ASSERT_DOUBLE_WITHIN(0.3 * 44.0, -44.0, (double)m.forced.speed);
+}
+
+/* A torque has no speed that the forced frame could take the rotor to. */
+static void test_a_relocked_slow_rotor_with_a_requested_torque_runs_on(void)
+{
+    for (int way = -1; way <= 1; way += 2) {
+        given_rotor_backwards(-60.0);
+        machine.omega_m = -11.0;
+        wish.mode = RUN_TORQUE;
+        wish.torque = (float)way;
+        lose();
+        (void)steps_until(MANOEUVRE_RUN, 0.1);
+    }
+}
+
+/* The encoder has failed in the fast task: the medium task follows, with the loop that tracks, or by a catch.
+ */
+static void test_an_encoder_that_fails_leads_to_run_on_the_estimate_or_to_a_relock(void)
+{
+    given_rotor_backwards(-60.0);
+    estimate_t unlocked = {.omega_smooth = -240.0f, .flux = 0.183f};
+    const manoeuvres_input_t input = {.estimate = &unlocked, .current = {1.0f, 2.0f}, .setpoint = 7u};
+    setpoint_t ordered = {.source = (int32_t)SOURCE_ENCODER};
+    manoeuvres_left_encoder(&m, &input, true, &ordered);
+    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
+    TEST_ASSERT_TRUE(m.encoder_lost != 0u && m.sensorless != 0u && m.windows == MANOEUVRE_MASKED);
+    manoeuvres_leave_encoder(&m, &input, &ordered);
+    TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RELOCK, m.now);
+    TEST_ASSERT_EQUAL_INT32(SOURCE_CATCH, ordered.source);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, ordered.current.q);
+}

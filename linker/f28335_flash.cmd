@@ -90,8 +90,8 @@ SECTIONS
                       *(.text:tracker_set_flux) *(.text:tracker_take) *(.text:trig_advance) *(.text:validity_take)
                       *(.text:voltage_uncertain)
                       /* firmware/fast/fast_trips.c */
-                      *(.text:encoder_jumped) *(.text:fast_open_bridge) *(.text:fast_trip) *(.text:fault_set_any)
-                      *(.text:fault_set_both) *(.text:find_gates_on) *(.text:guard_background_stalled)
+                      *(.text:encoder_jumped) *(.text:estimate_is_denied) *(.text:fast_open_bridge) *(.text:fast_trip)
+                      *(.text:fault_set_any) *(.text:fault_set_both) *(.text:find_gates_on) *(.text:guard_background_stalled)
                       *(.text:guard_bad_sample) *(.text:guard_current_gain) *(.text:guard_current_stuck)
                       *(.text:guard_current_sum) *(.text:guard_dc_limits) *(.text:guard_dc_ripple) *(.text:guard_derating)
                       *(.text:guard_encoder_direction) *(.text:guard_encoder_error) *(.text:guard_encoder_jump)
@@ -105,8 +105,8 @@ SECTIONS
                       *(.text:guard_sink_temperature) *(.text:guard_speed) *(.text:guard_speed_error)
                       *(.text:guard_stack_low) *(.text:guard_stalled) *(.text:guard_start_stalled)
                       *(.text:guard_start_unlocked) *(.text:guard_tripped) *(.text:guard_u_dc) *(.text:guard_unlocked)
-                      *(.text:is_denied) *(.text:judge_trips) *(.text:moments) *(.text:still_watch_count)
-                      *(.text:still_watch_one) *(.text:trip_input) *(.text:watch_jump) *(.text:watch_still)
+                      *(.text:judge_trips) *(.text:moments) *(.text:still_watch_count) *(.text:still_watch_one)
+                      *(.text:trip_input) *(.text:watch_jump) *(.text:watch_still)
                       /* firmware/fast/fast_window.c */
                       *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:snapshot)
                       *(.text:snapshot_catch) *(.text:still_watch_moved)

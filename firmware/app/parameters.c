@@ -41,13 +41,18 @@ static bool refuse(int32_t reason, const char *rule, params_error_t *why)
     return false;
 }
 
+static void tell_failed(void)
+{
+    tell(PARAMETERS_FAILED, 0u, 0u);
+    app->services.store_error = (int32_t)keeping_error();
+}
+
 bool parameters_start(void)
 {
     keeping_open();
     if (keeping_error() != (uint32_t)MIRROR_GOOD) {
         params_defaults(&app->staged);
-        tell(PARAMETERS_FAILED, 0u, 0u);
-        app->services.store_error = (int32_t)keeping_error();
+        tell_failed();
         return true;
     }
     return load(&app->staged);
@@ -131,8 +136,7 @@ void parameters_step(void)
     }
     keeping_step();
     if (keeping_error() != (uint32_t)MIRROR_GOOD) {
-        tell(PARAMETERS_FAILED, 0u, 0u);
-        app->services.store_error = (int32_t)keeping_error();
+        tell_failed();
     } else if (!keeping_busy()) {
         changed(store_look(&keeping_memory) == STORE_EMPTY ? PARAMETERS_EMPTY : PARAMETERS_SAVED);
     }

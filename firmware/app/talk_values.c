@@ -217,7 +217,7 @@ static bool coded(uint32_t extension, uint32_t address, uint32_t count, const ui
     return true;
 }
 
-/* A quick stop alone. Off is none of it: the motor would coast. */
+/* Only a quick stop. Off is not accepted, because the motor would coast. */
 static bool stops(uint32_t extension, uint32_t address, uint32_t slot)
 {
     const table_row_t *row =

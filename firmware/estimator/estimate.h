@@ -4,8 +4,10 @@
 #ifndef ESTIMATOR_ESTIMATE_H
 #define ESTIMATOR_ESTIMATE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
+#include "math/bounds.h"
 #include "math/frames.h"
 
 typedef struct {
@@ -21,6 +23,17 @@ typedef struct {
     uint32_t invalid;   /* [-] bits of validity.h: 0, or the criteria that failed */
     uint32_t coasted;   /* [-] 1: the loop coasted in this period, without a judgement */
 } estimate_t;
+
+/* [-] Least EMF of a rotor that the loop follows, over what its speed makes: psi_f wrong by a third, and the
+ * current by which L is wrong. */
+#define ESTIMATE_EMF_LEAST 0.5f
+
+/* True if the EMF denies the speed of the loop: the loop has lost the rotor. */
+static inline bool estimate_is_denied(const estimate_t *estimate)
+{
+    return estimate->amplitude <
+           ESTIMATE_EMF_LEAST * estimate->flux * bounds_magnitude(estimate->omega_smooth);
+}
 
 typedef struct {
     ab_t emf_hat;   /* back-EMF as observed, filtered, with its lag [V] */

@@ -3,12 +3,7 @@
 #include "fast/fast_parts.h"
 
 #include "guard/guard_quantities.h"
-#include "math/bounds.h"
 #include "settings/reasons.h"
-
-/* [-] Least EMF of a rotor that the loop follows: psi_f wrong by a third, and the current by which L is
- * wrong. The same as of a lock that is not lost (medium/manoeuvre/lock.h). */
-#define EMF_LEAST 0.5f
 
 void fast_open_bridge(fast_t *fast, uint32_t window)
 {
@@ -85,20 +80,12 @@ static inline guard_input_t trip_input(const fast_t *fast, const setpoint_t *set
     };
 }
 
-/* True if the EMF denies the speed of the tracking loop: it is shorter than half of what a rotor with
- * this speed makes. The loop has lost the rotor, which is for the medium task to judge: it catches it again.
- */
-static bool is_denied(const fast_t *fast)
-{
-    const estimate_t *estimate = &fast->estimator.estimate;
-    const float expected = estimate->flux * bounds_magnitude(estimate->omega_smooth);
-    return reference_tracks(&fast->reference) && estimate->amplitude < EMF_LEAST * expected;
-}
-
 static void judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wrong)
 {
     guard_input_t input = trip_input(fast, orders.setpoint, encoder_wrong);
-    input.omega_m = is_denied(fast) ? 0.0f : input.omega_m;
+    /* a loop that has lost the rotor is for the medium task to judge, which catches the rotor again */
+    const bool denied = reference_tracks(&fast->reference) && estimate_is_denied(&fast->estimator.estimate);
+    input.omega_m = denied ? 0.0f : input.omega_m;
     const bool failed = fault_set_any(fast->trips.faults);
     guard_step_each(&fast->trips, &orders.tuning->guard, &input);
     fast->report.failed = fault_set_both(fast->report.failed, fast->trips.faults);

@@ -13,7 +13,7 @@ scenario_t *library_read(const char *command, const arguments_scenario_t *of);
 /* Prints the error on stderr, with its place. */
 void library_say(const scenario_error_t *error);
 
-/* After such an error: if the file describes a motor, prints the command that makes a scenario of it. */
+/* After such an error: if the file describes a motor, prints the command that writes a scenario for it. */
 void library_say_motor(const char *path);
 
 #endif

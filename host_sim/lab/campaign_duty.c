@@ -29,7 +29,7 @@ static double drag_of(const campaign_case_t *drawn)
            CAMPAIGN_VALUE(drawn, viscous);
 }
 
-/* k_i K_t = J w^2/3 by the rule, of what is believed of J and psi_f. */
+/* k_i K_t = J w^2/3 by the rule, from the configured J and psi_f. */
 static double winding(const campaign_case_t *drawn)
 {
     const double w = campaign_speed_loop(drawn);

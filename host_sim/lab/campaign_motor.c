@@ -159,7 +159,7 @@ static bool fills_link(const campaign_case_t *drawn)
 
 /* [-] Over rated speed: by how much a step of the load, over rated torque, moves the speed. The speed control
  * has k_p = J w/K_t and k_i = k_p w/3, so that w(s)/T(s) = s/(J (s^2 + w s + w^2/3)), whose largest answer to
- * a step is 0.70 T/(J w); what is believed of J and psi_f is in k_p. */
+ * a step is 0.70 T/(J w); k_p contains the configured J and psi_f. */
 static double moved_by(const campaign_case_t *drawn, double load)
 {
     const campaign_motor_t motor = campaign_motor(drawn);

@@ -7,11 +7,7 @@
 #include <unity.h>
 
 #include "fast/control/excite.h"
-#include "medium/commission/commission.h"
-
-#define PERIOD 1e-4
-#define PI     3.14159265358979323846
-#define IM     ((double complex)I)
+#include "tests/unit/commission_bench.h"
 
 typedef struct {
     double a, b;
@@ -278,18 +274,6 @@ static void test_fit_of_one_speed_has_no_solution(void)
 }
 
 /* ---- the state machine ---- */
-
-static const commission_tuning_t TUNING = {.current_max = 10.0f,
-                                           .current_hold = 5.0f,
-                                           .pole_pairs = 4.0f,
-                                           .undervoltage = 200.0f,
-                                           .noise_max = 0.03f,
-                                           .period = (float)PERIOD,
-                                           .window = 8e-4f,
-                                           .inductance_d = 0.01f,
-                                           .inductance_q = 0.01f,
-                                           .flux_linkage = 0.1f,
-                                           .inertia = 1e-3f};
 
 static commission_window_t window_of(const excite_seen_t *seen, float noise, bool on)
 {

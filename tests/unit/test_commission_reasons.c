@@ -7,25 +7,10 @@
 #include <unity.h>
 
 #include "fast/control/excite.h"
-#include "medium/commission/commission.h"
+#include "tests/unit/commission_bench.h"
 
-#define PERIOD  1e-4
 #define PERIODS 8.0
 #define LINK    311.0
-#define PI      3.14159265358979323846
-#define IM      ((double complex)I)
-
-static const commission_tuning_t TUNING = {.current_max = 10.0f,
-                                           .current_hold = 5.0f,
-                                           .pole_pairs = 4.0f,
-                                           .undervoltage = 200.0f,
-                                           .noise_max = 0.03f,
-                                           .period = (float)PERIOD,
-                                           .window = 8e-4f,
-                                           .inductance_d = 0.01f,
-                                           .inductance_q = 0.01f,
-                                           .flux_linkage = 0.1f,
-                                           .inertia = 1e-3f};
 
 /* A winding, and what is wrong with it. */
 typedef struct {

@@ -202,7 +202,7 @@ static float inertia_of(const swing_fit_t *fit)
     return bounds_more(inertia, 0.0f);
 }
 
-/* The current that takes this share from a psi_f [A]; a round rotor has none of it. */
+/* The current that takes this share from a psi_f [A]; there is no limit for a round rotor. */
 static float salient_current(float share, float psi, const commission_results_t *results)
 {
     const float apart = bounds_magnitude(results->inductance_q - results->inductance_d);

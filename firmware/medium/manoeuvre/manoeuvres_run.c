@@ -112,8 +112,7 @@ void manoeuvres_catch(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint
  */
 static float lost_speed(const estimate_t *estimate)
 {
-    const float expected = estimate->flux * bounds_magnitude(estimate->omega_smooth);
-    return estimate->amplitude < LOCK_PROJECTION_MIN * expected ? 0.0f : estimate->omega_smooth;
+    return estimate_is_denied(estimate) ? 0.0f : estimate->omega_smooth;
 }
 
 /* The lock is lost: the rotor is caught again, unless the limit of losses is reached, or no

@@ -373,7 +373,7 @@ void medium_step(medium_t *medium, const medium_tuning_t *tuning, const window_t
     setpoint->lock = (int32_t)LOCK_KEEP;
     setpoint->stiffness = 0.0f;
 
-    medium_learn(medium, window);
+    medium_learn(medium, tuning, window);
     medium_watch_currents(medium, window);
     medium_watch_motion(medium, window, requests);
     medium_limit(medium, tuning, window, requests);

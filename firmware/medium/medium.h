@@ -15,6 +15,7 @@
 #include "estimator/validity.h"
 #include "fast/window.h"
 #include "guard/guard.h"
+#include "medium/adapt/angle_sigma.h"
 #include "medium/adapt/dead_time_learn.h"
 #include "medium/adapt/emf_shape.h"
 #include "medium/adapt/flux.h"
@@ -46,6 +47,7 @@ typedef struct {
     dead_time_learn_tuning_t dead_time_learn;
     emf_shape_tuning_t emf_shape;
     unequal_legs_tuning_t unequal_legs;
+    angle_sigma_tuning_t angle_sigma;
     float load_most;    /* load uncertainty at which a change of speed is still predicted [A] */
     float load_follows; /* share with which the load follows i_q, per period [-] */
     manoeuvres_tuning_t manoeuvres;
@@ -102,6 +104,7 @@ typedef struct {
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;
     medium_ripple_t ripple;
+    angle_sigma_t angle_sigma;
     medium_speed_t speed;
 
     encoder_watch_t encoder_watch;

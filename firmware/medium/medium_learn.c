@@ -180,7 +180,32 @@ static void pause(medium_t *medium)
     medium->means = (means_t){none, none, {0.0f, 0.0f}, {0.0f, 0.0f}, 0.0f, 0.0f, 0u, 0u};
 }
 
-void medium_learn(medium_t *medium, const window_t *window)
+/* The uncertainty of the angle that the drive uses. */
+static void judge_angle(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
+{
+    const dead_time_learn_t *legs = &medium->dead_time_learn;
+    const inductance_t *inductance = &medium->inductance;
+    const bool encoder = medium->manoeuvres.sensorless == 0u;
+    if (encoder || window->tracking == 0u || window->estimating == 0u) {
+        angle_sigma_reset(&medium->angle_sigma, encoder ? tuning->angle_sigma.encoder : ANGLE_SIGMA_UNKNOWN);
+        return;
+    }
+    const angle_sigma_input_t input = {
+        .amplitude = window->estimate.amplitude,
+        .omega_e = medium->means.omega,
+        .current = medium->means.current_rotor,
+        .detector = window->estimate.detector,
+        .scatter = 1.0f / (float)DRIVE_WINDOW * window->sum.scatter,        .link = window->link.mean,
+        .leg = legs->tuning.band * window->link.mean,
+        .leg_rate = legs->rate,
+        .inductance_rate = inductance->rate,
+        .resistance_rate = inductance->resistance_rate,
+        .coasted = medium->estimate.coasted,
+    };
+    angle_sigma_step(&medium->angle_sigma, &tuning->angle_sigma, &input);
+}
+
+void medium_learn(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
 {
     const ab_t none = {0.0f, 0.0f};
     if (medium->sequence.state == (int32_t)DRIVE_NOT_READY || window->sensors.offsets != 0u) {
@@ -188,6 +213,7 @@ void medium_learn(medium_t *medium, const window_t *window)
     }
     if (window->estimating == 0u) {
         pause(medium);
+        judge_angle(medium, tuning, window);
         return;
     }
     judge_estimate(medium, window);
@@ -197,4 +223,5 @@ void medium_learn(medium_t *medium, const window_t *window)
     learn_dead_time(medium, window);
     learn_ripple(medium, window);
     learn_inductance(medium, window);
+    judge_angle(medium, tuning, window);
 }

@@ -8,7 +8,7 @@
 
 /* Means of the window, and the values learnt from them: offsets of the sensors, psi_f,
  * inertia and load, dead time, L and R. */
-void medium_learn(medium_t *medium, const window_t *window);
+void medium_learn(medium_t *medium, const medium_tuning_t *tuning, const window_t *window);
 
 /* medium->found.current_faults: errors of current sensors and wires by the law of the winding. */
 void medium_watch_currents(medium_t *medium, const window_t *window);

@@ -250,6 +250,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "i_q at which the flux of the q axis is 1/sqrt 2 of motor_inductance_q i_q, by saturation of the "     \
       "iron; "                                                                                               \
       "motor_inductance_q is then that without current; 0: no saturation")                                   \
+    F(124, motor_data_uncertainty, "-", 0.1f, 0.0f, 1.0f, TABLE_LIVE,                                        \
+      "standard uncertainty of the configured R, L and dead time over their values, for theta_sigma")        \
     I(91, module_fault_retries, "-", 0, 0, 100, TABLE_LIVE,                                                  \
       "number of times that a fault of the power module is reset after a second while `enable` stays on: "   \
       "the motor then starts again by itself")

@@ -71,6 +71,26 @@ static void prepare_position(drive_tuning_t *tuning, const params_t *params, con
     validity_prepare(&tuning->medium.validity, &estimator.validity, DRIVE_WINDOW_PERIOD);
 }
 
+static void prepare_sigma(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+{
+    estimator_params_t estimator;
+    params_estimator(params, believed, &estimator);
+    const angle_sigma_params_t sigma = {
+        .data = params->motor_data_uncertainty,
+        .resistance = believed->resistance,        .inductance_d = believed->inductance_d,
+        .inductance_q = believed->inductance_q,
+        .kp = estimator.pll.kp,
+        .ki = estimator.pll.ki,
+        .zone = params->current_zone,
+        .leg_rate = params->dead_time_adaptation,
+        .inductance_rate = tuning->medium.inductance.rate,
+        .encoder = 0.5f * ANGLE_PI * (float)params->motor_pole_pairs / (float)params->encoder_lines,
+        .period = DRIVE_PERIOD,
+        .window = DRIVE_WINDOW_PERIOD,
+    };
+    tuning->medium.angle_sigma = angle_sigma_prepare(&sigma);
+}
+
 static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
 {
     const flux_params_t flux = {
@@ -105,6 +125,7 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
         .on = params->inertia_adaptation == (int32_t)INERTIA_ON,
     };
     tuning->medium.inertia = inertia_prepare(&inertia);
+    prepare_sigma(tuning, params, believed);
 }
 
 /* True if the rotor swings little with the sixth harmonic of the torque at the current limit, at the speed

@@ -1,0 +1,93 @@
+#include "medium/adapt/angle_sigma.h"
+
+#include "math/bounds.h"
+#include "math/filter.h"
+#include "math/root.h"
+
+#define LEG_SQUARE      1.6211389f  /* (4/pi)^2 [-] */
+#define UNIFORM         0.28867513f /* 1/sqrt 12: standard deviation of an angle within a count [-] */
+#define SAWTOOTH_SQUARE 0.05877551f /* (12/35)^2/2 [-] */
+
+static float reciprocal_or_none(float x)
+{
+    return x > 0.0f ? 1.0f / x : 0.0f;
+}
+
+angle_sigma_tuning_t angle_sigma_prepare(const angle_sigma_params_t *params)
+{
+    return (angle_sigma_tuning_t){
+        .data_square = params->data * params->data,
+        .resistance = params->resistance,
+        .inductance_q = params->inductance_q,
+        .ripple = 0.125f * params->period / params->inductance_d,
+        .follow_square = params->kp * params->kp,
+        .noise_share = 0.5f * params->period * (params->kp + params->ki / params->kp),
+        .mean_share = lowpass_share(1.0f / ANGLE_SIGMA_MEAN_TIME, params->window),
+        .zone_square = params->zone * params->zone,
+        .per_leg_rate = reciprocal_or_none(params->leg_rate),
+        .per_inductance_rate = reciprocal_or_none(params->inductance_rate),
+        .encoder = UNIFORM * params->encoder,
+        .window = params->window,
+    };
+}
+
+void angle_sigma_reset(angle_sigma_t *sigma, float known)
+{
+    sigma->mean = 0.0f;
+    sigma->drifted = 0.0f;
+    sigma->sigma = known;
+}
+
+static float square(float x)
+{
+    return x * x;
+}
+
+/* u^2 over the square of the value, for a value that is learnt with this rate [1/s], with the noise `learnt`
+ * [-] at first. */
+static float uncertain(const angle_sigma_tuning_t *tuning, float rate, float per_rate, float learnt)
+{
+    if (per_rate == 0.0f) {
+        return tuning->data_square;
+    }
+    const float share = per_rate * rate;
+    const float third = share * square(share);
+    return square(square(third)) * tuning->data_square + share * square(learnt);
+}
+
+/* Square of the EMF's error across the EMF [V^2]. */
+static float across(const angle_sigma_tuning_t *tuning, const angle_sigma_input_t *input)
+{
+    const dq_t i = input->current;
+    const float omega_square = square(input->omega_e);
+    const float amount = square(i.d) + square(i.q) + tuning->zone_square;
+    const float along_d = (square(i.d) + tuning->zone_square) * square(inverse_root(amount));
+    const float sixth =
+        tuning->follow_square * square(inverse_root(tuning->follow_square + 36.0f * omega_square));
+    const float ripple_square = square(tuning->ripple * input->link);
+    const float by_ripple =
+        ripple_square * square(inverse_root(ripple_square + amount)) * square(ANGLE_SIGMA_V_RIPPLE);
+    const float leg = LEG_SQUARE * square(input->leg) * (along_d + SAWTOOTH_SQUARE * sixth);
+    const float reactance_square = omega_square * square(tuning->inductance_q);
+    return leg *
+               (uncertain(tuning, input->leg_rate, tuning->per_leg_rate, ANGLE_SIGMA_V_LEARNT) + by_ripple) +
+           reactance_square * square(i.q) *
+               uncertain(tuning, input->inductance_rate, tuning->per_inductance_rate, ANGLE_SIGMA_L_LEARNT) +
+           square(tuning->resistance * i.d) *
+               uncertain(tuning, input->resistance_rate, tuning->per_inductance_rate, ANGLE_SIGMA_R_LEARNT) +
+           reactance_square * amount * square(ANGLE_SIGMA_GAIN);
+}
+
+void angle_sigma_step(angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning,
+                      const angle_sigma_input_t *input)
+{
+    const float turned = tuning->window * bounds_magnitude(input->omega_e);
+    sigma->drifted = input->coasted != 0u ? sigma->drifted + ANGLE_SIGMA_DRIFT * turned : 0.0f;
+    sigma->mean = lowpass_step(sigma->mean, tuning->mean_share, input->detector);
+    const float per_emf = inverse_root(square(input->amplitude));
+    const float variance = square(per_emf) * across(tuning, input) + square(sigma->mean) +
+                           tuning->noise_share * input->scatter + square(sigma->drifted) +
+                           square(ANGLE_SIGMA_LEAST);
+    const bool known = variance < square(ANGLE_SIGMA_UNKNOWN); /* false for an invalid number, too */
+    sigma->sigma = known ? root_or_none(variance) : ANGLE_SIGMA_UNKNOWN;
+}

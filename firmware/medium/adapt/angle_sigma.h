@@ -1,0 +1,105 @@
+/* Standard uncertainty of the estimated angle: the root of the sum of the squares of the contributions that
+ * the drive knows, of which each is a standard deviation.
+ *
+ * An error of the EMF turns the estimate by its component across the EMF, along the d axis, over the EMF. Of
+ * the assumed values
+ *
+ *     V    (4/pi) u(V) ((i_d/|i|)^2 + 1/2 (12/35)^2 f^2)^(1/2)   the legs' loss acts along the current, and
+ * with a sawtooth across it (dead_time_learn.h) L    |omega| u(L_q) i_q R    u(R) i_d
+ *
+ * and of the sensors ANGLE_SIGMA_GAIN omega L_q |i|. f = k_p/(k_p^2 + 36 omega^2)^(1/2) is the share with
+ * which the loop follows the sixth harmonic. A value that is learnt with the rate g (gain.h) has lost its
+ * first error to (g/g_0)^6, and contains noise in proportion to the root of g:
+ *
+ *     u^2 = ((g/g_0)^12 data^2 + (g/g_0) learnt^2) value^2
+ * * While the ripple of the switching, u_dc T/(8 L_d), exceeds the current, the current changes its sign
+ * within a period, and the model of the legs is less accurate: the square of ANGLE_SIGMA_V_RIPPLE times the
+ * ripple's share of the current's square is added for V.
+ *
+ * The loop adds its own error: its mean detector is the angle by which it lags, and the noise of the detector
+ * passes it with T (k_p + k_i/k_p)/2 of its variance. While the loop coasts its speed is not corrected, and
+ * the angle drifts by ANGLE_SIGMA_DRIFT of the angle by which the rotor turns.
+ *
+ * One step per window. Does not handle: errors that the drive cannot know, as a wrong number of pole pairs or
+ * a loop that has lost the rotor (lock.h). */
+#ifndef MEDIUM_ADAPT_ANGLE_SIGMA_H
+#define MEDIUM_ADAPT_ANGLE_SIGMA_H
+
+#include <stdint.h>
+
+#include "math/frames.h"
+
+/* Where no angle is known: the standard deviation of one that is equally likely everywhere, pi/sqrt 3 [rad].
+ */
+#define ANGLE_SIGMA_UNKNOWN 1.8137994f
+
+#define ANGLE_SIGMA_LEAST     0.2e-3f /* [rad] of resolution and harmonics of the EMF that are not learnt */
+#define ANGLE_SIGMA_GAIN      2e-3f   /* [-] of a sensor, current or DC link */
+#define ANGLE_SIGMA_V_LEARNT  2e-3f   /* [-] of V, by noise, at the initial rate */
+#define ANGLE_SIGMA_V_RIPPLE  0.05f   /* [-] of V, where the ripple of the current exceeds its mean */
+#define ANGLE_SIGMA_L_LEARNT  5e-3f   /* [-] the same of L_q */
+#define ANGLE_SIGMA_R_LEARNT  0.03f   /* [-] the same of R */
+#define ANGLE_SIGMA_DRIFT     0.05f   /* [-] of the speed of a loop that coasts */
+#define ANGLE_SIGMA_MEAN_TIME 5e-3f   /* [s] of the mean detector */
+
+typedef struct {
+    float data;         /* standard uncertainty of V, L and R before they are learnt [-], relative */
+    float resistance;   /* assumed R [ohm] */
+    float inductance_d; /* assumed L_d [H] */
+    float inductance_q; /* assumed L_q [H] */
+    float kp, ki;       /* of the loop [rad/s], [rad/s^2] */
+    float zone;     /* half width of the zone around zero current, in which its direction is unknown [A] */
+    float leg_rate; /* g_0 of V [1/s]; 0: not learnt */
+    float inductance_rate; /* the same of L and R [1/s] */
+    float encoder;         /* electrical angle of a count of the encoder [rad] */
+    float period;          /* T [s] */
+    float window;          /* from one step to the next [s] */
+} angle_sigma_params_t;
+
+typedef struct {
+    float data_square;         /* [-] */
+    float resistance;          /* [ohm] */
+    float inductance_q;        /* [H] */
+    float ripple;              /* of the current, per volt of the link [A/V] */
+    float follow_square;       /* k_p^2 [rad^2/s^2] */
+    float noise_share;         /* variance of the angle over that of the detector [rad^2] */
+    float mean_share;          /* of the mean detector [-] */
+    float zone_square;         /* [A^2] */
+    float per_leg_rate;        /* 1/g_0 of V [s]; 0: not learnt */
+    float per_inductance_rate; /* the same of L and R [s] */
+    float encoder;             /* of the encoder's angle [rad] */
+    float window;              /* [s] */
+} angle_sigma_tuning_t;
+
+/* What is known at the end of a window. */
+typedef struct {
+    float amplitude;       /* |e| in the loop [V] */
+    float omega_e;         /* smoothed speed [rad/s], electrical */
+    dq_t current;          /* mean in the rotor's frame [A] */
+    float detector;        /* of the last period [-] */
+    float scatter;         /* mean square of the detector [-] */
+    float link;            /* voltage of the DC link [V] */
+    float leg;             /* voltage of the dead band, from which the uncertainty of V is taken [V] */
+    float leg_rate;        /* g of V [1/s] */
+    float inductance_rate; /* the same of L [1/s] */
+    float resistance_rate; /* the same of R [1/s] */
+    uint32_t coasted;      /* [-] 1: the loop coasted in this window */
+} angle_sigma_input_t;
+
+typedef struct {
+    float mean;    /* low-pass of the detector [-] */
+    float drifted; /* while the loop coasts [rad] */
+    float sigma;   /* [rad], up to ANGLE_SIGMA_UNKNOWN */
+} angle_sigma_t;
+
+/* Computes the coefficients. Three divisions and an exponential: for the background. */
+angle_sigma_tuning_t angle_sigma_prepare(const angle_sigma_params_t *params);
+
+/* No angle is estimated; that of an encoder may be known, or another one, with this deviation [rad]. */
+void angle_sigma_reset(angle_sigma_t *sigma, float known);
+
+/* Updates sigma->sigma after a window in which the loop tracked or coasted. No division. */
+void angle_sigma_step(angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning,
+                      const angle_sigma_input_t *input);
+
+#endif

@@ -1,0 +1,188 @@
+/* Each contribution to the uncertainty of the angle alone, against algebra in double precision: the others
+ * are made zero by their data. */
+#include "medium/adapt/angle_sigma.h"
+#include "tests/unit/vectors.h"
+
+#define KP     400.0
+#define KI     40000.0
+#define PERIOD 1e-4
+#define WINDOW 8e-4
+
+static const angle_sigma_params_t PARAMS = {
+    .data = 0.1f,
+    .resistance = 0.95f,
+    .inductance_d = 0.0125f,
+    .inductance_q = 0.02f,
+    .kp = (float)KP,
+    .ki = (float)KI,
+    .zone = 1e-3f,
+    .leg_rate = 4.0f,
+    .inductance_rate = 2.0f,
+    .encoder = 1e-3f,
+    .period = (float)PERIOD,
+    .window = (float)WINDOW,
+};
+
+static angle_sigma_t sigma;
+
+/* An EMF of 100 V at 500 rad/s, i_q of 4 A, no dead time, all learnt as well as it can be. */
+static angle_sigma_input_t learnt(void)
+{
+    return (angle_sigma_input_t){.amplitude = 100.0f,
+                                 .omega_e = 500.0f,
+                                 .current = {0.0f, 4.0f},
+                                 .leg_rate = 0.4f,
+                                 .inductance_rate = 0.2f,
+                                 .resistance_rate = 0.2f};
+}
+
+static double stated(const angle_sigma_params_t *params, const angle_sigma_input_t *input)
+{
+    const angle_sigma_tuning_t tuning = angle_sigma_prepare(params);
+    angle_sigma_reset(&sigma, ANGLE_SIGMA_UNKNOWN);
+    angle_sigma_step(&sigma, &tuning, input);
+    return (double)sigma.sigma;
+}
+
+/* Root of the sum of the squares of this contribution, the gain of the sensors, and the least. */
+static double with_gain(double contribution, double omega, double current)
+{
+    const double gain = (double)ANGLE_SIGMA_GAIN * omega * 0.02 * current / 100.0;
+    return sqrt(contribution * contribution + gain * gain + pow((double)ANGLE_SIGMA_LEAST, 2.0));
+}
+
+void setUp(void)
+{
+}
+
+static void test_an_inductance_that_is_not_learnt_turns_the_emf_by_its_reactance(void)
+{
+    angle_sigma_params_t params = PARAMS;
+    angle_sigma_input_t input = learnt();
+    params.inductance_rate = 0.0f;
+    TEST_ASSERT_DOUBLE_WITHIN(2e-6, with_gain(0.1 * 500.0 * 0.02 * 4.0 / 100.0, 500.0, 4.0),
+                              stated(&params, &input));
+    input.current.q = -4.0f;
+    input.omega_e = -500.0f;
+    TEST_ASSERT_DOUBLE_WITHIN(2e-6, with_gain(0.1 * 500.0 * 0.02 * 4.0 / 100.0, 500.0, 4.0),
+                              stated(&params, &input));
+}
+
+static void test_a_resistance_that_is_not_learnt_counts_with_i_d_only(void)
+{
+    angle_sigma_params_t params = PARAMS;
+    angle_sigma_input_t input = learnt();
+    input.omega_e = 0.0f; /* no reactance */
+    input.resistance_rate = 2.0f;
+    const double first = 0.1 * 0.1 + pow((double)ANGLE_SIGMA_R_LEARNT, 2.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, with_gain(0.0, 0.0, 0.0), stated(&params, &input));
+    input.current.d = -3.0f;
+    TEST_ASSERT_DOUBLE_WITHIN(2e-6, with_gain(sqrt(first) * 0.95 * 3.0 / 100.0, 0.0, 0.0),
+                              stated(&params, &input));
+}
+
+static void test_the_first_error_falls_with_the_sixth_power_of_the_rate_and_the_noise_with_its_root(void)
+{
+    static const double shares[] = {1.0, 0.7, 0.5, 0.3, 0.1};
+    for (uint32_t n = 0; n < sizeof shares / sizeof shares[0]; n++) {
+        angle_sigma_input_t input = learnt();
+        input.inductance_rate = (float)(2.0 * shares[n]);
+        const double left = pow(shares[n], 6.0) * 0.1;
+        const double noise = sqrt(shares[n]) * (double)ANGLE_SIGMA_L_LEARNT;
+        TEST_ASSERT_DOUBLE_WITHIN(
+            2e-6, with_gain(sqrt(left * left + noise * noise) * 500.0 * 0.02 * 4.0 / 100.0, 500.0, 4.0),
+            stated(&PARAMS, &input));
+    }
+}
+
+/* The sixth harmonic of the sawtooth that the loss of the legs leaves across the current: 12/35 of its
+ * amplitude; the loop follows it with the gain of a first-order low-pass at k_p. */
+static void test_the_loss_of_the_legs_acts_along_the_current_and_with_its_sawtooth_across(void)
+{
+    angle_sigma_params_t params = PARAMS;
+    params.leg_rate = 0.0f;
+    angle_sigma_input_t input = learnt();
+    input.leg = 8.0f;
+    const double volt = 0.1 * 8.0 * 4.0 / PI;
+    const double follows = KP / hypot(KP, 6.0 * 500.0);
+    TEST_ASSERT_DOUBLE_WITHIN(
+        5e-6,
+        with_gain(hypot(volt * 12.0 / 35.0 / sqrt(2.0) * follows / 100.0,
+                        500.0 * 0.02 * 4.0 / 100.0 * sqrt(0.1) * (double)ANGLE_SIGMA_L_LEARNT),
+                  500.0, 4.0),
+        stated(&params, &input));
+    input.current = (dq_t){-4.0f, 0.0f};
+    const double sawtooth = sqrt(1.0 + pow(12.0 / 35.0 * follows, 2.0) / 2.0);
+    const double ohm = 0.95 * 4.0 * sqrt(0.1) * (double)ANGLE_SIGMA_R_LEARNT;
+    TEST_ASSERT_DOUBLE_WITHIN(5e-6, with_gain(hypot(volt * sawtooth, ohm) / 100.0, 500.0, 4.0),
+                              stated(&params, &input));
+}
+
+static void test_where_the_ripple_exceeds_the_current_the_loss_of_the_legs_is_uncertain_though_learnt(void)
+{
+    angle_sigma_input_t input = learnt();
+    input.current = (dq_t){0.01f, 0.0f};
+    input.leg = 8.0f;
+    input.link = 311.0f; /* a ripple of 311 V 100 us/(8 12.5 mH) = 0.31 A */
+    const double of_v = hypot((double)ANGLE_SIGMA_V_RIPPLE, sqrt(0.1) * (double)ANGLE_SIGMA_V_LEARNT);
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * of_v * 8.0 * 4.0 / PI / 100.0,
+                              with_gain(of_v * 8.0 * 4.0 / PI / 100.0, 500.0, 0.01), stated(&PARAMS, &input));
+}
+
+static void test_the_noise_of_the_detector_passes_the_bandwidth_of_the_loop(void)
+{
+    angle_sigma_input_t input = learnt();
+    input.current = (dq_t){0.0f, 0.0f};
+    input.scatter = 1e-4f;
+    const double passes = 0.5 * PERIOD * (KP + KI / KP);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, with_gain(sqrt(passes) * 1e-2, 0.0, 0.0), stated(&PARAMS, &input));
+}
+
+static void test_a_lag_of_the_loop_is_stated_after_the_time_of_its_mean(void)
+{
+    const angle_sigma_tuning_t tuning = angle_sigma_prepare(&PARAMS);
+    angle_sigma_input_t input = learnt();
+    input.current = (dq_t){0.0f, 0.0f};
+    input.detector = -0.05f;
+    angle_sigma_reset(&sigma, ANGLE_SIGMA_UNKNOWN);
+    for (uint32_t n = 1; n <= 40u; n++) {
+        angle_sigma_step(&sigma, &tuning, &input);
+        const double mean = 0.05 * (1.0 - exp(-(double)n * WINDOW / (double)ANGLE_SIGMA_MEAN_TIME));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, with_gain(mean, 0.0, 0.0), (double)sigma.sigma);
+    }
+}
+
+static void test_the_angle_of_a_loop_that_coasts_drifts_until_it_tracks_again(void)
+{
+    const angle_sigma_tuning_t tuning = angle_sigma_prepare(&PARAMS);
+    angle_sigma_input_t input = learnt();
+    input.current = (dq_t){0.0f, 0.0f};
+    input.coasted = 1u;
+    angle_sigma_reset(&sigma, ANGLE_SIGMA_UNKNOWN);
+    for (uint32_t n = 1; n <= 20u; n++) {
+        angle_sigma_step(&sigma, &tuning, &input);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, with_gain(n * 500.0 * WINDOW * (double)ANGLE_SIGMA_DRIFT, 0.0, 0.0),
+                                  (double)sigma.sigma);
+    }
+    input.coasted = 0u;
+    angle_sigma_step(&sigma, &tuning, &input);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, with_gain(0.0, 0.0, 0.0), (double)sigma.sigma);
+}
+
+static void test_an_angle_without_an_emf_or_with_an_invalid_one_is_unknown(void)
+{
+    static const float invalid[] = {0.0f, 1e-6f, NAN, INFINITY};
+    for (uint32_t n = 0; n < sizeof invalid / sizeof invalid[0]; n++) {
+        angle_sigma_input_t input = learnt();
+        input.scatter = n >= 2u ? invalid[n] : 0.0f;
+        input.amplitude = n < 2u ? invalid[n] : 100.0f;
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, PI / sqrt(3.0), stated(&PARAMS, &input));
+    }
+}
+
+static void test_an_encoder_is_known_to_a_count(void)
+{
+    const angle_sigma_tuning_t tuning = angle_sigma_prepare(&PARAMS);
+    angle_sigma_reset(&sigma, tuning.encoder);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1e-3 / sqrt(12.0), (double)sigma.sigma);
+}

@@ -19,7 +19,6 @@ typedef struct {
     float flux;         /* estimated psi_a that makes the EMF in the loop [Wb]; psi_f for a round rotor */
     float cross;        /* psi_q - L_q i_q by the saturation of the q axis [Wb]; 0 without */
     float detector;     /* sine of the loop's error [-]; 0 while it coasts */
-    ab_t current_err;   /* observed minus measured current [A] */
     uint32_t invalid;   /* [-] bits of validity.h: 0, or the criteria that failed */
     uint32_t coasted;   /* [-] 1: the loop coasted in this period, without a judgement */
 } estimate_t;
@@ -36,9 +35,10 @@ static inline bool estimate_is_denied(const estimate_t *estimate)
 }
 
 typedef struct {
-    ab_t emf_hat;   /* back-EMF as observed, filtered, with its lag [V] */
-    ab_t gain_axis; /* k_f of each axis [1/A]; the vector form does not change it */
-    float gain;     /* k_f that the compensation uses [1/A] */
+    ab_t current_err; /* observed minus measured current [A] */
+    ab_t emf_hat;     /* back-EMF as observed, filtered, with its lag [V] */
+    ab_t gain_axis;   /* k_f of each axis [1/A]; the vector form does not change it */
+    float gain;       /* k_f that the compensation uses [1/A] */
 } observed_t;
 
 #endif

@@ -11,7 +11,7 @@ static inline void show_observer(estimator_t *est)
 {
     const smo_t *smo = &est->observer.smo;
     observed_t *observed = &est->observed;
-    est->estimate.current_err = (ab_t){smo->current_err.alpha, smo->current_err.beta};
+    observed->current_err = (ab_t){smo->current_err.alpha, smo->current_err.beta};
     observed->emf_hat = (ab_t){smo->emf_hat.alpha, smo->emf_hat.beta};
     observed->gain = smo->gain_mean;
     if (est->observer.paper != 0u) {

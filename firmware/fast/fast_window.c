@@ -26,6 +26,7 @@ static void snapshot(const fast_t *fast, window_t *window)
 {
     window->measured = fast->measure.measured;
     window->estimate = fast->estimator.estimate;
+    window->current_err = fast->estimator.observed.current_err;
     window->encoder = fast->shaft.position;
     window->frame = fast->demand.frame;
     window->rotor = fast->rotor;

@@ -83,6 +83,7 @@ typedef struct {
     window_sums_t sum;
     measured_t measured;
     estimate_t estimate;
+    ab_t current_err; /* observed minus measured current [A] */
     position_t encoder;
     frame_t frame;     /* of current control */
     frame_t rotor;     /* estimated */

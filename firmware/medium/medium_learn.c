@@ -16,7 +16,7 @@
 static void judge_estimate(medium_t *medium, const window_t *window)
 {
     const estimate_t *estimate = &window->estimate;
-    const ab_t error = estimate->current_err;
+    const ab_t error = window->current_err;
     if (window->tracking == 0u || manoeuvres_begins_run(&medium->manoeuvres)) {
         validity_reset(&medium->validity);
     } else if (estimate->coasted == 0u) {
@@ -195,9 +195,7 @@ static void judge_angle(medium_t *medium, const medium_tuning_t *tuning, const w
         .omega_e = medium->means.omega,
         .current = medium->means.current_rotor,
         .detector = window->estimate.detector,
-        .scatter = 1.0f / (float)DRIVE_WINDOW * window->sum.scatter,        .link = window->link.mean,
-        .leg = legs->tuning.band * window->link.mean,
-        .leg_rate = legs->rate,
+        .scatter = 1.0f / (float)DRIVE_WINDOW * window->sum.scatter,        .link = window->link.mean,        .leg_rate = legs->rate,
         .inductance_rate = inductance->rate,
         .resistance_rate = inductance->resistance_rate,
         .coasted = medium->estimate.coasted,

@@ -44,7 +44,7 @@ void medium_watch_currents(medium_t *medium, const window_t *window)
         .asked_for = window->sum.reference,
         .moved = window->sum.moved,
         .current = window->measured.current_abc,
-        .error = window->estimate.current_err,
+        .error = window->current_err,
         .reference = window->reference,
         .frame = window->frame.rotation,
         .u_dc = window->measured.u_dc,

@@ -86,8 +86,8 @@
     F(2060, k_f_beta, fast.estimator.observed.gain_axis.beta, "1/A",                                         \
       "equivalent gain of the beta axis; the vector form has only k_f")                                      \
     F(2061, k_f, fast.estimator.observed.gain, "1/A", "equivalent gain that the compensation uses")          \
-    F(2062, i_err_alpha, fast.estimator.estimate.current_err.alpha, "A", "observed minus measured current")  \
-    F(2063, i_err_beta, fast.estimator.estimate.current_err.beta, "A", "observed minus measured current")    \
+    F(2062, i_err_alpha, fast.estimator.observed.current_err.alpha, "A", "observed minus measured current")  \
+    F(2063, i_err_beta, fast.estimator.observed.current_err.beta, "A", "observed minus measured current")    \
     F(2064, detector, fast.estimator.estimate.detector, "-",                                                 \
       "detector of the tracking loop: sine of its error")                                                    \
     F(2065, psi_f_hat, medium.flux.flux_linkage, "Wb", "adapted flux linkage of the feed-forward")           \

@@ -80,7 +80,7 @@ static void prepare_sigma(drive_tuning_t *tuning, const params_t *params, const 
         .resistance = believed->resistance,        .inductance_d = believed->inductance_d,
         .inductance_q = believed->inductance_q,
         .kp = estimator.pll.kp,
-        .ki = estimator.pll.ki,
+        .ki = estimator.pll.ki,        .band = params->dead_time / DRIVE_PERIOD,
         .zone = params->current_zone,
         .leg_rate = params->dead_time_adaptation,
         .inductance_rate = tuning->medium.inductance.rate,

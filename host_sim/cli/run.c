@@ -31,10 +31,10 @@ static const char *const default_rows[] = {"omega_m_ref", "true_omega_m", "i_d",
 
 /* What the panels of --plot show, recorded besides what the scenario asks for. */
 static const char *const plot_rows[] = {
-    "state",        "manoeuvre", "fault_reason", "warnings",    "warnings_2", "omega_m_ref",
-    "true_omega_m", "omega_m",   "true_torque",  "load_torque", "i_d_ref",    "i_d",
-    "i_q_ref",      "i_q",       "i_q_lower",    "i_q_upper",   "true_i_a",   "true_i_b",
-    "true_i_c",     "u_d",       "u_q",          "u_dc",        "theta_err",  "theta_hat_err"};
+    "state",     "manoeuvre",   "fault_reason",  "warnings",   "warnings_2", "omega_m_ref", "true_omega_m",
+    "omega_m",   "true_torque", "load_torque",   "i_d_ref",    "i_d",        "i_q_ref",     "i_q",
+    "i_q_lower", "i_q_upper",   "true_i_a",      "true_i_b",   "true_i_c",   "u_d",         "u_q",
+    "u_dc",      "theta_err",   "theta_hat_err", "theta_sigma"};
 
 typedef struct {
     arguments_scenario_t of;

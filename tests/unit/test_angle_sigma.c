@@ -15,6 +15,7 @@ static const angle_sigma_params_t PARAMS = {
     .inductance_q = 0.02f,
     .kp = (float)KP,
     .ki = (float)KI,
+    .band = 0.025f,
     .zone = 1e-3f,
     .leg_rate = 4.0f,
     .inductance_rate = 2.0f,
@@ -101,8 +102,9 @@ static void test_the_loss_of_the_legs_acts_along_the_current_and_with_its_sawtoo
 {
     angle_sigma_params_t params = PARAMS;
     params.leg_rate = 0.0f;
+    params.inductance_d = 1.0f; /* no ripple */
     angle_sigma_input_t input = learnt();
-    input.leg = 8.0f;
+    input.link = 320.0f; /* a dead band of 8 V */
     const double volt = 0.1 * 8.0 * 4.0 / PI;
     const double follows = KP / hypot(KP, 6.0 * 500.0);
     TEST_ASSERT_DOUBLE_WITHIN(
@@ -122,11 +124,11 @@ static void test_where_the_ripple_exceeds_the_current_the_loss_of_the_legs_is_un
 {
     angle_sigma_input_t input = learnt();
     input.current = (dq_t){0.01f, 0.0f};
-    input.leg = 8.0f;
     input.link = 311.0f; /* a ripple of 311 V 100 us/(8 12.5 mH) = 0.31 A */
     const double of_v = hypot((double)ANGLE_SIGMA_V_RIPPLE, sqrt(0.1) * (double)ANGLE_SIGMA_V_LEARNT);
-    TEST_ASSERT_DOUBLE_WITHIN(0.01 * of_v * 8.0 * 4.0 / PI / 100.0,
-                              with_gain(of_v * 8.0 * 4.0 / PI / 100.0, 500.0, 0.01), stated(&PARAMS, &input));
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * of_v * 0.025 * 311.0 * 4.0 / PI / 100.0,
+                              with_gain(of_v * 0.025 * 311.0 * 4.0 / PI / 100.0, 500.0, 0.01),
+                              stated(&PARAMS, &input));
 }
 
 static void test_the_noise_of_the_detector_passes_the_bandwidth_of_the_loop(void)
@@ -134,8 +136,14 @@ static void test_the_noise_of_the_detector_passes_the_bandwidth_of_the_loop(void
     angle_sigma_input_t input = learnt();
     input.current = (dq_t){0.0f, 0.0f};
     input.scatter = 1e-4f;
+    const angle_sigma_tuning_t tuning = angle_sigma_prepare(&PARAMS);
     const double passes = 0.5 * PERIOD * (KP + KI / KP);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, with_gain(sqrt(passes) * 1e-2, 0.0, 0.0), stated(&PARAMS, &input));
+    angle_sigma_reset(&sigma, ANGLE_SIGMA_UNKNOWN);
+    for (uint32_t n = 1; n <= 40u; n++) {
+        angle_sigma_step(&sigma, &tuning, &input);
+        const double mean = 1.0 - exp(-(double)n * WINDOW / (double)ANGLE_SIGMA_MEAN_TIME);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, with_gain(sqrt(passes * mean) * 1e-2, 0.0, 0.0), (double)sigma.sigma);
+    }
 }
 
 static void test_a_lag_of_the_loop_is_stated_after_the_time_of_its_mean(void)

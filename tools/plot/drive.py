@@ -16,6 +16,7 @@ SKY, AMBER, GREY, RED = "#56B4E9", "#E69F00", "#777777", "#B3261E"
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER, GREY)
 BANDS_MAX = 400      # stretches; what changes more often is a line
 NEAR_LIMIT = 0.4     # of a limit: from there on it is on the axis
+UNKNOWN = 1.81       # [rad] theta_sigma of an angle of which nothing is known
 LOCKED = 350.0       # [mrad] a larger error of the angle counts as a lost lock
 
 
@@ -54,7 +55,9 @@ PANELS = (
         "dc_overvoltage": ("dc_overvoltage", RED, LIMIT), "dc_undervoltage": ("dc_undervoltage", RED, LIMIT)}, height=0.7),
     Kind("angle error", "mrad", 1e3, {
         "theta_hat_err": ("of the estimate", ORANGE, {"wraps": 1e3 * math.pi}),
-        "theta_err": ("of the angle that the drive uses", BLUE, {"wraps": 1e3 * math.pi})}, "rad", "error", 1.2),
+        "theta_err": ("of the angle that the drive uses", BLUE, {"wraps": 1e3 * math.pi}),
+        "sigma_upper": ("3 theta_sigma, stated by the drive", GREY, LIMIT), "sigma_lower": ("-3 theta_sigma, stated by the drive", GREY, LIMIT)},
+        "rad", "error", 1.2),
     Kind("electrical angle", "rad", 1.0, {
         "true_theta_e": ("true", BLUE, TURNS), "theta_e": ("used by the drive", ORANGE, TURNS),
         "theta_hat": ("estimated", GREEN, TURNS), "frame_theta_e": ("of the active frame", PURPLE, TURNS),
@@ -129,6 +132,11 @@ class Drawn:
         elif title == "DC link":
             self.constant("dc_overvoltage", "dc_overvoltage", unit="V")
             self.constant("dc_undervoltage", "dc_undervoltage", unit="V")
+        elif title == "angle error" and self.left.pop("theta_sigma", None) == "rad":
+            sigma = self.recording.columns["theta_sigma"].astype(float)
+            stated = numpy.where(sigma < UNKNOWN, 3e3 * sigma, numpy.nan)
+            self.derive("sigma_upper", stated, "mrad")
+            self.derive("sigma_lower", -stated, "mrad")
         elif title == "voltage" and "u_d" in columns and "u_q" in columns:
             self.derive("u_length", numpy.hypot(columns["u_d"], columns["u_q"]))
             if self.recording.units.get("u_dc") == "V":
@@ -147,19 +155,23 @@ class Drawn:
         panel.note = f"beyond the axis: {', '.join(beyond)}" if beyond else ""
 
     def tracking(self, panel):
-        """The axis of the angle's error is that of a locked estimate in manoeuvre run; before, the error means nothing."""
+        """The axis of the angle's error is that of a locked estimate in manoeuvre run; before, the error means nothing. What the drive states of it
+        is on the axis for half of that time at least."""
         names = self.recording.choices.get("manoeuvre", [])
         if "run" not in names or "manoeuvre" not in self.recording.columns:
             return
         run = self.recording.columns["manoeuvre"] == names.index("run")
-        reach = [self.data.columns[trace.column][run] for trace in panel.traces]
+        errors = [trace for trace in panel.traces if not trace.limit]
+        stated = [self.data.columns[trace.column][run] for trace in panel.traces if trace.limit]
+        reach = [self.data.columns[trace.column][run] for trace in errors]
+        reach += [numpy.median(values[numpy.isfinite(values)], keepdims=True) for values in stated if numpy.isfinite(values).any()]
         reach = [values[numpy.abs(values) < LOCKED] for values in reach]
         reach = [values for values in reach if len(values)]
         if reach:
             least, most = min(map(numpy.min, reach)), max(map(numpy.max, reach))
             room = 0.15 * (most - least) or 1.0
             outside = any((values < least - room).any() or (values > most + room).any()
-                          for values in (self.data.columns[trace.column] for trace in panel.traces))
+                          for values in (self.data.columns[trace.column] for trace in errors))
             if outside:
                 panel.range = [float(least - room), float(most + room)]
                 panel.note = "axis scaled to the locked estimate in run"

@@ -170,11 +170,11 @@ static void publish(fixed_t *fixed, position_q_t position, rotation_q_t rotation
         .amplitude = (float)q->pll.amplitude * units->voltage,
         .flux = fixed->flux_linkage,
         .detector = (float)q->pll.detector * (1.0f / TWO_TO_30),
-        .current_err = pair_of(q->smo.current_err, units->current),
         .invalid = estimator_invalid_q(q),
         .coasted = q->coasted,
     };
     fixed->observed = (observed_t){
+        .current_err = pair_of(q->smo.current_err, units->current),
         .emf_hat = pair_of(q->smo.emf_hat, units->voltage),
         .gain_axis = pair_of(q->smo.gain_axis, 16.0f * units->gain),
         .gain = (float)q->smo.gain_mean * units->gain,

@@ -17,8 +17,9 @@ angle_sigma_tuning_t angle_sigma_prepare(const angle_sigma_params_t *params)
 {
     return (angle_sigma_tuning_t){
         .data_square = params->data * params->data,
-        .resistance = params->resistance,
-        .inductance_q = params->inductance_q,
+        .resistance_square = params->resistance * params->resistance,
+        .inductance_square = params->inductance_q * params->inductance_q,
+        .band = params->band,
         .ripple = 0.125f * params->period / params->inductance_d,
         .follow_square = params->kp * params->kp,
         .noise_share = 0.5f * params->period * (params->kp + params->ki / params->kp),
@@ -34,18 +35,19 @@ angle_sigma_tuning_t angle_sigma_prepare(const angle_sigma_params_t *params)
 void angle_sigma_reset(angle_sigma_t *sigma, float known)
 {
     sigma->mean = 0.0f;
+    sigma->square = 0.0f;
     sigma->drifted = 0.0f;
     sigma->sigma = known;
 }
 
-static float square(float x)
+static inline float square(float x)
 {
     return x * x;
 }
 
 /* u^2 over the square of the value, for a value that is learnt with this rate [1/s], with the noise `learnt`
  * [-] at first. */
-static float uncertain(const angle_sigma_tuning_t *tuning, float rate, float per_rate, float learnt)
+static inline float uncertain(const angle_sigma_tuning_t *tuning, float rate, float per_rate, float learnt)
 {
     if (per_rate == 0.0f) {
         return tuning->data_square;
@@ -55,27 +57,32 @@ static float uncertain(const angle_sigma_tuning_t *tuning, float rate, float per
     return square(square(third)) * tuning->data_square + share * square(learnt);
 }
 
-/* Square of the EMF's error across the EMF [V^2]. */
-static float across(const angle_sigma_tuning_t *tuning, const angle_sigma_input_t *input)
+/* The share that a positive number has of its sum with another one that is not negative [-]. */
+static inline float share_of(float part, float rest)
 {
-    const dq_t i = input->current;
+    return part / (part + rest);
+}
+
+/* Square of the EMF's error across the EMF [V^2]. */
+static inline float across(const angle_sigma_tuning_t *tuning, const angle_sigma_input_t *input)
+{
+    const float d_square = square(input->current.d);
+    const float q_square = square(input->current.q);
     const float omega_square = square(input->omega_e);
-    const float amount = square(i.d) + square(i.q) + tuning->zone_square;
-    const float along_d = (square(i.d) + tuning->zone_square) * square(inverse_root(amount));
-    const float sixth =
-        tuning->follow_square * square(inverse_root(tuning->follow_square + 36.0f * omega_square));
-    const float ripple_square = square(tuning->ripple * input->link);
-    const float by_ripple =
-        ripple_square * square(inverse_root(ripple_square + amount)) * square(ANGLE_SIGMA_V_RIPPLE);
-    const float leg = LEG_SQUARE * square(input->leg) * (along_d + SAWTOOTH_SQUARE * sixth);
-    const float reactance_square = omega_square * square(tuning->inductance_q);
-    return leg *
-               (uncertain(tuning, input->leg_rate, tuning->per_leg_rate, ANGLE_SIGMA_V_LEARNT) + by_ripple) +
-           reactance_square * square(i.q) *
-               uncertain(tuning, input->inductance_rate, tuning->per_inductance_rate, ANGLE_SIGMA_L_LEARNT) +
-           square(tuning->resistance * i.d) *
-               uncertain(tuning, input->resistance_rate, tuning->per_inductance_rate, ANGLE_SIGMA_R_LEARNT) +
-           reactance_square * amount * square(ANGLE_SIGMA_GAIN);
+    const float reactance_square = omega_square * tuning->inductance_square;
+    const float amount = d_square + q_square + tuning->zone_square;
+    const float along_d = share_of(d_square + tuning->zone_square, q_square);
+    const float sixth = share_of(tuning->follow_square, 36.0f * omega_square);
+    const float ripple = share_of(square(tuning->ripple * input->link), amount);
+    const float leg = LEG_SQUARE * square(tuning->band * input->link) * (along_d + SAWTOOTH_SQUARE * sixth);
+    const float of_leg = uncertain(tuning, input->leg_rate, tuning->per_leg_rate, ANGLE_SIGMA_V_LEARNT) +
+                         square(ANGLE_SIGMA_V_RIPPLE) * ripple;
+    const float of_l =
+        uncertain(tuning, input->inductance_rate, tuning->per_inductance_rate, ANGLE_SIGMA_L_LEARNT);
+    const float of_r =
+        uncertain(tuning, input->resistance_rate, tuning->per_inductance_rate, ANGLE_SIGMA_R_LEARNT);
+    return leg * of_leg + reactance_square * (q_square * of_l + amount * square(ANGLE_SIGMA_GAIN)) +
+           tuning->resistance_square * d_square * of_r;
 }
 
 void angle_sigma_step(angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning,
@@ -84,9 +91,9 @@ void angle_sigma_step(angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning,
     const float turned = tuning->window * bounds_magnitude(input->omega_e);
     sigma->drifted = input->coasted != 0u ? sigma->drifted + ANGLE_SIGMA_DRIFT * turned : 0.0f;
     sigma->mean = lowpass_step(sigma->mean, tuning->mean_share, input->detector);
-    const float per_emf = inverse_root(square(input->amplitude));
-    const float variance = square(per_emf) * across(tuning, input) + square(sigma->mean) +
-                           tuning->noise_share * input->scatter + square(sigma->drifted) +
+    sigma->square = lowpass_step(sigma->square, tuning->mean_share, input->scatter);
+    const float variance = across(tuning, input) / square(input->amplitude) + square(sigma->mean) +
+                           tuning->noise_share * sigma->square + square(sigma->drifted) +
                            square(ANGLE_SIGMA_LEAST);
     const bool known = variance < square(ANGLE_SIGMA_UNKNOWN); /* false for an invalid number, too */
     sigma->sigma = known ? root_or_none(variance) : ANGLE_SIGMA_UNKNOWN;

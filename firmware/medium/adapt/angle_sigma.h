@@ -16,9 +16,9 @@
  * within a period, and the model of the legs is less accurate: the square of ANGLE_SIGMA_V_RIPPLE times the
  * ripple's share of the current's square is added for V.
  *
- * The loop adds its own error: its mean detector is the angle by which it lags, and the noise of the detector
- * passes it with T (k_p + k_i/k_p)/2 of its variance. While the loop coasts its speed is not corrected, and
- * the angle drifts by ANGLE_SIGMA_DRIFT of the angle by which the rotor turns.
+ * The loop adds its own error: the mean detector is the angle by which it lags, and the noise of the detector
+ * passes it with T (k_p + k_i/k_p)/2 of its variance; both are low-passed. While the loop coasts its speed is
+ * not corrected, and the angle drifts by ANGLE_SIGMA_DRIFT of the angle by which the rotor turns.
  *
  * One step per window. Does not handle: errors that the drive cannot know, as a wrong number of pole pairs or
  * a loop that has lost the rotor (lock.h). */
@@ -40,7 +40,7 @@
 #define ANGLE_SIGMA_L_LEARNT  5e-3f   /* [-] the same of L_q */
 #define ANGLE_SIGMA_R_LEARNT  0.03f   /* [-] the same of R */
 #define ANGLE_SIGMA_DRIFT     0.05f   /* [-] of the speed of a loop that coasts */
-#define ANGLE_SIGMA_MEAN_TIME 5e-3f   /* [s] of the mean detector */
+#define ANGLE_SIGMA_MEAN_TIME 10e-3f  /* [s] of the means of the detector and of its square */
 
 typedef struct {
     float data;         /* standard uncertainty of V, L and R before they are learnt [-], relative */
@@ -48,6 +48,7 @@ typedef struct {
     float inductance_d; /* assumed L_d [H] */
     float inductance_q; /* assumed L_q [H] */
     float kp, ki;       /* of the loop [rad/s], [rad/s^2] */
+    float band;         /* dead band over T [-] */
     float zone;     /* half width of the zone around zero current, in which its direction is unknown [A] */
     float leg_rate; /* g_0 of V [1/s]; 0: not learnt */
     float inductance_rate; /* the same of L and R [1/s] */
@@ -58,12 +59,13 @@ typedef struct {
 
 typedef struct {
     float data_square;         /* [-] */
-    float resistance;          /* [ohm] */
-    float inductance_q;        /* [H] */
+    float resistance_square;   /* [ohm^2] */
+    float inductance_square;   /* of L_q [H^2] */
+    float band;                /* voltage of the dead band per volt of the link [-] */
     float ripple;              /* of the current, per volt of the link [A/V] */
     float follow_square;       /* k_p^2 [rad^2/s^2] */
     float noise_share;         /* variance of the angle over that of the detector [rad^2] */
-    float mean_share;          /* of the mean detector [-] */
+    float mean_share;          /* of the means of the detector and of its square [-] */
     float zone_square;         /* [A^2] */
     float per_leg_rate;        /* 1/g_0 of V [s]; 0: not learnt */
     float per_inductance_rate; /* the same of L and R [s] */
@@ -79,7 +81,6 @@ typedef struct {
     float detector;        /* of the last period [-] */
     float scatter;         /* mean square of the detector [-] */
     float link;            /* voltage of the DC link [V] */
-    float leg;             /* voltage of the dead band, from which the uncertainty of V is taken [V] */
     float leg_rate;        /* g of V [1/s] */
     float inductance_rate; /* the same of L [1/s] */
     float resistance_rate; /* the same of R [1/s] */
@@ -88,6 +89,7 @@ typedef struct {
 
 typedef struct {
     float mean;    /* low-pass of the detector [-] */
+    float square;  /* low-pass of its square [-] */
     float drifted; /* while the loop coasts [rad] */
     float sigma;   /* [rad], up to ANGLE_SIGMA_UNKNOWN */
 } angle_sigma_t;
@@ -98,7 +100,7 @@ angle_sigma_tuning_t angle_sigma_prepare(const angle_sigma_params_t *params);
 /* No angle is estimated; that of an encoder may be known, or another one, with this deviation [rad]. */
 void angle_sigma_reset(angle_sigma_t *sigma, float known);
 
-/* Updates sigma->sigma after a window in which the loop tracked or coasted. No division. */
+/* Updates sigma->sigma after a window in which the loop tracked or coasted. Four divisions. */
 void angle_sigma_step(angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning,
                       const angle_sigma_input_t *input);
 

@@ -122,6 +122,16 @@ void drive_medium_took(drive_t *drive, uint32_t cycles)
 
 /* ---- interface ---- */
 
+/* Both tasks start with the active tuning. */
+static void start(drive_t *drive)
+{
+    medium_init(&drive->medium, &drive->tunings[drive->in_force].medium);
+    drive->setpoints[0] = drive->medium.setpoint;
+    drive->setpoints[1] = drive->medium.setpoint;
+    const fast_orders_t orders = orders_of(drive);
+    fast_init(&drive->fast, orders);
+}
+
 void drive_init(drive_t *drive, const params_t *params)
 {
     params_error_t why;
@@ -129,11 +139,7 @@ void drive_init(drive_t *drive, const params_t *params)
     memset(drive, 0, sizeof *drive);
     const believed_t believed = params_believed(params);
     drive_prepare(&drive->tunings[0], params, &believed);
-    medium_init(&drive->medium, &drive->tunings[0].medium);
-    drive->setpoints[0] = drive->medium.setpoint;
-    drive->setpoints[1] = drive->medium.setpoint;
-    const fast_orders_t orders = orders_of(drive);
-    fast_init(&drive->fast, orders);
+    start(drive);
     requests_defaults(&drive->requests);
     capture_tuning_t history;
     CHECK(capture_prepare(&signals_history, &signals_table, &history) == (uint32_t)CAPTURE_GOOD);
@@ -142,7 +148,12 @@ void drive_init(drive_t *drive, const params_t *params)
 
 void drive_offer(drive_t *drive)
 {
-    drive->offered = 1u;
+    if (drive->fast.period == 0u) { /* no window to wait for */
+        drive->in_force ^= 1u;
+        start(drive);
+    } else {
+        drive->offered = 1u;
+    }
 }
 
 void drive_withdraw(drive_t *drive)

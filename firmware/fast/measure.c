@@ -74,6 +74,34 @@ static calibration_t judged(const measure_tuning_t *tuning, abc_t offset)
                : CALIBRATION_FAILED;
 }
 
+static float square_sum(float one, float other)
+{
+    return one * one + other * other;
+}
+
+/* Adds a sample to the scatter, or begins with it. */
+static void add_scatter(measure_noise_t *noise, const drive_samples_t *samples, float weight, bool first)
+{
+    const float a = samples->i_a;
+    const float b = samples->i_b;
+    if (first) {
+        *noise = (measure_noise_t){.a = {a, a}, .b = {b, b}};
+    }
+    noise->step += weight * square_sum(a - noise->a[0], b - noise->b[0]);
+    noise->leap += weight * square_sum(a - noise->a[1], b - noise->b[1]);
+    noise->a[1] = noise->a[0];
+    noise->b[1] = noise->b[0];
+    noise->a[0] = a;
+    noise->b[0] = b;
+}
+
+/* White noise of two sensors has a `step` of four times its variance and an equal `leap`; a current that is
+ * sampled finely has a `leap` of four times its `step`. */
+static bool is_noisy(const measure_noise_t *noise)
+{
+    return noise->step > 4.0f * MEASURE_NOISY * MEASURE_NOISY && noise->leap < 2.0f * noise->step;
+}
+
 calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuning,
                                 const drive_samples_t *samples)
 {
@@ -89,13 +117,14 @@ calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuni
         measure->offset.b += tuning->weight * samples->i_b;
         measure->offset.c += tuning->weight * samples->i_c;
         collect(rest, samples, tuning->weight, measure->calibrated == SETTLE_PERIODS);
+        add_scatter(&measure->noise, samples, tuning->weight, measure->calibrated == SETTLE_PERIODS);
     }
     measure->calibrated++;
     if (measure->calibrated < tuning->periods) {
         return CALIBRATION_GOES_ON;
     }
     rest->unsure = is_quiet(rest) ? 0u : 1u;
-    return judged(tuning, measure->offset);
+    return is_noisy(&measure->noise) ? CALIBRATION_NOISY : judged(tuning, measure->offset);
 }
 
 void measure_begin_rest(measure_t *measure)

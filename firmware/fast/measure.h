@@ -52,6 +52,9 @@ typedef struct {
 
 /* MEASURE_QUIET: largest span of a phase current within a block without current [A]. MEASURE_MOVED: least
  * change of the offsets, as the length of the current vector, for which they are replaced [A]. */
+/* MEASURE_NOISY: rms noise of a current sensor with which the drive does not start [A]: phase c, the sum of
+ * two, then exceeds the distance from current_limit to overcurrent_trip within a second. */
+#define MEASURE_NOISY (0.025f * DRIVE_CURRENT_RANGE)
 #define MEASURE_QUIET (0.02f * DRIVE_CURRENT_RANGE)
 #define MEASURE_MOVED (0.005f * DRIVE_CURRENT_RANGE)
 
@@ -61,8 +64,22 @@ typedef struct {
     float offset_max; /* [A] largest accepted offset of a sensor */
 } measure_tuning_t;
 
-/* DUE: the sensors read a current that is not zero, and no block has measured it yet. */
-typedef enum { CALIBRATION_GOES_ON, CALIBRATION_GOOD, CALIBRATION_FAILED, CALIBRATION_DUE } calibration_t;
+/* DUE: the sensors read a current that is not zero, and no block has measured it yet. NOISY: the values of
+ * the sensors scatter by more than MEASURE_NOISY. */
+typedef enum {
+    CALIBRATION_GOES_ON,
+    CALIBRATION_GOOD,
+    CALIBRATION_FAILED,
+    CALIBRATION_DUE,
+    CALIBRATION_NOISY
+} calibration_t;
+
+/* The scatter of the sensors a and b during a calibration. */
+typedef struct {
+    float a[2], b[2]; /* [A] the last value and the one before */
+    float step; /* [A^2] mean square of the change from one sample to the next, of both sensors together */
+    float leap; /* [A^2] the same from one sample to the next but one */
+} measure_noise_t;
 
 /* A block of samples while the bridge is off. */
 typedef struct {
@@ -81,6 +98,7 @@ typedef struct {
 typedef struct {
     abc_t offset;        /* [A] measured at zero current */
     uint32_t calibrated; /* [periods] of the calibration so far */
+    measure_noise_t noise;
     measure_rest_t rest;
     measured_t measured; /* of the newest sample */
 } measure_t;
@@ -102,7 +120,9 @@ void measure_begin_calibration(measure_t *measure);
 
 /* One period of the calibration: the offsets become the mean of the currents while none flows. The first
  * samples are left out because the sensors settle, and so are invalid samples. CALIBRATION_FAILED: an offset
- * is larger than offset_max. No division. */
+ * is larger than offset_max. CALIBRATION_NOISY: the samples are noise with a standard deviation above
+ * MEASURE_NOISY, and not a current, which changes in two periods by about twice as much as in one. No
+ * division. */
 calibration_t measure_calibrate(measure_t *measure, const measure_tuning_t *tuning,
                                 const drive_samples_t *samples);
 

@@ -117,6 +117,8 @@ static uint32_t in_not_ready(sequence_t *sequence, const sequence_input_t *input
         enter(sequence, DRIVE_READY);
     } else if (input->calibration == CALIBRATION_FAILED) {
         sequence_fault(sequence, REASON_CURRENT_OFFSET);
+    } else if (input->calibration == CALIBRATION_NOISY) {
+        sequence_fault(sequence, REASON_CURRENT_NOISE);
     }
     return OFF;
 }

@@ -32,6 +32,10 @@
     R(27, CURRENT_OFFSET, "current_offset",                                                                  \
       "a current sensor reads more than current_offset_max at zero current",                                 \
       "check sensor supply and wiring")                                                                      \
+    R(119, CURRENT_NOISE, "current_noise",                                                                   \
+      "the values of the current sensors scatter by more than 2.5 % of the range (rms) at zero current",     \
+      "check shield and ground of the sensors' wiring, the supply of the sensors and the filter before the " \
+      "ADC")                                                                                                 \
     R(31, GATES_REFUSED, "gates_refused", "the gates did not come on: the trip could not be cleared",        \
       "check the fault line of the power module")                                                            \
     R(70, STORE_CORRUPT, "store_corrupt", "the stored parameters are invalid: the drive uses its defaults",  \

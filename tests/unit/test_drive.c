@@ -306,6 +306,16 @@ static void test_history_begins_anew_with_the_reset(void)
 
 /* ---- parameters ---- */
 
+/* There is no window yet to whose end it could wait: no signal shows another motor. */
+static void test_an_offer_before_the_first_period_acts_at_once(void)
+{
+    params.motor_inductance_d = params.motor_inductance_q = 0.004f;
+    offer_params();
+    TEST_ASSERT_EQUAL_UINT32(0u, drive.offered);
+    TEST_ASSERT_EQUAL_FLOAT(0.004f, drive.medium.inductance.learnt.value);
+    TEST_ASSERT_EQUAL_FLOAT(0.004f, drive.tunings[drive.in_force].medium.inductance.inductance_q);
+}
+
 /* In whichever period of a window it is offered: nobody sees the new set before the window's end, from there
  * on both tasks have it, and the background has the other one. */
 static void test_an_offer_in_each_period_of_a_window_is_taken_at_its_end(void)

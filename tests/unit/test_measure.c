@@ -1,4 +1,5 @@
 #include "fast/measure.h"
+#include "math/trig.h"
 
 #include "tests/unit/compare.h"
 
@@ -233,6 +234,59 @@ static void test_each_sensor_fails_at_its_limit_in_either_sign(void)
                 TEST_ASSERT_EQUAL(n == 0 ? CALIBRATION_GOOD : CALIBRATION_FAILED, calibrate_all());
             }
         }
+    }
+}
+
+/* A normal number with the standard deviation 1, as the sum of twelve equally distributed ones. */
+static float normal(void)
+{
+    static uint32_t state = 12345u;
+    float sum = -6.0f;
+    for (uint32_t n = 0; n < 12u; n++) {
+        state = state * UINT32_C(1664525) + UINT32_C(1013904223);
+        sum += (float)(state >> 8) * (1.0f / 16777216.0f);
+    }
+    return sum;
+}
+
+/* The square of a deviation that is measured with 256 pairs of differences is right within some 20 %. */
+static void test_sensors_that_scatter_too_much_are_noisy(void)
+{
+    static const float shares[] = {0.3f, 0.8f, 1.2f, 4.0f};
+    params.calibration_periods = 256;
+    tuning = measure_prepare(&params);
+    for (uint32_t n = 0; n < 4u; n++) {
+        const float deviation = shares[n] * MEASURE_NOISY;
+        calibration_t last = CALIBRATION_GOES_ON;
+        measure_begin_calibration(&measure);
+        while (last == CALIBRATION_GOES_ON) {
+            const float a = deviation * normal();
+            const float b = deviation * normal();
+            currents(a, b, -a - b);
+            last = calibrate();
+        }
+        TEST_ASSERT_EQUAL(n < 2u ? CALIBRATION_GOOD : CALIBRATION_NOISY, last);
+    }
+}
+
+/* What a rotor feeds through the diodes, up to 0.5 rad a sample; its mean over the calibration is small. */
+static void test_a_current_is_no_noise(void)
+{
+    params.calibration_periods = 256;
+    params.current_offset_max = 4.0f;
+    tuning = measure_prepare(&params);
+    for (uint32_t n = 1; n <= 10u; n++) {
+        const rotation_t step = trig_rotation(0.05f * (float)n);
+        calibration_t last = CALIBRATION_GOES_ON;
+        ab_t current = {8.0f, 0.0f};
+        measure_begin_calibration(&measure);
+        while (last == CALIBRATION_GOES_ON) {
+            const abc_t phases = frames_inverse_clarke(current);
+            currents(phases.a, phases.b, phases.c);
+            last = calibrate();
+            current = frames_inverse_park((dq_t){current.alpha, current.beta}, step);
+        }
+        TEST_ASSERT_EQUAL(CALIBRATION_GOOD, last);
     }
 }
 

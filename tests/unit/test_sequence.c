@@ -19,6 +19,9 @@ static void test_a_calibration_ends_in_ready_or_in_a_fault(void)
     setUp();
     input.calibration = CALIBRATION_FAILED;
     go_to_fault(1, REASON_CURRENT_OFFSET);
+    setUp();
+    input.calibration = CALIBRATION_NOISY;
+    go_to_fault(1, REASON_CURRENT_NOISE);
 }
 
 /* ---- ready ---- */

@@ -46,7 +46,7 @@ static inline void twin_show(twin_t *est)
     const float one = 1.0f / 1073741824.0f;
     est->estimate = fixed->estimate;
     smo->current_hat = twin_pair(from_smo->current_hat, units->current);
-    smo->current_err = fixed->estimate.current_err;
+    smo->current_err = fixed->observed.current_err;
     smo->switched = twin_pair(from_smo->switched, units->voltage);
     smo->emf_hat = fixed->observed.emf_hat;
     smo->axes.gain_axis = fixed->observed.gain_axis;

@@ -113,7 +113,7 @@ static void test_lock_on_the_observed_emf_goes_on_without_a_bump(void)
         const estimator_oracle_sample_t now = sample_of(&rig, 200);
         const position_t rotor = {(float)circle(now.theta), (float)omega};
         const ab_t emf = est.estimate.emf;
-        const ab_t error = est.observed.current_err;
+        const ab_t error = est.observer.smo.current_err;
         estimator_lock(&est, rotor, est.estimate.amplitude);
         /* the estimate is the start, the observer goes on */
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, circle((double)est.estimate.frame.theta_e - now.theta));
@@ -122,7 +122,7 @@ static void test_lock_on_the_observed_emf_goes_on_without_a_bump(void)
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * fabs(omega), omega, (double)est.estimate.frame.omega_e);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6 * fabs(omega), omega, (double)est.estimate.omega_smooth);
         TEST_ASSERT_TRUE(est.estimate.emf.alpha == emf.alpha && est.estimate.emf.beta == emf.beta);
-        TEST_ASSERT_TRUE(est.observed.current_err.alpha == error.alpha);
+        TEST_ASSERT_TRUE(est.observer.smo.current_err.alpha == error.alpha);
         for (long k = 201; k < 1000; k++) {
             const double late = error_of(&rig, k, step(&rig, k));
             TEST_ASSERT_DOUBLE_WITHIN(0.2, 0.0, late);

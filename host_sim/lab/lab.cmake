@@ -106,6 +106,7 @@ add_library(lagless_lab STATIC
     lab/recorder_text.c
     lab/recorder_vcd.c
     lab/runner.c
+    lab/runner_text.c
     lab/scenario.c
     lab/scenario_read.c
     lab/scenario_write.c

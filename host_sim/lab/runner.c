@@ -8,8 +8,6 @@
 
 #include "host_sim/lab/course.h"
 #include "host_sim/lab/tally.h"
-#include "host_sim/lab/units.h"
-#include "settings/reasons.h"
 
 /* One expectation. */
 typedef struct {
@@ -408,73 +406,4 @@ void runner_result_free(runner_result_t *result)
     free(result->verdicts);
     result->verdicts = NULL;
     result->verdict_count = 0;
-}
-
-const char *runner_unexpected_text(const runner_result_t *result, char *to, size_t size)
-{
-    char when[TIMES_TEXT_SIZE];
-    const reason_row_t *why = reason_by_number(result->not_on);
-    to[0] = '\0';
-    if (result->unexpected && result->fault_reason != 0) {
-        const reason_row_t *fault = reason_by_number(result->fault_reason);
-        snprintf(to, size, "fault %s at %s s, which no expectation names", fault != NULL ? fault->name : "?",
-                 times_text(when, result->fault_period));
-    } else if (result->unexpected && result->not_on != 0 && why != NULL) {
-        snprintf(to, size, "the drive is to be on and refuses with %s, which no expectation names",
-                 why->name);
-    } else if (result->unexpected) {
-        snprintf(to, size, "the drive is to be on and is not, without a refusal, which no expectation names");
-    }
-    return to;
-}
-
-/* Appends to a text of this size; what does not fit is cut. */
-static void append(char *to, size_t size, const char *before, const char *text)
-{
-    const size_t used = strlen(to);
-    snprintf(to + used, size - used, "%s%s", before, text);
-}
-
-/* A choice by its name where the statistic picks one of the samples. */
-static const char *value_text(char to[UNITS_TEXT_SIZE], double value, const scenario_expect_t *expect)
-{
-    const bool picks = expect->statistic == STATISTIC_MIN || expect->statistic == STATISTIC_MAX ||
-                       expect->statistic == STATISTIC_LAST;
-    return expect->row->kind == SLOT_ENUM && (!picks || expect->minus != NULL)
-               ? units_text(to, value, "-")
-               : units_row_text(to, value, expect->row);
-}
-
-const char *runner_verdict_text(const runner_verdict_t *verdict, char *to, size_t size)
-{
-    const scenario_expect_t *expect = verdict->expect;
-    char text[UNITS_TEXT_SIZE];
-    char name[128];
-    to[0] = '\0';
-    if (expect->name[0] != '\0') {
-        append(to, size, expect->name, ": ");
-    }
-    scenario_row_name(expect->row, name, sizeof name);
-    append(to, size, statistic_text(expect->statistic), " of ");
-    append(to, size, name, "");
-    if (expect->minus != NULL) {
-        scenario_row_name(expect->minus, name, sizeof name);
-        append(to, size, " - ", name);
-    }
-    append(to, size, " from ", units_text(text, expect->from, "s"));
-    append(to, size, " to ", units_text(text, expect->to, "s"));
-    if (verdict->samples == 0u) {
-        append(to, size, ": not reached", "");
-    } else {
-        append(to, size, ": ", value_text(text, verdict->value, expect));
-    }
-    const bool exact = expect->at_least == expect->at_most;
-    if (isfinite(expect->at_least)) {
-        append(to, size, exact ? ", exactly " : ", at least ", value_text(text, expect->at_least, expect));
-    }
-    if (isfinite(expect->at_most) && !exact) {
-        append(to, size, ", at most ", value_text(text, expect->at_most, expect));
-    }
-    append(to, size, verdict->never_on ? "; the drive never came on" : "", "");
-    return to;
 }

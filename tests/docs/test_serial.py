@@ -86,7 +86,7 @@ class Serial(unittest.TestCase):
     def test_rates_follow_from_the_frame(self):
         sample = 4 + 5 + 4 * 3 + 1 + 2  # header, identification and stamp, three floats, fill, sum
         self.assertIn("12 + 4 n octets of ten bits", " ".join(PAGE.split()))
-        self.assertIn(f"at 937500 baud {93750 // sample} samples a second of three floats, at 2343750 baud {234375 // sample}",
+        self.assertIn(f"three floats: {93750 // sample} samples per second at 937500 baud, and {234375 // sample} at 2343750 baud",
                       " ".join(PAGE.split()))
 
 

@@ -263,7 +263,13 @@ static void test_verdicts_in_words(void)
         {"[[expect]]\nsignal = \"plant.encoder_lines\"\nminus = \"params.encoder_lines\"\nstatistic = "
          "\"peak\"\n"
          "at_most = 0\n",
-         "peak of plant.encoder_lines - params.encoder_lines from 0 s to 100 ms: 0, at most 0"}};
+         "peak of plant.encoder_lines - params.encoder_lines from 0 s to 100 ms: 0, at most 0"},
+        {"[[expect]]\nsignal = \"fault_reason\"\nstatistic = \"max\"\nat_most = 0\n",
+         "max of fault_reason from 0 s to 100 ms: none, exactly none"},
+        {"[[expect]]\nsignal = \"true_omega_m\"\nstatistic = \"max\"\nat_most = \"612.3456 r/min\"\n",
+         "max of true_omega_m from 0 s to 100 ms: 600 r/min, at most 612.3 r/min"},
+        {"[[expect]]\nsignal = \"true_omega_m\"\nstatistic = \"max\"\nat_most = \"600.0123 r/min\"\n",
+         "max of true_omega_m from 0 s to 100 ms: 600 r/min, at most 600.012 r/min"}};
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         char text[600];
         snprintf(text, sizeof text,

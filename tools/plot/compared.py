@@ -222,7 +222,7 @@ def difference_panels(drawn, scales, others, differing):
                 drawn.data.units[name] = drawn.data.units[trace.column]
                 traces.append(dataclasses.replace(trace, column=name, dashed=False, limit=False, wraps=0.0))
         if traces:
-            panels.append(Panel(panel.ylabel.replace(" [", ", B minus A ["), traces, "error", panel.height))
+            panels.append(Panel(panel.ylabel.replace(" [", ", B-A ["), traces, "error", panel.height))
     return panels
 
 

@@ -149,6 +149,7 @@ def page(matrix, title):
     manoeuvres = "".join(f"<dt>{escape(row['name'])}</dt><dd>{escape(row['text'])}</dd>" for row in matrix["manoeuvres"])
     css = "".join((PARTS / name).read_text(encoding="utf-8") for name in ("page.css", "matrix.css"))
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+            '<meta name="color-scheme" content="light dark">'
             f'<title>{escape(title)}</title><style>{css}</style></head><body><h1>{escape(title)}</h1>'
             f'<p class="totals">{totals}</p>{drawn}'
             '<p class="lead">A row is an injected fault, a column the manoeuvre in which it occurs. Each place has four cells: with '

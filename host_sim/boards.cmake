@@ -10,6 +10,7 @@ foreach(board file IN ZIP_LISTS LAGLESS_BOARD_NAMES LAGLESS_BOARD_FILES)
         continue()
     endif()
     lagless_add_lab(lagless_lab_${board} lagless_rig_${board})
+    set_target_properties(lagless_lab_${board} PROPERTIES EXCLUDE_FROM_ALL TRUE)
 
     add_executable(lagless_${board} EXCLUDE_FROM_ALL $<TARGET_OBJECTS:lagless_cli> $<TARGET_OBJECTS:lagless_scope>
         $<TARGET_OBJECTS:lagless_line>)

@@ -28,6 +28,28 @@ static const board_facts_t *find(const char *name)
     return NULL;
 }
 
+/* Where no name is near: that with the longest common beginning, of equals by edits. Of few names one always
+ * is. */
+static const char *likest(const char *name)
+{
+    const char *best = "none";
+    size_t best_same = 0, best_edits = SIZE_MAX;
+    for (size_t n = 0; board_facts[n] != NULL; n++) {
+        const char *other = board_facts[n]->name;
+        size_t same = 0;
+        while (name[same] != '\0' && name[same] == other[same]) {
+            same++;
+        }
+        const size_t edits = names_distance(name, other);
+        if (same > best_same || (same == best_same && edits < best_edits)) {
+            best = other;
+            best_same = same;
+            best_edits = edits;
+        }
+    }
+    return best;
+}
+
 const board_facts_t *boards_find(const char *name, char why[BOARDS_TEXT_SIZE])
 {
     const board_facts_t *board = find(name);
@@ -35,13 +57,11 @@ const board_facts_t *boards_find(const char *name, char why[BOARDS_TEXT_SIZE])
     if (board != NULL) {
         return board;
     }
-    const char *near = "none"; /* of few names one is always the nearest */
-    size_t distance = SIZE_MAX;
+    names_search_t search = names_search(name);
     for (size_t n = 0; board_facts[n] != NULL; n++) {
-        const size_t edits = names_distance(name, board_facts[n]->name);
-        near = edits < distance ? board_facts[n]->name : near;
-        distance = edits < distance ? edits : distance;
+        names_consider(&search, board_facts[n]->name);
     }
+    const char *near = names_found(&search) != NULL ? names_found(&search) : likest(name);
     snprintf(why, BOARDS_TEXT_SIZE, "no board is called %.64s; nearest: %s; accepted: ", name, near);
     for (size_t n = 0; board_facts[n] != NULL; n++) {
         append(why, n > 0u ? ", " : "");

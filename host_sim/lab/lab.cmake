@@ -118,30 +118,31 @@ target_compile_definitions(lagless_lab_shared PRIVATE _GNU_SOURCE LAGLESS_ANY_BO
 target_compile_options(lagless_lab_shared PRIVATE $<$<COMPILE_LANGUAGE:C>:-Wundef>)
 set_source_files_properties(lab/fmu_model.c PROPERTIES COMPILE_DEFINITIONS "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
 target_link_libraries(lagless_lab_shared PUBLIC lagless_rig lagless_toml)
-set(lab_libraries m Threads::Threads)
+set(LAGLESS_LAB_LIBRARIES m Threads::Threads)
 if(NOT SKBUILD)
     target_sources(lagless_lab_shared PRIVATE lab/recorder_mat.c)
     target_include_directories(lagless_lab_shared SYSTEM PRIVATE ${MATIO_INCLUDE_DIR})
-    list(APPEND lab_libraries ${MATIO_LIBRARY})
+    list(APPEND LAGLESS_LAB_LIBRARIES ${MATIO_LIBRARY})
 endif()
 
 # The rest depends on the board.
 function(lagless_add_lab name rig)
     add_library(${name} STATIC $<TARGET_OBJECTS:lagless_lab_shared> $<TARGET_OBJECTS:lagless_board_facts>
-        lab/campaign_duty.c
-        lab/campaign_motor.c
-        lab/campaign_reasons.c
-        lab/campaign_rows.c
-        lab/campaign_space.c
-        lab/matrix_scaled.c
-        lab/matrix_table.c
-        lab/tune.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_duty.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_motor.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_reasons.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_rows.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_space.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/matrix_scaled.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/matrix_table.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/tune.c
     )
     desk_room(${name})
     target_compile_definitions(${name} PRIVATE _GNU_SOURCE)
-    target_link_libraries(${name} PUBLIC ${rig} lagless_toml PRIVATE ${lab_libraries})
+    target_link_libraries(${name} PUBLIC ${rig} lagless_toml PRIVATE ${LAGLESS_LAB_LIBRARIES})
 endfunction()
 lagless_add_lab(lagless_lab lagless_rig)
+set(LAGLESS_LAB_LIBRARIES "${LAGLESS_LAB_LIBRARIES}" CACHE INTERNAL "What the lab links, for tests on boards of their own")
 if(LAGLESS_SANITIZE) # whose counters of executed lines are for one thread
     set_source_files_properties(lab/pool.c PROPERTIES COMPILE_DEFINITIONS POOL_THREADS_MAX=1u)
 endif()

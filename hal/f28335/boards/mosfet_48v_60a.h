@@ -62,7 +62,7 @@
 #define BOARD_DC_NOMINAL_MV       48000
 #define BOARD_UNDERVOLTAGE_MV     30000
 #define BOARD_OVERVOLTAGE_MV      62000
-#define BOARD_OVERVOLTAGE_MAX_MV  75000 /* three quarters of what the switches stand */
+#define BOARD_OVERVOLTAGE_MAX_MV  70000 /* seven tenths of what the switches stand */
 
 #define BOARD_MODULE_CONTINUOUS_MA 60000 /* 17 */
 #define BOARD_MODULE_TIME_MS       100

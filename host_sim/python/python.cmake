@@ -10,6 +10,12 @@ if(LAGLESS_PYTHON_LIBRARY)
     endif()
     add_custom_target(lagless_python)
     install(PROGRAMS "${LAGLESS_PYTHON_LIBRARY}" DESTINATION lagless COMPONENT python)
+    get_filename_component(python_folder "${LAGLESS_PYTHON_LIBRARY}" DIRECTORY)
+    set(python_boards ${LAGLESS_BOARD_NAMES})
+    list(POP_FRONT python_boards)
+    foreach(board IN LISTS python_boards) # those of the other boards lie beside it
+        install(PROGRAMS "${python_folder}/boards/${board}/liblagless.so" DESTINATION lagless/boards/${board} COMPONENT python)
+    endforeach()
 else()
     add_library(lagless_python_objects OBJECT
         python/binding.c

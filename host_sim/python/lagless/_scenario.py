@@ -96,7 +96,7 @@ class _Scenario:
         self.board = self.library.name
         unsuited = self.about().unsuited.decode()
         if unsuited:
-            warnings.warn(unsuited, stacklevel=4)
+            warnings.warn(unsuited, stacklevel=3)
 
     def __enter__(self):
         return self

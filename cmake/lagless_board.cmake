@@ -29,9 +29,43 @@ endfunction()
 set(LAGLESS_BOARD pm50rl1a060 CACHE STRING "The board: a name of hal/f28335/boards, or the path of a board file")
 lagless_board_target(lagless_board "${LAGLESS_BOARD}")
 
+# The boards between which the desk's program chooses when it runs (docs/board.md): that of the build first, then those of
+# hal/f28335/boards and of LAGLESS_BOARDS. Two lists of the same order: their names, which are BOARD_NAME, and their files.
+set(LAGLESS_BOARDS "" CACHE STRING "Further boards for the desk's program: paths of board files, separated by semicolons")
+set(LAGLESS_BOARD_NAMES "")
+set(LAGLESS_BOARD_FILES "")
+function(lagless_desk_board board named_before)
+    lagless_board_file("${board}" file)
+    get_filename_component(path "${file}" ABSOLUTE BASE_DIR "${PROJECT_SOURCE_DIR}")
+    file(STRINGS "${path}" line REGEX "^#define BOARD_NAME \"[A-Za-z0-9_.+-]+\"")
+    if(NOT line)
+        message(FATAL_ERROR "${file}: line 1 of docs/board.md is missing: #define BOARD_NAME \"my_board\", of letters, digits and _.+-")
+    endif()
+    string(REGEX REPLACE ".*#define BOARD_NAME \"([^\"]+)\".*" "\\1" name "${line}")
+    list(FIND LAGLESS_BOARD_NAMES "${name}" at)
+    if(at EQUAL -1)
+        set(LAGLESS_BOARD_NAMES ${LAGLESS_BOARD_NAMES} "${name}" PARENT_SCOPE)
+        set(LAGLESS_BOARD_FILES ${LAGLESS_BOARD_FILES} "${file}" PARENT_SCOPE)
+    elseif(NOT named_before)
+        list(GET LAGLESS_BOARD_FILES ${at} other)
+        message(FATAL_ERROR "${file} and ${other}: both have BOARD_NAME \"${name}\"; give one of them another name")
+    endif()
+endfunction()
+if(NOT CMAKE_CROSSCOMPILING AND NOT LAGLESS_TARGET)
+    lagless_desk_board("${LAGLESS_BOARD}" OFF)
+    file(GLOB boards CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/hal/f28335/boards/*.h")
+    foreach(board IN LISTS boards)
+        get_filename_component(board "${board}" NAME_WE)
+        lagless_desk_board("${board}" ON) # a changed copy that the build is for replaces the one of its name
+    endforeach()
+    foreach(board IN LISTS LAGLESS_BOARDS)
+        lagless_desk_board("${board}" OFF)
+    endforeach()
+endif()
+
 # The libraries that depend on the board once more for another board, with its name behind theirs: lagless_rig_NAME and what it
-# needs. They share lagless_core, which knows no board. They are for tests, so they are compiled without the optimisation across
-# libraries, and only where a test needs them.
+# needs. They share lagless_core, which knows no board. They are compiled without the optimisation across libraries, and only where a
+# program or a test needs them.
 set(LAGLESS_OF_BOARD lagless_board lagless_firmware lagless_hal lagless_app lagless_plant lagless_rig)
 function(lagless_add_board name board)
     lagless_board_target(lagless_board_${name} "${board}")

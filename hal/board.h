@@ -30,6 +30,9 @@
 
 /* ---- The board file ---- */
 
+/* LAGLESS_ANY_BOARD: a source of the desk that is compiled once for all boards. It has the words above only:
+ * a number of a board does not compile there. */
+#if !defined(LAGLESS_ANY_BOARD)
 #if defined(LAGLESS_BOARD_FILE)
 #include LAGLESS_BOARD_FILE
 #elif !defined(__TMS320C2000__)
@@ -252,4 +255,5 @@
 
 #include "hal/board_check.h"
 
+#endif
 #endif

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host_sim/cli/board.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/rig/rig.h"
@@ -15,8 +16,23 @@ static struct {
     void *context;
 } asked;
 
+/* What every command has in common, then the command's own. */
+static argp_parser_t own_parser;
+static error_t parse_any(int key, char *argument, struct argp_state *state)
+{
+    if (key == ARGUMENTS_BOARD_KEY) {
+        char why[BOARD_WHY_SIZE];
+        if (!board_choose(argument, why)) {
+            argp_error(state, "--board %s: %s", argument, why);
+        }
+        return 0;
+    }
+    return own_parser != NULL ? own_parser(key, argument, state) : ARGP_ERR_UNKNOWN;
+}
+
 bool arguments_parse(const struct argp *argp, int argc, char **argv, void *input)
 {
+    struct argp whole = *argp;
     if (asked.show != NULL) {
         asked.show(argp, asked.context);
         return false;
@@ -25,7 +41,9 @@ bool arguments_parse(const struct argp *argp, int argc, char **argv, void *input
         printf("%s\n", CLI_VERSION);
         exit(EXIT_DONE);
     }
-    return argp_parse(argp, argc, argv, 0, NULL, input) == 0;
+    own_parser = argp->parser;
+    whole.parser = parse_any;
+    return argp_parse(&whole, argc, argv, 0, NULL, input) == 0;
 }
 
 void arguments_show(int (*run)(int argc, char **argv), arguments_show_t show, void *context)

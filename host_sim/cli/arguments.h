@@ -81,6 +81,14 @@ int arguments_scenario(int key, char *argument, struct argp_state *state, argume
     }
 uint32_t arguments_key(const char *text, struct argp_state *state);
 
+/* --board NAME, of every command whose result depends on the board: its row alone, since arguments_parse
+ * obeys it (board.h). */
+#define ARGUMENTS_BOARD_KEY 257
+#define ARGUMENTS_BOARD                                                                                      \
+    {                                                                                                        \
+        "board", ARGUMENTS_BOARD_KEY, "NAME", 0, "the power stage, one of `lagless boards`", 0               \
+    }
+
 /* A whole number of decimal digits, min <= value <= max < 10^19. false: it is none. */
 bool arguments_whole(const char *text, uint64_t min, uint64_t max, uint64_t *value);
 

@@ -411,6 +411,7 @@ int command_bench(int argc, char **argv)
     static const struct argp_option rows[] = {
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
         {"seconds", 's', "S", 0, "simulated time of each run (default 2)", 0},
+        ARGUMENTS_BOARD,
         {"replay", 'r', "WHAT", OPTION_HIDDEN, NULL, 0},
         {0},
     };

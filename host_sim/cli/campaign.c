@@ -457,6 +457,7 @@ int command_campaign(int argc, char **argv)
         {"shard", 'i', "I/N", 0, "do only every N-th run, beginning with the I-th", 0},
         {"as-drawn", 'a', NULL, 0, "write violations as drawn, not minimised", 0},
         {"resume", 'r', NULL, 0, "continue the campaign in FOLDER", 0},
+        ARGUMENTS_BOARD,
         ARGUMENTS_OUTPUT("one JSON object on stdout", "write results and the scenarios of violations there"),
         {0},
     };

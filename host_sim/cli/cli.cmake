@@ -5,9 +5,10 @@ else()
     set(LAGLESS_PYTHON ${Python3_EXECUTABLE})
 endif()
 
-add_executable(lagless
+add_library(lagless_cli OBJECT
     cli/arguments.c
     cli/bench.c
+    cli/board.c
     cli/campaign.c
     cli/commission.c
     cli/connect.c
@@ -36,11 +37,13 @@ add_executable(lagless
     cli/tables.c
     cli/traces.c
 )
-desk_room(lagless)
-target_compile_definitions(lagless PRIVATE _GNU_SOURCE)
-target_link_libraries(lagless PRIVATE lagless_scope lagless_lab lagless_line)
+desk_room(lagless_cli)
+target_compile_definitions(lagless_cli PRIVATE _GNU_SOURCE LAGLESS_ANY_BOARD)
+target_link_libraries(lagless_cli PRIVATE lagless_scope lagless_lab lagless_line)
+add_executable(lagless $<TARGET_OBJECTS:lagless_cli>)
+target_link_libraries(lagless PRIVATE lagless_scope lagless_lab lagless_line lagless_flags)
 target_link_options(lagless PRIVATE ${LAGLESS_FAST_LINK})
-target_compile_definitions(lagless PRIVATE "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
+target_compile_definitions(lagless_cli PRIVATE "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
 # The scenarios known by name, and what a recording says it was made with.
 execute_process(COMMAND git describe --always --dirty WORKING_DIRECTORY ${CMAKE_SOURCE_DIR} OUTPUT_VARIABLE LAGLESS_COMMIT
     OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
@@ -49,9 +52,9 @@ if(NOT LAGLESS_COMMIT)
 endif()
 set_source_files_properties(cli/library.c cli/run.c cli/paper.c cli/connect_record.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_SCENARIOS=\"${CMAKE_SOURCE_DIR}/host_sim/scenarios\";LAGLESS_COMMIT=\"${LAGLESS_COMMIT}\"")
-# The library of an FMU, which host_sim/fmu makes; the environment variable LAGLESS_FMU overrides the place.
+# The folder of the libraries of FMUs, which host_sim/fmu makes; the environment variable LAGLESS_FMU names another library.
 set_source_files_properties(cli/fmu.c PROPERTIES COMPILE_DEFINITIONS
-    "LAGLESS_FMU=\"${CMAKE_BINARY_DIR}/fmu/lagless.so\";LAGLESS_COMMIT=\"${LAGLESS_COMMIT}\"")
+    "LAGLESS_FMU=\"${CMAKE_BINARY_DIR}/fmu\";LAGLESS_COMMIT=\"${LAGLESS_COMMIT}\"")
 # Line editing of `lagless connect`: libedit, which is under a BSD licence. Without it lines are read as they come.
 find_path(EDIT_INCLUDE_DIR editline/readline.h)
 find_library(EDIT_LIBRARY edit)
@@ -65,4 +68,4 @@ set_source_files_properties(cli/bench.c PROPERTIES COMPILE_DEFINITIONS
 # Where pictures are drawn; the environment variables LAGLESS_PYTHON and LAGLESS_TOOLS override both.
 set_source_files_properties(cli/output.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_PYTHON=\"${LAGLESS_PYTHON}\";LAGLESS_TOOLS=\"${CMAKE_SOURCE_DIR}/tools\"")
-set_target_properties(lagless PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
+set_target_properties(lagless PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})

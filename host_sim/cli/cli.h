@@ -24,6 +24,7 @@ extern const cli_command_t cli_commands[];
 extern const size_t cli_command_count;
 
 int command_bench(int argc, char **argv);
+int command_boards(int argc, char **argv);
 int command_campaign(int argc, char **argv);
 int command_commission(int argc, char **argv);
 int command_compare(int argc, char **argv);

@@ -319,6 +319,7 @@ int command_commission(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         ARGUMENTS_SCENARIO,
+        ARGUMENTS_BOARD,
         {"plate", 'p', "FILE", 0,
          "pole pairs, rated current and rated speed of the motor, with the keys of a motor's file; without "
          "it those of the scenario's parameters",

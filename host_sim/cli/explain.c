@@ -84,7 +84,8 @@ static void print(const reason_row_t *row, bool json)
 
 int command_explain(int argc, char **argv)
 {
-    static const struct argp_option rows[] = {{"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
+    static const struct argp_option rows[] = {
+        ARGUMENTS_BOARD, {"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
     static const struct argp argp = {
         rows,       parse,
         "[REASON]", "Explains a fault, warning or refusal and its remedy; without REASON lists all.",

@@ -67,7 +67,7 @@ const char *fault_table_debounce(char to[FAULT_TABLE_TEXT_SIZE], const fault_row
     if (row->rate == FAULT_SLOW) {
         const size_t used = strlen(to);
         snprintf(to + used, FAULT_TABLE_TEXT_SIZE - used, ", judged every %u periods",
-                 (unsigned)DRIVE_WINDOW);
+                 (unsigned)rig_window_periods);
     }
     return to;
 }

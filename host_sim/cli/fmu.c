@@ -9,6 +9,7 @@
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/library.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/boards.h"
 #include "host_sim/lab/fmu_model.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/scenario_write.h"
@@ -40,7 +41,10 @@ typedef struct {
 static bool read_library(content_t *content)
 {
     const char *set = getenv("LAGLESS_FMU");
-    const char *path = set != NULL && set[0] != '\0' ? set : LAGLESS_FMU;
+    char own[PATH_SIZE];
+    snprintf(own, sizeof own, "%s%s%s/lagless.so", LAGLESS_FMU, boards_is_default() ? "" : "/boards/",
+             boards_is_default() ? "" : rig_board);
+    const char *path = set != NULL && set[0] != '\0' ? set : own;
     FILE *file = fopen(path, "rb");
     if (file == NULL) {
         fprintf(stderr,
@@ -152,6 +156,7 @@ int command_fmu(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         ARGUMENTS_SCENARIO,
+        ARGUMENTS_BOARD,
         ARGUMENTS_OUTPUT("one JSON object on stdout", "write NAME.fmu there (default: the present folder)"),
         {0},
     };

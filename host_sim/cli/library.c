@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "host_sim/cli/arguments.h"
+#include "host_sim/cli/board.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/cli/streams.h"
@@ -65,12 +66,23 @@ void library_say(const scenario_error_t *error)
     fprintf(stderr, "%s\n", scenario_error_text(error, text, sizeof text));
 }
 
+void library_hand_over(const scenario_error_t *error, const char *text, size_t octets)
+{
+    char why[BOARD_WHY_SIZE];
+    if (error->board[0] != '\0' && !board_of_scenario(error->board, text, octets, why) && why[0] != '\0') {
+        fprintf(stderr, "%s: board %s: %s\n", error->file, error->board, why);
+    }
+}
+
 static scenario_t *read_stdin(scenario_error_t *error)
 {
     char *text = malloc(TOML_OCTETS_MAX + 1u); /* one more tells that it is too long */
     const size_t octets = text != NULL ? fread(text, 1, TOML_OCTETS_MAX + 1u, stdin) : 0u;
     inputs_note_descriptor(STDIN_FILENO);
     scenario_t *scenario = scenario_read_text_to_mend("stdin", text != NULL ? text : "", octets, error);
+    if (scenario == NULL) {
+        library_hand_over(error, text, octets);
+    }
     free(text);
     return scenario;
 }
@@ -120,6 +132,9 @@ scenario_t *library_read(const char *command, const arguments_scenario_t *of)
         return NULL;
     }
     scenario_t *scenario = from_stdin ? read_stdin(&error) : scenario_read_to_mend(path, &error);
+    if (scenario == NULL && !from_stdin) {
+        library_hand_over(&error, NULL, 0u);
+    }
     if (scenario == NULL) {
         library_say(&error);
         if (!from_stdin) {
@@ -130,6 +145,9 @@ scenario_t *library_read(const char *command, const arguments_scenario_t *of)
     if (!override(scenario, command, of)) {
         scenario_free(scenario);
         return NULL;
+    }
+    if (scenario->unsuited[0] != '\0') {
+        fprintf(stderr, "warning: %s\n", scenario->unsuited);
     }
     return scenario;
 }

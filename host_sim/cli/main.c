@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "host_sim/cli/board.h"
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/cli/streams.h"
@@ -16,6 +17,7 @@ const cli_command_t cli_commands[] = {
     {"serve", command_serve, "run a scenario without end, for clients that talk to its drive"},
     {"scope", command_scope, "show and control a running drive on a page in the browser"},
     {"scenarios", command_scenarios, "list the scenarios that come with the program"},
+    {"boards", command_boards, "list the boards between which --board chooses"},
     {"motors", command_motors, "list the motors that come with the program, or show one"},
     {"tune", command_tune, "compute the parameters for a motor, each with its rule, and warn of its limits"},
     {"commission", command_commission,
@@ -71,6 +73,7 @@ int main(int argc, char **argv)
     argp_err_exit_status = EXIT_USAGE;
     signal(SIGXFSZ, SIG_IGN); /* a file-size limit becomes an error message */
     streams_begin(argc, argv);
+    board_begin(argc, argv);
     if (argc < 2) {
         print_commands(stderr);
         return EXIT_USAGE;

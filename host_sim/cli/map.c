@@ -461,6 +461,7 @@ int command_map(int argc, char **argv)
         {"adaptation", 'd', "WHICH", 0, "off, on, both (default): without or with the drive's adaptation", 0},
         {"ideal", 'i', NULL, 0, "ideal inverter and sensors; only values of the machine are wrong", 0},
         {"averaged", 'a', NULL, 0, "mean voltages instead of every gate edge", 0},
+        ARGUMENTS_BOARD,
         ARGUMENTS_OUTPUT("one JSON list of points on stdout", "write map.json and the picture map.png there"),
         {0},
     };

@@ -607,6 +607,7 @@ int command_matrix(int argc, char **argv)
         {"cell", 'c', "NAME", 0, "FAULT/MANOEUVRE/SOURCE/SHAFT, or the beginning of such a name", 0},
         {"share", 's', "PERCENT", 0, "run this share of the cells, selected by --seed", 0},
         {"seed", 'e', "N", 0, "seed of the selection; default 0", 0},
+        ARGUMENTS_BOARD,
         ARGUMENTS_OUTPUT("one JSON object on stdout", "write matrix.json and the page matrix.html there"),
         {0},
     };

@@ -186,6 +186,7 @@ int command_motors(int argc, char **argv)
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
         {"check", 'c', NULL, 0,
          "run each motor with the parameters of `lagless tune`: cold start to the top speed, then load", 0},
+        ARGUMENTS_BOARD,
         {"keys", 'k', NULL, 0, "list the keys of a motor's file, as Markdown", 0},
         {0}};
     static const struct argp argp = {
@@ -308,6 +309,7 @@ int command_tune(int argc, char **argv)
     static const struct argp_option rows[] = {
         {"set", 's', "KEY=VALUE", 0, "set a key of the motor, \"load_inertia=2 kg cm^2\"; repeatable", 0},
         {"write", 'w', "FILE", 0, "write a scenario: cold start to the top speed, then load", 0},
+        ARGUMENTS_BOARD,
         ARGUMENTS_FORCE,
         {"json", 'j', NULL, 0, "one JSON object on stdout", 0},
         {0}};

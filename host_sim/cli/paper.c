@@ -393,6 +393,7 @@ static int judge_file(const options_t *options)
     experiment_t *experiment = experiment_read(options->file, &error);
     if (experiment == NULL) {
         char text[1200];
+        library_hand_over(&error, NULL, 0u);
         fprintf(stderr, "%s\n", scenario_error_text(&error, text, sizeof text));
         library_say_motor(options->file);
         return EXIT_USAGE;

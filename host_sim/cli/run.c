@@ -785,6 +785,7 @@ int command_run(int argc, char **argv)
 {
     static const struct argp_option rows[] = {
         ARGUMENTS_SCENARIO,
+        ARGUMENTS_BOARD,
         {"record", 'r', "NAMES", 0, "signals to record, separated by commas, instead of the scenario's", 0},
         {"every", 'e', "N", 0, "record every N-th period", 0},
         {"out", 'o', "FOLDER", 0, "folder for the recording", 0},

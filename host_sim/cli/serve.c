@@ -266,6 +266,7 @@ int command_serve(int argc, char **argv)
          0},
         {"until", 'u', "TIME", 0, "simulated time at which the program ends; default: until Ctrl-C", 0},
         ARGUMENTS_SCENARIO,
+        ARGUMENTS_BOARD,
         {"quiet", 'q', NULL, 0, "after the first line print only errors", 0},
         {0},
     };

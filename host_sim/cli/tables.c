@@ -242,7 +242,8 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 
 static int print_tables(int argc, char **argv, const char *doc, bool with_settable)
 {
-    static const struct argp_option rows[] = {{"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
+    static const struct argp_option rows[] = {
+        ARGUMENTS_BOARD, {"json", 'j', NULL, 0, "one JSON object on stdout", 0}, {0}};
     const struct argp argp = {rows, parse, "[WORD...]", doc, NULL, NULL, NULL};
     listing_t listing = {.settable = with_settable};
     if (!arguments_parse(&argp, argc, argv, &listing)) {

@@ -1,8 +1,9 @@
-/* What a board sees and stands, as its file says it: one constant per file of hal/f28335/boards, made by the
- * build (lab.cmake), each seeing its own file. */
+/* What a board sees and stands, as its file says it: one constant per board between which the program
+ * chooses, made by the build (lab.cmake), each seeing its own file. */
 #ifndef HOST_SIM_LAB_BOARD_FACTS_H
 #define HOST_SIM_LAB_BOARD_FACTS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "host_sim/rig/rig.h"
@@ -11,20 +12,35 @@ typedef struct {
     const char *name;
     double current_range;    /* [A] seen in both directions */
     double current_per_code; /* [A] */
+    double current_limit;    /* [A] default of the drive, as the next three */
+    double current_trip;     /* [A] */
+    double undervoltage;     /* [V] */
+    double overvoltage;      /* [V] */
     double overvoltage_max;  /* [V] of the link that may be asked for */
     double nominal;          /* [V] */
     double period;           /* [s] of the carrier */
     double dead_time;        /* [s] */
+    int sensors;             /* [-] of the phase currents */
+    bool shunts;             /* below the lower switches; false: in the leads */
 } board_facts_t;
 
 #define BOARD_FACTS                                                                                          \
     {                                                                                                        \
-        BOARD_NAME, (double)BOARD_CURRENT_RANGE,                                                             \
+        .name = BOARD_NAME, .current_range = (double)BOARD_CURRENT_RANGE,                                    \
+        .current_per_code =                                                                                  \
             (double)(BOARD_CURRENT_PER_CODE < 0.0f ? -BOARD_CURRENT_PER_CODE : BOARD_CURRENT_PER_CODE),      \
-            (double)BOARD_OVERVOLTAGE_MAX_MV / 1e3, (double)BOARD_DC_NOMINAL_MV / 1e3, (double)BOARD_PERIOD, \
-            BOARD_DEAD_TIME_NS / 1e9                                                                         \
+        .current_limit = (double)BOARD_CURRENT_LIMIT_MA / 1e3,                                               \
+        .current_trip = (double)BOARD_OVERCURRENT_TRIP_MA / 1e3,                                             \
+        .undervoltage = (double)BOARD_UNDERVOLTAGE_MV / 1e3,                                                 \
+        .overvoltage = (double)BOARD_OVERVOLTAGE_MV / 1e3,                                                   \
+        .overvoltage_max = (double)BOARD_OVERVOLTAGE_MAX_MV / 1e3,                                           \
+        .nominal = (double)BOARD_DC_NOMINAL_MV / 1e3, .period = (double)BOARD_PERIOD,                        \
+        .dead_time = BOARD_DEAD_TIME_NS / 1e9, .sensors = BOARD_CURRENT_SENSORS,                             \
+        .shunts = BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR                                                \
     }
 
-extern const board_facts_t *const board_facts[]; /* NULL at its end */
+/* The boards of this build; the first is that of the program `lagless` itself, which acts if no other one is
+ * chosen. NULL at its end. */
+extern const board_facts_t *const board_facts[];
 
 #endif

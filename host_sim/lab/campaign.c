@@ -8,6 +8,7 @@
 
 #include <pthread.h>
 
+#include "host_sim/lab/boards.h"
 #include "host_sim/lab/campaign_parts.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/times.h"
@@ -96,6 +97,9 @@ bool campaign_all(const campaign_t *campaign, campaign_result_t *results, char w
 static uint32_t space_hash(const campaign_t *campaign)
 {
     uint32_t hash = rig_tables_hash();
+    for (const char *c = boards_line(); *c != '\0'; c++) {
+        hash = (hash ^ (unsigned char)*c) * UINT32_C(16777619);
+    }
     const campaign_case_t any = {.around = campaign->scenario};
     const campaign_quantity_row_t *rows;
     const uint32_t count = campaign_rows(&any, &rows);

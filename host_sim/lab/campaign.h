@@ -54,11 +54,12 @@ typedef enum {
 } campaign_law_t;
 
 /* clang-format off */
-/* K(name, group, law, default, least, most, "unit", "what it is") */
+/* K(name, group, law, default, least, most, "unit", "what it is"). Voltages and currents are those of the default board; on another one
+ * they change as its link, its current limit or the range of its sensors: CAMPAIGN_LINK, _LIMIT, _RANGE, of campaign_space.c. */
 #define CAMPAIGN_QUANTITIES(K) \
     K(motor_drawn,      MOTOR,   EVEN,  0.0,   1.0,   1.0,   "-",       "0: the motor of the defaults, 1: the one drawn") \
     K(inertia,          MOTOR,   LOG,   0.01,  1e-6,  0.1,   "kg m^2",  "everything that turns") \
-    K(current,          MOTOR,   LOG,   5.0,   0.5,   10.0,  "A",       "rated, peak; a light rotor gets no more than what takes it up in 4 ms") \
+    K(current,          MOTOR,   LOG,   CAMPAIGN_LIMIT(5.0), CAMPAIGN_LIMIT(0.5), CAMPAIGN_LIMIT(10.0),  "A",       "rated, peak; a light rotor gets no more than what takes it up in 4 ms") \
     K(run_up,           MOTOR,   LOG,   0.1,   4e-3,  1.0,   "s",       "to rated speed by rated torque, where that is 60 to 1000 rad/s") \
     K(emf_share,        MOTOR,   EVEN,  0.7,   0.5,   0.75,  "-",       "EMF at rated speed over what the link can") \
     K(pole_pairs,       MOTOR,   WHOLE, 4.0,   1.0,   8.0,   "-",       "p; fewer where p speed would be beyond 2000 rad/s") \
@@ -78,21 +79,21 @@ typedef enum {
     K(spring,           SHAFT,   FEW,   0.0,   0.05,  0.3,   "-",       "torque of a spring over rated torque after the whole run at rated speed") \
     K(emf_5th,          POWER,   HALF,  0.0,   -0.03, 0.03,  "-",       "harmonic of the EMF") \
     K(emf_7th,          POWER,   HALF,  0.0,   -0.03, 0.03,  "-",       "harmonic of the EMF") \
-    K(dc_voltage,       POWER,   EVEN,  311.0, 270.0, 340.0, "V",       "of the source") \
+    K(dc_voltage,       POWER,   EVEN,  CAMPAIGN_LINK(311.0), CAMPAIGN_LINK(270.0), CAMPAIGN_LINK(340.0), "V",       "of the source") \
     K(dc_edge,          POWER,   FEW,   0.0,   -1.0,  1.0,   "-",       "above 0: the source is 3 % below dc_overvoltage or less, below 0: 5 % above dc_undervoltage or less") \
     K(dc_soft,          POWER,   HALF,  0.0,   0.3e-3, 3e-3, "F",       "capacitor of the link behind 0.5 ohm; 0: a stiff link") \
     K(turn_on_delay,    POWER,   EVEN,  1.0,   0.8,   1.2,   "-",       "of the module, over its data sheet's") \
     K(drops,            POWER,   EVEN,  1.0,   0.8,   1.2,   "-",       "of IGBT and diode, over the data sheet's") \
-    K(leg_drop,         POWER,   HALF,  0.0,   0.0,   1.0,   "V",       "more on leg b than on the others") \
+    K(leg_drop,         POWER,   HALF,  0.0, 0.0, CAMPAIGN_LINK(1.0),   "V",       "more on leg b than on the others") \
     K(leg_delay,        POWER,   HALF,  0.0,   0.0,   0.2e-6, "s",      "more of leg c than of the others") \
     K(leg_resistance,   POWER,   HALF,  0.0,   0.0,   0.2,   "-",       "more in leg a, over the motor's") \
-    K(offset_a,         SENSORS, EVEN,  0.0,   -0.2,  0.2,   "A",       "of current sensor a, before it is calibrated") \
-    K(offset_b,         SENSORS, EVEN,  0.0,   -0.2,  0.2,   "A",       "of current sensor b, before it is calibrated") \
+    K(offset_a,         SENSORS, EVEN,  0.0, CAMPAIGN_RANGE(-0.2), CAMPAIGN_RANGE(0.2),   "A",       "of current sensor a, before it is calibrated") \
+    K(offset_b,         SENSORS, EVEN,  0.0, CAMPAIGN_RANGE(-0.2), CAMPAIGN_RANGE(0.2),   "A",       "of current sensor b, before it is calibrated") \
     K(gain_a,           SENSORS, EVEN,  0.0,   -0.01, 0.01,  "-",       "error of current sensor a") \
     K(gain_b,           SENSORS, EVEN,  0.0,   -0.01, 0.01,  "-",       "error of current sensor b") \
-    K(current_noise,    SENSORS, LOG,   0.01,  0.01,  0.03,  "A",       "of each sample, rms; a code of the converter or more") \
+    K(current_noise,    SENSORS, LOG,   CAMPAIGN_RANGE(0.01), CAMPAIGN_RANGE(0.01), CAMPAIGN_RANGE(0.03),  "A",       "of each sample, rms; a code of the converter or more") \
     K(dc_gain,          SENSORS, EVEN,  0.0,   -0.02, 0.02,  "-",       "error of the link's sensor") \
-    K(dc_noise,         SENSORS, HALF,  0.0,   0.0,   1.0,   "V",       "of each sample, rms") \
+    K(dc_noise,         SENSORS, HALF,  0.0, 0.0, CAMPAIGN_LINK(1.0),   "V",       "of each sample, rms") \
     K(resistance_belief, BELIEFS, EVEN, 1.0,   0.7,   1.3,   "-",       "configured over true") \
     K(inductance_belief, BELIEFS, EVEN, 1.0,   0.7,   1.3,   "-",       "configured over true") \
     K(flux_belief,      BELIEFS, EVEN,  1.0,   0.7,   1.3,   "-",       "configured over true") \

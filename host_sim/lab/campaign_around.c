@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "host_sim/lab/boards.h"
 #include "host_sim/lab/campaign_parts.h"
 #include "host_sim/lab/scenario_parts.h"
 
@@ -141,9 +142,9 @@ void campaign_say_around(campaign_writing_t *text, const campaign_case_t *drawn,
 {
     const scenario_t *scenario = drawn->around;
     const double angle = scenario->start_angle + WRONG(drawn, angle);
-    campaign_say(text, "schema = 1\ntitle = \"Campaign around a scenario, seed %llu, run %lu%s%s\"\n",
-                 (unsigned long long)drawn->seed, (unsigned long)drawn->run, what[0] != '\0' ? ": " : "",
-                 what);
+    campaign_say(text, "schema = 1\n%stitle = \"Campaign around a scenario, seed %llu, run %lu%s%s\"\n",
+                 boards_line(), (unsigned long long)drawn->seed, (unsigned long)drawn->run,
+                 what[0] != '\0' ? ": " : "", what);
     campaign_say(text, "\n[run]\nduration = %.9g\nseed = %lu\n", drawn->seconds, (unsigned long)drawn->run);
     if (scenario->has_start_speed || angle != 0.0) {
         campaign_say(text, "\n[start]\nangle = %.9g\n", angle);

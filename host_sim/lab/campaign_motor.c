@@ -14,6 +14,7 @@
     2.7 /* [-] periods times 0.9 of rated speed: the EMF drives the current of a catch for so long */
 #define NOISE_MOST 0.3 /* [-] of the EMF at rated speed: L n/T of the currents' noise n */
 #define PERIOD     ((double)BOARD_PERIOD)
+#define LINK_LEAST (270.0 * (BOARD_DC_NOMINAL_MV / 311e3)) /* [V] that is drawn */
 
 /* The one whose rows are the defaults: the paper's. */
 static campaign_motor_t default_motor(void)
@@ -41,7 +42,7 @@ campaign_motor_t campaign_motor(const campaign_case_t *drawn)
         return default_motor();
     }
     /* E the peak EMF of a phase at rated speed; run-up t = J omega/T, T = 1.5 E I/omega */
-    const double emf = CAMPAIGN_VALUE(drawn, emf_share) * 270.0 / ROOT_3;
+    const double emf = CAMPAIGN_VALUE(drawn, emf_share) * LINK_LEAST / ROOT_3;
     const double inertia = CAMPAIGN_VALUE(drawn, inertia);
     const double most = inertia * SPEED_MAX * SPEED_MAX / (1.5 * emf * RUN_UP_MIN);
     const double current = fmax(0.5, fmin(CAMPAIGN_VALUE(drawn, current), most));

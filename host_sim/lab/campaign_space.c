@@ -6,6 +6,10 @@
 
 #define TURN 6.283185307179586
 
+#define CAMPAIGN_LINK(volts)    ((volts) * (BOARD_DC_NOMINAL_MV / 311e3))
+#define CAMPAIGN_LIMIT(amperes) ((amperes) * (BOARD_CURRENT_LIMIT_MA / 10e3))
+#define CAMPAIGN_RANGE(amperes) ((amperes) * ((double)BOARD_CURRENT_RANGE / 20.0))
+
 const campaign_quantity_row_t campaign_quantities[CAMPAIGN_QUANTITY_COUNT] = {
 #define ROW(name, group, law, initial, least, most, unit, text)                                              \
     {#name, CAMPAIGN_##group, CAMPAIGN_##law, initial, least, most, unit, text},

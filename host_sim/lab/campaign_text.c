@@ -4,6 +4,7 @@
 #include <stdarg.h>
 #include <string.h>
 
+#include "host_sim/lab/boards.h"
 #include "host_sim/lab/campaign_parts.h"
 
 typedef campaign_writing_t text_t;
@@ -272,8 +273,8 @@ static void say_drawn(text_t *text, const campaign_case_t *drawn, const char *wh
     const campaign_motor_t motor = campaign_motor(drawn);
     campaign_settings_t settings;
     campaign_set_all(&settings, drawn, &motor);
-    say(text, "schema = 1\ntitle = \"Campaign of seed %llu, run %lu%s%s\"\n", (unsigned long long)drawn->seed,
-        (unsigned long)drawn->run, what[0] != '\0' ? ": " : "", what);
+    say(text, "schema = 1\n%stitle = \"Campaign of seed %llu, run %lu%s%s\"\n", boards_line(),
+        (unsigned long long)drawn->seed, (unsigned long)drawn->run, what[0] != '\0' ? ": " : "", what);
     say(text, "\n[run]\nduration = %.9g\nseed = %lu\n", drawn->seconds, (unsigned long)drawn->run);
     if (CAMPAIGN_VALUE(drawn, angle) != 0.0 || CAMPAIGN_VALUE(drawn, speed) != 0.0) {
         say(text, "\n[start]\nangle = %.9g\nspeed = %.9g\n", CAMPAIGN_VALUE(drawn, angle),

@@ -5,7 +5,8 @@
 #include "host_sim/lab/experiment_parts.h"
 
 #define EXPERIMENT_KEYS                                                                                      \
-    "schema|title|text|run|start|motor|params|requests|plant|rig|at|profile|expect|experiment|begin|sweep|"  \
+    "schema|title|text|board|run|start|motor|params|requests|plant|rig|at|profile|expect|experiment|begin|"  \
+    "sweep|"                                                                                                 \
     "let|measure|claim|trace|table"
 #define EXPERIMENT_ACCEPTED                                                                                  \
     "those of a scenario, and [experiment], [begin], [[sweep]], [let], [[measure]], [[claim]], [trace], "    \

@@ -17,28 +17,30 @@ endif()
 set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
 
-# What each board sees and stands, for `lagless tune`: a source per board file, made here.
-file(GLOB board_files CONFIGURE_DEPENDS RELATIVE ${CMAKE_SOURCE_DIR}/hal/f28335/boards ${CMAKE_SOURCE_DIR}/hal/f28335/boards/*.h)
+# What each board sees and stands (board_facts.h): a source per board file, made here, and the list of them, that of the build first.
 set(board_sources "")
-set(board_names "")
+set(board_pointers "")
 set(board_externs "")
-foreach(board_file IN LISTS board_files)
-    get_filename_component(board ${board_file} NAME_WE)
+foreach(board_name board_file IN ZIP_LISTS LAGLESS_BOARD_NAMES LAGLESS_BOARD_FILES)
+    string(MAKE_C_IDENTIFIER "${board_name}" board)
     set(board_source ${CMAKE_CURRENT_BINARY_DIR}/lab/board_${board}.c)
     file(CONFIGURE OUTPUT ${board_source} @ONLY CONTENT "\
 #undef LAGLESS_BOARD_FILE
-#define LAGLESS_BOARD_FILE \"hal/f28335/boards/@board_file@\"
+#define LAGLESS_BOARD_FILE \"@board_file@\"
 #include \"host_sim/lab/board_facts.h\"
 const board_facts_t board_facts_@board@ = BOARD_FACTS;
 ")
     list(APPEND board_sources ${board_source})
     string(APPEND board_externs "extern const board_facts_t board_facts_${board};\n")
-    string(APPEND board_names "&board_facts_${board}, ")
+    string(APPEND board_pointers "&board_facts_${board}, ")
 endforeach()
-file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/lab/boards.c @ONLY CONTENT "\
+file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/lab/board_list.c @ONLY CONTENT "\
 #include \"host_sim/lab/board_facts.h\"
-@board_externs@const board_facts_t *const board_facts[] = {@board_names@NULL};
+@board_externs@const board_facts_t *const board_facts[] = {@board_pointers@NULL};
 ")
+add_library(lagless_board_facts OBJECT ${board_sources})
+desk_room(lagless_board_facts)
+target_link_libraries(lagless_board_facts PUBLIC lagless_rig)
 
 # Files of keys and values. It knows no board, and nothing waits for its speed.
 add_library(lagless_toml STATIC lab/inputs.c lab/toml_reader.cpp)
@@ -50,19 +52,15 @@ target_link_libraries(lagless_toml PRIVATE lagless_flags)
 # Compiles in two thirds of the time so; unoptimised it would take three times as long under the sanitizers.
 set_source_files_properties(lab/toml_reader.cpp PROPERTIES COMPILE_OPTIONS "$<$<CONFIG:RelWithDebInfo,Release>:-O1;-g1>")
 
-add_library(lagless_lab STATIC
-    ${CMAKE_CURRENT_BINARY_DIR}/lab/boards.c
-    ${board_sources}
+# Compiled once, for all boards: LAGLESS_ANY_BOARD (hal/board.h) refuses a number of a board in them.
+add_library(lagless_lab_shared OBJECT
+    ${CMAKE_CURRENT_BINARY_DIR}/lab/board_list.c
+    lab/boards.c
     lab/campaign.c
     lab/campaign_around.c
-    lab/campaign_duty.c
     lab/campaign_judge.c
-    lab/campaign_motor.c
     lab/campaign_pair.c
-    lab/campaign_reasons.c
-    lab/campaign_rows.c
     lab/campaign_run.c
-    lab/campaign_space.c
     lab/campaign_text.c
     lab/commission.c
     lab/commission_stage.c
@@ -88,8 +86,6 @@ add_library(lagless_lab STATIC
     lab/map_scenario.c
     lab/matrix.c
     lab/matrix_run.c
-    lab/matrix_scaled.c
-    lab/matrix_table.c
     lab/motor.c
     lab/motor_trial.c
     lab/names.c
@@ -112,22 +108,42 @@ add_library(lagless_lab STATIC
     lab/scenario_write.c
     lab/tally.c
     lab/times.c
-    lab/tune.c
     lab/tune_scenario.c
     lab/units.c
     lab/wire.c
     lab/xml.c
     lab/zip.c
 )
-desk_room(lagless_lab)
-target_compile_definitions(lagless_lab PRIVATE _GNU_SOURCE)
+desk_room(lagless_lab_shared)
+target_compile_definitions(lagless_lab_shared PRIVATE _GNU_SOURCE LAGLESS_ANY_BOARD)
+target_compile_options(lagless_lab_shared PRIVATE $<$<COMPILE_LANGUAGE:C>:-Wundef>)
 set_source_files_properties(lab/fmu_model.c PROPERTIES COMPILE_DEFINITIONS "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
-target_link_libraries(lagless_lab PUBLIC lagless_rig lagless_toml m PRIVATE Threads::Threads)
+target_link_libraries(lagless_lab_shared PUBLIC lagless_rig lagless_toml)
+set(LAGLESS_LAB_LIBRARIES m Threads::Threads)
 if(NOT SKBUILD)
-    target_sources(lagless_lab PRIVATE lab/recorder_mat.c)
-    target_include_directories(lagless_lab SYSTEM PRIVATE ${MATIO_INCLUDE_DIR})
-    target_link_libraries(lagless_lab PRIVATE ${MATIO_LIBRARY})
+    target_sources(lagless_lab_shared PRIVATE lab/recorder_mat.c)
+    target_include_directories(lagless_lab_shared SYSTEM PRIVATE ${MATIO_INCLUDE_DIR})
+    list(APPEND LAGLESS_LAB_LIBRARIES ${MATIO_LIBRARY})
 endif()
+
+# The rest depends on the board.
+function(lagless_add_lab name rig)
+    add_library(${name} STATIC $<TARGET_OBJECTS:lagless_lab_shared> $<TARGET_OBJECTS:lagless_board_facts>
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_duty.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_motor.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_reasons.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_rows.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/campaign_space.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/matrix_scaled.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/matrix_table.c
+        ${PROJECT_SOURCE_DIR}/host_sim/lab/tune.c
+    )
+    desk_room(${name})
+    target_compile_definitions(${name} PRIVATE _GNU_SOURCE)
+    target_link_libraries(${name} PUBLIC ${rig} lagless_toml PRIVATE ${LAGLESS_LAB_LIBRARIES})
+endfunction()
+lagless_add_lab(lagless_lab lagless_rig)
+set(LAGLESS_LAB_LIBRARIES "${LAGLESS_LAB_LIBRARIES}" CACHE INTERNAL "What the lab links, for tests on boards of their own")
 if(LAGLESS_SANITIZE) # whose counters of executed lines are for one thread
     set_source_files_properties(lab/pool.c PROPERTIES COMPILE_DEFINITIONS POOL_THREADS_MAX=1u)
 endif()

@@ -66,6 +66,7 @@ bool scenario_fail(scenario_error_t *error, scenario_place_t place, const char *
     va_end(arguments);
     snprintf(error->name, sizeof error->name, "%s", name[0] != '\0' ? name : "\"\"");
     error->place = place;
+    error->board[0] = '\0';
     flatten(error->message);
     flatten(error->name);
     return false;

@@ -4,6 +4,7 @@
  *   schema = 1
  *   title = "Load step at 500 r/min"       # one line, required
  *   text = "..."                           # optional
+ *   board = "mosfet_48v_60a"               # optional: one of `lagless boards`, on which the scenario runs
  *   [run]
  *   duration = "2 s"                       # required, one period to 1 h
  *   seed = 1                               # of all noise
@@ -90,6 +91,7 @@ typedef struct {
     scenario_place_t place;
     char name[96];     /* the offending name */
     char message[640]; /* one line: what is wrong, what is accepted */
+    char board[64];    /* nothing is wrong but the board: the scenario is for this one; "" otherwise */
 } scenario_error_t;
 
 typedef struct {
@@ -143,9 +145,11 @@ typedef struct {
     const char *path;   /* of the file */
     const char *source; /* the whole file, 0 at its end */
     const char *title;
-    const char *text; /* "" if there is none */
-    double duration;  /* [s] as written */
-    uint32_t periods; /* [periods] >= 1 */
+    const char *text;     /* "" if there is none */
+    const char *unsuited; /* why the motor does not suit the board, with what suits; "" if it does, or there
+                             is none */
+    double duration;      /* [s] as written */
+    uint32_t periods;     /* [periods] >= 1 */
     uint64_t seed;
     uint32_t every;               /* [periods] of the recording, >= 1 */
     uint32_t record[RIG_TAP_MAX]; /* ids */

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host_sim/lab/boards.h"
 #include "host_sim/lab/motor.h"
 #include "host_sim/lab/scenario_parts.h"
 #include "host_sim/lab/tune.h"
@@ -307,6 +308,28 @@ bool reading_sections(const reading_t *reading, const toml_entry_t *table, scena
 
 /* ---- the parts of a file ---- */
 
+/* A scenario for another board is read by that board's program. */
+static bool read_board(const reading_t *reading, const toml_entry_t *board)
+{
+    char why[BOARDS_TEXT_SIZE];
+    if (!reading_is_text(reading, board, false)) {
+        return false;
+    }
+    if (strcmp(board->text, rig_board) == 0) {
+        return true;
+    }
+    const board_facts_t *other = boards_find(board->text, why);
+    if (other == NULL) {
+        return scenario_fail(reading->error, reading_place(board), "board", "%s", why);
+    }
+    scenario_fail(reading->error, reading_place(board), "board",
+                  "the scenario is for board %s, and %s is chosen; accepted: the same board in both, or only "
+                  "one of them",
+                  other->name, rig_board);
+    snprintf(reading->error->board, sizeof reading->error->board, "%s", other->name);
+    return false;
+}
+
 static bool read_head(const reading_t *reading, const toml_entry_t *top)
 {
     scenario_t *scenario = reading->scenario;
@@ -336,7 +359,9 @@ static bool read_head(const reading_t *reading, const toml_entry_t *top)
     }
     scenario->title = title->text;
     scenario->text = text != NULL ? text->text : "";
-    return true;
+    scenario->unsuited = "";
+    const toml_entry_t *board = reading_find(reading, top, "board");
+    return board == NULL || read_board(reading, board);
 }
 
 static bool read_record(const reading_t *reading, const toml_entry_t *record)
@@ -854,6 +879,15 @@ static bool read_motor(const reading_t *reading, const toml_entry_t *top)
         }
         return false;
     }
+    char unsuited[BOARDS_TEXT_SIZE];
+    if (boards_unsuited(unsuited, &motor)[0] != '\0') {
+        char *kept = scenario_take(reading->scenario, sizeof unsuited);
+        if (kept == NULL) {
+            return scenario_no_memory(reading->error);
+        }
+        memcpy(kept, unsuited, sizeof unsuited);
+        reading->scenario->unsuited = kept;
+    }
     const table_row_t *source = rig_row_by_name("position_source");
     for (uint32_t n = 0; n < tune.count; n++) {
         uint32_t at = 0;
@@ -1101,14 +1135,14 @@ static bool check_tap(const reading_t *reading)
 static bool read_all(const reading_t *reading)
 {
     const toml_entry_t *top = &reading->file->entries[0];
-    const bool known =
-        reading->more->keys != NULL
-            ? reading_only_keys(reading, top, reading->more->keys, reading->more->accepted)
-            : reading_only_keys(
-                  reading, top,
-                  "schema|title|text|run|start|motor|params|requests|plant|rig|at|profile|expect|measure",
-                  "schema, title, text, [run], [start], [motor], [params], [requests], [plant], [rig], "
-                  "[[at]], [[profile]], [[expect]], [[measure]]");
+    const bool known = reading->more->keys != NULL
+                           ? reading_only_keys(reading, top, reading->more->keys, reading->more->accepted)
+                           : reading_only_keys(reading, top,
+                                               "schema|title|text|board|run|start|motor|params|requests|"
+                                               "plant|rig|at|profile|expect|measure",
+                                               "schema, title, text, board, [run], [start], [motor], "
+                                               "[params], [requests], [plant], [rig], "
+                                               "[[at]], [[profile]], [[expect]], [[measure]]");
     return known && read_head(reading, top) && read_run(reading, top) && read_start(reading, top) &&
            read_events(reading, top) && read_motor(reading, top) && read_expects(reading, top) &&
            check_tap(reading) &&

@@ -2,6 +2,7 @@
 
 #include <inttypes.h>
 
+#include "host_sim/lab/boards.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/units.h"
 
@@ -47,7 +48,7 @@ static void write_event(FILE *file, const scenario_event_t *event)
 
 void scenario_write(FILE *file, const scenario_t *scenario, uint64_t seed)
 {
-    fprintf(file, "schema = 1\ntitle = ");
+    fprintf(file, "schema = 1\n%stitle = ", boards_line());
     json_text(file, scenario->title); /* a string of TOML is written as one of JSON */
     fprintf(file, "\n\n[run]\nduration = %.17g\nseed = %" PRIu64 "\n", scenario->duration, seed);
     if (scenario->has_start) {

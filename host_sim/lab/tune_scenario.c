@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "host_sim/lab/board_facts.h"
+#include "host_sim/lab/boards.h"
 #include "host_sim/lab/tune.h"
 
 #define PI  3.14159265358979323846
@@ -55,16 +55,19 @@ void tune_boards(FILE *to, const motor_t *motor, const char *comment)
     fprintf(to, ".\n");
     for (size_t n = 0; board_facts[n] != NULL; n++) {
         const board_facts_t *board = board_facts[n];
-        const double limit = 0.95 / 1.2 * board->current_range;
-        const bool enough = limit >= 1.25 * current;
-        const bool volts = link * 1.15 <= board->overvoltage_max;
+        const bool enough = boards_current_suits(board, motor);
+        const bool volts = boards_voltage_suits(board, motor);
         fprintf(to, "%s  %-14s +-%.3g A in steps of %.2g mA, %.4g V%s: %s%s%s\n", comment, board->name,
                 board->current_range, 1e3 * board->current_per_code, board->overvoltage_max,
-                strcmp(board->name, BOARD_NAME) == 0 ? " (this build)" : "", enough && volts ? "fits" : "",
+                strcmp(board->name, rig_board) == 0 ? " (this build)" : "", enough && volts ? "fits" : "",
                 enough  ? ""
                 : volts ? "too little current"
                         : "too little current, ",
                 volts ? "" : "too little voltage");
+    }
+    const board_facts_t *proposed = boards_propose(motor);
+    if (proposed != NULL && strcmp(proposed->name, rig_board) != 0) {
+        fprintf(to, "%sProposed: --board %s\n", comment, proposed->name);
     }
 }
 
@@ -150,9 +153,9 @@ void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, c
                             memcmp(library.has, sheet->has, sizeof sheet->has) == 0 &&
                             memcmp(library.value, sheet->value, sizeof sheet->value) == 0;
     fprintf(to,
-            "# Written by `lagless tune`.\nschema = 1\ntitle = \"%.80s: cold start %s encoder to %.0f "
+            "# Written by `lagless tune`.\nschema = 1\n%stitle = \"%.80s: cold start %s encoder to %.0f "
             "r/min, load %.3g N m\"\n\n",
-            sheet->name, tune->needs_encoder ? "with an" : "without", tune->speed_top / RPM,
+            boards_line(), sheet->name, tune->needs_encoder ? "with an" : "without", tune->speed_top / RPM,
             plan.load_torque);
     fprintf(
         to,

@@ -9,5 +9,5 @@ add_library(lagless_line STATIC
     line/transport.c
 )
 desk_room(lagless_line)
-target_compile_definitions(lagless_line PRIVATE _GNU_SOURCE)
+target_compile_definitions(lagless_line PRIVATE _GNU_SOURCE LAGLESS_ANY_BOARD)
 target_link_libraries(lagless_line PUBLIC lagless_rig m)

@@ -17,7 +17,7 @@ uint32_t binding_layout(void)
         sizeof(scenario_error_t),    sizeof(binding_outcome_t),   sizeof(binding_verdict_t),
         sizeof(plant_truth_t),       sizeof(binding_plant_now_t), sizeof(binding_campaign_t),
         sizeof(binding_ask_t),       sizeof(binding_history_t),   sizeof(binding_commission_t),
-        sizeof(commission_result_t),
+        sizeof(commission_result_t), sizeof(board_facts_t),
     };
     uint32_t hash = UINT32_C(2166136261);
     for (size_t n = 0; n < sizeof sizes / sizeof sizes[0]; n++) {
@@ -29,6 +29,27 @@ uint32_t binding_layout(void)
 const char *binding_version(void)
 {
     return LAGLESS_VERSION;
+}
+
+const char *binding_board(void)
+{
+    return rig_board;
+}
+
+const board_facts_t *binding_boards(uint32_t n)
+{
+    uint32_t count = 0;
+    while (board_facts[count] != NULL) {
+        count++;
+    }
+    return n < count ? board_facts[n] : NULL;
+}
+
+void binding_no_board(const char *name, char why[WHY_SIZE])
+{
+    char text[BOARDS_TEXT_SIZE];
+    (void)boards_find(name, text);
+    snprintf(why, WHY_SIZE, "%s", text);
 }
 
 double binding_period(void)
@@ -235,6 +256,7 @@ void binding_scenario_about(const scenario_t *scenario, binding_scenario_t *abou
     *about = (binding_scenario_t){
         .title = scenario->title,
         .source = scenario->source,
+        .unsuited = scenario->unsuited,
         .seed = scenario->seed,
         .periods = scenario->periods,
         .every = scenario->every,

@@ -14,6 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "host_sim/lab/boards.h"
 #include "host_sim/lab/commission.h"
 #include "host_sim/lab/runner.h"
 #include "host_sim/lab/scenario.h"
@@ -40,6 +41,12 @@ typedef struct {
 BINDING uint32_t binding_layout(void);
 BINDING double binding_period(void);       /* [s] */
 BINDING const char *binding_version(void); /* of the project in CMakeLists.txt */
+
+/* The board of this library; the n-th of all boards, NULL: there are not so many; and why there is none of
+ * this name, "" if there is one. */
+BINDING const char *binding_board(void);
+BINDING const board_facts_t *binding_boards(uint32_t n);
+BINDING void binding_no_board(const char *name, char why[WHY_SIZE]);
 
 /* The n-th row of all tables; false: there are not so many. */
 BINDING bool binding_row(uint32_t n, binding_row_t *row);
@@ -99,6 +106,7 @@ BINDING bool binding_scenario_check(scenario_t *scenario, scenario_error_t *erro
 
 typedef struct {
     const char *title, *source;
+    const char *unsuited; /* scenario_t */
     uint64_t seed;
     uint32_t periods, every; /* [periods] */
     const uint32_t *record;  /* ids */

@@ -10,16 +10,24 @@ if(LAGLESS_PYTHON_LIBRARY)
     endif()
     add_custom_target(lagless_python)
     install(PROGRAMS "${LAGLESS_PYTHON_LIBRARY}" DESTINATION lagless COMPONENT python)
+    get_filename_component(python_folder "${LAGLESS_PYTHON_LIBRARY}" DIRECTORY)
+    set(python_boards ${LAGLESS_BOARD_NAMES})
+    list(POP_FRONT python_boards)
+    foreach(board IN LISTS python_boards) # those of the other boards lie beside it
+        install(PROGRAMS "${python_folder}/boards/${board}/liblagless.so" DESTINATION lagless/boards/${board} COMPONENT python)
+    endforeach()
 else()
-    add_library(lagless_python SHARED
+    add_library(lagless_python_objects OBJECT
         python/binding.c
         python/binding_campaign.c
         python/binding_commission.c
         python/binding_plant.c
     )
-    desk_room(lagless_python)
-    target_compile_definitions(lagless_python PRIVATE _GNU_SOURCE "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
-    target_link_libraries(lagless_python PRIVATE lagless_lab lagless_plant)
+    desk_room(lagless_python_objects)
+    target_compile_definitions(lagless_python_objects PRIVATE _GNU_SOURCE LAGLESS_ANY_BOARD "LAGLESS_VERSION=\"${PROJECT_VERSION}\"")
+    target_link_libraries(lagless_python_objects PRIVATE lagless_lab lagless_plant)
+    add_library(lagless_python SHARED $<TARGET_OBJECTS:lagless_python_objects>)
+    target_link_libraries(lagless_python PRIVATE lagless_lab lagless_plant lagless_flags)
     # The wheel's is optimised across rooms; the one of a build, for the package of the tree, is linked in no time.
     set(python_link "${LAGLESS_PLAIN_LINK}")
     if(SKBUILD)
@@ -27,7 +35,7 @@ else()
     endif()
     target_link_options(lagless_python PRIVATE ${python_link} -Wl,--as-needed -Wl,--no-undefined -Wl,--exclude-libs,ALL
         -static-libgcc -static-libstdc++)
-    set_target_properties(lagless_python PROPERTIES OUTPUT_NAME lagless LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/python)
+    set_target_properties(lagless_python PROPERTIES OUTPUT_NAME lagless LINKER_LANGUAGE CXX LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/python)
 endif()
 if(SKBUILD) # pyproject.toml
     if(NOT LAGLESS_PYTHON_LIBRARY)

@@ -7,11 +7,14 @@
 
 #include "contract/tap.h"
 #include "host_sim/rig/rig_parts.h"
+#include "settings/params.h"
 #include "settings/reasons.h"
 #include "settings/signals.h"
 
 /* Nothing of the program reads it; `used` keeps it where the linker looks across rooms. */
 __attribute__((used)) const uint32_t rig_period_ticks = RIG_PERIOD_TICKS;
+const uint32_t rig_window_periods = DRIVE_WINDOW;
+const char rig_board[] = BOARD_NAME;
 
 rig_state_t *rig_state(rig_t *rig)
 {

@@ -20,16 +20,23 @@
 
 typedef struct rig rig_t;
 
+#if defined(LAGLESS_ANY_BOARD)
+#define RIG_PERIOD_TICKS ((uint64_t)rig_period_ticks)
+#else
 #if BOARD_PERIOD_CYCLES * 150000 % (BOARD_SYSCLK_HZ / 1000) != 0
 #error                                                                                                       \
     "docs/board.md, line 3: the simulation counts in 1/150 MHz, and the period of this carrier is not a whole number of ticks; choose another carrier nearby (125 MHz: 9992 Hz)"
 #endif
 
 /* One rig_step: a period of the board's carrier, in ticks [1/150 MHz] whatever its system clock. */
-#define RIG_PERIOD_TICKS   ((uint64_t)BOARD_PERIOD_CYCLES * 150000u / (BOARD_SYSCLK_HZ / 1000u))
+#define RIG_PERIOD_TICKS ((uint64_t)BOARD_PERIOD_CYCLES * 150000u / (BOARD_SYSCLK_HZ / 1000u))
+#endif
 #define RIG_PERIOD_SECONDS ((double)RIG_PERIOD_TICKS / 150e6)
 
-extern const uint32_t rig_period_ticks; /* the same for a debugger, which knows no macros */
+/* Of the board that this program or library simulates, for sources that are compiled once for all boards. */
+extern const uint32_t rig_period_ticks; /* RIG_PERIOD_TICKS; a debugger reads it too, which knows no macros */
+extern const uint32_t rig_window_periods; /* [periods] of a window of the medium task */
+extern const char rig_board[];            /* BOARD_NAME */
 
 /* [periods] of so many ticks, nearest to this time [s], which is not negative. */
 static inline uint32_t rig_periods_of(double seconds, uint64_t period_ticks)

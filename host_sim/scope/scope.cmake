@@ -20,5 +20,5 @@ add_library(lagless_scope STATIC
     ${CMAKE_CURRENT_BINARY_DIR}/scope_texts.c
 )
 desk_room(lagless_scope)
-target_compile_definitions(lagless_scope PRIVATE _GNU_SOURCE)
+target_compile_definitions(lagless_scope PRIVATE _GNU_SOURCE LAGLESS_ANY_BOARD)
 target_link_libraries(lagless_scope PUBLIC lagless_line lagless_lab)

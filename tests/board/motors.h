@@ -15,6 +15,18 @@ static const run_motor_t board_motor = {.pole_pairs = 4.0,
                                         .speed = 1500.0 * RPM,
                                         .bandwidth = 8.0};
 #define BOARD_RATED_TORQUE 5.0 /* [N m] less than current_limit gives */
+#elif BOARD_CURRENT_LIMIT_MA >= 60000
+/* The next one in twice the size, of half the impedance: the steps of the sensors of so strong a board are
+ * coarse for less. */
+static const run_motor_t board_motor = {.pole_pairs = 4.0,
+                                        .resistance = 0.04,
+                                        .inductance = 0.1e-3,
+                                        .flux_linkage = 0.0145,
+                                        .inertia = 4e-3,
+                                        .friction = 0.4,
+                                        .speed = 3500.0 * RPM,
+                                        .bandwidth = 20.0};
+#define BOARD_RATED_TORQUE 3.48
 #else
 /* 48 V, 640 W at 3500 r/min: EMF 21.3 V of the 27.7 V that the link gives a phase; 20 A make 1.74 N m.
  * Inertia and friction with what it drives, a small pump: 2.3 A without load, as the paper's rig takes 1.2 A

@@ -9,15 +9,16 @@ endforeach()
 set_tests_properties(cli_own_motor PROPERTIES COST 20)
 
 # `lagless tune` on every board: those of hal/f28335/boards, two of the tests, and the default one at other carriers (tests/board makes
-# their libraries). The lab's sources see the board of the program.
+# their libraries).
 if(NOT LAGLESS_SANITIZE AND LAGLESS_BOARD STREQUAL "pm50rl1a060")
     find_package(Threads REQUIRED)
     lagless_add_board(esc48 tests/cases/esc48.h)
-    set(tune_sources course motor motor_trial names runner scenario scenario_read tally times tune tune_scenario units)
-    list(TRANSFORM tune_sources REPLACE "(.+)" "${CMAKE_SOURCE_DIR}/host_sim/lab/\\1.c")
-    foreach(board "" _hvmtrpfckit _desk48 _esc48 _20000)
-        lagless_test(lab_tune_boards${board} LABEL board SOURCES ${CMAKE_SOURCE_DIR}/tests/lab/test_tune_boards.c ${tune_sources}
-            LIBS lagless_rig${board} lagless_toml Threads::Threads m)
-        target_compile_definitions(test_lab_tune_boards${board} PRIVATE _GNU_SOURCE "LAGLESS_MOTORS=\"${CMAKE_SOURCE_DIR}/host_sim/motors\"")
+    foreach(board desk48 esc48 20000)
+        lagless_add_lab(lagless_lab_${board} lagless_rig_${board})
+        set_target_properties(lagless_lab_${board} PROPERTIES EXCLUDE_FROM_ALL TRUE)
+    endforeach()
+    foreach(board "" _hvmtrpfckit _mosfet_48v_60a _igbt_540v_30a _desk48 _esc48 _20000)
+        lagless_test(lab_tune_boards${board} LABEL board SOURCES ${CMAKE_SOURCE_DIR}/tests/lab/test_tune_boards.c LIBS lagless_lab${board} m)
+        target_compile_definitions(test_lab_tune_boards${board} PRIVATE _GNU_SOURCE)
     endforeach()
 endif()

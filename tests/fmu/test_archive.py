@@ -39,6 +39,15 @@ class Archive(unittest.TestCase):
             self.assertEqual(archive.namelist(), ["modelDescription.xml", "binaries/linux64/lagless.so", "resources/scenario.toml"])
             self.assertEqual(archive.read("binaries/linux64/lagless.so")[:4], b"\x7fELF")
 
+    def test_on_another_board_it_holds_that_board_s_library_and_step(self):
+        self.made("load_step", "--board", "mosfet_48v_60a")
+        with zipfile.ZipFile(FOLDER / "load_step.fmu") as archive:
+            self.assertIn('\nboard = "mosfet_48v_60a"\n', archive.read("resources/scenario.toml").decode())
+            built = pathlib.Path(LAGLESS).parent / "fmu/boards/mosfet_48v_60a/lagless.so"
+            self.assertEqual(archive.read("binaries/linux64/lagless.so"), built.read_bytes())
+            root = xml.etree.ElementTree.fromstring(archive.read("modelDescription.xml"))
+            self.assertAlmostEqual(float(root.find("DefaultExperiment").get("stepSize")), 1 / 20000, 12)
+
     def test_the_document_shows_what_the_command_prints(self):
         document = (pathlib.Path(__file__).resolve().parents[2] / "docs/fmu.md").read_text(encoding="utf-8")
         printed = self.made("load_step").replace(f"{FOLDER}/", "units/")

@@ -400,6 +400,49 @@ class Motulator(unittest.TestCase):
             lagless.Plant(L_s=0.01, L_d=0.02)
 
 
+class Boards(unittest.TestCase):
+    """What each board is, is compared with its header by tests/cli/test_boards.py, through the program's list."""
+    SMALL = {"title": "x", "motor": "hurst-dmb0224c10002", "run": {"duration": "0.1 s", "record": ["i_q"]}, **START}
+
+    def test_they_are_those_of_the_program(self):
+        theirs = program("boards", "--json")["boards"]
+        ours = lagless.boards()
+        self.assertEqual(list(ours), [one["name"] for one in theirs])
+        for one in theirs:
+            board = ours[one["name"]]
+            self.assertEqual((board.nominal, board.overvoltage_max, board.current_trip, board.sensors),
+                             (one["link_v"], one["overvoltage_max_v"], one["overcurrent_trip_a"], one["current_sensors"]))
+
+    def test_a_run_has_the_bits_of_the_program_by_argument_and_by_scenario(self):
+        path = FOLDER / "board.toml"
+        path.write_text(lagless.to_toml(self.SMALL), encoding="utf-8")
+        for board in lagless.boards():
+            theirs = program("run", str(path), "--json", "--board", board)
+            for ours in (lagless.run(self.SMALL, board=board), lagless.run({"board": board, **self.SMALL})):
+                self.assertEqual((ours.hash, ours.board, ours.seconds), (theirs["state_hash"], board, theirs["seconds"]))
+                self.assertAlmostEqual(ours.t[1], lagless.period(board), 15)
+
+    def test_what_contradicts_or_does_not_exist_is_told(self):
+        with self.assertRaisesRegex(lagless.Error, "for board mosfet_48v_60a, and igbt_540v_30a is chosen"):
+            lagless.run({"board": "mosfet_48v_60a", **self.SMALL}, board="igbt_540v_30a")
+        for wrong in (lambda: lagless.run(self.SMALL, board="igbt"), lambda: lagless.Rig(board="igbt"), lambda: lagless.campaign(1, board="igbt")):
+            with self.assertRaisesRegex(lagless.Error, "no board is called igbt; nearest: igbt_540v_30a; accepted: pm50rl1a060"):
+                wrong()
+
+    def test_rigs_of_two_boards_live_side_by_side_and_take_no_state_of_each_other(self):
+        with lagless.Rig(board="mosfet_48v_60a") as fast, lagless.Rig() as slow:
+            for rig in (fast, slow, fast):
+                rig.step()
+            self.assertEqual((fast.t, slow.t), (1e-4, 1e-4))
+            self.assertEqual((fast["dc_overvoltage"], slow["dc_overvoltage"]), (62.0, 400.0))
+            with self.assertRaisesRegex(lagless.Error, "another board"):
+                slow.load(fast.save())
+
+    def test_a_motor_that_does_not_suit_is_warned_of(self):
+        with self.assertWarnsRegex(UserWarning, "needs a link of 311 V, and board mosfet_48v_60a allows a trip of 70 V"):
+            lagless.run({"title": "x", "motor": "liu-2019", "run": {"duration": "1 ms"}}, board="mosfet_48v_60a")
+
+
 class ThePlant(unittest.TestCase):
     IDEAL = {name: 0 for name in ("turn_on_delay", "turn_off_delay", "igbt_voltage", "igbt_resistance", "diode_voltage",
                                   "diode_resistance", "current_noise", "friction_coulomb")}

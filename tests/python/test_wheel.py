@@ -30,6 +30,7 @@ assert not any(shutil.which(name) for name in ("cc", "gcc", "clang", "c++", "cma
 result = lagless.run(json.loads(sys.argv[1]), record=["i_q"])
 assert os.path.dirname(lagless.__file__) == os.path.dirname(os.environ["LAGLESS_MOTORS"]), "motors of the tree"
 lagless.run({"title": "a motor of the library", "motor": "teknic-m2310p-ln-04k", "run": {"duration": "1 ms"}})
+assert [lagless.Rig(board=name)["u_dc"] >= 0 for name in lagless.boards()]
 print(json.dumps({"hash": result.hash, "samples": len(result.i_q), "file": lagless.__file__, "known": list(lagless.scenarios())}))
 """
 
@@ -97,7 +98,8 @@ class Wheel(unittest.TestCase):
         package = [f"lagless/{path.relative_to(folder)}" for path in (*folder.glob("*.py"), *folder.glob("bench/*"))]
         known = [f"lagless/{folder}/{path.name}" for folder in ("scenarios", "motors")
                  for path in (ROOT / "host_sim" / folder).glob("*.toml")]
-        self.assertEqual(ours, sorted(package + known + ["lagless/liblagless.so"]))
+        boards = [f"lagless/boards/{path.stem}/liblagless.so" for path in (ROOT / "hal/f28335/boards").glob("*.h") if path.stem != "pm50rl1a060"]
+        self.assertEqual(ours, sorted(package + known + boards + ["lagless/liblagless.so"]))
         self.assertEqual({name.split("/")[0] for name in names}, {"lagless", self.wheel.name.rsplit("-", 3)[0] + ".dist-info"})
 
     @unittest.skipUnless(shutil.which("readelf"), "no readelf")

@@ -5,6 +5,7 @@
     result = lagless.run("cold_start")            # a scenario by name, file, text or dict
     result.passed, result.fault, result["i_q"]    # verdicts, faults, numpy arrays
     result.plot()
+    lagless.run("my.toml", board="mosfet_48v_60a")   # on another power stage: lagless.boards() lists them
 
     with lagless.Rig(seed=1) as rig:              # the ring itself, a period at a time
         rig.set(load_torque="2 N m", speed_request="500 r/min", enable="on")
@@ -23,6 +24,7 @@ All values are in SI units, peak values, per phase; where a value is set, text w
 pandas, matplotlib and dask are asked for where they are used, and nowhere else.
 """
 from ._bench import Bench, bench
+from ._boards import Board, boards
 from ._campaign import Campaign, campaign
 from ._commission import Commissioning, Measured, commission
 from ._errors import Error
@@ -36,5 +38,5 @@ from ._scenario import run, scenarios, sweep, to_toml
 
 __version__ = _library.version().decode()
 
-__all__ = ["Bench", "Campaign", "Commissioning", "Error", "Fault", "Measured", "Plant", "PlantState", "Result", "Rig", "Row", "Trace", "Verdict",
-           "bench", "campaign", "commission", "from_motulator", "period", "row", "rows", "run", "scenarios", "sweep", "to_toml"]
+__all__ = ["Bench", "Board", "Campaign", "Commissioning", "Error", "Fault", "Measured", "Plant", "PlantState", "Result", "Rig", "Row", "Trace", "Verdict",
+           "bench", "boards", "campaign", "commission", "from_motulator", "period", "row", "rows", "run", "scenarios", "sweep", "to_toml"]

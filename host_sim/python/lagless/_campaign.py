@@ -6,7 +6,7 @@ import pathlib
 
 from ._errors import Error
 from ._library import Campaign as _Struct
-from ._library import Keep, library, why
+from ._library import Keep, of, why
 
 
 class Campaign:
@@ -16,7 +16,8 @@ class Campaign:
     -> text of the scenario of each violation, made as small as it goes; summary: counts, violations and reasons as
     `lagless campaign --json` has them."""
 
-    def __init__(self, head, lines, scenarios):
+    def __init__(self, head, lines, scenarios, board=None):
+        self.board = of(board).name
         self.head = head
         self.lines = sorted(lines, key=lambda line: int(line.partition(",")[0]))
         self.scenarios = dict(sorted(scenarios.items()))
@@ -24,6 +25,7 @@ class Campaign:
 
     def _text(self, as_json):
         refusal = why()
+        library = of(self.board)
         memory = library.campaign_summary((self.head + "".join(self.lines)).encode(), as_json, refusal)
         if not memory:
             raise Error(refusal.value.decode())
@@ -61,16 +63,16 @@ def _struct(runs, seed, seconds, shard, shards, threads, keep=None):
     return _Struct(seed, float(seconds), runs, shard, shards, threads, keep or Keep())
 
 
-def head(runs, seed, seconds):
+def head(runs, seed, seconds, board=None):
     """First line of a campaign's results: what all its shards must agree in, tables of the program included."""
     text = why()
-    good = library.campaign_head(c.byref(_struct(runs, seed, seconds, 1, 1, 1)), text)
+    good = of(board).campaign_head(c.byref(_struct(runs, seed, seconds, 1, 1, 1)), text)
     if not good:
         raise Error(text.value.decode())
     return text.value.decode()
 
 
-def shard(runs, seed, seconds, number, shards, threads=1, progress=None):
+def shard(runs, seed, seconds, number, shards, threads=1, progress=None, board=None):
     """Every `shards`-th run from the `number`-th on (from 1): (head, lines, scenarios). What a worker of a cluster does."""
     lines, scenarios, errors = [], {}, []
 
@@ -86,15 +88,15 @@ def shard(runs, seed, seconds, number, shards, threads=1, progress=None):
         return bool(errors)
 
     refusal = why()
-    good = library.campaign(c.byref(_struct(runs, seed, seconds, number, shards, threads, Keep(keep))), refusal)
+    good = of(board).campaign(c.byref(_struct(runs, seed, seconds, number, shards, threads, Keep(keep))), refusal)
     if errors:
         raise errors[0]
     if not good:
         raise Error(refusal.value.decode())
-    return head(runs, seed, seconds), lines, scenarios
+    return head(runs, seed, seconds, board), lines, scenarios
 
 
-def campaign(runs=10000, seed=1, seconds=2.0, client=None, shards=None, threads=None, progress=None):
+def campaign(runs=10000, seed=1, seconds=2.0, client=None, shards=None, threads=None, progress=None, board=None):
     """Random motors, loads, wrong beliefs, sensor errors, profiles and faults; every period of every run is judged.
 
     runs, seed, seconds (simulated, of each): as of `lagless campaign`, and the same runs: run n of a seed is the same however
@@ -102,19 +104,20 @@ def campaign(runs=10000, seed=1, seconds=2.0, client=None, shards=None, threads=
 
     client: a dask.distributed.Client; the runs are divided into `shards` (default: 8 for each of its threads), each a task. A
     task whose worker is lost is made again by another one; nothing is counted twice. The workers must have this package, of the
-    same build: tables that differ are refused. progress: called with the share that is done.
+    same build: tables that differ are refused. progress: called with the share that is done. board: the power
+    stage, one of boards().
 
     Returns a Campaign."""
     tell = progress or (lambda share: None)
     if client is None:
-        done = shard(runs, seed, seconds, 1, 1, threads or os.cpu_count() or 1, lambda count: tell(count / runs))
-        return Campaign(*done)
+        done = shard(runs, seed, seconds, 1, 1, threads or os.cpu_count() or 1, lambda count: tell(count / runs), board)
+        return Campaign(*done, board)
     from dask.distributed import as_completed
 
     if shards is None:
         shards = max(1, min(runs, 8 * sum(client.nthreads().values())))
-    first = head(runs, seed, seconds)
-    futures = client.map(lambda number: shard(runs, seed, seconds, number, shards), range(1, shards + 1), pure=False,
+    first = head(runs, seed, seconds, board)
+    futures = client.map(lambda number: shard(runs, seed, seconds, number, shards, board=board), range(1, shards + 1), pure=False,
                          key="lagless-campaign")
     lines, scenarios = [], {}
     try:
@@ -128,4 +131,4 @@ def campaign(runs=10000, seed=1, seconds=2.0, client=None, shards=None, threads=
             tell(count / shards)
     finally:
         client.cancel(futures)
-    return Campaign(first, lines, scenarios)
+    return Campaign(first, lines, scenarios, board)

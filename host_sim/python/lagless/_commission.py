@@ -73,12 +73,12 @@ def _steps():
     return names
 
 
-def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=None):
+def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=None, board=None):
     """Measures the motor of a scenario by the drive itself, step by step, and returns a Commissioning.
 
     The values of the motor that the scenario has are not used. plate: pole_pairs, rated_current_peak or rated_current_rms, rated_speed;
-    what is missing is taken from the scenario's parameters. steps: names, if not all; each needs the results of those before it. set, seed:
-    as of run. progress: called with a step's name and False before it, True after it.
+    what is missing is taken from the scenario's parameters. steps: names, if not all; each needs the results of those before it. set, seed,
+    board: as of run. progress: called with a step's name and False before it, True after it.
 
         result = lagless.commission("cold_start", plate={"pole_pairs": 4, "rated_current_peak": "10 A", "rated_speed": "1500 r/min"})
         print(result)
@@ -108,10 +108,10 @@ def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=N
             raised.append(error)
 
     how.progress = StepDone(on_step)
-    with _Scenario(scenario) as read:
+    with _Scenario(scenario, board) as read:
         read.override(set)
         how.seed = read.about().seed if seed is None else int(seed)
-        accepted = library.commission(read.handle, c.byref(how), c.byref(result), refusal)
+        accepted = read.library.commission(read.handle, c.byref(how), c.byref(result), refusal)
     if raised:
         raise raised[0]
     if not accepted:

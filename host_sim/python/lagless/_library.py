@@ -3,6 +3,8 @@ import ctypes as c
 import os
 import pathlib
 
+from ._errors import Error
+
 # Beside this file in a wheel; LAGLESS_LIBRARY names another one, as a build's tests do.
 PATH = os.environ.get("LAGLESS_LIBRARY") or str(pathlib.Path(__file__).with_name("liblagless.so"))
 
@@ -25,10 +27,10 @@ def _struct(of, /, **fields):
 Row = _struct("Row", id=u32, kind=u32, access=u32, table=text, name=text, key=text, unit=text, text=text, choices=text,
               initial=f64, min=f64, max=f64)
 Samples = _struct("Samples", slots=p, periods=p, room=u64, used=u64)
-About = _struct("About", title=text, source=text, seed=u64, periods=u32, every=u32, record=c.POINTER(u32),
+About = _struct("About", title=text, source=text, unsuited=text, seed=u64, periods=u32, every=u32, record=c.POINTER(u32),
                 record_count=u32, expect_count=u32)
 Place = _struct("Place", line=u32, column=u32)
-ScenarioError = _struct("ScenarioError", file=c.c_char * 256, place=Place, name=c.c_char * 96, message=c.c_char * 640)
+ScenarioError = _struct("ScenarioError", file=c.c_char * 256, place=Place, name=c.c_char * 96, message=c.c_char * 640, board=c.c_char * 64)
 Outcome = _struct("Outcome", seed=u64, hash=u64, seconds=f64, end=u32, failed=u32, periods=u32, fault_period=u32, state=i32,
                   fault_reason=i32, refusal=i32, not_on=i32, manoeuvre=i32)
 Verdict = _struct("Verdict", name=text, statistic=text, value=f64, at_least=f64, at_most=f64, begin=f64, end=f64, id=u32,
@@ -53,11 +55,17 @@ Commissioned = _struct("Commissioned", resistance=Value, inductance_d=Value, ind
                        friction_coulomb=Value, friction_viscous=Value, dead_voltage=Value, flux_first=f64, inertia_first=f64, step=u32,
                        reason=c.c_char * 48, what=c.c_char * 400, seconds=f64, largest_current=f64)
 
+Board = _struct("Board", name=text, current_range=f64, current_per_code=f64, current_limit=f64, current_trip=f64, undervoltage=f64,
+                overvoltage=f64, overvoltage_max=f64, nominal=f64, period=f64, dead_time=f64, sensors=c.c_int, shunts=b)
+
 # Result, then arguments.
 _FUNCTIONS = {
     "layout": (u32,),
     "period": (f64,),
     "version": (text,),
+    "board": (text,),
+    "boards": (c.POINTER(Board), u32),
+    "no_board": (None, text, text),
     "row": (b, u32, c.POINTER(Row)),
     "value": (b, u32, text, c.POINTER(f64), text),
     "reason": (b, i32, c.POINTER(text), c.POINTER(text), c.POINTER(text)),
@@ -107,7 +115,7 @@ _FUNCTIONS = {
 
 def _layout():
     sizes = [c.sizeof(struct) for struct in (Row, Samples, About, ScenarioError, Outcome, Verdict, Truth, PlantNow, Campaign,
-                                             Ask, History, Commission, Commissioned)]
+                                             Ask, History, Commission, Commissioned, Board)]
     known = 2166136261
     for size in sizes:
         known = ((known ^ size) * 16777619) & 0xFFFFFFFF
@@ -127,9 +135,25 @@ class _Library:
             setattr(self, name, function)
         if self.layout() != _layout():
             raise ImportError(f"lagless: {path} is of another version than this package; install the package again")
+        self.name = self.board().decode()  # of the board that it simulates
 
 
-library = _Library(PATH)
+library = _Library(PATH)  # of the board that acts if none is chosen
+_loaded = {library.name: library}
+
+
+def of(board=None):
+    """The library of a board, boards/NAME/ beside the first one; None: the first one."""
+    if board is None:
+        return library
+    if board not in _loaded:
+        text = why()
+        library.no_board(str(board).encode(), text)
+        if text.value:
+            raise Error(f"board = {board!r}: {text.value.decode()}", "board")
+        path = pathlib.Path(PATH)
+        _loaded[board] = _Library(str(path.parent / "boards" / board / path.name))
+    return _loaded[board]
 
 
 def why():

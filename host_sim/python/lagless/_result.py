@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 
-from ._library import Samples, library
+from ._library import Samples, library, of
 
 # Panels of a picture, those of the page of `lagless run --plot`: names, the recorded unit, title, unit of the axis, factor.
 # The first one that fits a signal counts; a signal of none has the panel of its unit.
@@ -39,10 +39,10 @@ class Trace(collections.abc.Mapping):
     t: begin of each sample's period [s], float64; period: number of that period; units: unit of each name; choices: names of
     the values of those rows that have some. `trace["i_q"]` and `trace.i_q` are the same; `trace["omega_m"]` is rad/s."""
 
-    def __init__(self, rows, periods, slots):
+    def __init__(self, rows, periods, slots, board=None):
         self.period = periods
         self.t = np.empty(len(periods))
-        library.seconds(periods.ctypes.data, self.t.ctypes.data, len(periods))
+        of(board).seconds(periods.ctypes.data, self.t.ctypes.data, len(periods))
         self._columns = {row.key: np.ascontiguousarray(slots[:, n]).view(row.dtype) for n, row in enumerate(rows)}
         self.rows = {row.key: row for row in rows}
         self.units = {row.key: row.unit for row in rows}
@@ -142,31 +142,32 @@ class Fault:
     text: str
     remedy: str
     period: int = None
+    board: str = dataclasses.field(default=None, repr=False)
 
     @property
     def seconds(self):
-        return None if self.period is None else self.period * library.period()
+        return None if self.period is None else self.period * of(self.board).period()
 
 
-def reason(number, period=None):
+def reason(number, period=None, board=None):
     """The Fault of a reason's number; None: nothing is wrong."""
     texts = [c.c_char_p() for _ in range(3)]
     if number == 0 or not library.reason(number, *(c.byref(text) for text in texts)):
         return None
-    return Fault(*(text.value.decode() for text in texts), period)
+    return Fault(*(text.value.decode() for text in texts), period, board)
 
 
 class Result(Trace):
     """A run of a scenario: its recording, its verdicts, and how it ended.
 
-    passed: every expectation is met, and the run did not end with a fault or a lasting refusal that none of them names
+    board: name of the board; passed: every expectation is met, and the run did not end with a fault or a lasting refusal that none of them names
     (unexpected_end says which; None otherwise); verdicts: of each; measures: what is measured without a limit; fault: latched at the end, or None; not_on: why the bridge is not on
     although it is asked to be, or None; state, manoeuvre: of the drive at the end; history: Trace of the periods up to the last
     fault, or None; hash: of the rig's whole state at the end; periods, seconds: simulated; wall: seconds it took; interrupted:
     it was stopped before its end."""
 
     def __init__(self, rows, periods, slots, about):
-        super().__init__(rows, periods, slots)
+        super().__init__(rows, periods, slots, about["board"])
         self.__dict__.update(about)
 
     @property

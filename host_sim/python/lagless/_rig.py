@@ -4,18 +4,21 @@ import operator
 import os
 
 from ._errors import Error
-from ._library import Samples, library
+from ._library import Samples, of
 from ._result import Recorder, Trace, reason
-from ._rows import ids, period, periods_of, row, rows
+from ._rows import ids, periods_of, row, rows
 
 _COMPARE = {"==": (1, operator.eq), "!=": (2, operator.ne), ">": (3, operator.gt), "<": (4, operator.lt)}
 # A state holds addresses of functions: the interrupt vectors. This is where they lie, and where they do not in another process.
-_PROCESS = f"{c.cast(library.rig_run, c.c_void_p).value:016x}{os.getpid():08x}".encode()
+def _place(library):
+    return f"{c.cast(library.rig_run, c.c_void_p).value:016x}{os.getpid():08x}".encode()
+
+
 _CHUNK = 10000  # [periods] between two looks at Ctrl-C
 
 
 class Rig:
-    """Power on: defaults of firmware and plant, rotor at rest, all noise by `seed`.
+    """Power on: defaults of firmware and plant, rotor at rest, all noise by `seed`, on a board of boards().
 
         with lagless.Rig(seed=1) as rig:
             rig.set(enable="on", speed_request="500 r/min")
@@ -24,8 +27,10 @@ class Rig:
     Same calls, same seed: same bits, and those of the command line. Any number of rigs live in one process and do not disturb
     each other, in threads too (a running rig lets other threads of Python run); one rig belongs to one thread at a time."""
 
-    def __init__(self, seed=1, **values):
-        self._rig = library.rig_create(seed)
+    def __init__(self, seed=1, board=None, **values):
+        self._library = of(board)
+        self.board = self._library.name
+        self._rig = self._library.rig_create(seed)
         if not self._rig:
             raise MemoryError("no memory for a rig")
         if values:
@@ -34,7 +39,7 @@ class Rig:
     def close(self):
         """Gives its memory back; it is of no use afterwards."""
         if getattr(self, "_rig", None):
-            library.rig_free(self._rig)
+            self._library.rig_free(self._rig)
             self._rig = None
 
     __del__ = close
@@ -55,20 +60,20 @@ class Rig:
         return self._rig
 
     def _refused(self, name=""):
-        return Error(library.rig_error(self._open).decode(), name)
+        return Error(self._library.rig_error(self._open).decode(), name)
 
     # ---- values ----
 
     def get(self, name):
         """Value of any row: a float in its unit, a whole number, or the name of a choice. Parameters: the set in force."""
-        found = row(name)
+        found = row(name, self.board)
         return found.value(self._number(found))
 
     __getitem__ = get
 
     def _number(self, found):
         value = c.c_double()
-        if not library.rig_get(self._open, found.id, c.byref(value)):
+        if not self._library.rig_get(self._open, found.id, c.byref(value)):
             raise self._refused(found.key)
         return value.value
 
@@ -76,17 +81,17 @@ class Rig:
         """Sets rows by name, all or none: `rig.set(enable="on")`, `rig.set({"plant.inertia": 0.01, "load_torque": "2 N m"})`.
 
         Parameters are judged as one set and act from the next period on, everything else at once."""
-        pending = [(row(name), row(name).number(value)) for name, value in {**(values or {}), **more}.items()]
+        pending = [(row(name, self.board), row(name, self.board).number(value)) for name, value in {**(values or {}), **more}.items()]
         before = self.save() if len(pending) > 1 or any(one.table == "params" for one, _ in pending) else None
         parameters = any(one.table == "params" for one, _ in pending)
         while pending:  # some rows accept a value only after another has changed
-            left = [(one, value) for one, value in pending if not library.rig_set(self._open, one.id, value)]
+            left = [(one, value) for one, value in pending if not self._library.rig_set(self._open, one.id, value)]
             if len(left) == len(pending):
                 break
             pending = left
         if pending:
-            library.rig_set(self._open, pending[0][0].id, pending[0][1])  # whose refusal is told
-        if pending or (parameters and not library.rig_apply(self._open)):
+            self._library.rig_set(self._open, pending[0][0].id, pending[0][1])  # whose refusal is told
+        if pending or (parameters and not self._library.rig_apply(self._open)):
             error = self._refused(pending[0][0].key if pending else "")
             if before is not None:
                 self.load(before)
@@ -97,16 +102,16 @@ class Rig:
 
     def values(self, table=None):
         """All rows, or those of one table, as a dict."""
-        return {key: self.get(key) for key in rows(table)}
+        return {key: self.get(key) for key in rows(table, self.board)}
 
     def set_motion(self, angle=0.0, speed=0.0):
         """Turns the rotor: true mechanical angle [rad] and speed [rad/s]; the encoder follows as by an alignment."""
-        library.rig_set_motion(self._open, float(angle), float(speed))
+        self._library.rig_set_motion(self._open, float(angle), float(speed))
 
     @property
     def fault(self):
         """The latched fault, or None."""
-        return reason(int(self["fault_reason"]), int(self["fault_period"]))
+        return reason(int(self["fault_reason"]), int(self["fault_period"]), self.board)
 
     @property
     def refusal(self):
@@ -118,16 +123,16 @@ class Rig:
     @property
     def period(self):
         """Periods since creation."""
-        return library.rig_period(self._open)
+        return self._library.rig_period(self._open)
 
     @property
     def t(self):
         """Simulated time [s]."""
-        return self.period * period()
+        return self.period * self._library.period()
 
     def step(self):
         """One PWM period."""
-        library.rig_run(self._open, 1)
+        self._library.rig_run(self._open, 1)
 
     def run(self, time, record=(), every=1, until=None, progress=None):
         """Runs for `time` (periods as int, seconds as float or text) and returns a Trace of the rows of `record`, one sample
@@ -135,35 +140,35 @@ class Rig:
 
         until: (name, "==" | "!=" | ">" | "<", value) ends it after the period in which that holds; progress: called with the
         share that is done, about every second of simulated time."""
-        count, chosen = periods_of(time), ids([record] if isinstance(record, str) else list(record))
+        count, chosen = periods_of(time, board=self.board), ids([record] if isinstance(record, str) else list(record), self.board)
         if isinstance(every, bool) or not isinstance(every, int) or every < 1:
             raise Error(f"every = {every!r}: accepted: whole numbers from 1", "every")
         recorder = Recorder(chosen[1], (count + every - 1) // every if chosen[1] else 0)
         met = self._stop_when(*until) if until is not None else None
-        if chosen[1] and not library.rig_tap(self._open, chosen[0], len(chosen[1]), every, c.byref(recorder.struct)):
+        if chosen[1] and not self._library.rig_tap(self._open, chosen[0], len(chosen[1]), every, c.byref(recorder.struct)):
             raise self._refused("record")
         try:
             done = 0
             while done < count:
                 wanted = min(_CHUNK, count - done)
-                ran = library.rig_run(self._open, wanted)
+                ran = self._library.rig_run(self._open, wanted)
                 done += ran
                 if progress is not None:
                     progress(done / count)
                 if ran < wanted or (met is not None and met()):
                     break
         finally:
-            library.rig_tap(self._open, chosen[0], 0, 1, c.byref(recorder.struct))
-            library.rig_stop_when(self._open, row("state").id, 0, 0.0)
-        return Trace(*recorder.taken())
+            self._library.rig_tap(self._open, chosen[0], 0, 1, c.byref(recorder.struct))
+            self._library.rig_stop_when(self._open, row("state").id, 0, 0.0)
+        return Trace(*recorder.taken(), self.board)
 
     def _stop_when(self, name, compare, limit):
-        found = row(name)
+        found = row(name, self.board)
         if compare not in _COMPARE:
             raise Error(f"until: {compare!r}: accepted: {', '.join(_COMPARE)}", "until")
         number, compares = _COMPARE[compare]
         limit = found.number(limit)
-        if not library.rig_stop_when(self._open, found.id, number, limit):
+        if not self._library.rig_stop_when(self._open, found.id, number, limit):
             raise self._refused(name)
         return lambda: compares(self._number(found), limit)
 
@@ -171,23 +176,25 @@ class Rig:
 
     def save(self):
         """The whole state as bytes. What goes on from it is the same, bit by bit, in this rig or another of this process."""
-        state = c.create_string_buffer(library.rig_state_size())
-        library.rig_save(self._open, state)
-        return _PROCESS + state.raw
+        state = c.create_string_buffer(self._library.rig_state_size())
+        self._library.rig_save(self._open, state)
+        return _place(self._library) + state.raw
 
     def load(self, state):
         """Goes back, or on, to a saved state."""
-        if state[:len(_PROCESS)] != _PROCESS:
-            raise Error("this state was saved by another process; load it in the process that saved it", "state")
-        octets = state[len(_PROCESS):]
-        if not library.rig_load(self._open, octets, len(octets)):
+        place = _place(self._library)
+        if state[:len(place)] != place:
+            raise Error("this state was saved by another process or by a rig of another board; load it in the process that saved it, in a "
+                        "rig of the same board", "state")
+        octets = state[len(place):]
+        if not self._library.rig_load(self._open, octets, len(octets)):
             raise self._refused("state")
 
     @property
     def hash(self):
         """Of the whole state, 16 hexadecimal digits: equal states, equal hashes, on every machine."""
-        return f"{library.rig_hash(self._open):016x}"
+        return f"{self._library.rig_hash(self._open):016x}"
 
     def power_cycle(self):
         """The control board's supply is switched off and on: the drive starts again, the rotor coasts meanwhile."""
-        library.rig_power_cycle(self._open)
+        self._library.rig_power_cycle(self._open)

@@ -6,7 +6,7 @@ import functools
 
 from ._errors import Error
 from ._library import Row as _RowStruct
-from ._library import library, why
+from ._library import library, of, why
 
 _KINDS = ("float32", "int32", "uint32", "int32")
 _ENUM = 3
@@ -55,7 +55,7 @@ class Row:
 
 
 @functools.lru_cache(maxsize=None)
-def _tables():
+def _tables(library):
     """key -> Row of every row, and id -> Row."""
     by_key, by_id = {}, {}
     struct, n = _RowStruct(), 0
@@ -70,14 +70,15 @@ def _tables():
     return by_key, by_id
 
 
-def rows(table=None):
-    """All rows by their key, or those of one table: params, requests, signals, services, truth, plant, rig."""
-    return {key: found for key, found in _tables()[0].items() if table in (None, found.table)}
+def rows(table=None, board=None):
+    """All rows by their key, or those of one table: params, requests, signals, services, truth, plant, rig. Ranges and defaults are
+    those of the board."""
+    return {key: found for key, found in _tables(of(board))[0].items() if table in (None, found.table)}
 
 
-def row(name):
+def row(name, board=None):
     """The row of this name: "i_q", "plant.inertia"."""
-    by_key = _tables()[0]
+    by_key = _tables(of(board))[0]
     found = by_key.get(name) or by_key.get(name.rpartition(".")[2])
     if found is not None and name in (found.key, f"{found.table}.{found.name}"):
         return found
@@ -88,16 +89,16 @@ def row(name):
     raise Error(f"{name}: no row has this name" + (f"; nearest: {near[0]}" if near else ""), name)
 
 
-def row_by_id(number):
-    return _tables()[1][number]
+def row_by_id(number, board=None):
+    return _tables(of(board))[1][number]
 
 
-def period():
+def period(board=None):
     """Length of a PWM period [s]."""
-    return library.period()
+    return of(board).period()
 
 
-def periods_of(time, what="time"):
+def periods_of(time, what="time", board=None):
     """A number of periods: a whole number is one already; seconds as float or as text with a unit are rounded to the nearest."""
     if isinstance(time, bool) or not isinstance(time, (int, float, str)):
         raise Error(f"{what} = {time!r}: accepted: periods as int, seconds as float or text (\"20 ms\")", what)
@@ -107,15 +108,15 @@ def periods_of(time, what="time"):
         seconds = row("interrupt_delay").number(time) if isinstance(time, str) else time
         if not 0 <= seconds <= 4e5:
             raise Error(f"{what} = {time!r}: accepted: 0 to 4e5 s", what)
-        count = round(seconds / period())
+        count = round(seconds / period(board))
     if not 0 <= count < 2**32:
         raise Error(f"{what} = {time!r}: accepted: 0 to {2**32 - 1} periods", what)
     return count
 
 
-def ids(names):
+def ids(names, board=None):
     """A C array of the ids of these names, and their rows."""
-    found = [row(name) for name in names]
+    found = [row(name, board) for name in names]
     for n, one in enumerate(found):
         if one in found[:n]:
             raise Error(f"record: {one.key} is named twice; name it once", one.key)

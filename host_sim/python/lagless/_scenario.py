@@ -4,14 +4,15 @@ import ctypes as c
 import itertools
 import os
 import pathlib
+import warnings
 
 import numpy as np
 
 from ._errors import Error
-from ._library import About, Ask, History, Outcome, Progress, ScenarioError, library, why
+from ._library import About, Ask, History, Outcome, Progress, ScenarioError, of, why
 from ._library import Verdict as _VerdictStruct
 from ._result import Recorder, Result, Trace, Verdict, reason
-from ._rows import ids, period, row, row_by_id
+from ._rows import ids, row, row_by_id
 
 # Recorded when neither scenario nor caller says what, as by `lagless run`.
 DEFAULT_ROWS = ("omega_m_ref", "true_omega_m", "i_d", "i_q", "theta_err", "u_dc")
@@ -78,35 +79,44 @@ def _refusal(text, error):
 
 
 class _Scenario:
-    """A scenario that has been read; closed by `with`."""
+    """A scenario that has been read, by the library of its board; closed by `with`."""
 
-    def __init__(self, source):
+    def __init__(self, source, board=None):
         path, text = _source(source)
         error, refusal = ScenarioError(), why()
         octets = None if text is None else text.encode()
-        self.handle = library.scenario_read(os.fsencode(path), octets, len(octets or b""), c.byref(error), refusal)
+        self.library = of(board)
+        for _ in range(2):
+            self.handle = self.library.scenario_read(os.fsencode(path), octets, len(octets or b""), c.byref(error), refusal)
+            if self.handle or board is not None or not error.board:
+                break
+            self.library = of(error.board.decode())  # the scenario is for this one
         if not self.handle:
             raise _refusal(refusal, error)
+        self.board = self.library.name
+        unsuited = self.about().unsuited.decode()
+        if unsuited:
+            warnings.warn(unsuited, stacklevel=3)
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        library.scenario_free(self.handle)
+        self.library.scenario_free(self.handle)
 
     def override(self, values):
         """Applies settings with priority over those of the source, also over wrong ones; then the whole scenario is checked."""
         error, refusal = ScenarioError(), why()
         for name, value in (values or {}).items():
             text = value if isinstance(value, str) else _toml_value(value)
-            if not library.scenario_override(self.handle, f"{name}={text}".encode(), c.byref(error), refusal):
+            if not self.library.scenario_override(self.handle, f"{name}={text}".encode(), c.byref(error), refusal):
                 raise _refusal(refusal, error)
-        if not library.scenario_check(self.handle, c.byref(error), refusal):
+        if not self.library.scenario_check(self.handle, c.byref(error), refusal):
             raise _refusal(refusal, error)
 
     def about(self):
         about = About()
-        library.scenario_about(self.handle, c.byref(about))
+        self.library.scenario_about(self.handle, c.byref(about))
         return about
 
 
@@ -144,7 +154,7 @@ class _Watch:
         return self.error is not None
 
 
-def run(scenario, set=None, seed=None, record=None, every=None, progress=None):
+def run(scenario, set=None, seed=None, record=None, every=None, progress=None, board=None):
     """Runs a scenario and judges it; the same bits as `lagless run`.
 
     scenario: name of one that comes with the package, path of a file, its text, or a dict:
@@ -156,10 +166,11 @@ def run(scenario, set=None, seed=None, record=None, every=None, progress=None):
                                  "at_most": "2 r/min"}]})
 
     set: rows that differ, {"motor_resistance": "1.1 ohm", "run.duration": "3 s"}; seed, record, every: instead of the
-    scenario's (every: periods from sample to sample); progress: called with the share that is done.
+    scenario's (every: periods from sample to sample); progress: called with the share that is done; board: the power stage, one of
+    boards(), if the scenario names none.
 
     Returns a Result. Raises Error if the scenario, or the rig on the way, refuses something."""
-    with _Scenario(scenario) as read:
+    with _Scenario(scenario, board) as read:
         read.override(set)
         return _run(read, seed, record, every, progress)
 
@@ -170,7 +181,7 @@ def _run(read, seed, record, every, progress):
         names = [row_by_id(about.record[n]).key for n in range(about.record_count)] or DEFAULT_ROWS
     else:
         names = [record] if isinstance(record, str) else list(record)
-    array, rows = ids(names)
+    array, rows = ids(names, read.board)
     step = about.every if every is None else int(every)
     if step < 1:
         raise Error(f"every = {every!r}: accepted: whole numbers from 1", "every")
@@ -179,24 +190,25 @@ def _run(read, seed, record, every, progress):
     watch = _Watch(progress)
     ask = Ask(seed, array, len(rows), step, c.pointer(recorder.struct), Progress(watch))
     error, refusal = ScenarioError(), why()
-    handle = library.run(read.handle, c.byref(ask), c.byref(error), refusal)
+    handle = read.library.run(read.handle, c.byref(ask), c.byref(error), refusal)
     try:
         if watch.error is not None:
             raise watch.error
         if not handle:
             raise _refusal(refusal, error)
-        return Result(*recorder.taken(), _about(about, handle))
+        return Result(*recorder.taken(), _about(about, handle, read.library))
     finally:
-        library.run_free(handle)
+        read.library.run_free(handle)
 
 
-def _about(about, handle):
+def _about(about, handle, library):
     """Everything of a Result that is no recording."""
     outcome, history, unexpected = Outcome(), History(), why()
     library.outcome(handle, c.byref(outcome), unexpected)
     held = library.history(handle, c.byref(history))
-    verdicts = [_verdict(handle, n) for n in range(about.expect_count)]
+    verdicts = [_verdict(handle, n, library) for n in range(about.expect_count)]
     return {
+        "board": library.name,
         "title": about.title.decode(),
         "source": about.source.decode(),
         "verdicts": [verdict for verdict, measure in verdicts if not measure],
@@ -207,18 +219,18 @@ def _about(about, handle):
         "seed": outcome.seed,
         "hash": f"{outcome.hash:016x}",
         "periods": outcome.periods,
-        "seconds": outcome.periods * period(),
+        "seconds": outcome.periods * library.period(),
         "wall": outcome.seconds,
         "state": row("state").value(outcome.state),
         "manoeuvre": row("manoeuvre").value(outcome.manoeuvre),
-        "fault": reason(outcome.fault_reason, outcome.fault_period),
+        "fault": reason(outcome.fault_reason, outcome.fault_period, library.name),
         "refusal": reason(outcome.refusal),
         "not_on": reason(outcome.not_on),
-        "history": _history(history) if held else None,
+        "history": _history(history, library) if held else None,
     }
 
 
-def _verdict(handle, n):
+def _verdict(handle, n, library):
     struct, text = _VerdictStruct(), why()
     library.verdict(handle, n, c.byref(struct), text)
     found = row_by_id(struct.id)
@@ -228,11 +240,11 @@ def _verdict(handle, n):
     return verdict, bool(struct.measure)
 
 
-def _history(struct):
+def _history(struct, library):
     count = struct.periods * struct.columns
     slots = np.frombuffer(c.string_at(struct.slots, 4 * count), dtype=np.uint32).reshape(struct.periods, struct.columns)
     periods = np.arange(struct.first_period, struct.first_period + struct.periods, dtype=np.uint32)
-    return Trace([row_by_id(struct.rows[n]) for n in range(struct.columns)], periods, slots)
+    return Trace([row_by_id(struct.rows[n]) for n in range(struct.columns)], periods, slots, library.name)
 
 
 def sweep(scenario, grid, threads=None, **options):

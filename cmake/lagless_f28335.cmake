@@ -18,12 +18,23 @@ endif()
 find_package(Python3 3.9 COMPONENTS Interpreter REQUIRED)
 set(linker_file "${CMAKE_SOURCE_DIR}/linker/f28335_flash.cmd")
 
+# TI's flash API is its user's own: without it the image cannot erase or program flash.
+set(LAGLESS_FLASH_API "" CACHE FILEPATH "TI's Flash28335_API_V210.lib, or an image that tools/flash-api linked of it")
+set(flash_api hal/f28335/flash_api_none.c)
+if(LAGLESS_FLASH_API)
+    set(flash_api "${CMAKE_BINARY_DIR}/flash_api.c")
+    add_custom_command(OUTPUT "${flash_api}"
+        COMMAND "${Python3_EXECUTABLE}" -B "${CMAKE_SOURCE_DIR}/tools/flash-api" "${LAGLESS_FLASH_API}" --out "${flash_api}"
+            --cl2000 "${CMAKE_C_COMPILER}"
+        DEPENDS "${LAGLESS_FLASH_API}" tools/flash-api linker/flash_api.asm linker/flash_api.cmd VERBATIM)
+endif()
+
 # What has no place on the desk, which brings its own reset, waiting and background loop.
 add_executable(lagless
     hal/f28335/codestart.asm
     hal/f28335/debug.asm
     hal/f28335/boot.c
-    hal/f28335/flash.c
+    ${flash_api}
     hal/f28335/memory.c
     hal/f28335/wait.c
     firmware/app/main.c

@@ -12,7 +12,7 @@ extern uint16_t stack_start[];
 extern const uint16_t stack_size[]; /* [16-bit words] */
 
 /* By hand: the library's memcpy is not needed for it, and where that lives does not matter. */
-void hal_boot(void)
+void bus_copy_code(void)
 {
     const uint32_t words = (uint32_t)ramfunc_load_size;
     uint32_t n;
@@ -20,6 +20,13 @@ void hal_boot(void)
     for (n = 0u; n < words; n++) {
         ramfunc_run_start[n] = ramfunc_load_start[n];
     }
+}
+
+void hal_boot(void)
+{
+    uint32_t n;
+
+    bus_copy_code();
     for (n = 1u; n <= BUS_STACK_END_WORDS; n++) { /* main has only just begun: its end is far away */
         stack_start[(uint32_t)stack_size - n] = BUS_STACK_PAINT;
     }

@@ -30,6 +30,13 @@ typedef struct {
 /* Where it lies; silicon: hal/f28335/memory.c. */
 bus_memory_t bus_memory(bus_region_t region);
 
+/* L0-L3, which the interrupt's code runs from; and that code from flash, in the place of whatever is there. */
+#define BUS_CODE_AT UINT32_C(0x8000)
+void bus_copy_code(void); /* silicon: hal/f28335/boot.c */
+
+/* The words of TI's flash API (flash_api.h); silicon: made by tools/flash-api. No words: there is none. */
+bus_memory_t bus_flash_api(void);
+
 #if defined(__TMS320C2000__)
 
 #define F28335_BASE ((const volatile uint16_t *)0)
@@ -52,10 +59,11 @@ extern __cregister volatile unsigned int IFR;
 #define bus_debug_allow()        __asm(" CLRC DBGM")
 #define bus_otp(address)         (*(const volatile uint16_t *)(address))
 #define bus_flash(address)       (*(const volatile uint16_t *)(address))
+#define bus_flash_at(address)    ((uint16_t *)(address))
+#define bus_code_ram()           ((uint16_t *)BUS_CODE_AT)
+#define bus_function(type, address) ((type)(address))
 void bus_debug_groups(uint16_t mask);
-void bus_wait(uint32_t cycles);         /* at least this many SYSCLK cycles; hal/f28335/wait.c */
-bool bus_flash_erase(uint16_t sectors); /* these two: hal/f28335/flash.c */
-bool bus_flash_program(uint32_t address, uint16_t word);
+void bus_wait(uint32_t cycles); /* at least this many SYSCLK cycles; hal/f28335/wait.c */
 
 #else
 
@@ -84,11 +92,12 @@ void bus_debug_groups(uint16_t mask);   /* DBGIER: bit n - 1 = INTn is served in
 uint16_t bus_otp(uint32_t address);     /* a word of the one-time programmable memory */
 uint16_t bus_flash(uint32_t address); /* a word of the flash sectors that the drive writes itself, C and B */
 void bus_wait(uint32_t cycles);       /* simulated time passes: at least this many SYSCLK cycles */
-/* Bit 0: sector A, to bit 7: H. False: not erased. Like the next one with interrupts and watchdog off: the
- * flash cannot be read meanwhile. */
-bool bus_flash_erase(uint16_t sectors);
-bool bus_flash_program(uint32_t address,
-                       uint16_t word); /* ones to zeros; false: it does not read like that */
+uint16_t *bus_code_ram(void);         /* the words of the chip's L0-L3 that this model has */
+/* What runs if the CPU calls this address in L0-L3, as any function. */
+typedef void (*bus_function_t)(void);
+bus_function_t bus_function_at(uint32_t address);
+#define bus_flash_at(address)       ((uint16_t *)(uintptr_t)(address))
+#define bus_function(type, address) ((type)bus_function_at(address))
 
 #endif
 

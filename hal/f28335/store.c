@@ -2,6 +2,7 @@
  * flash cannot be read meanwhile, and with it no constant of the interrupt. So the gates must be tripped, and
  * the watchdog stands. */
 #include "hal/f28335/bus.h"
+#include "hal/f28335/flash.h"
 #include "hal/f28335/pwm.h"
 #include "hal/f28335/watchdog.h"
 #include "hal/hal.h"
@@ -20,18 +21,19 @@ uint16_t hal_store_word(uint32_t page, uint32_t at)
     return page < HAL_STORE_PAGES && at < HAL_STORE_WORDS ? bus_flash(address_of(page, at)) : 0u;
 }
 
-/* Interrupts and watchdog off. True: the watchdog ran. */
-static bool store_begin(void)
+/* Interrupts and watchdog off, and the API in place of the interrupt's code. True: it is ready. *watched: the
+ * watchdog ran. */
+static bool store_begin(bool *watched)
 {
-    const bool watched = watchdog_runs();
-
+    *watched = watchdog_runs();
     bus_interrupts_disable();
     watchdog_stop();
-    return watched;
+    return flash_begin();
 }
 
 static void store_end(bool watched)
 {
+    flash_end();
     if (watched) {
         hal_watchdog_start();
     }
@@ -58,8 +60,7 @@ bool hal_store_erase(uint32_t page)
     if (page >= HAL_STORE_PAGES || !pwm_all_tripped()) {
         return false;
     }
-    watched = store_begin();
-    erased = bus_flash_erase((uint16_t)(SECTOR_C >> page));
+    erased = store_begin(&watched) && flash_erase((uint16_t)(SECTOR_C >> page));
     store_end(watched);
     return erased && page_is_erased(page);
 }
@@ -67,17 +68,17 @@ bool hal_store_erase(uint32_t page)
 bool hal_store_program(uint32_t page, uint32_t at, const uint16_t *words, uint32_t count)
 {
     bool watched;
-    bool good = true;
+    bool good;
     uint32_t n;
 
     if (page >= HAL_STORE_PAGES || at > HAL_STORE_WORDS || count > HAL_STORE_WORDS - at ||
         !pwm_all_tripped()) {
         return false;
     }
-    watched = store_begin();
+    good = store_begin(&watched);
     for (n = 0u; n < count && good; n++) {
         const uint32_t address = address_of(page, at + n);
-        good = bus_flash_program(address, words[n]) && bus_flash(address) == words[n];
+        good = flash_program(address, words[n]) && bus_flash(address) == words[n];
     }
     store_end(watched);
     return good;

@@ -1,5 +1,7 @@
-/* Flash sectors C and B, which the drive erases and programs itself: SPRS439, SPRUFB0 ch. 1. What takes the
- * place of TI's flash API stands here, behind hal/f28335/bus.h.
+/* Flash sectors C and B, which the drive erases and programs itself: SPRS439, SPRUFB0 ch. 1. A library with
+ * the interface of TI's flash API (hal/f28335/flash_api.h) stands here: its words hold no code of this
+ * machine, but a call into L0-L3 leads to its functions, and these do nothing unless the words are there, its
+ * variables are set, and interrupts and watchdog are off.
  *
  * An erase first clears all words and then sets them, a word at a time, so a cut of the power leaves some
  * words cleared, some erased, the one at work neither, and the others as they were. Of a word that was being
@@ -10,6 +12,7 @@
  * and a watchdog that is started meanwhile begins to count then. */
 #include <assert.h>
 
+#include "hal/f28335/flash_api.h"
 #include "host_sim/chip/parts.h"
 
 #define SECTOR_C_AT   0x328000u
@@ -19,6 +22,24 @@
 #define CLEARED       0u
 #define ERASE_TICKS   (2u * CHIP_TICKS_PER_SECOND)             /* typical: 2 s */
 #define PROGRAM_TICKS (50u * CHIP_TICKS_PER_SECOND / 1000000u) /* 50 us */
+
+#define FAILED        10u /* any status but 0 */
+#define SCALE_HZ      5000000u
+#define SCALE_IS      1048576u /* the scale factor of a clock with SCALE_HZ */
+#define SCALE_AT      40u      /* [words] the library's variables, from its head on */
+#define CALLBACK_AT   42u
+#define API_WORDS     48u
+#define LB(at)        (uint16_t)(0x0040u | (BUS_CODE_AT + (at)) >> 16), (uint16_t)((BUS_CODE_AT + (at)) & 0xFFFFu)
+#define ADDRESS(at)   (uint16_t)((BUS_CODE_AT + (at)) & 0xFFFFu), (uint16_t)((BUS_CODE_AT + (at)) >> 16)
+
+/* The table, and words behind it that have to arrive as well. */
+static const uint16_t api[API_WORDS] = {LB(12u), LB(18u), LB(24u), LB(30u), ADDRESS(SCALE_AT),
+                                        ADDRESS(CALLBACK_AT), 0xA5A5u, 0x5A5Au, [47] = 0x1234u};
+
+bus_memory_t bus_flash_api(void)
+{
+    return (bus_memory_t){api, API_WORDS};
+}
 
 void flash_power_on(chip_t *chip)
 {
@@ -102,9 +123,32 @@ static void work_on(chip_t *chip, uint16_t *word, uint32_t value)
     }
 }
 
+static uint32_t variable(const uint16_t *ram, uint32_t at)
+{
+    return ram[at] | (uint32_t)ram[at + 1u] << 16;
+}
+
+bool flash_api_runs(const chip_t *chip)
+{
+    return chip->memory[BUS_INTERRUPT_CODE][0] == api[0];
+}
+
+/* Every word of the library is where it runs, and its variables are as the clock demands. */
+static bool is_set_up(const chip_t *chip)
+{
+    const uint16_t *ram = chip->memory[BUS_INTERRUPT_CODE];
+    for (uint32_t n = 0u; n < API_WORDS; n++) {
+        if (ram[n] != api[n] && (n < SCALE_AT || n >= CALLBACK_AT + 2u)) {
+            return false;
+        }
+    }
+    const uint64_t scale = (uint64_t)chip_sysclk_hz(chip) * SCALE_IS / SCALE_HZ;
+    return variable(ram, SCALE_AT) == scale && variable(ram, CALLBACK_AT) == 0u;
+}
+
 static bool ready(chip_t *chip, uint32_t address)
 {
-    if (!chip->cpu.interrupts_off || !chip->watchdog.off) {
+    if (!chip->cpu.interrupts_off || !chip->watchdog.off || !is_set_up(chip)) {
         chip_report(chip, CHIP_FLASH_MISUSE, address);
         return false;
     }
@@ -125,13 +169,14 @@ uint16_t bus_flash(uint32_t address)
     return chip_flash_word(chip_bound, place / CHIP_FLASH_WORDS, place % CHIP_FLASH_WORDS);
 }
 
-bool bus_flash_erase(uint16_t sectors)
+static uint16_t api_erase(uint16_t sectors, flash_api_status_t *status)
 {
     chip_t *chip = chip_bound;
     const uint32_t page = sectors == SECTOR_C ? 0u : 1u;
+    (void)status;
     assert(sectors == SECTOR_C || sectors == SECTOR_B);
     if (!ready(chip, SECTOR_C_AT + page * CHIP_FLASH_WORDS)) {
-        return false;
+        return FAILED;
     }
     for (uint32_t pass = 0u; pass < 2u; pass++) {
         for (uint32_t at = 0u; at <= CHIP_FLASH_KEPT; at++) {
@@ -139,27 +184,69 @@ bool bus_flash_erase(uint16_t sectors)
         }
     }
     take_time(chip, ERASE_TICKS);
-    return !chip->cpu.halted;
+    return chip->cpu.halted ? FAILED : FLASH_API_GOOD;
 }
 
-bool bus_flash_program(uint32_t address, uint16_t word)
+/* The kept word at this address; NULL: none. */
+static uint16_t *kept_word(chip_t *chip, uint32_t address)
 {
-    chip_t *chip = chip_bound;
     const uint32_t place = address - SECTOR_C_AT;
     const uint32_t page = place / CHIP_FLASH_WORDS;
     const uint32_t at = place % CHIP_FLASH_WORDS;
     assert(page < CHIP_FLASH_PAGES);
-    if (!ready(chip, address)) {
-        return false;
-    }
     if (at >= CHIP_FLASH_KEPT) {
         chip_report(chip, CHIP_FLASH_BEYOND, address);
-        return false;
+        return NULL;
     }
-    if ((word & ~chip->flash.word[page][at]) != 0u) {
-        return false; /* only an erase makes ones */
+    return &chip->flash.word[page][at];
+}
+
+static uint16_t api_program(uint16_t *to, uint16_t *words, uint32_t count, flash_api_status_t *status)
+{
+    chip_t *chip = chip_bound;
+    (void)status;
+    for (uint32_t n = 0u; n < count; n++) {
+        const uint32_t address = (uint32_t)(uintptr_t)to + n;
+        uint16_t *word = ready(chip, address) ? kept_word(chip, address) : NULL;
+        if (word == NULL || (words[n] & ~*word) != 0u) { /* only an erase makes ones */
+            return FAILED;
+        }
+        work_on(chip, word, words[n]);
+        take_time(chip, PROGRAM_TICKS);
     }
-    work_on(chip, &chip->flash.word[page][at], word);
-    take_time(chip, PROGRAM_TICKS);
-    return !chip->cpu.halted;
+    return chip->cpu.halted ? FAILED : FLASH_API_GOOD;
+}
+
+static uint16_t api_verify(uint16_t *at, uint16_t *words, uint32_t count, flash_api_status_t *status)
+{
+    chip_t *chip = chip_bound;
+    (void)status;
+    for (uint32_t n = 0u; n < count; n++) {
+        const uint32_t address = (uint32_t)(uintptr_t)at + n;
+        const uint16_t *word = ready(chip, address) ? kept_word(chip, address) : NULL;
+        if (word == NULL || *word != words[n]) {
+            return FAILED;
+        }
+    }
+    return FLASH_API_GOOD;
+}
+
+static uint16_t api_version(void)
+{
+    return is_set_up(chip_bound) ? FLASH_API_2_10 : 0u;
+}
+
+bus_function_t bus_function_at(uint32_t address)
+{
+    switch (address - BUS_CODE_AT) {
+    case FLASH_API_ERASE:
+        return (bus_function_t)api_erase;
+    case FLASH_API_PROGRAM:
+        return (bus_function_t)api_program;
+    case FLASH_API_VERIFY:
+        return (bus_function_t)api_verify;
+    default:
+        assert(address - BUS_CODE_AT == FLASH_API_VERSION);
+        return (bus_function_t)api_version;
+    }
 }

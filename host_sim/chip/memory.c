@@ -4,13 +4,28 @@
 #include "hal/f28335/bus.h"
 #include "host_sim/chip/parts.h"
 
-void memory_power_on(chip_t *chip)
+static void fill(chip_t *chip, uint32_t region)
 {
     for (uint32_t n = 0u; n < CHIP_MEMORY_WORDS; n++) {
-        for (uint32_t region = 0u; region < BUS_REGIONS; region++) {
-            chip->memory[region][n] = (uint16_t)(0x1234u + 0x9E37u * n + 0x0101u * region);
-        }
+        chip->memory[region][n] = (uint16_t)(0x1234u + 0x9E37u * n + 0x0101u * region);
     }
+}
+
+void memory_power_on(chip_t *chip)
+{
+    for (uint32_t region = 0u; region < BUS_REGIONS; region++) {
+        fill(chip, region);
+    }
+}
+
+uint16_t *bus_code_ram(void)
+{
+    return chip_bound->memory[BUS_INTERRUPT_CODE];
+}
+
+void bus_copy_code(void)
+{
+    fill(chip_bound, BUS_INTERRUPT_CODE);
 }
 
 bus_memory_t bus_memory(bus_region_t region)

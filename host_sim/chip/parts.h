@@ -55,6 +55,7 @@ void memory_power_on(chip_t *chip);
 /* flash.c: what the drive erases and programs itself */
 void flash_power_on(chip_t *chip);
 void flash_reset(chip_t *chip);
+bool flash_api_runs(const chip_t *chip); /* its code is in the place of the interrupt's */
 /* The next operation of a memory that outlives the supply. *done: its bits, all or, in a cut of the power,
  * some. False: nothing happens, there is no power. */
 bool chip_storage_operation(chip_t *chip, uint32_t *done);

@@ -146,6 +146,9 @@ void cpu_enter(chip_t *chip)
     chip->cpu.section = 0u;
     chip->cpu.dbgm = 1u;
     chip->cpu.allow = 0u;
+    if (flash_api_runs(chip)) { /* nothing that an interrupt could run is there */
+        chip_report(chip, CHIP_FLASH_MISUSE, vector);
+    }
     if (!enabled || token == 0u) { /* without ENPIE the vectors of the boot ROM lead nowhere */
         chip_report(chip, CHIP_NO_VECTOR, vector);
         chip->cpu.halted = 1u;

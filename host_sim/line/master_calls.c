@@ -237,6 +237,19 @@ const char *master_epk(const master_t *master)
 
 /* ---- places and errors ---- */
 
+/* The id by which the table of a row is known: that of its first row. Rows that were added later may have ids beyond
+ * the range of their table. */
+static uint32_t table_id(const table_row_t *row)
+{
+    for (uint32_t t = 0; t < rig_table_count(); t++) {
+        const table_t *table = rig_table(t);
+        if (row >= table->rows && row < table->rows + table->count) {
+            return table->rows[0].id;
+        }
+    }
+    return row->id;
+}
+
 bool master_place(const table_row_t *row, master_extension_t *extension, uint32_t *address)
 {
     static const struct {
@@ -246,8 +259,9 @@ bool master_place(const table_row_t *row, master_extension_t *extension, uint32_
                   {1000u, 1899u, MASTER_REQUESTS},
                   {1900u, 1999u, MASTER_SERVICES},
                   {2000u, 2999u, MASTER_SIGNALS}};
+    const uint32_t id = table_id(row);
     for (uint32_t n = 0; n < sizeof places / sizeof places[0]; n++) {
-        if (row->id >= places[n].first && row->id <= places[n].last) {
+        if (id >= places[n].first && id <= places[n].last) {
             *extension = places[n].extension;
             *address = 4u * row->id;
             return true;

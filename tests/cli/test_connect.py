@@ -1,4 +1,5 @@
-"""`lagless connect` at `lagless serve`: whole sessions, wrong lines, lines that break. usage: test_connect.py LAGLESS FOLDER"""
+"""`lagless connect` at `lagless serve`: whole sessions, wrong lines, lines that break. usage: test_connect.py LAGLESS
+FOLDER KEEPING_DRIVE"""
 
 import csv
 import json
@@ -86,6 +87,39 @@ class Case(command_line.TestCase):
         self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
         self.assertIn(message, result.stderr)
         return result
+
+
+class Memory(Case):
+    """An EEPROM on the I2C bus takes half a second for a set, after the answer to the order."""
+
+    SAVE = "wait until state == ready\nset motor_resistance 1 ohm\napply\nsave\n"
+
+    def drive(self, kind):
+        running = subprocess.Popen([sys.argv[3], kind], stdout=subprocess.PIPE, text=True)
+        self.addCleanup(lambda: (running.kill(), running.communicate()))
+        running.target = "tcp://" + running.stdout.readline().split()[-1]
+        return running
+
+    def test_save_and_erase_end_when_the_memory_has_taken_them(self):
+        drive = self.drive("good")
+        said = answers(self.does(drive, self.SAVE + "get store_state\nerase yes\nget store_state store_error\n", "--json"))
+        self.assertEqual([(row["store_state"], row.get("store_error")) for row in said if row["command"] == "get"],
+                         [("saved", None), ("empty", "none")])
+
+    def test_a_memory_that_fails_is_told(self):
+        drive = self.drive("breaks")
+        self.fails(drive, self.SAVE, "save: the memory has failed; `get store_error` shows the reason")
+        said = answers(self.does(drive, "get store_error\n", "--json"))
+        self.assertEqual(said[0]["store_error"], "not_taken")
+        self.fails(drive, "save\n", "save: refused: the memory did not accept")
+
+    def test_a_link_that_is_lost_meanwhile_is_told(self):
+        drive = self.drive("good")
+        client = self.typing(drive, self.SAVE)
+        time.sleep(0.2)
+        drive.kill()
+        self.assertEqual(client.wait(20), 3)
+        self.assertIn("the memory was busy", client.stderr.read())
 
 
 class Session(Case):
@@ -510,4 +544,4 @@ class Document(Case):
 
 if __name__ == "__main__":
     os.makedirs(FOLDER, exist_ok=True)
-    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)
+    unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2)

@@ -2,6 +2,9 @@
 
 #include <string.h>
 
+#include "hal/f28335/flash_api.h"
+#include "unity.h"
+
 #define VECTOR_BASE UINT32_C(0x300000)
 
 recording_t rec;
@@ -28,6 +31,8 @@ void recording_reset(void)
     memset(&rec, 0, sizeof rec);
     f28335_base = (const volatile uint16_t *)&rec.regs;
     rec.lock_cycles = 131072u / 4u;
+    rec.api_words = RECORDING_API_WORDS;
+    rec.api_version = 0x0210u;
     rec.regs.sysctrl.PLLSTS = PLLSTS_DIVSEL(2u);
     rec.regs.sysctrl.HISPCP = 1u;
     rec.regs.sysctrl.LOSPCP = 2u;
@@ -251,22 +256,68 @@ uint16_t bus_flash(uint32_t address)
     return *flash_word(address);
 }
 
-bool bus_flash_erase(uint16_t sectors)
+/* ---- TI's flash API: words whose table names two variables, and functions at their addresses ---- */
+
+static const uint16_t api[RECORDING_API_WORDS] = {[8] = 0x8000u + RECORDING_API_SCALE,
+                                                  [10] = 0x8000u + RECORDING_API_SCALE + 2u,
+                                                  [RECORDING_API_WORDS - 1u] = 0xA15Au};
+
+bus_memory_t bus_flash_api(void)
 {
+    return (bus_memory_t){api, rec.api_words};
+}
+
+uint16_t *bus_code_ram(void)
+{
+    return rec.code;
+}
+
+void bus_copy_code(void)
+{
+    note(DID_COPY_CODE, 0u, 0u);
+    memset(rec.code, 0, sizeof rec.code);
+}
+
+static uint16_t erase(uint16_t sectors, flash_api_status_t *status)
+{
+    (void)status;
     note(DID_ERASE, 0u, sectors);
     if (!rec.flash_broken) {
         for (uint32_t n = 0; n < RECORDING_FLASH_WORDS; n++) {
             *flash_word(RECORDING_FLASH_AT + n + (sectors == 4u ? 0u : RECORDING_FLASH_WORDS)) = 0xFFFFu;
         }
     }
-    return !rec.flash_broken;
+    return rec.flash_broken ? 22u : 0u;
 }
 
-bool bus_flash_program(uint32_t address, uint16_t word)
+static uint16_t program(uint16_t *at, uint16_t *words, uint32_t count, flash_api_status_t *status)
 {
-    note(DID_PROGRAM, address, word);
-    *flash_word(address) &= word;
-    return !rec.flash_broken;
+    (void)status;
+    note(DID_PROGRAM, (uint32_t)(uintptr_t)at, words[0]);
+    TEST_ASSERT_EQUAL_UINT32(1u, count);
+    *flash_word((uint32_t)(uintptr_t)at) &= words[0];
+    return rec.flash_broken ? 30u : 0u;
+}
+
+static uint16_t verify(uint16_t *at, uint16_t *words, uint32_t count, flash_api_status_t *status)
+{
+    (void)status;
+    return count == 1u && *flash_word((uint32_t)(uintptr_t)at) == words[0] ? 0u : 40u;
+}
+
+static uint16_t version(void)
+{
+    return rec.api_version;
+}
+
+bus_function_t bus_function_at(uint32_t address)
+{
+    static const bus_function_t functions[4] = {(bus_function_t)erase, (bus_function_t)program,
+                                                (bus_function_t)verify, (bus_function_t)version};
+    const uint32_t place = address - 0x8000u;
+    TEST_ASSERT_TRUE(place % 2u == 0u && place < 8u);
+    TEST_ASSERT_EQUAL_HEX16(0xA15Au, rec.code[RECORDING_API_WORDS - 1u]);
+    return functions[place / 2u];
 }
 
 uint16_t bus_otp(uint32_t address)

@@ -13,6 +13,8 @@
 #define RECORDING_MAX         512u
 #define RECORDING_FLASH_AT    0x328000u /* sector C, and behind it B */
 #define RECORDING_FLASH_WORDS 0x8000u
+#define RECORDING_API_WORDS   24u
+#define RECORDING_API_SCALE   16u /* [words] from its head on; behind it the pointer to a callback */
 
 typedef enum {
     DID_WRITE16,
@@ -27,7 +29,8 @@ typedef enum {
     DID_DEBUG_GROUPS,
     DID_DEBUG_ALLOW,
     DID_ERASE,
-    DID_PROGRAM
+    DID_PROGRAM,
+    DID_COPY_CODE
 } did_t;
 
 typedef struct {
@@ -63,6 +66,9 @@ typedef struct {
     uint16_t flash[2u * RECORDING_FLASH_WORDS]; /* sectors C and B */
     uint16_t flash_beside;                      /* any other word: nobody should come here */
     bool flash_broken;                          /* says so and does not erase */
+    uint16_t code[RECORDING_API_WORDS];         /* L0-L3, as far as the flash API needs it */
+    uint32_t api_words;                         /* of the flash API; 0: the build has none */
+    uint16_t api_version;
     bus_isr_t function[4];                      /* what bus_vector has seen; vector = 0x300000 + its place */
     uint32_t functions;
 } recording_t;

@@ -108,6 +108,7 @@ ADDED = (
     ("firmware/app/main.c", "void abort(void);\nvoid abort(void)\n{\n    hal_gates_off();\n    for (;;) {\n    }\n}\n", 1,
      'names: error #10056: symbol "abort" redefined: first defined here; redefined in rts2800_fpu32_eabi.lib<exit.c.obj>, '
      "which every program links\n"),
+    ("firmware/app/main.c", "void __TI_zero_init_nomemset(void) {}\n", None, "<copy_zero_init.c.obj>, which every program links"),
     ("firmware/app/main.c", "void code_start(void) {}\n", None, 'symbol "code_start" redefined: first defined in firmware/app/main.c'),
     ("hal/f28335/board.c", "uint16_t _stack;\n", 0, 'names: error #10056: symbol "_stack" redefined', "<boot28.asm.obj>"),
     ("hal/f28335/board.c", "void printf(void) {}\n", 0, "names: printf is a name of the library's"),
@@ -126,6 +127,9 @@ ADDED = (
 # A function that is collected for RAM where it was not, or not where it was, and what is told.
 MOVED = (
     ("hal_boot", True, "hal/f28335/boot.c:", "copy: runs from RAM before it is there: hal_boot"),
+    ("flash_program", True, "hal/f28335/flash.c:", "overlay: runs from RAM while the flash API is in its place: flash_program"),
+    ("hal_store_erase", True, "hal/f28335/store.c:", "overlay: runs from RAM while the flash API is in its place"),
+    ("bus_copy_code", True, "hal/f28335/boot.c:", "overlay: runs from RAM while the flash API is in its place"),
     ("drive_step", False, "firmware/drive/drive.c:",
      "drive_step stays in flash, linker/f28335_flash.cmd does not collect it for RAM: app_interrupt -> drive_step"),
     ("set_flash_waits", False, "hal/f28335/clock.c:", "set_flash_waits stays in flash"),

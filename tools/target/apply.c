@@ -75,17 +75,24 @@ uint16_t bus_flash(uint32_t address)
     return 0xFFFFu;
 }
 
-bool bus_flash_erase(uint16_t sectors)
+bus_memory_t bus_flash_api(void)
 {
-    (void)sectors;
-    return false;
+    return (bus_memory_t){NULL, 0u};
 }
 
-bool bus_flash_program(uint32_t address, uint16_t word)
+uint16_t *bus_code_ram(void)
+{
+    return NULL;
+}
+
+void bus_copy_code(void)
+{
+}
+
+bus_function_t bus_function_at(uint32_t address)
 {
     (void)address;
-    (void)word;
-    return false;
+    return NULL;
 }
 
 void bus_debug_allow(void)

@@ -121,7 +121,9 @@ static bool raise_handover(commission_work_t *work, double by_rule)
 
 static bool put_parameters(commission_work_t *work)
 {
-    static const char *const fixed[] = {"position_source", "inductance_adaptation"};
+    /* The loss of the legs is measured at standstill. To learn it from the EMF as well would replace it by a
+     * worse value where the zone of the legs is wide beside the current. */
+    static const char *const off[] = {"inductance_adaptation", "dead_time_adaptation"};
     const motor_t motor = motor_so_far(work);
     tune_t *tune = malloc(sizeof *tune);
     bool good = tune != NULL && tune_motor(&motor, tune, work->error);
@@ -135,8 +137,9 @@ static bool put_parameters(commission_work_t *work)
     good = good && rig_put(work->rig, "start_current", start_current(tune));
     good = good && raise_handover(work, tune->handover);
     free(tune);
-    good = good && rig_put(work->rig, fixed[0], commission_choice(fixed[0], "sensorless")) &&
-           rig_put(work->rig, fixed[1], 0.0) && stage_dead_time(work) && rig_apply(work->rig);
+    good = good && rig_put(work->rig, "position_source", commission_choice("position_source", "sensorless")) &&
+           rig_put(work->rig, off[0], 0.0) && rig_put(work->rig, off[1], 0.0) && stage_dead_time(work) &&
+           rig_apply(work->rig);
     if (good) {
         /* 1.25 of the largest current and half the ripple, where the rules accept that */
         const double limit = rig_value(work->rig, "current_limit");

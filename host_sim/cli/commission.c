@@ -175,6 +175,7 @@ static void progress(void *context, commission_do_t step, bool done, const commi
     case COMMISSION_DO_resistance:
         show("R", result->resistance, 1.0, "ohm");
         show("V_dead", result->dead_voltage, 1.0, "V");
+        show("zone", result->current_zone, 1e3, "mA");
         break;
     case COMMISSION_DO_inductance:
         show("L_d", result->inductance_d, 1e3, "mH");
@@ -211,6 +212,7 @@ static void print_json(const commission_result_t *result)
         {"friction_coulomb", result->friction_coulomb.value},
         {"friction_viscous", result->friction_viscous.value},
         {"dead_voltage", result->dead_voltage.value},
+        {"current_zone", result->current_zone.value},
     };
     printf("{");
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {

@@ -167,6 +167,7 @@ static void take(commission_work_t *work, commission_do_t step)
         const double spread = rig_value(work->rig, "commission_resistance_spread");
         result->resistance = (commission_value_t){all.value - device, 0.5 * spread * all.value};
         result->dead_voltage = measured(work, "commission_dead_voltage", 0.02);
+        result->current_zone = measured(work, "commission_current_zone", 0.1);
     } else if (step == COMMISSION_DO_inductance) {
         result->inductance_d = measured(work, "commission_inductance_d", 0.01);
         result->inductance_q = measured(work, "commission_inductance_q", 0.03);
@@ -191,7 +192,7 @@ static void clear(commission_result_t *result)
     memset(result, 0, sizeof *result);
     result->resistance = result->inductance_d = result->inductance_q = none;
     result->flux_linkage = result->inertia = none;
-    result->friction_coulomb = result->friction_viscous = result->dead_voltage = none;
+    result->friction_coulomb = result->friction_viscous = result->dead_voltage = result->current_zone = none;
 }
 
 static void note_currents(void *context, uint32_t period, const uint32_t *slots, uint32_t count)

@@ -58,6 +58,7 @@ typedef struct {
     commission_value_t friction_coulomb; /* [N m] */
     commission_value_t friction_viscous; /* [N m s/rad] */
     commission_value_t dead_voltage;     /* loss of a leg [V] */
+    commission_value_t current_zone;     /* half width of its passage through zero current [A] */
     double flux_first, inertia_first;    /* of the swing [Wb], [kg m^2] */
     uint32_t step;                       /* commission_do_t of the last one that ran */
     char reason[48];                     /* "": commissioned; else the name of a reason */

@@ -76,7 +76,7 @@ static motor_t motor_so_far(const commission_work_t *work)
     return motor;
 }
 
-/* The delays with which the model of the inverter loses the measured voltage at this link. */
+/* The delays with which the model of the inverter loses the measured voltage at this link, and its zone. */
 static bool stage_dead_time(commission_work_t *work)
 {
     const double lost = work->result->dead_voltage.value;
@@ -88,7 +88,10 @@ static bool stage_dead_time(commission_work_t *work)
     const double delay = effective - rig_value(work->rig, "params.dead_time");
     const table_row_t *on = rig_row_by_name("params.turn_on_delay");
     const double most = rig_max(on);
-    return rig_put(work->rig, "params.turn_on_delay", fmin(fmax(delay, 0.0), most)) &&
+    const table_row_t *zone = rig_row_by_name("params.current_zone");
+    const double width = fmin(fmax(work->result->current_zone.value, rig_min(zone)), rig_max(zone));
+    return rig_set(work->rig, zone->id, width) &&
+           rig_put(work->rig, "params.turn_on_delay", fmin(fmax(delay, 0.0), most)) &&
            rig_put(work->rig, "params.turn_off_delay", fmin(fmax(-delay, 0.0), most));
 }
 

@@ -108,6 +108,7 @@ typedef struct {
     float resistance;         /* winding and devices [ohm] */
     float resistance_spread;  /* largest difference between two directions, relative [-] */
     float dead_voltage;       /* loss of a leg whose sign is certain [V] */
+    float current_zone;       /* half width of the passage of a leg's loss through zero current [A] */
     float current_hold;       /* I_h: largest current of the standing motor [A] */
     float inductance_d;       /* incremental, at 0.6 I_h [H] */
     float inductance_d_least; /* the same at I_h [H] */

@@ -6,7 +6,9 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-#define BLOCK         0.1f   /* [s] of a mean and of a run */
+#define BLOCK         0.1f   /* [s] of a mean, and of a run at least */
+#define BLOCKS_MOST   4.0f   /* of a run with a small current [-] */
+#define SCATTER       0.003f /* standard error of the sine's amplitude by the noise of a sensor, relative [-] */
 #define SETTLE        0.08f  /* [s] before a run */
 #define FREQUENCY     500.0f /* [Hz] */
 #define LOWER         0.7f   /* second frequency across, over the first [-] */
@@ -63,14 +65,25 @@ float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float 
     return period / b * share;
 }
 
-/* Orders a run: a whole number of periods of the sine in a block. */
+/* Windows of a run: as many as the mean over the noise needs, sqrt(2/N) noise/amplitude. */
+static uint32_t length_of(float amplitude, const commission_tuning_t *tuning,
+                          const commission_results_t *results)
+{
+    const float error = results->noise / (SCATTER * amplitude);
+    const float blocks = 2.0f * error * error * tuning->period * (1.0f / BLOCK);
+    return periods_of(BLOCK * bounds_less(bounds_more(blocks, 1.0f), BLOCKS_MOST), tuning->window);
+}
+
+/* Orders a run: a whole number of periods of the sine. */
 static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const commission_input_t *input,
                     const commission_results_t *results, excite_order_t *order)
 {
     const sine_run_t *run = &runs[step->run];
     const float bias = run->bias * step->current;
     const float inductance = run->across ? step->guess_q : step->guess_d;
-    const float block = (float)periods_of(BLOCK, tuning->window) * tuning->window;
+    step->length = run->probe ? periods_of(BLOCK, tuning->window)
+                              : length_of(AMPLITUDE * bias, tuning, results);
+    const float block = (float)step->length * tuning->window;
     float frequency = run->frequency * FREQUENCY;
     float voltage = 0.0f;
     for (uint32_t n = 0u; n < 2u && voltage < VOLTAGE_LEAST; n++) {
@@ -136,7 +149,7 @@ static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t 
     if (step->windows > from) {
         add(step, input->seen);
     }
-    if (step->windows < from + periods_of(BLOCK, tuning->window)) {
+    if (step->windows < from + step->length) {
         return commission_goes_on();
     }
     const rotation_t turn = trig_turn(step->turn[step->run]);

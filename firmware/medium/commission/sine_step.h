@@ -25,6 +25,7 @@ typedef struct {
     sine_phase_t phase;     /* [-] of the step */
     uint32_t run;           /* [-] of the table of runs */
     uint32_t windows;       /* [windows] of this run */
+    uint32_t length;        /* [windows] whose sums this run takes */
     uint32_t lowered;       /* [-] times that the current was lowered */
     float current;          /* largest standing current [A] */
     float guess_d, guess_q; /* L by which the next voltage is chosen [H] */

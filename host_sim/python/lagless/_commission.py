@@ -8,9 +8,9 @@ from ._library import Commission, Commissioned, StepDone, library, why
 from ._rows import row
 from ._scenario import _Scenario
 
-_MEASURED = ("resistance", "inductance_d", "inductance_q", "flux_linkage", "inertia", "friction_coulomb", "friction_viscous", "dead_voltage")
+_MEASURED = ("resistance", "inductance_d", "inductance_q", "flux_linkage", "inertia", "friction_coulomb", "friction_viscous", "dead_voltage", "current_zone")
 # Of the result, what is a key of [motor].
-_OF_MOTOR = _MEASURED[:-1]
+_OF_MOTOR = _MEASURED[:-2]
 # Key of the plate -> field, factor, and the row whose unit its text may have.
 _PLATE = {
     "pole_pairs": ("pole_pairs", 1.0, "motor_pole_pairs"),
@@ -31,8 +31,8 @@ class Measured:
 
 
 class Commissioning:
-    """The result. resistance, inductance_d, inductance_q, flux_linkage, inertia, friction_coulomb, friction_viscous, dead_voltage: each a
-    Measured. reason: None, or the name of what ended it, with text; step: the last one that ran; seconds: simulated; largest_current: of
+    """The result. resistance, inductance_d, inductance_q, flux_linkage, inertia, friction_coulomb, friction_viscous, dead_voltage,
+    current_zone: each a Measured. reason: None, or the name of what ended it, with text; step: the last one that ran; seconds: simulated; largest_current: of
     the vector [A]."""
 
     def __init__(self, plate, result, steps):

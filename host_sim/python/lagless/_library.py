@@ -50,7 +50,7 @@ StepDone = c.CFUNCTYPE(None, u32, u32)
 Commission = _struct("Commission", seed=u64, plate=Plate, skip=u32, progress=StepDone)
 Value = _struct("Value", value=f64, error=f64)
 Commissioned = _struct("Commissioned", resistance=Value, inductance_d=Value, inductance_q=Value, flux_linkage=Value, inertia=Value,
-                       friction_coulomb=Value, friction_viscous=Value, dead_voltage=Value, flux_first=f64, inertia_first=f64, step=u32,
+                       friction_coulomb=Value, friction_viscous=Value, dead_voltage=Value, current_zone=Value, flux_first=f64, inertia_first=f64, step=u32,
                        reason=c.c_char * 48, what=c.c_char * 400, seconds=f64, largest_current=f64)
 
 # Result, then arguments.

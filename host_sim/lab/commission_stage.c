@@ -140,7 +140,8 @@ static bool put_parameters(commission_work_t *work)
     good = good && rig_put(work->rig, "start_current", start_current(tune));
     good = good && raise_handover(work, tune->handover);
     free(tune);
-    good = good && rig_put(work->rig, "position_source", commission_choice("position_source", "sensorless")) &&
+    good = good &&
+           rig_put(work->rig, "position_source", commission_choice("position_source", "sensorless")) &&
            rig_put(work->rig, off[0], 0.0) && rig_put(work->rig, off[1], 0.0) && stage_dead_time(work) &&
            rig_apply(work->rig);
     if (good) {

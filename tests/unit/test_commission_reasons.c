@@ -16,6 +16,8 @@
 typedef struct {
     double resistance; /* [ohm] */
     double rest;       /* 4/3 of the loss of a leg [V] */
+    double zone;       /* half width of its passage through zero current [A] */
+    double noise;      /* of a current sensor [A] */
     double gain;       /* part of R that depends on the direction: R (1 + gain cos 2 angle) [-] */
     double moving;     /* the same, with the other sign in the second staircase [-] */
     double across;     /* current across the axis over that along the axis [-] */
@@ -47,7 +49,12 @@ static void answer_hold(bench_t *bench, const winding_t *winding, double resista
     bench->seen = (excite_seen_t){
         .periods = (uint32_t)PERIODS, .serial = order->serial, .done = 1u, .axis = order->axis};
     bench->seen.current = (dq_t){(float)(PERIODS * current), (float)(PERIODS * winding->across * current)};
-    bench->seen.voltage = (dq_t){(float)(PERIODS * (resistance * current + winding->rest)), 0.0f};
+    /* the legs carry i, -i/2, -i/2; the axis sees 2/3 of the first and of the mean of the others */
+    const double passes =
+        winding->zone > 0.0
+            ? 0.5 * (fmin(current / winding->zone, 1.0) + fmin(0.5 * current / winding->zone, 1.0))
+            : 1.0;
+    bench->seen.voltage = (dq_t){(float)(PERIODS * (resistance * current + passes * winding->rest)), 0.0f};
 }
 
 /* ---- resistance ---- */
@@ -85,6 +92,22 @@ static void test_resistance_and_loss_of_a_leg_are_those_of_the_winding(void)
         TEST_ASSERT_DOUBLE_WITHIN(1e-4 * windings[n].rest, 0.75 * windings[n].rest,
                                   (double)bench.commission.results.dead_voltage);
         TEST_ASSERT_EQUAL_FLOAT(5.0f, bench.commission.results.current_hold);
+    }
+}
+
+/* Trapezia between levels that miss the corners of the triangles: 8 % and 3.5 mA. R and V stay those of the
+ * winding, because the line keeps clear of the zone. */
+static void test_zone_of_the_legs_is_measured_beside_the_line(void)
+{
+    for (double zone = 0.02; zone < 0.2; zone *= 1.3) {
+        const winding_t winding = {.resistance = 0.95, .rest = 13.0, .zone = zone};
+        commission_tuning_t tuning = TUNING;
+        bench_t bench;
+        tuning.current_hold = 1.1f;
+        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, resistance_of(&bench, &winding, &tuning));
+        TEST_ASSERT_DOUBLE_WITHIN(0.08 * zone + 3.5e-3, zone, (double)bench.commission.results.current_zone);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.95, (double)bench.commission.results.resistance);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * 13.0, 0.75 * 13.0, (double)bench.commission.results.dead_voltage);
     }
 }
 
@@ -181,6 +204,7 @@ static void answer_sine(bench_t *bench, const winding_t *winding)
 static int32_t inductance_of(bench_t *bench, const winding_t *winding)
 {
     commission_init(&bench->commission, &TUNING);
+    bench->commission.results.noise = (float)winding->noise;
     bench->commission.results.inductance_pulse = (float)fmax(winding->l_d, 1e-4);
     bench->commission.results.resistance = (float)winding->resistance;
     bench->commission.results.current_hold = TUNING.current_hold;
@@ -212,6 +236,29 @@ static void test_sine_gives_both_inductances_also_of_a_rotor_that_swings(void)
         TEST_ASSERT_DOUBLE_WITHIN(4e-3 * winding->l_q, winding->l_q,
                                   (double)bench.commission.results.inductance_q);
     }
+}
+
+/* Windows of the whole step with sensors of this noise. */
+static double windows_with(double noise)
+{
+    const winding_t winding = {.resistance = 0.95, .noise = noise, .l_d = 5e-3, .l_q = 5e-3};
+    bench_t bench;
+    (void)inductance_of(&bench, &winding);
+    return (double)bench.commission.windows;
+}
+
+/* sqrt(2/N) noise/amplitude is 0.3 % at most, in 0.1 to 0.4 s. The standing currents are 5, 3 and 1.5 A along
+ * the axis and 5 A twice across it, the amplitudes a fifth of these. */
+static void test_noise_lengthens_the_sine(void)
+{
+    static const double amplitudes[] = {1.0, 0.6, 0.3, 1.0, 1.0};
+    const double noise = 0.03;
+    double more = 0.0;
+    for (uint32_t n = 0u; n < 5u; n++) {
+        const double error = noise / (0.003 * amplitudes[n]);
+        more += fmin(fmax(2.0 * error * error * PERIOD, 0.1), 0.4) - 0.1;
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(3.0, more / 8e-4, windows_with(noise) - windows_with(0.0));
 }
 
 /* A rotor that leaves the axis: 0.6 of the current, twice. */

@@ -19,10 +19,10 @@
 #define LEVEL_CLEAR 0.45f /* [A] but clear of the zone, ... */
 #define LEVEL_MOST  0.5f  /* of the largest, at most [-] */
 
-#define ZONE_COUNT  7u
-#define ZONE_BELOW  0.8f   /* largest level of the zone over the lowest one of the line [-] */
-#define ZONE_SHARE  0.02f  /* missing share of the loss that an error of R or V can be [-] */
-#define ZONE_LEAST  0.001f /* [A] */
+#define ZONE_COUNT    7u
+#define ZONE_BELOW    0.8f   /* largest level of the zone over the lowest one of the line [-] */
+#define ZONE_SHARE    0.02f  /* missing share of the loss that an error of R or V can be [-] */
+#define ZONE_LEAST    0.001f /* [A] */
 #define ZONE_PER_AREA (4.0f / 3.0f)
 
 void resistance_step_begin(resistance_step_t *step)
@@ -173,8 +173,8 @@ static bool is_averaged(resistance_step_t *step, const commission_tuning_t *tuni
     return true;
 }
 
-/* The missing share of the loss at a level of the zone, and its area from the level above. At zero current all
- * is missing. */
+/* The missing share of the loss at a level of the zone, and its area from the level above. At zero current
+ * all is missing. */
 static void add_missing(resistance_step_t *step, const commission_results_t *results, dq_t current,
                         dq_t voltage)
 {

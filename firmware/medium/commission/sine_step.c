@@ -81,8 +81,8 @@ static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const 
     const sine_run_t *run = &runs[step->run];
     const float bias = run->bias * step->current;
     const float inductance = run->across ? step->guess_q : step->guess_d;
-    step->length = run->probe ? periods_of(BLOCK, tuning->window)
-                              : length_of(AMPLITUDE * bias, tuning, results);
+    step->length =
+        run->probe ? periods_of(BLOCK, tuning->window) : length_of(AMPLITUDE * bias, tuning, results);
     const float block = (float)step->length * tuning->window;
     float frequency = run->frequency * FREQUENCY;
     float voltage = 0.0f;

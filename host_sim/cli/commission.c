@@ -180,6 +180,7 @@ static void progress(void *context, commission_do_t step, bool done, const commi
     case COMMISSION_DO_inductance:
         show("L_d", result->inductance_d, 1e3, "mH");
         show("L_q", result->inductance_q, 1e3, "mH");
+        show("I_s", result->saturation_current, 1.0, "A");
         break;
     case COMMISSION_DO_swing:
         printf("  first values: psi_f %.3g Wb, J %.3g kg m^2\n", result->flux_first, result->inertia_first);
@@ -206,7 +207,7 @@ static void print_json(const commission_result_t *result)
         {"resistance", result->resistance.value},
         {"inductance_d", result->inductance_d.value},
         {"inductance_q", result->inductance_q.value},
-        {"saturation_current", (double)NAN}, /* the drive has no model of saturation */
+        {"saturation_current", result->saturation_current.value},
         {"flux_linkage", result->flux_linkage.value},
         {"inertia", result->inertia.value},
         {"friction_coulomb", result->friction_coulomb.value},

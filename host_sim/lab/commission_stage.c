@@ -57,6 +57,8 @@ static motor_t motor_so_far(const commission_work_t *work)
         [MOTOR_INDUCTANCE_Q] = isfinite(result->inductance_q.value)
                                    ? result->inductance_q.value
                                    : GUESS_INDUCTANCE * flux / plate->current,
+        [MOTOR_SATURATION] =
+            isfinite(result->saturation_current.value) ? result->saturation_current.value : 0.0,
         [MOTOR_FLUX] = flux,
         [MOTOR_CURRENT] = plate->current,
         [MOTOR_TORQUE] = torque,

@@ -96,7 +96,9 @@ typedef struct {
     float period;       /* T [s] */
     float window;       /* of the medium task [s] */
     float inductance_d; /* of the parameters, for the turning steps [H] */
-    float inductance_q; /* [H] */
+    float inductance_q; /* without current [H] */
+    float observed_q;   /* the constant L_q of the observer: another one if the q axis saturates [H] */
+    float saturation;   /* I_s of the q axis; 0: none [A] */
     float flux_linkage; /* [Wb] */
     float inertia;      /* [kg m^2] */
 } commission_tuning_t;

@@ -9,21 +9,23 @@
 #define BLOCK         0.1f   /* [s] of a mean, and of a run at least */
 #define BLOCKS_MOST   4.0f   /* of a run with a small current [-] */
 #define SCATTER       0.003f /* standard error of the sine's amplitude by the noise of a sensor, relative [-] */
-#define SETTLE        0.08f  /* [s] before a run */
-#define FREQUENCY     500.0f /* [Hz] */
-#define LOWER         0.7f   /* second frequency across, over the first [-] */
-#define VOLTAGE_LEAST 3.0f   /* [V] below it the frequency is doubled */
-#define VOLTAGE_MOST  0.2f   /* of the DC link [-] */
-#define AMPLITUDE     0.2f   /* of the current, over the standing one [-] */
-#define MORE          0.45f  /* of the current, for the saturation, at most ... */
-#define MORE_LEAST    0.3f   /* ... and at least, else it is not measured [-] */
-#define MORE_VOLTAGE  0.4f   /* of the DC link, for the saturation [-] */
-#define CLEAR         1.2f   /* zones that a phase keeps from zero current [-] */
-#define BENT          0.004f /* least relative change of L that counts as saturation ... */
-#define BENT_SCATTER  4.0f   /* ... and standard errors of it [-] */
-#define PROBE         0.35f  /* of the voltage, while L is a guess [-] */
-#define CROSS_MOST    0.15f  /* current across the sine over that along it, for an aligned rotor [-] */
-#define LESS          0.6f   /* of the current, after an unstable alignment [-] */
+#define BLOCKS_FINE   10.0f   /* the same of the two runs that are compared ... */
+#define SCATTER_FINE  6e-4f   /* ... for the saturation */
+#define SETTLE        0.08f   /* [s] before a run */
+#define FREQUENCY     500.0f  /* [Hz] */
+#define LOWER         0.7f    /* second frequency across, over the first [-] */
+#define VOLTAGE_LEAST 3.0f    /* [V] below it the frequency is doubled */
+#define VOLTAGE_MOST  0.2f    /* of the DC link [-] */
+#define AMPLITUDE     0.2f    /* of the current, over the standing one [-] */
+#define MORE          0.45f   /* of the current, for the saturation, at most ... */
+#define MORE_LEAST    0.3f    /* ... and at least, else it is not measured [-] */
+#define MORE_VOLTAGE  0.4f    /* of the DC link, for the saturation [-] */
+#define CLEAR         1.2f    /* zones that a phase keeps from zero current [-] */
+#define BENT          2.5e-3f /* least relative change of L that counts as saturation ... */
+#define BENT_SCATTER  3.5f    /* ... and standard errors of it [-] */
+#define PROBE         0.35f   /* of the voltage, while L is a guess [-] */
+#define CROSS_MOST    0.15f   /* current across the sine over that along it, for an aligned rotor [-] */
+#define LESS          0.6f    /* of the current, after an unstable alignment [-] */
 #define LOWERED_MOST  2u
 #define SALIENCY_MOST 10.0f
 #define THREE_EIGHTHS 0.375f
@@ -98,12 +100,14 @@ static float amplitude_of(const sine_step_t *step, const commission_results_t *r
 }
 
 /* Windows of a run: as many as the mean over the noise needs, sqrt(2/N) noise/amplitude. */
-static uint32_t length_of(float amplitude, const commission_tuning_t *tuning,
+static uint32_t length_of(uint32_t run, float amplitude, const commission_tuning_t *tuning,
                           const commission_results_t *results)
 {
-    const float error = results->noise / (SCATTER * amplitude);
+    const bool fine = run == RUN_Q || run == RUN_Q_MORE;
+    const float error = results->noise / ((fine ? SCATTER_FINE : SCATTER) * amplitude);
     const float blocks = 2.0f * error * error * tuning->period * (1.0f / BLOCK);
-    return periods_of(BLOCK * bounds_less(bounds_more(blocks, 1.0f), BLOCKS_MOST), tuning->window);
+    const float most = fine ? BLOCKS_FINE : BLOCKS_MOST;
+    return periods_of(BLOCK * bounds_less(bounds_more(blocks, 1.0f), most), tuning->window);
 }
 
 /* Orders a run: a whole number of periods of the sine. */
@@ -115,7 +119,8 @@ static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const 
     const float share = amplitude_of(step, results);
     const float most = step->run == RUN_Q_MORE ? MORE_VOLTAGE : VOLTAGE_MOST;
     const float inductance = run->across ? step->guess_q : step->guess_d;
-    step->length = run->probe ? periods_of(BLOCK, tuning->window) : length_of(share * bias, tuning, results);
+    step->length =
+        run->probe ? periods_of(BLOCK, tuning->window) : length_of(step->run, share * bias, tuning, results);
     const float block = (float)step->length * tuning->window;
     const bool same = step->run == RUN_Q_MORE; /* the motion of the rotor shall be the same, too */
     float frequency = same ? step->turn[RUN_Q] / (ANGLE_TWO_PI * tuning->period) : run->frequency * FREQUENCY;
@@ -163,7 +168,7 @@ static float saturation_of(const sine_step_t *step, const commission_tuning_t *t
     const float more = step->value[RUN_Q_MORE];
     const float swing = step->swing[RUN_Q];
     const float bent = (less - more) / results->inductance_q;
-    const float samples = (float)length_of(swing, tuning, results) * tuning->window / tuning->period;
+    const float samples = (float)length_of(RUN_Q, swing, tuning, results) * tuning->window / tuning->period;
     const float scatter = results->noise * root_or_none(2.0f / samples) / swing;
     if (!(more > 0.0f) || !(bent > BENT) || !(bent > BENT_SCATTER * scatter)) {
         return 0.0f;

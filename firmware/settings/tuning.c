@@ -323,6 +323,8 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         .window = DRIVE_WINDOW_PERIOD,
         .inductance_d = params->motor_inductance_d,
         .inductance_q = params->motor_inductance_q,
+        .observed_q = believed->inductance_q,
+        .saturation = params->motor_saturation_current,
         .flux_linkage = params->motor_flux_linkage,
         .inertia = params->motor_inertia,
     };

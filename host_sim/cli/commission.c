@@ -175,10 +175,12 @@ static void progress(void *context, commission_do_t step, bool done, const commi
     case COMMISSION_DO_resistance:
         show("R", result->resistance, 1.0, "ohm");
         show("V_dead", result->dead_voltage, 1.0, "V");
+        show("zone", result->current_zone, 1e3, "mA");
         break;
     case COMMISSION_DO_inductance:
         show("L_d", result->inductance_d, 1e3, "mH");
         show("L_q", result->inductance_q, 1e3, "mH");
+        show("I_s", result->saturation_current, 1.0, "A");
         break;
     case COMMISSION_DO_swing:
         printf("  first values: psi_f %.3g Wb, J %.3g kg m^2\n", result->flux_first, result->inertia_first);
@@ -205,12 +207,13 @@ static void print_json(const commission_result_t *result)
         {"resistance", result->resistance.value},
         {"inductance_d", result->inductance_d.value},
         {"inductance_q", result->inductance_q.value},
-        {"saturation_current", (double)NAN}, /* the drive has no model of saturation */
+        {"saturation_current", result->saturation_current.value},
         {"flux_linkage", result->flux_linkage.value},
         {"inertia", result->inertia.value},
         {"friction_coulomb", result->friction_coulomb.value},
         {"friction_viscous", result->friction_viscous.value},
         {"dead_voltage", result->dead_voltage.value},
+        {"current_zone", result->current_zone.value},
     };
     printf("{");
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {

@@ -167,9 +167,11 @@ static void take(commission_work_t *work, commission_do_t step)
         const double spread = rig_value(work->rig, "commission_resistance_spread");
         result->resistance = (commission_value_t){all.value - device, 0.5 * spread * all.value};
         result->dead_voltage = measured(work, "commission_dead_voltage", 0.02);
+        result->current_zone = measured(work, "commission_current_zone", 0.1);
     } else if (step == COMMISSION_DO_inductance) {
         result->inductance_d = measured(work, "commission_inductance_d", 0.01);
         result->inductance_q = measured(work, "commission_inductance_q", 0.03);
+        result->saturation_current = measured(work, "commission_saturation_current", 0.1);
     } else if (step == COMMISSION_DO_swing) {
         result->flux_first = rig_value(work->rig, "commission_flux_first");
         result->inertia_first = rig_value(work->rig, "commission_inertia_first");
@@ -190,8 +192,8 @@ static void clear(commission_result_t *result)
     const commission_value_t none = {(double)NAN, (double)NAN};
     memset(result, 0, sizeof *result);
     result->resistance = result->inductance_d = result->inductance_q = none;
-    result->flux_linkage = result->inertia = none;
-    result->friction_coulomb = result->friction_viscous = result->dead_voltage = none;
+    result->flux_linkage = result->inertia = result->saturation_current = none;
+    result->friction_coulomb = result->friction_viscous = result->dead_voltage = result->current_zone = none;
 }
 
 static void note_currents(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
@@ -328,7 +330,9 @@ bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commissio
         }
         result->step = n;
         good = try_step(&work, (commission_do_t)n, options);
+        const double earlier = result->seconds;
         result->seconds = (rig_period(rig) - begin) * RIG_PERIOD_SECONDS;
+        result->step_seconds[n] = result->seconds - earlier;
         if (good && options->progress != NULL) {
             options->progress(options->context, (commission_do_t)n, true, result);
         }
@@ -351,6 +355,7 @@ void commission_write(FILE *file, const commission_plate_t *plate, const commiss
         {"resistance", "ohm", result->resistance},
         {"inductance_d", "H", result->inductance_d},
         {"inductance_q", "H", result->inductance_q},
+        {"saturation_current", "A", result->saturation_current},
         {"flux_linkage", "Wb", result->flux_linkage},
         {"inertia", "kg m^2", result->inertia},
         {"friction_coulomb", "N m", result->friction_coulomb},

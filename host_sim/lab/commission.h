@@ -50,20 +50,23 @@ typedef struct {
 } commission_value_t;
 
 typedef struct {
-    commission_value_t resistance;       /* of a phase, without the devices [ohm] */
-    commission_value_t inductance_d;     /* [H] */
-    commission_value_t inductance_q;     /* [H] */
-    commission_value_t flux_linkage;     /* psi_f [Wb] */
-    commission_value_t inertia;          /* [kg m^2] */
-    commission_value_t friction_coulomb; /* [N m] */
-    commission_value_t friction_viscous; /* [N m s/rad] */
-    commission_value_t dead_voltage;     /* loss of a leg [V] */
-    double flux_first, inertia_first;    /* of the swing [Wb], [kg m^2] */
-    uint32_t step;                       /* commission_do_t of the last one that ran */
-    char reason[48];                     /* "": commissioned; else the name of a reason */
-    char what[400];                      /* one line: what happened, what to do */
-    double seconds;                      /* [s] simulated */
-    double largest_current;              /* of a phase [A] */
+    commission_value_t resistance;              /* of a phase, without the devices [ohm] */
+    commission_value_t inductance_d;            /* [H] */
+    commission_value_t inductance_q;            /* without current [H] */
+    commission_value_t saturation_current;      /* of the q axis; NAN also where none was seen [A] */
+    commission_value_t flux_linkage;            /* psi_f [Wb] */
+    commission_value_t inertia;                 /* [kg m^2] */
+    commission_value_t friction_coulomb;        /* [N m] */
+    commission_value_t friction_viscous;        /* [N m s/rad] */
+    commission_value_t dead_voltage;            /* loss of a leg [V] */
+    commission_value_t current_zone;            /* half width of its passage through zero current [A] */
+    double flux_first, inertia_first;           /* of the swing [Wb], [kg m^2] */
+    uint32_t step;                              /* commission_do_t of the last one that ran */
+    char reason[48];                            /* "": commissioned; else the name of a reason */
+    char what[400];                             /* one line: what happened, what to do */
+    double seconds;                             /* [s] simulated */
+    double step_seconds[COMMISSION_STEP_COUNT]; /* [s] of each step, with its repetitions */
+    double largest_current;                     /* of a phase [A] */
 } commission_result_t;
 
 typedef struct {

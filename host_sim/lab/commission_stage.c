@@ -57,6 +57,8 @@ static motor_t motor_so_far(const commission_work_t *work)
         [MOTOR_INDUCTANCE_Q] = isfinite(result->inductance_q.value)
                                    ? result->inductance_q.value
                                    : GUESS_INDUCTANCE * flux / plate->current,
+        [MOTOR_SATURATION] =
+            isfinite(result->saturation_current.value) ? result->saturation_current.value : 0.0,
         [MOTOR_FLUX] = flux,
         [MOTOR_CURRENT] = plate->current,
         [MOTOR_TORQUE] = torque,
@@ -76,7 +78,7 @@ static motor_t motor_so_far(const commission_work_t *work)
     return motor;
 }
 
-/* The delays with which the model of the inverter loses the measured voltage at this link. */
+/* The delays with which the model of the inverter loses the measured voltage at this link, and its zone. */
 static bool stage_dead_time(commission_work_t *work)
 {
     const double lost = work->result->dead_voltage.value;
@@ -88,7 +90,10 @@ static bool stage_dead_time(commission_work_t *work)
     const double delay = effective - rig_value(work->rig, "params.dead_time");
     const table_row_t *on = rig_row_by_name("params.turn_on_delay");
     const double most = rig_max(on);
-    return rig_put(work->rig, "params.turn_on_delay", fmin(fmax(delay, 0.0), most)) &&
+    const table_row_t *zone = rig_row_by_name("params.current_zone");
+    const double width = fmin(fmax(work->result->current_zone.value, rig_min(zone)), rig_max(zone));
+    return rig_set(work->rig, zone->id, width) &&
+           rig_put(work->rig, "params.turn_on_delay", fmin(fmax(delay, 0.0), most)) &&
            rig_put(work->rig, "params.turn_off_delay", fmin(fmax(-delay, 0.0), most));
 }
 
@@ -121,7 +126,9 @@ static bool raise_handover(commission_work_t *work, double by_rule)
 
 static bool put_parameters(commission_work_t *work)
 {
-    static const char *const fixed[] = {"position_source", "inductance_adaptation"};
+    /* The loss of the legs is measured at standstill. To learn it from the EMF as well would replace it by a
+     * worse value where the zone of the legs is wide beside the current. */
+    static const char *const off[] = {"inductance_adaptation", "dead_time_adaptation"};
     const motor_t motor = motor_so_far(work);
     tune_t *tune = malloc(sizeof *tune);
     bool good = tune != NULL && tune_motor(&motor, tune, work->error);
@@ -135,8 +142,10 @@ static bool put_parameters(commission_work_t *work)
     good = good && rig_put(work->rig, "start_current", start_current(tune));
     good = good && raise_handover(work, tune->handover);
     free(tune);
-    good = good && rig_put(work->rig, fixed[0], commission_choice(fixed[0], "sensorless")) &&
-           rig_put(work->rig, fixed[1], 0.0) && stage_dead_time(work) && rig_apply(work->rig);
+    good = good &&
+           rig_put(work->rig, "position_source", commission_choice("position_source", "sensorless")) &&
+           rig_put(work->rig, off[0], 0.0) && rig_put(work->rig, off[1], 0.0) && stage_dead_time(work) &&
+           rig_apply(work->rig);
     if (good) {
         /* 1.25 of the largest current and half the ripple, where the rules accept that */
         const double limit = rig_value(work->rig, "current_limit");

@@ -10,15 +10,19 @@
 typedef struct {
     double resistance, inductance_d, inductance_q, flux_linkage, pole_pairs, current, speed, inertia;
     double friction; /* [N m] dry */
+    double zone;     /* of the legs [A] */
 } machine_t;
 
 static const machine_t machines[] = {
-    {0.95, 12.5e-3, 12.5e-3, 0.183, 4.0, 5.0, 157.0, 3e-3, 0.1},
-    {0.42, 4.86e-3, 4.86e-3, 0.407, 1.0, 5.9, 243.0, 0.023, 0.15},
-    {2.9, 3.92e-3, 6.7e-3, 0.119, 2.0, 3.9, 470.0, 9.3e-4, 0.03},
-    {2.63, 8.6e-3, 8.6e-3, 0.06, 4.0, 3.8, 314.0, 3.1e-5,
-     0.014}, /* light: its rated torque makes 44000 rad/s^2 */
-    {0.57, 8.7e-3, 22.8e-3, 0.108, 2.0, 7.0, 351.0, 2e-3, 0.023}, /* at I_max, (L_q - L_d) I is 1.8 psi_f */
+    {0.95, 12.5e-3, 12.5e-3, 0.183, 4.0, 5.0, 157.0, 3e-3, 0.1, 0.05},
+    {0.42, 4.86e-3, 4.86e-3, 0.407, 1.0, 5.9, 243.0, 0.023, 0.15, 0.05},
+    {2.9, 3.92e-3, 6.7e-3, 0.119, 2.0, 3.9, 470.0, 9.3e-4, 0.03, 0.05},
+    {2.63, 8.6e-3, 8.6e-3, 0.06, 4.0, 3.8, 314.0, 3.1e-5, 0.014,
+     0.05}, /* light: its rated torque makes 44000 rad/s^2 */
+    {0.57, 8.7e-3, 22.8e-3, 0.108, 2.0, 7.0, 351.0, 2e-3, 0.023,
+     0.05}, /* at I_max, (L_q - L_d) I is 1.8 psi_f */
+    {3.9, 12.6e-3, 12.6e-3, 0.477, 4.0, 1.2, 51.0, 0.0184, 0.235,
+     0.15}, /* a zone of an eighth of the current */
 };
 #define MACHINES (sizeof machines / sizeof machines[0])
 
@@ -33,8 +37,9 @@ static rig_t *rig_with(const machine_t *m, uint64_t seed)
         rig_put(rig, "plant.inductance_d", m->inductance_d) &&
         rig_put(rig, "plant.inductance_q", m->inductance_q) &&
         rig_put(rig, "plant.flux_linkage", m->flux_linkage) && rig_put(rig, "plant.inertia", m->inertia) &&
-        rig_put(rig, "plant.friction_coulomb", m->friction) && rig_put(rig, "plant.current_offset_a", 0.05) &&
-        rig_put(rig, "plant.current_gain_error_b", 0.004) && rig_put(rig, "plant.dc_noise", 0.2));
+        rig_put(rig, "plant.friction_coulomb", m->friction) && rig_put(rig, "plant.current_zone", m->zone) &&
+        rig_put(rig, "plant.current_offset_a", 0.05) && rig_put(rig, "plant.current_gain_error_b", 0.004) &&
+        rig_put(rig, "plant.dc_noise", 0.2));
     return rig;
 }
 
@@ -46,8 +51,9 @@ static void run(rig_t *rig, const machine_t *m, const commission_options_t *opti
     TEST_ASSERT_TRUE_MESSAGE(commission_rig(rig, &plate, options, result, &error), error.message);
 }
 
-/* R 2 % or 10 mohm, L_d 1.5 %, L_q 3 %, psi_f 1 % and 0.7 V of its EMF, J 4 %; the current stays below 1.25
- * of twice the rated one and half the ripple. */
+/* R 2 % or 10 mohm, L_d 1.5 %, L_q 3 %, psi_f 1 % and 0.7 V of its EMF, J 4 %, friction at half the rated
+ * speed 1.5 % of the rated torque; the current stays below 1.25 of twice the rated one and half the ripple.
+ */
 static void test_unknown_motors_are_measured_within_the_limits(void)
 {
     for (uint32_t n = 0u; n < MACHINES; n++) {
@@ -57,6 +63,7 @@ static void test_unknown_motors_are_measured_within_the_limits(void)
         run(rig, m, &all, &result);
         TEST_ASSERT_EQUAL_STRING_MESSAGE("", result.reason, result.what);
         const double emf = 0.58 * m->speed * m->pole_pairs * m->flux_linkage;
+        const double viscous = rig_value(rig, "plant.friction_viscous");
         const double ripple = 311.0 * RIG_PERIOD_SECONDS / (12.0 * m->inductance_d);
         TEST_ASSERT_DOUBLE_WITHIN(fmax(0.02 * m->resistance, 0.01), m->resistance, result.resistance.value);
         TEST_ASSERT_DOUBLE_WITHIN(0.015 * m->inductance_d, m->inductance_d, result.inductance_d.value);
@@ -64,6 +71,10 @@ static void test_unknown_motors_are_measured_within_the_limits(void)
         TEST_ASSERT_DOUBLE_WITHIN((0.01 + 0.7 / emf) * m->flux_linkage, m->flux_linkage,
                                   result.flux_linkage.value);
         TEST_ASSERT_DOUBLE_WITHIN(0.04 * m->inertia, m->inertia, result.inertia.value);
+        TEST_ASSERT_DOUBLE_WITHIN(0.015 * 1.5 * m->pole_pairs * m->flux_linkage * m->current,
+                                  m->friction + 0.5 * m->speed * viscous,
+                                  result.friction_coulomb.value +
+                                      0.5 * m->speed * result.friction_viscous.value);
         TEST_ASSERT_TRUE(result.largest_current <= 1.25 * 2.0 * m->current + 0.5 * ripple);
         TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "enable"));
         rig_free(rig);

@@ -124,8 +124,10 @@
     X(commission_resistance_spread)                                                                          \
     X(commission_dead_voltage)                                                                               \
     X(commission_current_hold)                                                                               \
+    X(commission_current_zone)                                                                               \
     X(commission_inductance_d)                                                                               \
     X(commission_inductance_q)                                                                               \
+    X(commission_saturation_current)                                                                         \
     X(commission_flux_first)                                                                                 \
     X(commission_inertia_first)                                                                              \
     X(commission_flux_linkage)                                                                               \
@@ -527,8 +529,10 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(commission_resistance_spread, 0.0, 0.0)
     EXPECT(commission_dead_voltage, 0.0, 0.0)
     EXPECT(commission_current_hold, 0.0, 0.0)
+    EXPECT(commission_current_zone, 0.0, 0.0)
     EXPECT(commission_inductance_d, 0.0, 0.0)
     EXPECT(commission_inductance_q, 0.0, 0.0)
+    EXPECT(commission_saturation_current, 0.0, 0.0)
     EXPECT(commission_flux_first, 0.0, 0.0)
     EXPECT(commission_inertia_first, 0.0, 0.0)
     EXPECT(commission_flux_linkage, 0.0, 0.0)

@@ -7,48 +7,7 @@
 #include <unity.h>
 
 #include "fast/control/excite.h"
-#include "tests/unit/commission_bench.h"
-
-#define PERIODS 8.0
-#define LINK    311.0
-
-/* A winding, and what is wrong with it. */
-typedef struct {
-    double resistance; /* [ohm] */
-    double rest;       /* 4/3 of the loss of a leg [V] */
-    double gain;       /* part of R that depends on the direction: R (1 + gain cos 2 angle) [-] */
-    double moving;     /* the same, with the other sign in the second staircase [-] */
-    double across;     /* current across the axis over that along the axis [-] */
-    double l_d, l_q;   /* [H] */
-    double rotor;      /* rate^2 by which a free rotor lowers L_q: L_q (1 - rotor/w^2) [rad^2/s^2] */
-    double leaves;     /* current across the sine over that along the sine, until it has been lowered */
-    int flat;          /* 1: the voltage does not follow the staircase of currents */
-    unsigned steady;   /* times that leaving rotor is still steady again; 0: never leaves */
-} winding_t;
-
-typedef struct {
-    commission_t commission;
-    excite_seen_t seen;
-} bench_t;
-
-static void order_step(bench_t *bench, const commission_tuning_t *tuning, int32_t step)
-{
-    const commission_window_t window = {
-        .standing = {&bench->seen, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f}, (float)LINK}, .bridge_on = true};
-    bench->commission.tuning = *tuning;
-    commission_window(&bench->commission, step, &window);
-}
-
-/* The sums of a settled window for the present order, without a sine. */
-static void answer_hold(bench_t *bench, const winding_t *winding, double resistance)
-{
-    const excite_order_t *order = &bench->commission.order;
-    const double current = (double)order->current;
-    bench->seen = (excite_seen_t){
-        .periods = (uint32_t)PERIODS, .serial = order->serial, .done = 1u, .axis = order->axis};
-    bench->seen.current = (dq_t){(float)(PERIODS * current), (float)(PERIODS * winding->across * current)};
-    bench->seen.voltage = (dq_t){(float)(PERIODS * (resistance * current + winding->rest)), 0.0f};
-}
+#include "tests/unit/commission_windings.h"
 
 /* ---- resistance ---- */
 
@@ -85,6 +44,22 @@ static void test_resistance_and_loss_of_a_leg_are_those_of_the_winding(void)
         TEST_ASSERT_DOUBLE_WITHIN(1e-4 * windings[n].rest, 0.75 * windings[n].rest,
                                   (double)bench.commission.results.dead_voltage);
         TEST_ASSERT_EQUAL_FLOAT(5.0f, bench.commission.results.current_hold);
+    }
+}
+
+/* Trapezia between levels that miss the corners of the triangles: 8 % and 3.5 mA. R and V stay those of the
+ * winding, because the line keeps clear of the zone. */
+static void test_zone_of_the_legs_is_measured_beside_the_line(void)
+{
+    for (double zone = 0.02; zone < 0.2; zone *= 1.3) {
+        const winding_t winding = {.resistance = 0.95, .rest = 13.0, .zone = zone};
+        commission_tuning_t tuning = TUNING;
+        bench_t bench;
+        tuning.current_hold = 1.1f;
+        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, resistance_of(&bench, &winding, &tuning));
+        TEST_ASSERT_DOUBLE_WITHIN(0.08 * zone + 3.5e-3, zone, (double)bench.commission.results.current_zone);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.95, (double)bench.commission.results.resistance);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * 13.0, 0.75 * 13.0, (double)bench.commission.results.dead_voltage);
     }
 }
 
@@ -151,113 +126,6 @@ static void test_second_staircase_is_taken_when_the_first_one_scatters(void)
     bench_t bench;
     TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, resistance_of(&bench, &winding, &TUNING));
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.95, (double)bench.commission.results.resistance);
-}
-
-/* ---- sine ---- */
-
-/* The sums of a settled window with the sine of the order: I = b U/(1 - a z^-1). */
-static void answer_sine(bench_t *bench, const winding_t *winding)
-{
-    const excite_order_t *order = &bench->commission.order;
-    const sine_step_t *step = &bench->commission.work.sine;
-    const double turn = (double)order->turn;
-    const double omega = turn / PERIOD;
-    const bool across = order->sine_across != 0u;
-    const double inductance = across ? winding->l_q * (1.0 - winding->rotor / (omega * omega)) : winding->l_d;
-    const double a = exp(-winding->resistance * PERIOD / inductance);
-    const double b = (1.0 - a) / winding->resistance;
-    const double complex voltage = PERIODS * (double)order->voltage;
-    const double complex current = inductance > 0.0 ? b * voltage / (1.0 - a * cexp(-IM * turn)) : 0.0;
-    const double complex leaves = step->lowered < winding->steady ? winding->leaves * current : 0.0;
-    const double complex along_d = across ? leaves : current;
-    const double complex along_q = across ? current : leaves;
-    answer_hold(bench, winding, winding->resistance);
-    bench->seen.voltage_cos =
-        (dq_t){across ? 0.0f : (float)creal(voltage), across ? (float)creal(voltage) : 0.0f};
-    bench->seen.current_cos = (dq_t){(float)creal(along_d), (float)creal(along_q)};
-    bench->seen.current_sin = (dq_t){(float)-cimag(along_d), (float)-cimag(along_q)};
-}
-
-static int32_t inductance_of(bench_t *bench, const winding_t *winding)
-{
-    commission_init(&bench->commission, &TUNING);
-    bench->commission.results.inductance_pulse = (float)fmax(winding->l_d, 1e-4);
-    bench->commission.results.resistance = (float)winding->resistance;
-    bench->commission.results.current_hold = TUNING.current_hold;
-    bench->seen = (excite_seen_t){.serial = 0u};
-    order_step(bench, &TUNING, COMMISSION_INDUCTANCE);
-    while (bench->commission.state < (int32_t)COMMISSION_DONE) {
-        answer_sine(bench, winding);
-        order_step(bench, &TUNING, COMMISSION_INDUCTANCE);
-    }
-    return bench->commission.reason;
-}
-
-/* Also of a rotor that the sine moves: 10 000 rad^2/s^2 lower L_q by 0.1 and 0.2 % at the two frequencies;
- * and of a small winding, whose frequency is doubled. */
-static void test_sine_gives_both_inductances_also_of_a_rotor_that_swings(void)
-{
-    static const winding_t windings[] = {
-        {.resistance = 0.95, .l_d = 5e-3, .l_q = 5e-3},
-        {.resistance = 0.95, .l_d = 5e-3, .l_q = 12e-3, .rotor = 4e5},
-        {.resistance = 0.05, .l_d = 2e-4, .l_q = 3e-4, .rotor = 1e4},
-        {.resistance = 0.95, .l_d = 5e-3, .l_q = 5e-3, .leaves = 0.2, .steady = 2u},
-    };
-    for (uint32_t n = 0u; n < sizeof windings / sizeof windings[0]; n++) {
-        const winding_t *winding = &windings[n];
-        bench_t bench;
-        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, inductance_of(&bench, winding));
-        TEST_ASSERT_DOUBLE_WITHIN(2e-3 * winding->l_d, winding->l_d,
-                                  (double)bench.commission.results.inductance_d);
-        TEST_ASSERT_DOUBLE_WITHIN(4e-3 * winding->l_q, winding->l_q,
-                                  (double)bench.commission.results.inductance_q);
-    }
-}
-
-/* A rotor that leaves the axis: 0.6 of the current, twice. */
-static void test_unstable_alignment_lowers_the_current_twice(void)
-{
-    const winding_t winding = {.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .leaves = 0.2, .steady = 9u};
-    bench_t bench;
-    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_ALIGNMENT_UNSTABLE, inductance_of(&bench, &winding));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.36 * 5.0, (double)bench.commission.work.sine.current);
-}
-
-static void test_inductance_ends_with_the_reason_of_its_winding(void)
-{
-    static const struct {
-        const char *name;
-        winding_t winding;
-        commission_reason_t reason;
-    } rows[] = {
-        {"no current answers", {.resistance = 0.95}, COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE},
-        {"L_q of 11 L_d",
-         {.resistance = 0.95, .l_d = 2e-3, .l_q = 22e-3},
-         COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE},
-        {"L_q of 0.3 L_d",
-         {.resistance = 0.95, .l_d = 9e-3, .l_q = 2.7e-3},
-         COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE},
-        {"L/R of 1.9 periods",
-         {.resistance = 10.0, .l_d = 1.9e-3, .l_q = 4e-3},
-         COMMISSION_REASON_TIME_CONSTANT_SHORT},
-        {"a current flows across the axis",
-         {.resistance = 0.95, .across = 0.2, .l_d = 5e-3, .l_q = 5e-3},
-         COMMISSION_REASON_ROTOR_SWINGS},
-    };
-    for (uint32_t n = 0u; n < sizeof rows / sizeof rows[0]; n++) {
-        bench_t bench;
-        TEST_ASSERT_EQUAL_INT32_MESSAGE(rows[n].reason, inductance_of(&bench, &rows[n].winding),
-                                        rows[n].name);
-    }
-}
-
-static void test_sine_solve_refuses_sums_of_no_winding(void)
-{
-    const rotation_t turn = {0.3f, 0.95f};
-    const sine_sum_t none = {0.0f, 0.0f}, one = {1.0f, 0.0f}, against = {-1.0f, 0.1f};
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, sine_solve(none, one, turn, (float)PERIOD));
-    TEST_ASSERT_EQUAL_FLOAT(0.0f, sine_solve(one, none, turn, (float)PERIOD));
-    TEST_ASSERT_FALSE(sine_solve(against, one, turn, (float)PERIOD) > 0.0f);
 }
 
 /* ---- swing ---- */

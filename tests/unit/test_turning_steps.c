@@ -14,6 +14,8 @@ static const double pi = 3.14159265358979323846;
 
 typedef struct {
     double inertia, coulomb, viscous, flux, inductance_d, inductance_q;
+    double saturation;  /* I_s of the q axis [A]; 0: none */
+    double observed_q;  /* the constant L_q of the observer beside a saturation [H] */
     double angle_noise; /* [rad] of the EMF, uniform between minus and plus this */
     double speed_noise; /* [-] of the estimated speed, relative */
     double later;       /* [N m] dry friction beside, as soon as the test orders a current */
@@ -40,7 +42,9 @@ static turning_input_t follow(model_t *model, const turning_wish_t *wish)
 {
     rotor_t *is = &model->is;
     const double i_d = (double)wish->current.d;
-    const double constant = 1.5 * PAIRS * (is->flux + (is->inductance_d - is->inductance_q) * i_d);
+    const double bent = is->saturation > 0.0 ? 1.0 / hypot(1.0, model->i_q / is->saturation) : 1.0;
+    const double constant = 1.5 * PAIRS * (is->flux + (is->inductance_d - bent * is->inductance_q) * i_d);
+    const double observed = is->saturation > 0.0 ? is->observed_q : is->inductance_q;
     const bool by_current = wish->by_current != 0u;
     model->pushed = model->pushed || by_current;
     if (model->pushed && !by_current && !model->grown) {
@@ -66,8 +70,11 @@ static turning_input_t follow(model_t *model, const turning_wish_t *wish)
     const double half = 0.5 * (WINDOW - WINDOW / 8.0) * omega_e; /* the mean vector lags by half a window */
     const double turn = omega_e * WINDOW / 8.0;
     const double shorter = sin(4.0 * turn) / (8.0 * sin(0.5 * turn));
-    const double emf = shorter * omega_e * constant / (1.5 * PAIRS);
-    const double off = is->angle_noise * noise(model);
+    /* of the active flux along q, and of the rest of psi_q against d */
+    const double across = shorter * omega_e * (bent * is->inductance_q - observed) * model->i_q;
+    const double along = shorter * omega_e * (is->flux + (is->inductance_d - observed) * i_d);
+    const double emf = hypot(along, across);
+    const double off = is->angle_noise * noise(model) - atan2(across, along);
     const dq_t current = {(float)(shorter * (i_d * cos(half) + mean * sin(half))),
                           (float)(shorter * (mean * cos(half) - i_d * sin(half)))};
     return (turning_input_t){
@@ -91,6 +98,8 @@ static commission_tuning_t tuning_of(const rotor_t *is, double inertia)
     commission_tuning_t tuning = TUNING;
     tuning.inductance_d = (float)is->inductance_d;
     tuning.inductance_q = (float)is->inductance_q;
+    tuning.observed_q = (float)(is->saturation > 0.0 ? is->observed_q : is->inductance_q);
+    tuning.saturation = (float)is->saturation;
     tuning.flux_linkage = (float)(0.9 * is->flux);
     tuning.inertia = (float)inertia;
     return tuning;
@@ -153,6 +162,14 @@ static void test_inertia_and_friction_of_light_and_heavy_rotors(void)
          .flux = 0.1,
          .inductance_d = 0.01,
          .inductance_q = 0.03},
+        {.inertia = 2e-2,
+         .coulomb = 0.1,
+         .viscous = 5e-4,
+         .flux = 0.1,
+         .inductance_d = 0.01,
+         .inductance_q = 0.03,
+         .saturation = 5.0,
+         .observed_q = 0.016},
     };
     for (uint32_t n = 0u; n < sizeof rotors / sizeof rotors[0]; n++) {
         const rotor_t *is = &rotors[n];
@@ -255,14 +272,20 @@ static commission_verdict_t flux_test(const rotor_t *is, commission_results_t *r
 static void test_flux_of_round_and_salient_rotors(void)
 {
     static const struct {
-        double inductance_q, current_d;
-    } rows[] = {{0.01, 5.0}, {0.0105, 5.0}, {0.012, -5.0}, {0.03, -0.3 * 0.09 / 0.02}};
+        double inductance_q, current_d, saturation;
+    } rows[] = {{0.01, 5.0, 0.0},
+                {0.0105, 5.0, 0.0},
+                {0.012, -5.0, 0.0},
+                {0.03, -0.3 * 0.09 / 0.02, 0.0},
+                {0.03, -0.3 * 0.09 / 0.02, 5.0}};
     for (uint32_t n = 0u; n < sizeof rows / sizeof rows[0]; n++) {
         const rotor_t is = {.inertia = 2e-3,
                             .coulomb = 0.1,
                             .flux = 0.1,
                             .inductance_d = 0.01,
-                            .inductance_q = rows[n].inductance_q};
+                            .inductance_q = rows[n].inductance_q,
+                            .saturation = rows[n].saturation,
+                            .observed_q = 0.016};
         commission_results_t results = {.noise = 0.0f};
         turning_wish_t wish;
         TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, flux_test(&is, &results, &wish).reason);

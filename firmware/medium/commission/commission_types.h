@@ -96,7 +96,9 @@ typedef struct {
     float period;       /* T [s] */
     float window;       /* of the medium task [s] */
     float inductance_d; /* of the parameters, for the turning steps [H] */
-    float inductance_q; /* [H] */
+    float inductance_q; /* without current [H] */
+    float observed_q;   /* the constant L_q of the observer: another one if the q axis saturates [H] */
+    float saturation;   /* I_s of the q axis; 0: none [A] */
     float flux_linkage; /* [Wb] */
     float inertia;      /* [kg m^2] */
 } commission_tuning_t;
@@ -108,10 +110,12 @@ typedef struct {
     float resistance;         /* winding and devices [ohm] */
     float resistance_spread;  /* largest difference between two directions, relative [-] */
     float dead_voltage;       /* loss of a leg whose sign is certain [V] */
+    float current_zone;       /* half width of the passage of a leg's loss through zero current [A] */
     float current_hold;       /* I_h: largest current of the standing motor [A] */
     float inductance_d;       /* incremental, at 0.6 I_h [H] */
     float inductance_d_least; /* the same at I_h [H] */
-    float inductance_q;       /* [H] */
+    float inductance_q;       /* without current [H] */
+    float saturation_current; /* I_s of the q axis; 0: it does not saturate, or is not known to [A] */
     float flux_first;         /* first value of psi_f, by the swing [Wb] */
     float inertia_first;      /* first value of J, by the swing [kg m^2] */
     float flux_linkage;       /* psi_f [Wb] */

@@ -15,6 +15,15 @@
 #define LEG           0.75f       /* V over the rest of the line [-] */
 
 #define LEVEL_COUNT 6u
+#define LEVEL_LEAST 0.32f /* lowest level of the line over the largest [-], ... */
+#define LEVEL_CLEAR 0.45f /* [A] but clear of the zone, ... */
+#define LEVEL_MOST  0.5f  /* of the largest, at most [-] */
+
+#define ZONE_COUNT    7u
+#define ZONE_BELOW    0.8f   /* largest level of the zone over the lowest one of the line [-] */
+#define ZONE_SHARE    0.02f  /* missing share of the loss that an error of R or V can be [-] */
+#define ZONE_LEAST    0.001f /* [A] */
+#define ZONE_PER_AREA (4.0f / 3.0f)
 
 void resistance_step_begin(resistance_step_t *step)
 {
@@ -127,9 +136,83 @@ static commission_verdict_t judge(resistance_step_t *step, const commission_tuni
     results->resistance_spread = (most - least) / mean;
     results->dead_voltage = LEG * rest / (float)RESISTANCE_DIRECTIONS;
     results->current_hold = step->current;
-    return 2.0f * tuning->period * mean > results->inductance_pulse
-               ? commission_failed(COMMISSION_REASON_TIME_CONSTANT_SHORT, 0)
-               : commission_finished();
+    if (2.0f * tuning->period * mean > results->inductance_pulse) {
+        return commission_failed(COMMISSION_REASON_TIME_CONSTANT_SHORT, 0);
+    }
+    step->phase = RESISTANCE_ZONE;
+    step->level = 0u;
+    step->missing = 0.0f;
+    step->area = 0.0f;
+    return commission_goes_on();
+}
+
+/* Currents of the line: from I_h down to one that is clear of the zone, if possible. */
+static float level_of(const resistance_step_t *step, uint32_t level)
+{
+    static const float shares[LEVEL_COUNT] = {1.0f, 0.7f, 0.47f, 0.26f, 0.12f, 0.0f};
+    const float clear = bounds_less(LEVEL_CLEAR, LEVEL_MOST * step->current);
+    const float least = bounds_more(LEVEL_LEAST * step->current, clear);
+    return least + shares[level] * (step->current - least);
+}
+
+/* Mean of a level: true at its end, and the next one begins. */
+static bool is_averaged(resistance_step_t *step, const commission_tuning_t *tuning,
+                        const commission_input_t *input)
+{
+    const uint32_t from = periods_of(SETTLE, tuning->window);
+    step->windows++;
+    if (step->windows <= from) {
+        commission_mean_begin(&step->mean);
+        return false;
+    }
+    commission_mean_add(&step->mean, input->seen);
+    if (step->windows < from + periods_of(BLOCK, tuning->window)) {
+        return false;
+    }
+    step->windows = 0u;
+    return true;
+}
+
+/* The missing share of the loss at a level of the zone, and its area from the level above. At zero current
+ * all is missing. */
+static void add_missing(resistance_step_t *step, const commission_results_t *results, dq_t current,
+                        dq_t voltage)
+{
+    const float whole = results->dead_voltage * (1.0f / LEG);
+    const float loss = voltage.d - results->resistance * current.d;
+    const float share = whole > 0.0f ? 1.0f - loss / whole : 0.0f;
+    const float missing = share > ZONE_SHARE ? share : 0.0f;
+    step->area += 0.5f * (missing + step->missing) * (step->first.d - current.d);
+    step->missing = missing;
+    step->first.d = current.d;
+}
+
+/* A window of the staircase below the line. */
+static commission_verdict_t descend(resistance_step_t *step, const commission_tuning_t *tuning,
+                                    const commission_input_t *input, excite_order_t *order,
+                                    commission_results_t *results)
+{
+    static const float levels[ZONE_COUNT] = {0.5f, 0.35f, 0.22f, 0.14f, 0.09f, 0.055f, 0.03f}; /* [A] */
+    const float most = ZONE_BELOW * level_of(step, LEVEL_COUNT - 1u);
+    if (step->level == 0u) {
+        step->first.d = level_of(step, LEVEL_COUNT - 1u);
+    }
+    while (levels[step->level] > most && step->level < ZONE_COUNT - 1u) {
+        step->level++;
+    }
+    order->current = levels[step->level];
+    if (!is_averaged(step, tuning, input)) {
+        return commission_goes_on();
+    }
+    add_missing(step, results, commission_mean_of(&step->mean, step->mean.current),
+                commission_mean_of(&step->mean, step->mean.voltage));
+    step->level++;
+    if (step->level < ZONE_COUNT) {
+        return commission_goes_on();
+    }
+    const float last = 0.5f * (1.0f + step->missing) * step->first.d;
+    results->current_zone = bounds_more(ZONE_PER_AREA * (step->area + last), ZONE_LEAST);
+    return commission_finished();
 }
 
 /* A window of a level. */
@@ -137,20 +220,11 @@ static commission_verdict_t climb(resistance_step_t *step, const commission_tuni
                                   const commission_input_t *input, excite_order_t *order,
                                   commission_results_t *results)
 {
-    static const float levels[LEVEL_COUNT] = {1.0f, 0.8f, 0.64f, 0.5f, 0.4f, 0.32f};
-    const uint32_t from = periods_of(SETTLE, tuning->window);
-    order->current = levels[step->level] * step->current;
-    step->windows++;
-    if (step->windows <= from) {
-        commission_mean_begin(&step->mean);
-        return commission_goes_on();
-    }
-    commission_mean_add(&step->mean, input->seen);
-    if (step->windows < from + periods_of(BLOCK, tuning->window)) {
+    order->current = level_of(step, step->level);
+    if (!is_averaged(step, tuning, input)) {
         return commission_goes_on();
     }
     add(step);
-    step->windows = 0u;
     step->level++;
     if (step->level < LEVEL_COUNT) {
         return commission_goes_on();
@@ -181,6 +255,9 @@ commission_verdict_t resistance_step(resistance_step_t *step, const commission_t
     }
     if (step->phase == RESISTANCE_LEVELS) {
         return climb(step, tuning, input, order, results);
+    }
+    if (step->phase == RESISTANCE_ZONE) {
+        return descend(step, tuning, input, order, results);
     }
     if (step->phase == RESISTANCE_TURN) {
         order->current = step->current;

@@ -5,7 +5,11 @@
  *                          for all three legs on these axes (currents i, -i/2, -i/2)
  *
  * The slope is the resistance of winding and devices, the rest at zero current is the loss. Offsets and
- * differences of the legs cancel in the mean of the directions; their scatter is the uncertainty. */
+ * differences of the legs cancel in the mean of the directions; their scatter is the uncertainty.
+ *
+ * Zone: half width z of the linear passage of a leg's loss through zero current. In the last direction the
+ * staircase goes on downwards; what is missing of 4/3 V has the area 3/4 z times 4/3 V, because the missing
+ * share of a leg is a triangle of the area z/2, and the legs of -i/2 are twice as wide. */
 #ifndef MEDIUM_COMMISSION_RESISTANCE_STEP_H
 #define MEDIUM_COMMISSION_RESISTANCE_STEP_H
 
@@ -20,7 +24,8 @@ typedef enum {
     RESISTANCE_FULL,
     RESISTANCE_TURN,
     RESISTANCE_STILL,
-    RESISTANCE_LEVELS
+    RESISTANCE_LEVELS,
+    RESISTANCE_ZONE
 } resistance_phase_t;
 
 typedef struct {
@@ -37,6 +42,8 @@ typedef struct {
     float slope[RESISTANCE_DIRECTIONS];  /* R by direction [ohm] */
     float before[RESISTANCE_DIRECTIONS]; /* the same of the first staircase [ohm] */
     float rest[RESISTANCE_DIRECTIONS];   /* 4/3 V by direction [V] */
+    float missing;                       /* of the loss at the last level, over the whole one [-] */
+    float area;                          /* of the missing share over the current [A] */
 } resistance_step_t;
 
 void resistance_step_begin(resistance_step_t *step);

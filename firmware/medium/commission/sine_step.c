@@ -6,18 +6,30 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-#define BLOCK         0.1f   /* [s] of a mean and of a run */
-#define SETTLE        0.08f  /* [s] before a run */
-#define FREQUENCY     500.0f /* [Hz] */
-#define LOWER         0.7f   /* second frequency across, over the first [-] */
-#define VOLTAGE_LEAST 3.0f   /* [V] below it the frequency is doubled */
-#define VOLTAGE_MOST  0.2f   /* of the DC link [-] */
-#define AMPLITUDE     0.2f   /* of the current, over the standing one [-] */
-#define PROBE         0.35f  /* of the voltage, while L is a guess [-] */
-#define CROSS_MOST    0.15f  /* current across the sine over that along it, for an aligned rotor [-] */
-#define LESS          0.6f   /* of the current, after an unstable alignment [-] */
+#define BLOCK         0.1f   /* [s] of a mean, and of a run at least */
+#define BLOCKS_MOST   4.0f   /* of a run with a small current [-] */
+#define SCATTER       0.003f /* standard error of the sine's amplitude by the noise of a sensor, relative [-] */
+#define BLOCKS_FINE   10.0f   /* the same of the two runs that are compared ... */
+#define SCATTER_FINE  6e-4f   /* ... for the saturation */
+#define SETTLE        0.08f   /* [s] before a run */
+#define FREQUENCY     500.0f  /* [Hz] */
+#define LOWER         0.7f    /* second frequency across, over the first [-] */
+#define VOLTAGE_LEAST 3.0f    /* [V] below it the frequency is doubled */
+#define VOLTAGE_MOST  0.2f    /* of the DC link [-] */
+#define AMPLITUDE     0.2f    /* of the current, over the standing one [-] */
+#define MORE          0.45f   /* of the current, for the saturation, at most ... */
+#define MORE_LEAST    0.3f    /* ... and at least, else it is not measured [-] */
+#define MORE_VOLTAGE  0.4f    /* of the DC link, for the saturation [-] */
+#define CLEAR         1.2f    /* zones that a phase keeps from zero current [-] */
+#define BENT          2.5e-3f /* least relative change of L that counts as saturation ... */
+#define BENT_SCATTER  3.5f    /* ... and standard errors of it [-] */
+#define PROBE         0.35f   /* of the voltage, while L is a guess [-] */
+#define CROSS_MOST    0.15f   /* current across the sine over that along it, for an aligned rotor [-] */
+#define LESS          0.6f    /* of the current, after an unstable alignment [-] */
 #define LOWERED_MOST  2u
 #define SALIENCY_MOST 10.0f
+#define THREE_EIGHTHS 0.375f
+#define THE_NEXT      0.234375f   /* 15/64 */
 #define ACROSS        0.05f       /* current across over that along of a rotor at rest [-] */
 #define SIXTH_TURN    1.04719755f /* [rad] */
 
@@ -31,13 +43,13 @@ typedef struct {
 static const sine_run_t runs[] = {
     {false, true, 1.0f, 1.0f},  {false, false, 1.0f, 1.0f}, {false, false, 0.6f, 1.0f},
     {false, false, 0.3f, 1.0f}, {true, true, 1.0f, 1.0f},   {true, false, 1.0f, 1.0f},
-    {true, false, 1.0f, LOWER},
+    {true, false, 1.0f, LOWER}, {true, false, 1.0f, 1.0f},
 };
-#define RUNS_COUNT  (sizeof runs / sizeof runs[0])
 #define RUN_D_MOST  1u
 #define RUN_D       2u
 #define RUN_Q       5u
 #define RUN_Q_LOWER 6u
+#define RUN_Q_MORE  7u /* a larger amplitude, for the saturation */
 
 void sine_step_begin(sine_step_t *step)
 {
@@ -63,26 +75,66 @@ float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float 
     return period / b * share;
 }
 
-/* Orders a run: a whole number of periods of the sine in a block. */
+float sine_saturation(float l_less, float flux_less, float l_more, float flux_more)
+{
+    const float less = flux_less * flux_less;
+    const float more = flux_more * flux_more;
+    float s = 0.0f;
+    for (uint32_t n = 0u; n < 6u; n++) {
+        const float of_less = 1.0f + s * less * (THREE_EIGHTHS + THE_NEXT * s * less);
+        s = (l_less / l_more * of_less - 1.0f) / (more * (THREE_EIGHTHS + THE_NEXT * s * more));
+    }
+    return s;
+}
+
+/* Amplitude of a run over its standing current [-]; 0: the run is left out. The phases b and c carry half of
+ * the standing current and sqrt(3)/2 of the amplitude. */
+static float amplitude_of(const sine_step_t *step, const commission_results_t *results)
+{
+    if (step->run != RUN_Q_MORE) {
+        return AMPLITUDE;
+    }
+    const float clear = 0.5f - CLEAR * results->current_zone / step->current;
+    const float most = bounds_less(2.0f * FRAMES_ONE_OVER_SQRT_3 * clear, MORE);
+    return most >= MORE_LEAST ? most : 0.0f;
+}
+
+/* Windows of a run: as many as the mean over the noise needs, sqrt(2/N) noise/amplitude. */
+static uint32_t length_of(uint32_t run, float amplitude, const commission_tuning_t *tuning,
+                          const commission_results_t *results)
+{
+    const bool fine = run == RUN_Q || run == RUN_Q_MORE;
+    const float error = results->noise / ((fine ? SCATTER_FINE : SCATTER) * amplitude);
+    const float blocks = 2.0f * error * error * tuning->period * (1.0f / BLOCK);
+    const float most = fine ? BLOCKS_FINE : BLOCKS_MOST;
+    return periods_of(BLOCK * bounds_less(bounds_more(blocks, 1.0f), most), tuning->window);
+}
+
+/* Orders a run: a whole number of periods of the sine. */
 static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const commission_input_t *input,
                     const commission_results_t *results, excite_order_t *order)
 {
     const sine_run_t *run = &runs[step->run];
     const float bias = run->bias * step->current;
+    const float share = amplitude_of(step, results);
+    const float most = step->run == RUN_Q_MORE ? MORE_VOLTAGE : VOLTAGE_MOST;
     const float inductance = run->across ? step->guess_q : step->guess_d;
-    const float block = (float)periods_of(BLOCK, tuning->window) * tuning->window;
-    float frequency = run->frequency * FREQUENCY;
+    step->length =
+        run->probe ? periods_of(BLOCK, tuning->window) : length_of(step->run, share * bias, tuning, results);
+    const float block = (float)step->length * tuning->window;
+    const bool same = step->run == RUN_Q_MORE; /* the motion of the rotor shall be the same, too */
+    float frequency = same ? step->turn[RUN_Q] / (ANGLE_TWO_PI * tuning->period) : run->frequency * FREQUENCY;
     float voltage = 0.0f;
     for (uint32_t n = 0u; n < 2u && voltage < VOLTAGE_LEAST; n++) {
         const float reactance = ANGLE_TWO_PI * frequency * inductance;
-        voltage = AMPLITUDE * bias *
-                  root_or_none(results->resistance * results->resistance + reactance * reactance);
-        frequency *= voltage < VOLTAGE_LEAST && n == 0u ? 2.0f : 1.0f;
+        voltage =
+            share * bias * root_or_none(results->resistance * results->resistance + reactance * reactance);
+        frequency *= voltage < VOLTAGE_LEAST && n == 0u && !same ? 2.0f : 1.0f;
     }
     const float cycles = (float)(uint32_t)(frequency * block + 0.5f);
     step->turn[step->run] = ANGLE_TWO_PI * cycles * tuning->period / block;
     order->turn = step->turn[step->run];
-    order->voltage = bounds_less((run->probe ? PROBE : 1.0f) * voltage, VOLTAGE_MOST * input->u_dc);
+    order->voltage = bounds_less((run->probe ? PROBE : 1.0f) * voltage, most * input->u_dc);
     order->sine_across = run->across ? 1u : 0u;
     order->current = bias;
     step->windows = 0u;
@@ -107,6 +159,29 @@ static float length_square(sine_sum_t number)
     return number.re * number.re + number.im * number.im;
 }
 
+/* I_s [A], and L_q without current in the results; 0: L_q does not depend on the current, or it is not known
+ * whether it does. */
+static float saturation_of(const sine_step_t *step, const commission_tuning_t *tuning,
+                           commission_results_t *results)
+{
+    const float less = step->value[RUN_Q];
+    const float more = step->value[RUN_Q_MORE];
+    const float swing = step->swing[RUN_Q];
+    const float bent = (less - more) / results->inductance_q;
+    const float samples = (float)length_of(RUN_Q, swing, tuning, results) * tuning->window / tuning->period;
+    const float scatter = results->noise * root_or_none(2.0f / samples) / swing;
+    if (!(more > 0.0f) || !(bent > BENT) || !(bent > BENT_SCATTER * scatter)) {
+        return 0.0f;
+    }
+    const float moved = results->inductance_q - less; /* by the motion of the rotor */
+    const float flux = results->inductance_q * swing;
+    const float s =
+        sine_saturation(results->inductance_q, flux, more + moved, (more + moved) * step->swing[RUN_Q_MORE]);
+    results->inductance_q *= 1.0f + s * flux * flux * (THREE_EIGHTHS + THE_NEXT * s * flux * flux);
+    const float root = root_or_none(s);
+    return root > 0.0f ? 1.0f / (results->inductance_q * root) : 0.0f;
+}
+
 static commission_verdict_t judge(const sine_step_t *step, const commission_tuning_t *tuning,
                                   commission_results_t *results)
 {
@@ -121,9 +196,17 @@ static commission_verdict_t judge(const sine_step_t *step, const commission_tuni
     results->inductance_d = inductance_d;
     results->inductance_d_least = step->value[RUN_D_MOST];
     results->inductance_q = inductance_q;
+    results->saturation_current = saturation_of(step, tuning, results);
     return bounds_less(inductance_d, inductance_q) < 2.0f * tuning->period * results->resistance
                ? commission_failed(COMMISSION_REASON_TIME_CONSTANT_SHORT, 0)
                : commission_finished();
+}
+
+/* Amplitude of the current along the sine of this run [A]. */
+static float amplitude_seen(const sine_step_t *step, const commission_tuning_t *tuning)
+{
+    const float samples = (float)step->length * tuning->window / tuning->period;
+    return 2.0f * root_or_none(length_square(step->along)) / samples;
 }
 
 /* A window of a run. */
@@ -136,7 +219,7 @@ static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t 
     if (step->windows > from) {
         add(step, input->seen);
     }
-    if (step->windows < from + periods_of(BLOCK, tuning->window)) {
+    if (step->windows < from + step->length) {
         return commission_goes_on();
     }
     const rotation_t turn = trig_turn(step->turn[step->run]);
@@ -145,8 +228,14 @@ static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t 
         return commission_failed(COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE, 0);
     }
     step->value[step->run] = inductance;
-    if (!runs[step->run].probe &&
-        length_square(step->across) > CROSS_MOST * CROSS_MOST * length_square(step->along)) {
+    step->swing[step->run] = amplitude_seen(step, tuning);
+    const bool leaves = !runs[step->run].probe &&
+                        length_square(step->across) > CROSS_MOST * CROSS_MOST * length_square(step->along);
+    if (step->run == RUN_Q_MORE) {
+        step->value[RUN_Q_MORE] = leaves ? 0.0f : inductance;
+        return judge(step, tuning, results);
+    }
+    if (leaves) {
         if (step->lowered == LOWERED_MOST) {
             return commission_failed(COMMISSION_REASON_ALIGNMENT_UNSTABLE, 0);
         }
@@ -158,7 +247,7 @@ static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t 
         step->guess_q = inductance;
         step->run++;
     }
-    if (step->run == RUNS_COUNT) {
+    if (step->run == RUN_Q_MORE && !(amplitude_of(step, results) > 0.0f)) {
         return judge(step, tuning, results);
     }
     prepare(step, tuning, input, results, order);

@@ -7,6 +7,12 @@
  *
  * a and b are real: two equations. Bandwidth and delay of the control do not matter.
  *
+ * Saturation of the q axis, psi_q = L_q i/sqrt(1 + (i/I_s)^2): a flux of amplitude F needs the current
+ *
+ *     i = F/L_q (1 + 3/8 s F^2 + 15/64 s^2 F^4),   s = 1/(L_q I_s)^2      its first harmonic
+ *
+ * so that two amplitudes give I_s and L_q without current. A motion of the rotor adds the same to both.
+ *
  * Along the axis the rotor does not move. Across it a free rotor swings with the sine, and its motion adds
  * -1.5 p^2 psi^2/(J w^2) to L_q; two frequencies remove that: L = (L1 w1^2 - L2 w2^2)/(w1^2 - w2^2). */
 #ifndef MEDIUM_COMMISSION_SINE_STEP_H
@@ -25,11 +31,13 @@ typedef struct {
     sine_phase_t phase;     /* [-] of the step */
     uint32_t run;           /* [-] of the table of runs */
     uint32_t windows;       /* [windows] of this run */
+    uint32_t length;        /* [windows] whose sums this run takes */
     uint32_t lowered;       /* [-] times that the current was lowered */
     float current;          /* largest standing current [A] */
     float guess_d, guess_q; /* L by which the next voltage is chosen [H] */
-    float value[7];         /* L of each run [H] */
-    float turn[7];          /* w T of each run [rad] */
+    float value[8];         /* L of each run [H] */
+    float turn[8];          /* w T of each run [rad] */
+    float swing[8];         /* amplitude of the current of each run [A] */
     standing_t standing;
     sine_sum_t voltage; /* sums of this run [V], */
     sine_sum_t along;   /* of the current along the sine [A] */
@@ -38,6 +46,10 @@ typedef struct {
 
 /* L [H] from U and I; `turn`: w T [rad] with its cosine and sine. Not positive: there is none. */
 float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float period);
+
+/* 1/(L_q I_s)^2 [1/Wb^2] from L and the amplitude of the flux of two runs, the second with more flux. Not
+ * positive: no saturation. */
+float sine_saturation(float l_less, float flux_less, float l_more, float flux_more);
 
 void sine_step_begin(sine_step_t *step);
 

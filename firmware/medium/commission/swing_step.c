@@ -25,8 +25,7 @@
 #define FREER_MOST    2u          /* [-] times */
 #define FLUX_LEAST    2e-4f       /* [Wb] */
 #define FLUX_SHARE    0.04f       /* least psi_f over L_d I: the integral has errors of this size [-] */
-#define ANY_CURRENT   1e3f        /* [A] no limit */
-#define ZONE          0.1f        /* [A] current below which the sign of a leg's loss fades */
+#define ANY_CURRENT   1e3f        /* [A] no limit; [1/A] no zone */
 
 /* A window of the motion, in the stationary frame. */
 typedef struct {
@@ -42,10 +41,11 @@ void swing_step_begin(swing_step_t *step)
 }
 
 /* The loss of the legs for this current [V]. */
-static ab_t lost(ab_t current, float leg)
+static ab_t lost(ab_t current, const commission_results_t *results)
 {
     const abc_t phases = frames_inverse_clarke(current);
-    const float per_zone = 1.0f / ZONE;
+    const float leg = results->dead_voltage;
+    const float per_zone = results->current_zone > 0.0f ? 1.0f / results->current_zone : ANY_CURRENT;
     const ab_t signs = frames_clarke((abc_t){bounds_clamp(per_zone * phases.a, 1.0f),
                                              bounds_clamp(per_zone * phases.b, 1.0f),
                                              bounds_clamp(per_zone * phases.c, 1.0f)});
@@ -153,7 +153,7 @@ static void add(swing_step_t *step, const commission_tuning_t *tuning, const swi
     const float time = window->periods * tuning->period;
     const ab_t current = {share * window->current.alpha, share * window->current.beta};
     const ab_t voltage = {share * window->voltage.alpha, share * window->voltage.beta};
-    const ab_t loss = lost(current, results->dead_voltage);
+    const ab_t loss = lost(current, results);
     const bool known = results->flux_first > 0.0f;
     const ab_t before = active(motion, results);
     motion->flux.alpha +=
@@ -189,7 +189,7 @@ static ab_t rest_of(const swing_step_t *step, const commission_results_t *result
     const rotation_t axis = trig_turn(step->angle);
     const ab_t flows = frames_inverse_park(current, axis);
     const ab_t stands = frames_inverse_park(voltage, axis);
-    const ab_t loss = lost(flows, results->dead_voltage);
+    const ab_t loss = lost(flows, results);
     return (ab_t){stands.alpha - results->resistance * flows.alpha - loss.alpha,
                   stands.beta - results->resistance * flows.beta - loss.beta};
 }

@@ -10,6 +10,7 @@
 #define BIAS_TORQUE  0.25f /* the same of the torque test [-] */
 #define SALIENT_FROM 0.1f  /* (L_q - L_d)/L_d from which on a rotor counts as salient [-] */
 #define SALIENT_BIAS 0.3f  /* share of psi_f that its i_d adds, at most [-] */
+#define STRAIGHTENS  3u    /* [-] steps to the angle of the EMF of a saturating rotor */
 #define NEAR         0.03f /* relative distance from the reference of a steady speed [-] */
 #define STEADY       0.6f  /* [s] near it before a mean */
 #define SMOOTH       15.0f /* [rad/s] low-pass of the speed for that */
@@ -32,13 +33,14 @@
 #define LOSS_REST    0.02f /* share of the dead time's loss that its compensation leaves in the EMF [-] */
 #define TURNED_MOST  0.04f /* of the push that i_d adds by the EMF's angle, at most [-] */
 #define PUSH_GROWTH  1.4f
-#define PUSH_WAIT    3.0f  /* [s] after which a push that does not suffice grows */
-#define COAST_MOST   3.0f  /* [s] */
-#define SLICES       6.0f  /* of a push [-] */
-#define SLICE_SHORT  40.0f /* [windows] up to which a phase is one slice */
-#define SLICE_SHARE  0.9f  /* of the phase of the first cycle that the slices fill [-] */
-#define WEIGHT_MOST  5e5f  /* of a slice, that of 40 windows [-] */
-#define SLICE_LEAST  6.0f  /* [windows] */
+#define PUSH_WAIT    3.0f   /* [s] after which a push that does not suffice grows */
+#define COAST_MOST   3.0f   /* [s] */
+#define SLICES       6.0f   /* of a push [-] */
+#define SLICE_SHORT  160.0f /* [windows] up to which a phase is one slice */
+#define SLICE_SHARE  0.9f   /* of the phase of the first cycle that the slices fill [-] */
+#define WEIGHT_MOST                                                                                          \
+    5e5f /* of a slice, that of 40 windows; more would give the noise of their torque too much weight [-] */
+#define SLICE_LEAST  6.0f /* [windows] */
 #define SLICE_MOST   250.0f
 #define SKIP         5u    /* [windows] after a change of the torque */
 #define CONFIRMS     0.04f /* the same of two torque tests [-] */
@@ -91,13 +93,35 @@ static float lengthening(const commission_tuning_t *tuning, const turning_input_
     return 1.0f / turning_mean_length(tuning->window / tuning->period, tuning->period * input->omega_e);
 }
 
+/* psi_q/i_q at this i_q [H]. */
+static float apparent(const commission_tuning_t *tuning, float i_q)
+{
+    const float x = tuning->saturation > 0.0f ? i_q / tuning->saturation : 0.0f;
+    return tuning->inductance_q * inverse_root(1.0f + x * x);
+}
+
+/* The observer takes L_q for constant: c = psi_q - L_q i_q of a saturating axis adds -omega c along the
+ * magnet to its EMF, which has to be taken out before it shows the angle. */
+static turning_input_t straightened(const commission_tuning_t *tuning, const turning_input_t *input)
+{
+    turning_input_t straight = *input;
+    for (uint32_t n = 0u; n < STRAIGHTENS && tuning->saturation > 0.0f; n++) {
+        const float i_q = across_emf(&straight).q;
+        const float c = (apparent(tuning, i_q) - tuning->observed_q) * i_q;
+        const float amount = length(straight.emf);
+        const float share = amount > 0.0f ? input->omega_e * c / amount : 0.0f;
+        straight.emf = (dq_t){input->emf.d + share * straight.emf.q, input->emf.q - share * straight.emf.d};
+    }
+    return straight;
+}
+
 /* Torque of a window [N m]. */
 static float torque_of(const commission_tuning_t *tuning, const turning_input_t *input, float psi)
 {
     const float longer = lengthening(tuning, input);
     const dq_t across = across_emf(input);
     const dq_t current = {longer * across.d, longer * across.q};
-    const float reluctance = (tuning->inductance_d - tuning->inductance_q) * current.d;
+    const float reluctance = (tuning->inductance_d - apparent(tuning, current.q)) * current.d;
     return 1.5f * tuning->pole_pairs * (psi + reluctance) * current.q;
 }
 
@@ -118,7 +142,7 @@ static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, co
                      float psi)
 {
     const float longer = lengthening(tuning, input);
-    const float reluctance = (tuning->inductance_d - tuning->inductance_q) * longer * across_emf(input).d;
+    const float reluctance = (tuning->inductance_d - tuning->observed_q) * longer * across_emf(input).d;
     const float speed = bounds_magnitude(input->omega_e);
     const float volts = longer * length(input->emf) - speed * (psi + reluctance);
     mean->windows += 1.0f;
@@ -137,9 +161,11 @@ void flux_test_begin(flux_test_t *step)
 }
 
 commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t *tuning,
-                                    const turning_input_t *input, turning_wish_t *wish,
+                                    const turning_input_t *seen, turning_wish_t *wish,
                                     commission_results_t *results)
 {
+    const turning_input_t straight = straightened(tuning, seen);
+    const turning_input_t *input = &straight;
     turning_mean_t *mean = &step->mean;
     const float near = tuning->flux_linkage;
     *wish = (turning_wish_t){0u, input->speed, {bias(BIAS, tuning, near), 0.0f}};
@@ -160,59 +186,6 @@ commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t
     results->flux_linkage = psi;
     results->flux_scatter = root_or_none(share * mean->square - volts * volts) / (share * mean->speed * psi);
     return commission_finished();
-}
-
-/* ---- fit ---- */
-
-void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float y)
-{
-    for (uint32_t r = 0u; r < TURNING_UNKNOWNS; r++) {
-        for (uint32_t c = 0u; c < TURNING_UNKNOWNS; c++) {
-            fit->a[r][c] += x[r] * x[c];
-        }
-        fit->b[r] += x[r] * y;
-    }
-    fit->yy += y * y;
-    fit->n += 1.0f;
-}
-
-/* Elimination with the diagonal, which suffices for normal equations: they are symmetric and positive. */
-bool turning_fit_solve(const turning_fit_t *fit, float x[TURNING_UNKNOWNS], float *error)
-{
-    float a[TURNING_UNKNOWNS][2u * TURNING_UNKNOWNS];
-    for (uint32_t r = 0u; r < TURNING_UNKNOWNS; r++) {
-        for (uint32_t c = 0u; c < TURNING_UNKNOWNS; c++) {
-            a[r][c] = fit->a[r][c];
-            a[r][TURNING_UNKNOWNS + c] = r == c ? 1.0f : 0.0f;
-        }
-    }
-    for (uint32_t p = 0u; p < TURNING_UNKNOWNS; p++) {
-        if (!(a[p][p] > 1e-6f * fit->a[p][p])) {
-            return false;
-        }
-        const float per_pivot = 1.0f / a[p][p];
-        for (uint32_t c = 0u; c < 2u * TURNING_UNKNOWNS; c++) {
-            a[p][c] *= per_pivot;
-        }
-        for (uint32_t r = 0u; r < TURNING_UNKNOWNS; r++) {
-            const float factor = r != p ? a[r][p] : 0.0f;
-            for (uint32_t c = 0u; c < 2u * TURNING_UNKNOWNS; c++) {
-                a[r][c] -= factor * a[p][c];
-            }
-        }
-    }
-    float squares = fit->yy;
-    for (uint32_t r = 0u; r < TURNING_UNKNOWNS; r++) {
-        x[r] = 0.0f;
-        for (uint32_t c = 0u; c < TURNING_UNKNOWNS; c++) {
-            x[r] += a[r][TURNING_UNKNOWNS + c] * fit->b[c];
-        }
-        squares -= x[r] * fit->b[r];
-    }
-    const float freedom = bounds_more(fit->n - (float)TURNING_UNKNOWNS, 1.0f);
-    const float variance = bounds_more(squares, 0.0f) / freedom;
-    *error = x[0] > 0.0f ? root_or_none(variance * a[0][TURNING_UNKNOWNS]) / x[0] : 1.0f;
-    return true;
 }
 
 /* ---- J and friction ---- */
@@ -311,6 +284,42 @@ static bool is_turned(const torque_test_t *step, const commission_tuning_t *tuni
     return LOSS_REST * results->dead_voltage * most > TURNED_MOST * step->push * emf;
 }
 
+/* J of the fit [kg m^2] and its standard error, relative; 0: there is none that is good enough. */
+static float inertia_of(const torque_test_t *step, float *error)
+{
+    float x[TURNING_UNKNOWNS];
+    const bool good = step->fit.n >= SLICES_LEAST && turning_fit_solve(&step->fit, x, error) && x[0] > 0.0f &&
+                      *error <= SCATTER_MOST;
+    return good ? 1.0f / x[0] : 0.0f;
+}
+
+/* The swing has measured J in another way, proportional to its psi_f, which is known better now: if the two
+ * disagree, a second test has to confirm the first one. */
+static bool is_confirmed(const torque_test_t *step, const commission_results_t *results, float psi,
+                         float inertia)
+{
+    const float corrected = results->flux_first > 0.0f ? psi / results->flux_first : 1.0f;
+    const float swung = corrected * results->inertia_first;
+    return !(swung > 0.0f) || bounds_within(inertia - swung, AGREES * swung) ||
+           bounds_within(inertia - step->earlier, CONFIRMS * step->earlier);
+}
+
+/* The pushes are over: the steady speeds follow, or a second test. */
+static void end_pushing(torque_test_t *step, const commission_results_t *results, float psi)
+{
+    float error;
+    const float inertia = inertia_of(step, &error);
+    if (inertia > 0.0f && step->earlier == 0.0f && !is_confirmed(step, results, psi, inertia)) {
+        *step = (torque_test_t){.phase = TORQUE_START,
+                                .earlier = inertia,
+                                .low = step->low,
+                                .high = step->high,
+                                .push = step->push};
+        return;
+    }
+    begin_phase(step, TORQUE_STEADY_FAST);
+}
+
 /* true: the fit needs another cycle. */
 static bool goes_on(const torque_test_t *step)
 {
@@ -337,7 +346,7 @@ static void end_phase(torque_test_t *step, torque_phase_t next)
 /* Torque up, coast, brake. After the last push the rotor coasts for the time of the current's decay and then
  * changes to a speed, from which friction would have stopped a light rotor at the end of a brake. */
 static void push(torque_test_t *step, const commission_tuning_t *tuning, const turning_input_t *input,
-                 turning_wish_t *wish, float psi)
+                 turning_wish_t *wish, const commission_results_t *results, float psi)
 {
     const float omega_m = input->omega_e / tuning->pole_pairs;
     const float middle = step->low + COAST_TO * (step->high - step->low);
@@ -353,7 +362,7 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
         }
     } else if (step->phase == TORQUE_COAST) {
         if (step->windows == SKIP + 1u && !goes_on(step)) {
-            begin_phase(step, TORQUE_STEADY_FAST);
+            end_pushing(step, results, psi);
         } else if (omega_m < middle || step->windows > periods_of(COAST_MOST, tuning->window)) {
             end_phase(step, TORQUE_DOWN);
         }
@@ -364,35 +373,17 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
     const float push = step->phase == TORQUE_UP     ? step->push
                        : step->phase == TORQUE_DOWN ? -BRAKE * step->push
                                                     : 0.0f;
-    uint32_t by_current = 1u;
-    if (step->phase == TORQUE_STEADY_FAST) {
-        by_current = 0u;
-    }
+    const uint32_t by_current = step->phase == TORQUE_STEADY_FAST || step->phase == TORQUE_START ? 0u : 1u;
     wish->current.d = bounds_clamp(wish->current.d, BIAS_PUSHES * step->push);
     *wish = (turning_wish_t){by_current, wish->omega_m_ref, {wish->current.d, push}};
 }
 
-static commission_verdict_t judge(torque_test_t *step, commission_results_t *results, float psi)
+static commission_verdict_t judge(const torque_test_t *step, commission_results_t *results, float psi)
 {
-    float x[TURNING_UNKNOWNS];
     float error;
-    if (step->fit.n < SLICES_LEAST || !turning_fit_solve(&step->fit, x, &error) || !(x[0] > 0.0f) ||
-        error > SCATTER_MOST) {
+    const float inertia = inertia_of(step, &error);
+    if (!(inertia > 0.0f) || !is_confirmed(step, results, psi, inertia)) {
         return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
-    }
-    const float inertia = 1.0f / x[0];
-    /* the swing has measured J in another way, proportional to its psi_f, which is known better now: if the
-     * two disagree, a second test has to confirm one of them */
-    const float corrected = results->flux_first > 0.0f ? psi / results->flux_first : 1.0f;
-    const float swung = corrected * results->inertia_first;
-    const bool agrees = !(swung > 0.0f) || bounds_within(inertia - swung, AGREES * swung);
-    const bool confirmed = bounds_within(inertia - step->earlier, CONFIRMS * step->earlier);
-    if (!agrees && !confirmed) {
-        if (step->earlier > 0.0f) {
-            return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
-        }
-        *step = (torque_test_t){.phase = TORQUE_START, .earlier = inertia};
-        return commission_goes_on();
     }
     const float apart = step->omega[0] - step->omega[1];
     const float slope = apart > 0.0f ? (step->torque[0] - step->torque[1]) / apart : 0.0f;
@@ -434,9 +425,11 @@ static commission_verdict_t hold_speed(torque_test_t *step, const commission_tun
 }
 
 commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuning_t *tuning,
-                                      const turning_input_t *input, turning_wish_t *wish,
+                                      const turning_input_t *seen, turning_wish_t *wish,
                                       commission_results_t *results)
 {
+    const turning_input_t straight = straightened(tuning, seen);
+    const turning_input_t *input = &straight;
     const float psi = flux(tuning, results);
     step->high = input->speed;
     step->low = bounds_more(LOW_SHARE * input->speed, LOW_ABOVE * input->least);
@@ -464,6 +457,6 @@ commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuni
     if (input->runs == 0u) {
         return commission_failed(COMMISSION_REASON_SENSORLESS_LOST, 0);
     }
-    push(step, tuning, input, wish, psi);
+    push(step, tuning, input, wish, results, psi);
     return commission_goes_on();
 }

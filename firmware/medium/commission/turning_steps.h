@@ -16,8 +16,7 @@
 #define MEDIUM_COMMISSION_TURNING_STEPS_H
 
 #include "medium/commission/commission_types.h"
-
-#define TURNING_UNKNOWNS 3u /* 1/J, -T_c/J, -B/J */
+#include "medium/commission/turning_fit.h"
 
 /* A window of the running drive. */
 typedef struct {
@@ -57,14 +56,6 @@ typedef struct {
     turning_steady_t steady;
     turning_mean_t mean;
 } flux_test_t;
-
-/* Normal equations of a least-squares fit of three unknowns. */
-typedef struct {
-    float a[TURNING_UNKNOWNS][TURNING_UNKNOWNS];
-    float b[TURNING_UNKNOWNS];
-    float yy; /* sum of the squares of the acceleration */
-    float n;  /* [-] slices */
-} turning_fit_t;
 
 /* A slice of the torque test. */
 typedef struct {
@@ -106,20 +97,14 @@ typedef struct {
  * for n turn up to 2.4. */
 float turning_mean_length(float n, float turn);
 
-/* Adds y = c0 x0 + c1 x1 + c2 x2 to the fit. */
-void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float y);
-
-/* Solves it for c. false: the unknowns are not separable. `error`: standard error of the first, relative. */
-bool turning_fit_solve(const turning_fit_t *fit, float x[TURNING_UNKNOWNS], float *error);
-
 void flux_test_begin(flux_test_t *step);
 commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t *tuning,
-                                    const turning_input_t *input, turning_wish_t *wish,
+                                    const turning_input_t *seen, turning_wish_t *wish,
                                     commission_results_t *results);
 
 void torque_test_begin(torque_test_t *step);
 commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuning_t *tuning,
-                                      const turning_input_t *input, turning_wish_t *wish,
+                                      const turning_input_t *seen, turning_wish_t *wish,
                                       commission_results_t *results);
 
 #endif

@@ -8,9 +8,10 @@ from ._library import Commission, Commissioned, StepDone, library, why
 from ._rows import row
 from ._scenario import _Scenario
 
-_MEASURED = ("resistance", "inductance_d", "inductance_q", "flux_linkage", "inertia", "friction_coulomb", "friction_viscous", "dead_voltage")
+_MEASURED = ("resistance", "inductance_d", "inductance_q", "saturation_current", "flux_linkage", "inertia", "friction_coulomb", "friction_viscous",
+             "dead_voltage", "current_zone")
 # Of the result, what is a key of [motor].
-_OF_MOTOR = _MEASURED[:-1]
+_OF_MOTOR = _MEASURED[:-2]
 # Key of the plate -> field, factor, and the row whose unit its text may have.
 _PLATE = {
     "pole_pairs": ("pole_pairs", 1.0, "motor_pole_pairs"),
@@ -31,9 +32,9 @@ class Measured:
 
 
 class Commissioning:
-    """The result. resistance, inductance_d, inductance_q, flux_linkage, inertia, friction_coulomb, friction_viscous, dead_voltage: each a
-    Measured. reason: None, or the name of what ended it, with text; step: the last one that ran; seconds: simulated; largest_current: of
-    the vector [A]."""
+    """The result. resistance, inductance_d, inductance_q, saturation_current, flux_linkage, inertia, friction_coulomb, friction_viscous,
+    dead_voltage, current_zone: each a Measured; saturation_current is NaN also where no saturation was seen. reason: None, or the name of what
+    ended it, with text; step: the last one that ran; seconds: simulated, step_seconds: of each step; largest_current: of a phase [A]."""
 
     def __init__(self, plate, result, steps):
         for name in _MEASURED:
@@ -44,6 +45,7 @@ class Commissioning:
         self.reason = result.reason.decode() or None
         self.text = result.what.decode() or None
         self.seconds, self.largest_current = result.seconds, result.largest_current
+        self.step_seconds = dict(zip(steps, result.step_seconds))
 
     @property
     def passed(self):

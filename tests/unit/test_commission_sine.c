@@ -1,0 +1,192 @@
+/* The step `inductance` of commissioning on windings that are written down: L_d, L_q, the saturation of the q
+ * axis, and the reasons of those that have none. */
+#include <complex.h>
+#include <math.h>
+#include <unity.h>
+
+#include "tests/unit/commission_windings.h"
+
+/* Flux over the first harmonic of the current of a flux cos x of this amplitude: psi = L i/sqrt(1 +
+ * (i/I_s)^2). */
+static double harmonic(double inductance, double saturation, double flux)
+{
+    double sum = 0.0;
+    for (int n = 0; n < 64; n++) {
+        const double x = cos(PI * (n + 0.5) / 32.0);
+        const double share = flux * x / (inductance * saturation);
+        sum += x * flux * x / (inductance * sqrt(1.0 - share * share)) / 32.0;
+    }
+    return flux / sum;
+}
+
+/* L of the q axis for a sine of this voltage. */
+static double bent(const winding_t *winding, double voltage, double omega)
+{
+    const double motion = winding->l_q * winding->rotor / (omega * omega);
+    double inductance = winding->l_q;
+    for (int n = 0; n < 20 && winding->bends > 0.0; n++) {
+        const double current = voltage / hypot(winding->resistance, omega * (inductance - motion));
+        inductance = harmonic(winding->l_q, winding->bends, inductance * current);
+    }
+    return inductance - motion;
+}
+
+/* The sums of a settled window with the sine of the order: I = b U/(1 - a z^-1). */
+static void answer_sine(bench_t *bench, const winding_t *winding)
+{
+    const excite_order_t *order = &bench->commission.order;
+    const sine_step_t *step = &bench->commission.work.sine;
+    const double turn = (double)order->turn;
+    const double omega = turn / PERIOD;
+    const bool across = order->sine_across != 0u;
+    const double inductance = across ? bent(winding, (double)order->voltage, omega) : winding->l_d;
+    const double a = exp(-winding->resistance * PERIOD / inductance);
+    const double b = (1.0 - a) / winding->resistance;
+    const double complex voltage = 0.5 * PERIODS * (double)order->voltage; /* the mean of cos^2 is 1/2 */
+    const double complex current = inductance > 0.0 ? b * voltage / (1.0 - a * cexp(-IM * turn)) : 0.0;
+    const double complex leaves = step->lowered < winding->steady ? winding->leaves * current : 0.0;
+    const double complex along_d = across ? leaves : current;
+    const double complex along_q = across ? current : leaves;
+    answer_hold(bench, winding, winding->resistance);
+    bench->seen.voltage_cos =
+        (dq_t){across ? 0.0f : (float)creal(voltage), across ? (float)creal(voltage) : 0.0f};
+    bench->seen.current_cos = (dq_t){(float)creal(along_d), (float)creal(along_q)};
+    bench->seen.current_sin = (dq_t){(float)-cimag(along_d), (float)-cimag(along_q)};
+}
+
+static int32_t inductance_of(bench_t *bench, const winding_t *winding)
+{
+    commission_init(&bench->commission, &TUNING);
+    bench->commission.results.noise = (float)winding->noise;
+    bench->commission.results.current_zone = (float)winding->zone;
+    bench->commission.results.inductance_pulse = (float)fmax(winding->l_d, 1e-4);
+    bench->commission.results.resistance = (float)winding->resistance;
+    bench->commission.results.current_hold = TUNING.current_hold;
+    bench->seen = (excite_seen_t){.serial = 0u};
+    order_step(bench, &TUNING, COMMISSION_INDUCTANCE);
+    while (bench->commission.state < (int32_t)COMMISSION_DONE) {
+        answer_sine(bench, winding);
+        order_step(bench, &TUNING, COMMISSION_INDUCTANCE);
+    }
+    return bench->commission.reason;
+}
+
+/* Also of a rotor that the sine moves: 10 000 rad^2/s^2 lower L_q by 0.1 and 0.2 % at the two frequencies;
+ * and of a small winding, whose frequency is doubled. */
+static void test_sine_gives_both_inductances_also_of_a_rotor_that_swings(void)
+{
+    static const winding_t windings[] = {
+        {.resistance = 0.95, .l_d = 5e-3, .l_q = 5e-3},
+        {.resistance = 0.95, .l_d = 5e-3, .l_q = 12e-3, .rotor = 4e5},
+        {.resistance = 0.05, .l_d = 2e-4, .l_q = 3e-4, .rotor = 1e4},
+        {.resistance = 0.95, .l_d = 5e-3, .l_q = 5e-3, .leaves = 0.2, .steady = 2u},
+    };
+    for (uint32_t n = 0u; n < sizeof windings / sizeof windings[0]; n++) {
+        const winding_t *winding = &windings[n];
+        bench_t bench;
+        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, inductance_of(&bench, winding));
+        TEST_ASSERT_DOUBLE_WITHIN(2e-3 * winding->l_d, winding->l_d,
+                                  (double)bench.commission.results.inductance_d);
+        TEST_ASSERT_DOUBLE_WITHIN(4e-3 * winding->l_q, winding->l_q,
+                                  (double)bench.commission.results.inductance_q);
+    }
+}
+
+/* A flux that the iron bends, also beside a rotor that swings; L_q is that without current. A linear axis has
+ * no I_s, and the axis of a motor whose phases would pass through a wide zone is not judged. */
+static void test_two_amplitudes_show_the_saturation_of_the_q_axis(void)
+{
+    static const struct {
+        winding_t winding;
+        double found; /* [A] */
+    } rows[] = {
+        {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 5.0}, 5.0},
+        {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 10.0, .rotor = 4e5}, 10.0},
+        {{.resistance = 0.05, .l_d = 2e-4, .l_q = 3e-4, .bends = 15.0, .zone = 0.1}, 15.0},
+        {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .rotor = 4e5}, 0.0},
+        {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 5.0, .zone = 1.1}, 0.0},
+    };
+    for (uint32_t n = 0u; n < sizeof rows / sizeof rows[0]; n++) {
+        bench_t bench;
+        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, inductance_of(&bench, &rows[n].winding));
+        TEST_ASSERT_DOUBLE_WITHIN(0.03 * rows[n].found, rows[n].found,
+                                  (double)bench.commission.results.saturation_current);
+        if (rows[n].found > 0.0) {
+            TEST_ASSERT_DOUBLE_WITHIN(4e-3 * rows[n].winding.l_q, rows[n].winding.l_q,
+                                      (double)bench.commission.results.inductance_q);
+        }
+    }
+}
+
+/* Windows of the whole step with sensors of this noise. */
+static double windows_with(double noise)
+{
+    const winding_t winding = {.resistance = 0.95, .noise = noise, .l_d = 5e-3, .l_q = 5e-3};
+    bench_t bench;
+    (void)inductance_of(&bench, &winding);
+    return (double)bench.commission.windows;
+}
+
+/* sqrt(2/N) noise/amplitude is 0.3 % at most, in 0.1 to 0.4 s; of the two runs that are compared for the
+ * saturation 0.06 %, in up to 1 s. The standing currents are 5, 3 and 1.5 A along the axis and 5 A three
+ * times across it, the amplitudes a fifth of these, the last one 0.45. */
+static void test_noise_lengthens_the_sine(void)
+{
+    static const struct {
+        double amplitude, error, most; /* [A], [-], [s] */
+    } sines[] = {{1.0, 3e-3, 0.4}, {0.6, 3e-3, 0.4}, {0.3, 3e-3, 0.4},
+                 {1.0, 6e-4, 1.0}, {1.0, 3e-3, 0.4}, {2.25, 6e-4, 1.0}};
+    const double noise = 0.03;
+    double more = 0.0;
+    for (uint32_t n = 0u; n < sizeof sines / sizeof sines[0]; n++) {
+        const double error = noise / (sines[n].error * sines[n].amplitude);
+        more += fmin(fmax(2.0 * error * error * PERIOD, 0.1), sines[n].most) - 0.1;
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(3.0, more / 8e-4, windows_with(noise) - windows_with(0.0));
+}
+
+/* A rotor that leaves the axis: 0.6 of the current, twice. */
+static void test_unstable_alignment_lowers_the_current_twice(void)
+{
+    const winding_t winding = {.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .leaves = 0.2, .steady = 9u};
+    bench_t bench;
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_ALIGNMENT_UNSTABLE, inductance_of(&bench, &winding));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.36 * 5.0, (double)bench.commission.work.sine.current);
+}
+
+static void test_inductance_ends_with_the_reason_of_its_winding(void)
+{
+    static const struct {
+        const char *name;
+        winding_t winding;
+        commission_reason_t reason;
+    } rows[] = {
+        {"no current answers", {.resistance = 0.95}, COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE},
+        {"L_q of 11 L_d",
+         {.resistance = 0.95, .l_d = 2e-3, .l_q = 22e-3},
+         COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE},
+        {"L_q of 0.3 L_d",
+         {.resistance = 0.95, .l_d = 9e-3, .l_q = 2.7e-3},
+         COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE},
+        {"L/R of 1.9 periods",
+         {.resistance = 10.0, .l_d = 1.9e-3, .l_q = 4e-3},
+         COMMISSION_REASON_TIME_CONSTANT_SHORT},
+        {"a current flows across the axis",
+         {.resistance = 0.95, .across = 0.2, .l_d = 5e-3, .l_q = 5e-3},
+         COMMISSION_REASON_ROTOR_SWINGS},
+    };
+    for (uint32_t n = 0u; n < sizeof rows / sizeof rows[0]; n++) {
+        bench_t bench;
+        TEST_ASSERT_EQUAL_INT32_MESSAGE(rows[n].reason, inductance_of(&bench, &rows[n].winding),
+                                        rows[n].name);
+    }
+}
+
+static void test_sine_solve_refuses_sums_of_no_winding(void)
+{
+    const rotation_t turn = {0.3f, 0.95f};
+    const sine_sum_t none = {0.0f, 0.0f}, one = {1.0f, 0.0f}, against = {-1.0f, 0.1f};
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, sine_solve(none, one, turn, (float)PERIOD));
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, sine_solve(one, none, turn, (float)PERIOD));
+    TEST_ASSERT_FALSE(sine_solve(against, one, turn, (float)PERIOD) > 0.0f);
+}

@@ -1,0 +1,43 @@
+"""What the tools share that run many motors: the built program and its Python package, the text of a motor's file, a place in a document that
+a tool writes."""
+import os
+import pathlib
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+PROGRAM, LIBRARY = ROOT / "build/host/lagless", ROOT / "build/host/python/liblagless.so"
+
+# Unit of each key of a motor's file that has one.
+UNITS = {"rated_current_peak": "A", "rated_speed": "rad/s", "resistance": "ohm", "inductance_d": "H", "inductance_q": "H", "saturation_current": "A",
+         "flux_linkage": "Wb", "inertia": "kg m^2", "friction_coulomb": "N m", "friction_viscous": "N m s/rad", "link_voltage": "V"}
+
+
+def text_of(title, source, values):
+    """A motor's file: key -> value in SI units."""
+    lines = (f'{key} = "{value:.9g} {UNITS[key]}"' if key in UNITS else f"{key} = {value}" for key, value in values.items())
+    return "\n".join([f'title = "{title}"', f'source = "{source}"', *lines]) + "\n"
+
+
+def use_built(tool):
+    """Makes `import lagless` find the package of this repository and the built library; ends the tool if nothing is built."""
+    if not PROGRAM.exists() or not (LIBRARY.exists() or "LAGLESS_LIBRARY" in os.environ):
+        print(f"tools/{tool}: build/host is not built: cmake --preset host && cmake --build --preset host", file=sys.stderr)
+        sys.exit(3)
+    os.environ.setdefault("LAGLESS_LIBRARY", str(LIBRARY))
+    sys.path.insert(0, str(ROOT / "host_sim/python"))
+
+
+def motors_of_library():
+    return sorted(path.stem for path in (ROOT / "host_sim/motors").glob("*.toml"))
+
+
+def written(tool, document, text=None):
+    """The text between the marks that `tool` owns in a document; with `text`, that one takes its place."""
+    begin, end = f"<!-- begin: written by tools/{tool} --accept -->\n", f"<!-- end: tools/{tool} -->\n"
+    head, _, rest = document.read_text(encoding="utf-8").partition(begin)
+    shown, mark, tail = rest.partition(end)
+    if not mark:
+        sys.exit(f"tools/{tool}: {document.name} has no place for the result: {begin.strip()} ... {end.strip()}")
+    if text is not None:
+        document.write_text(head + begin + text + end + tail, encoding="utf-8")
+    return shown

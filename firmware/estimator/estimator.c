@@ -54,6 +54,7 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current)
     est->estimate.frame.rotation = rotation;
     est->estimate.emf = emf;
     est->estimate.coasted = 0u;
+    est->rested = 0u;
 }
 
 /* Action of the tracker in a period. */
@@ -67,6 +68,7 @@ typedef enum {
 static inline void rested(estimator_t *est, bool good, ab_t emf)
 {
     estimate_t *estimate = &est->estimate;
+    est->rested = 1u;
     if (good) {
         const float square = emf.alpha * emf.alpha + emf.beta * emf.beta;
         estimate->amplitude = square * inverse_root(square);
@@ -160,7 +162,13 @@ void estimator_lock(estimator_t *est, position_t start, float amplitude)
 {
     estimate_t *estimate = &est->estimate;
     estimate->frame.rotation = trig_turn(start.theta_e);
-    tracker_reset(&est->tracker, start, frames_park(est->current, estimate->frame.rotation), amplitude);
+    const dq_t current = frames_park(est->current, estimate->frame.rotation);
+    if (est->rested != 0u) { /* the EMF of a winding with L_d; that of L_q has psi_a in place of psi_f */
+        const float flux = tracker_flux(&est->tracker, current.d) - est->tracker.flux_linkage;
+        amplitude += flux * bounds_magnitude(start.omega_e);
+        est->rested = 0u;
+    }
+    tracker_reset(&est->tracker, start, current, amplitude);
     pll_reset_feedforward(&est->tracker.pll, est->tracker.motor.speed_per_volt);
     show_tracker(est, start);
 }

@@ -72,6 +72,7 @@ typedef struct {
     observer_t observer;
     tracker_t tracker;
     ab_t current;        /* of the last step or reset [A] */
+    uint32_t rested;     /* [-] 1: the loop has rested since the last lock or reset */
     estimate_t estimate; /* after the last step */
     observed_t observed; /* after the last step */
 } estimator_t;

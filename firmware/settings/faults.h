@@ -94,7 +94,8 @@
       "the rotor followed the start, but the estimate did not lock in start_tries tries",                    \
       "check motor data and dead time; raise handover_speed")                                                \
     F(42, ROTOR_TOO_FAST, "rotor_too_fast", rotor_too_fast, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,        \
-      "the rotor is so fast that its back-EMF exceeds the DC link, or current flows with the gates off",     \
+      "the rotor is so fast that its back-EMF exceeds the DC link, and what field_weakening adds to it, or " \
+      "current flows with the gates off",                                                                    \
       "let the rotor slow down, or raise the DC link; if it stands, check the current sensors")              \
     F(66, PROGRAM_CORRUPT, "program_corrupt", program_corrupt, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, OPEN,      \
       "the program in flash, or its copy in RAM, differs from that of the start",                            \

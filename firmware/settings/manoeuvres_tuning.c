@@ -22,6 +22,8 @@
 #define FALLBACK_MARGIN    1.4f    /* [-] over the time in which the current limit lets the speed pass zero */
 #define FALLBACK_MIN       20e-3f  /* [s] */
 #define FALLBACK_MAX       0.1f    /* [s] time for which the model of the loop is valid */
+#define CATCH_WEAKENS      0.7f    /* [-] of current_limit */
+#define CATCH_REACH_MOST   4.0f    /* [-] beyond every link that the overspeed rule permits */
 #define SLOW_ASKED         1.67f   /* [-] of fallback_speed: a smaller reference counts as slow */
 
 static float within(float value, float least, float most)
@@ -104,14 +106,28 @@ static forced_params_t forced_of(const params_t *params, const believed_t *belie
     };
 }
 
+/* Longest EMF beside which the voltage of the inverter can hold a caught rotor, over U_dc/sqrt3 [-]: that of
+ * the speed at which the voltage that weakens the field needs CATCH_WEAKENS of current_limit along -d;
+ * without weakening 1. The rest of the current is for the first periods of a catch (docs/theory.md, 23). */
+static float catch_reach(const params_t *params, const believed_t *believed)
+{
+    const weakening_params_t weakening = params_weakening(params, believed);
+    const float weakened = CATCH_WEAKENS * weakening.current_max * weakening.inductance_d;
+    const float left = within(1.0f - weakened / weakening.flux_linkage, 1.0f / CATCH_REACH_MOST, 1.0f);
+    return within(weakening.use / (FRAMES_ONE_OVER_SQRT_3 * left), 1.0f, CATCH_REACH_MOST);
+}
+
 reference_tuning_t reference_prepare(const params_t *params, const believed_t *believed)
 {
     const start_params_t start = params_start(params, believed);
     const forced_params_t forced = forced_of(params, believed, &start);
-    const catch_params_t catching = {
-        believed->flux_linkage,   (float)params->motor_pole_pairs * start.catch_speed,
-        params->doubtful_current, params->low_speed_current,
-        params_salient(believed), DRIVE_PERIOD};
+    const catch_params_t catching = {believed->flux_linkage,
+                                     (float)params->motor_pole_pairs * start.catch_speed,
+                                     params->doubtful_current,
+                                     params->low_speed_current,
+                                     params_salient(believed),
+                                     catch_reach(params, believed),
+                                     DRIVE_PERIOD};
     return (reference_tuning_t){
         .forced = forced_prepare(&forced),
         .catching = catch_prepare(&catching),

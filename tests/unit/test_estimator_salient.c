@@ -207,6 +207,33 @@ static void test_at_rest_the_observer_goes_by_l_d(void)
     }
 }
 
+/* A loop that is locked while i_d flows sees no longer psi_f omega but psi_a omega. Its feed-forward begins
+ * with that: else a third or a half of the speed would move from I to F within 1/omega_c, omega_c psi_a/psi_f
+ * omega/ki of angle error, 0.4 rad and more here. */
+static void test_lock_from_rest_begins_with_the_active_flux(void)
+{
+    static const double currents[] = {-3.0, 2.0};
+    for (int n = 2; n < RATIO_COUNT; n++) {
+        for (int m = 0; m < 4; m++) {
+            const double i_d = currents[m % 2];
+            given(RATIOS[n], (m < 2 ? 1.0 : -1.0) * 1200.0, &RIGHT);
+            locked(0.0, 0.0);
+            for (int k = 0; k < 100; k++) {
+                const double before[2] = {creal(flows), cimag(flows)};
+                double voltage[2];
+                flows = i_d * cexp(J * (theta + rotor.omega * T));
+                const double now[2] = {creal(flows), cimag(flows)};
+                salient_oracle_voltage(&rotor, theta, before, now, voltage);
+                theta += rotor.omega * T;
+                estimator_observe(&est, as_float(voltage), as_float(now), (float)rotor.omega);
+            }
+            estimator_lock(&est, (position_t){(float)circle(theta), (float)rotor.omega},
+                           est.estimate.amplitude);
+            check_below(held(i_d, 0.0, 0, 2000).peak, 30.0, "peak after the lock");
+        }
+    }
+}
+
 /* No sample leads to a state that is no number. */
 static void test_samples_that_are_none_leave_the_flux_as_it_was(void)
 {

@@ -20,6 +20,9 @@
 #define SLIP_SPEED    80.0f    /* [rad/s] below it the EMF is too noisy, and the error is within reach */
 #define SLIP_MOST     0.5f     /* [-] of <|e|>/psi_f: an error of psi_f by a third */
 #define SLIP_SURE     0.1f     /* [-] of <|e|>/psi_f: 6 ms leave a sixth of the slip, 1.7 % of the speed */
+#define TURN_CUTOFF   3000.0f  /* [rad/s] of the turn in a period: an eighth of the noise, within 0.3 ms */
+#define FAST          500.0f   /* [rad/s] from here on the EMF is so long that its turn shows the speed */
+#define EARLY_TIME    0.6e-3f  /* [s] the observer's error is a tenth of the EMF by then, and decreases */
 #define SEEN_TIME     2.0e-3f  /* [s] the observer has converged by then: the mean begins there */
 #define SETTLED_TIME  4.0e-3f  /* [s] the sum of the direction has a sign by then */
 #define SURE_TIME     10.0e-3f /* [s] the lengths have settled by then */
@@ -42,16 +45,19 @@ catch_tuning_t catch_prepare(const catch_params_t *params)
         .trail_time = 1.0f / TRAIL_CUTOFF,
         .length_share = lowpass_share(LENGTH_CUTOFF, params->period),
         .emf_share = lowpass_share(EMF_CUTOFF, params->period),
+        .turn_share = lowpass_share(TURN_CUTOFF, params->period),
         .period = params->period,
+        .frequency = 1.0f / params->period,
         .speed_per_volt = 1.0f / params->flux_linkage,
         .speed_min = params->speed_min,
         .emf_min_square = STEADY_PART * STEADY_PART * slowest * slowest,
         .current = clear,
         .current_d = catch_current_along(params->doubtful, params->current_d, params->salient),
         .lead = 1.5f * params->period,
+        .reach = params->reach,
+        .early = periods_of(EARLY_TIME, params->period),
         .seen = periods_of(SEEN_TIME, params->period),
         .settled = periods_of(SETTLED_TIME, params->period),
-        .fast = SURE_TURN / SEEN_TIME,
         .sure = periods_of(SURE_TIME, params->period),
         .turn_sure = SURE_TURN / params->period,
         .beyond = periods_of(BEYOND_TIME, params->period),
@@ -68,6 +74,7 @@ void catch_enter(catch_t *catching, uint32_t periods, float omega_e)
     catching->trail = (ab_t){0.0f, 0.0f};
     catching->emf = (ab_t){0.0f, 0.0f};
     catching->cross = 0.0f;
+    catching->turn = (ab_t){0.0f, 0.0f};
     catching->cross_min = 0.0f;
     catching->length = 0.0f;
     catching->slip = 0.0f;
@@ -115,6 +122,42 @@ static bool is_steady(const catch_t *catching, const catch_tuning_t *tuning)
     return emf.alpha * emf.alpha + emf.beta * emf.beta >= tuning->emf_min_square;
 }
 
+/* Speed from the turn of the EMF in a period [rad/s]: the arc of its sine by a series, within 0.2 % to 0.63
+ * rad. The lag of an observer that has found the EMF is constant, and has no effect. */
+static float turning_speed(catch_t *catching, const catch_tuning_t *tuning, ab_t last, ab_t emf)
+{
+    ab_t turn = catching->turn;
+    turn.alpha = lowpass_step(turn.alpha, tuning->turn_share, last.alpha * emf.alpha + last.beta * emf.beta);
+    turn.beta = lowpass_step(turn.beta, tuning->turn_share, last.alpha * emf.beta - last.beta * emf.alpha);
+    catching->turn = turn;
+    const float sine = turn.beta * inverse_root(turn.alpha * turn.alpha + turn.beta * turn.beta);
+    const float square = sine * sine;
+    return tuning->frequency * sine * (1.0f + square * (1.0f / 6.0f + 3.0f / 40.0f * square));
+}
+
+/* Updates omega_e. `last`: the EMF of the last period as it is, and once the slip has its loop, turned on
+ * with the rotor. Noise and a voltage error that does not rotate have no turn that fits to their length. */
+static void find_speed(catch_t *catching, const catch_tuning_t *tuning, ab_t last, ab_t emf)
+{
+    const float speed = catching->length * tuning->speed_per_volt;
+    if (catching->periods < tuning->settled) {
+        const float by_turn = turning_speed(catching, tuning, last, emf);
+        const float apart = bounds_magnitude(by_turn) - speed;
+        catching->slip = 0.0f;
+        if (speed >= FAST && bounds_within(apart, SLIP_MOST * speed) && catching->periods >= tuning->early) {
+            catching->omega_e = by_turn;
+            catching->slip = by_turn < 0.0f ? -apart : apart;
+        }
+        return;
+    }
+    const float signed_speed = catching->cross < 0.0f ? -speed : speed;
+    if (catching->periods > tuning->settled) { /* from here on `last` rotates */
+        catching->slip = slip_of(catching, tuning, last, emf, speed);
+    }
+    catching->omega_e = signed_speed + catching->slip;
+    catching->turned += speed;
+}
+
 catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t emf, float length,
                            float voltage_max)
 {
@@ -123,11 +166,12 @@ catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t
     catching->trail.beta = lowpass_step(catching->trail.beta, tuning->trail_share, emf.beta);
     const float share = catching->periods < tuning->seen ? 1.0f : tuning->length_share;
     catching->length = lowpass_step(catching->length, share, length);
-    const ab_t before = turned_on(catching, catching->emf, tuning->period);
+    const ab_t last = catching->emf;
+    const ab_t before = turned_on(catching, last, tuning->period);
     const float along = catching->periods < tuning->settled ? 1.0f : tuning->emf_share;
     catching->emf.alpha = lowpass_step(before.alpha, along, emf.alpha);
     catching->emf.beta = lowpass_step(before.beta, along, emf.beta);
-    catching->periods_beyond = length > voltage_max ? catching->periods_beyond + 1u : 0u;
+    catching->periods_beyond = length > tuning->reach * voltage_max ? catching->periods_beyond + 1u : 0u;
     catching->periods++;
     const float speed = catching->length * tuning->speed_per_volt;
     catching->cross_min += TRAIL_PART * bounds_clamp(speed * tuning->trail_time, TRAIL_MOST) *
@@ -135,17 +179,8 @@ catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t
     if (catching->periods_beyond >= tuning->beyond) {
         return CATCH_TOO_FAST;
     }
-    if (catching->periods > tuning->settled) { /* from here on `before` rotates */
-        catching->slip = slip_of(catching, tuning, before, emf, speed);
-    }
     const bool crosses = bounds_magnitude(catching->cross) >= catching->cross_min;
-    const bool fast = crosses && catching->periods >= tuning->seen && speed >= tuning->fast;
-    if (fast || catching->periods >= tuning->settled) {
-        catching->omega_e = (catching->cross < 0.0f ? -speed : speed) + catching->slip;
-    }
-    if (catching->periods >= tuning->settled) {
-        catching->turned += speed;
-    }
+    find_speed(catching, tuning, catching->periods < tuning->settled ? last : before, emf);
     const bool turning = crosses && speed >= tuning->speed_min && is_steady(catching, tuning);
     catching->turning = turning && catching->periods >= tuning->settled;
     const bool found =

@@ -2,8 +2,8 @@
  * gates on and almost no current, in the stationary frame.
  *
  *     voltage     the EMF itself, so that almost no current flows, rotated by 1.5 T omega for the delay; that
- *                 of a rotor that turns by 1 rad in 2 ms after these, because the current that the delay
- *                 drives grows with the square of the speed
+ *                 of a rotor faster than 500 rad/s as soon as the observer has found the EMF, because the
+ *                 current that its lag and the delay drive grows with the square of the speed
  *     current     a small current along phase a, which is outside the zone of the dead time in all three
  *                 legs; once a rotor is detected, more, along its d axis, where it makes no torque
  *     direction   sign of the sum of  e x <e>,  <e>: the EMF low-passed: a vector that rotates leads its
@@ -11,8 +11,10 @@
  *     speed       <|e|>/psi_f,  a low-pass that begins with the value after 2 ms: the observer, which
  *                 starts from zero, has converged by then, and its earlier error is left out; and the
  *                 slip: the difference between the speed of the EMF and that of a frame with this speed,
- *                 independent of psi_f. A tracking loop finds it that is not faster than the rotor; that
- *                 of a slow rotor, whose EMF is too noisy, is left to the estimator
+ *                 independent of psi_f. At first, for a rotor faster than 500 rad/s, it follows from the turn
+ *                 of the EMF in a period, which no constant lag changes; after 4 ms a tracking loop finds it
+ *                 that is not faster than the rotor; that of a slow rotor, whose EMF is too noisy, is left to
+ *                 the estimator
  *     angle       of the d axis, from the EMF: the EMF leads it by a quarter turn, or lags it in reverse;
  *                 the EMF is low-passed in a frame that rotates with its speed, and so has no lag
  *
@@ -39,6 +41,8 @@ typedef struct {
     float doubtful;     /* current below which the loss of a leg is in doubt [A] */
     float current_d;    /* along the d axis of a detected rotor [A]; at least the current of phase a */
     bool salient;       /* L_q > L_d by so much that i_d has to be negative */
+    float reach;        /* longest EMF beside which current control can work, over the largest voltage of the
+                           link [-], >= 1 */
     float period;       /* T [s] */
 } catch_params_t;
 
@@ -47,23 +51,27 @@ typedef struct {
     float trail_time;     /* 1/its cutoff [s] */
     float length_share;   /* of <|e|> [-] */
     float emf_share;      /* of the EMF in its own frame [-] */
+    float turn_share;     /* of the turn of the EMF in a period [-] */
     float period;         /* T [s] */
+    float frequency;      /* 1/T [1/s] */
     float speed_per_volt; /* 1/psi_f [rad/s/V] */
     float speed_min;      /* [rad/s] electrical */
     float emf_min_square; /* of the EMF in its own frame [V^2] */
     float current;        /* along phase a [A] */
     float current_d;      /* along the d axis, once it is detected [A] */
     float lead;           /* 1.5 T [s] */
+    float reach;          /* longest EMF over the largest voltage of the link [-] */
+    uint32_t early;       /* [periods] before the turn of the EMF is valid */
     uint32_t seen;        /* [periods] before the mean of the length begins */
     uint32_t settled;     /* [periods] before speed and rotation are valid */
     uint32_t sure;        /* [periods] after which a rotor that has rotated far enough is caught at once */
-    float fast;           /* speed of a rotor whose direction is known when the mean begins [rad/s] */
     float turn_sure;      /* this rotation over T [rad/s] */
-    uint32_t beyond;      /* [periods] for which an EMF above the link must last */
+    uint32_t beyond;      /* [periods] for which an EMF that is too long must last */
 } catch_tuning_t;
 
 typedef struct {
     ab_t trail;              /* <e> [V] */
+    ab_t turn;               /* scalar and cross product of the EMF of two periods, low-passed [V^2] */
     ab_t emf;                /* e at t_k, low-passed in a frame that turns with it [V] */
     float cross;             /* sum of e x <e> [V^2] */
     float cross_min;         /* least amount of this sum [V^2] */
@@ -75,7 +83,7 @@ typedef struct {
     uint32_t wanted;         /* [periods] of the whole catch */
     uint32_t turning;        /* [-] 1: a rotating rotor is detected */
     uint32_t found;          /* [-] 1: a step has ended with CATCH_TURNING */
-    uint32_t periods_beyond; /* [periods] in a row with an EMF above the link voltage */
+    uint32_t periods_beyond; /* [periods] in a row with an EMF that is too long */
 } catch_t;
 
 typedef enum { CATCH_GOES_ON, CATCH_TURNING, CATCH_STANDING, CATCH_TOO_FAST } catch_outcome_t;
@@ -93,7 +101,8 @@ void catch_init(catch_t *catching);
 /* Begins a catch of at most `periods`; omega_e [rad/s] is the speed until one is measured. */
 void catch_enter(catch_t *catching, uint32_t periods, float omega_e);
 
-/* One period: EMF at t_k and its length [V], largest voltage of the link [V]. No division. */
+/* One period: EMF at t_k and its length [V], largest voltage of the link [V]. CATCH_TOO_FAST: the EMF is
+ * longer than `reach` times that. No division. */
 catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t emf, float length,
                            float voltage_max);
 

@@ -108,7 +108,8 @@ bool campaign_is_coded(const campaign_case_t *drawn, double time);
     R(true_u_dc)                                                                                             \
     R(shoot_throughs)                                                                                        \
     R(chip_reports)                                                                                          \
-    R(true_torque) R(omega_m_ref) R(i_d_ref) R(i_q_ref) R(speed_request) R(i_q_request) R(load_torque)
+    R(true_torque)                                                                                           \
+    R(omega_m_ref) R(i_d_ref) R(i_q_ref) R(frame_theta_e) R(speed_request) R(i_q_request) R(load_torque)
 #define CAMPAIGN_JUDGED(R)                                                                                   \
     CAMPAIGN_JUDGED_FLOATS(R)                                                                                \
     R(state) R(manoeuvre) R(sample_flags) R(enable) R(mode) R(refusal) R(fault_reason) R(coasting)
@@ -168,6 +169,7 @@ typedef struct {
     uint32_t starved;                                     /* [periods] so long has the link been too low */
     uint32_t quiet; /* [periods] so long has no current flowed, with all gates off */
     bool drifted;   /* the offsets have moved since the last time that was long enough to measure them ... */
+    bool weak;      /* a magnet is injected whose EMF seems to be missing */
     bool fed;       /* ... and the rotor has fed the link since, so that they could not be measured */
     uint32_t asked[CAMPAIGN_FAULTS_MAX]; /* [periods] in which the fault could be noticed */
     double turned[CAMPAIGN_FAULTS_MAX];  /* [rad] electrical, in those */
@@ -192,7 +194,7 @@ typedef struct {
 
 void campaign_angles_begin(campaign_angles_t *angles, const campaign_case_t *drawn);
 
-#define CAMPAIGN_PAIR_SECONDS 4.0 /* [s] so much longer are the runs of a pair */
+#define CAMPAIGN_PAIR_SECONDS 10.0 /* [s] so much longer are the runs of a pair */
 
 /* Is this one of the runs that are made with learning and without? */
 bool campaign_is_paired(const campaign_case_t *drawn);

@@ -19,6 +19,8 @@ typedef struct {
     double torque;                                                           /* [N m] rated */
     double current;                                                          /* [A] rated */
     double trip;                                                             /* [A] overcurrent_trip */
+    double saturation; /* [A] current at which the q axis saturates; 0: it does not */
+    double fastest;    /* [-] largest speed that is requested over SPEED_DRAWN of the rated one */
 } campaign_motor_t;
 
 campaign_motor_t campaign_motor(const campaign_case_t *drawn);
@@ -26,6 +28,15 @@ campaign_motor_t campaign_motor(const campaign_case_t *drawn);
 /* [A] overcurrent_trip and [rad/s] overspeed_trip of the case. */
 double campaign_trip(const campaign_case_t *drawn);
 double campaign_overspeed(const campaign_case_t *drawn);
+
+/* [-] The speed of an event over the rated one. */
+double campaign_speed_of(const campaign_case_t *drawn, const campaign_event_t *event);
+
+/* Is it one of the motors that are drawn by the stream of their own? */
+bool campaign_is_salient(const campaign_case_t *drawn);
+
+/* [-] Configured over true L. */
+double campaign_inductance_belief(const campaign_case_t *drawn);
 
 /* [kg m^2] Of all that turns. */
 double campaign_inertia(const campaign_case_t *drawn);
@@ -179,7 +190,7 @@ typedef struct {
 } campaign_truth_t;
 
 /* campaign_pair.c: the angle of a run, to be compared with that of the same run without learning. */
-#define CAMPAIGN_ANGLE_WINDOWS 256u
+#define CAMPAIGN_ANGLE_WINDOWS 512u
 
 typedef struct {
     double blind, rated;                  /* [rad/s] mechanical: slower is not compared; of the motor */

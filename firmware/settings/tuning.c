@@ -188,6 +188,7 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .band = params->dead_time / DRIVE_PERIOD,
         .flux_linkage = believed->flux_linkage,
         .zone = params->current_zone,
+        .inductance = believed->inductance_q,
         .period = DRIVE_PERIOD,
         .every = DRIVE_WINDOW,
     };

@@ -51,6 +51,7 @@ typedef enum {
     CAMPAIGN_WHOLE, /* a whole number, each as likely */
     CAMPAIGN_HALF,  /* in half of the runs evenly from least to most, in the others the default */
     CAMPAIGN_FEW,   /* the same in an eighth of the runs */
+    CAMPAIGN_THIRD, /* evenly in the third of the runs that have a salient motor, by a stream of its own */
 } campaign_law_t;
 
 /* clang-format off */
@@ -103,7 +104,10 @@ typedef enum {
     K(loop_share,       DRIVE,   LOG,   1.0,   0.7,   1.4,   "-",       "pll_bandwidth over its rule: 6.4 sqrt(p torque/J), 200 to 1000 rad/s; feed-forward a quarter") \
     K(encoder_lines,    DRIVE,   WHOLE, 2500.0, 512.0, 5000.0, "-",     "of the encoder, and configured") \
     K(angle,            START,   EVEN,  0.0,   0.0,   6.2831853, "rad", "of the rotor at t = 0, mechanical") \
-    K(speed,            START,   HALF,  0.0,   -0.9,  0.9,   "-",       "of the rotor at t = 0, over rated speed")
+    K(speed,            START,   HALF,  0.0,   -0.9,  0.9,   "-",       "of the rotor at t = 0, over rated speed") \
+    K(interior,         MOTOR,   THIRD, 0.0,   1.0,   4.0,   "-",       "L_q/L_d of a salient motor, in place of saliency; less where the noise requires it; 0: not salient") \
+    K(saturation,       MOTOR,   THIRD, 0.0,   -1.8,  3.0,   "-",       "current of the saturation of its q axis over the rated one; below 0.6: none") \
+    K(field,            MOTOR,   THIRD, 0.0,   0.0,   2.5,   "-",       "its fastest speed over the rated one, where that is more; less where the link or the period requires it")
 
 /* What is wrong with the plant around a scenario, where its drive believes what its file says.
  * E(name, group, law, default, least, most, "unit", "what it is") */
@@ -127,7 +131,7 @@ typedef enum {
 /* What may happen on the way; value is what the text says.
  * V(NAME, law, least, most, "what it is") */
 #define CAMPAIGN_EVENTS(V) \
-    V(SPEED,       EVEN, -0.9, 0.9,  "speed_request, over rated speed") \
+    V(SPEED,       EVEN, -0.9, 0.9,  "speed_request, over rated speed, of a salient motor over its fastest") \
     V(SLOW,        EVEN, -0.1, 0.1,  "speed_request, over rated speed") \
     V(LOAD,        EVEN, 0.0,  0.6,  "plant.load_torque, over rated torque") \
     V(QUICK_STOP,  EVEN, 0.0,  0.0,  "enable = quick_stop") \

@@ -15,6 +15,7 @@
 #define AWAY_BEYOND     1.3  /* [-] of the torque that is asked for */
 #define WINDOW_SECONDS  0.1  /* [s] over which the speed's error is averaged */
 #define REACH_LOAD      0.5  /* [-] of rated torque: with a larger load no speed is promised */
+#define BASE_SHARE      0.9  /* [-] of rated speed: faster the field may be weakened */
 #define LEAST_ROOM      0.15 /* [-] of rated torque, which is left to accelerate with */
 #define START_SECONDS   1.8  /* [s] that a start without encoder may take */
 #define ENCODER_SECONDS 0.4  /* [s] likewise with the encoder */
@@ -111,7 +112,8 @@ static double stop_most(const campaign_watch_t *watch, const uint32_t *rows)
     }
     return !duty->healthy || duty->limited || duty->soft || load > REACH_LOAD
                ? 0.0
-               : STOP_SECONDS + STOP_SHARE * speed * duty->inertia / (duty->torque * (1.0 - load));
+               : STOP_SECONDS + STOP_SHARE * watch->motor.fastest * speed * duty->inertia /
+                                    (duty->torque * (1.0 - load));
 }
 
 static void judge_stop(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
@@ -143,14 +145,20 @@ static void judge_trips(campaign_watch_t *watch, uint32_t period, const uint32_t
     }
 }
 
+/* Is it a speed at which the field may be weakened? There less than rated torque may be left. */
+static bool is_beyond_base(const campaign_watch_t *watch, double speed)
+{
+    return watch->motor.fastest > 1.0 && fabs(speed) > BASE_SHARE * watch->duty.speed;
+}
+
 /* Does the torque [N m] drive the shaft away from a speed, wherever in between the reference is? */
 static bool leaves(const campaign_watch_t *watch, const uint32_t *rows, double torque, double wanted)
 {
     const double speed = campaign_number(rows, CAMPAIGN_AT_true_omega_m);
     const double near = AWAY_SPEED * watch->duty.speed;
     const double in_force = campaign_number(rows, CAMPAIGN_AT_omega_m_ref);
-    return fabs(wanted - speed) > near && torque * (wanted - speed) < 0.0 &&
-           torque * (in_force - speed) <= 0.0;
+    return !is_beyond_base(watch, speed) && !is_beyond_base(watch, wanted) && fabs(wanted - speed) > near &&
+           torque * (wanted - speed) < 0.0 && torque * (in_force - speed) <= 0.0;
 }
 
 /* In current mode: more torque than asked for, or the other way. */
@@ -257,6 +265,10 @@ static bool is_expected(const campaign_watch_t *watch, const uint32_t *rows, dou
     const campaign_duty_t *duty = &watch->duty;
     if (rows[CAMPAIGN_AT_state] <= watch->ready &&
         fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > watch->overspeed) {
+        return false;
+    }
+    if (is_beyond_base(watch, campaign_number(rows, CAMPAIGN_AT_speed_request)) ||
+        is_beyond_base(watch, campaign_number(rows, CAMPAIGN_AT_true_omega_m))) {
         return false;
     }
     return duty->healthy && !duty->limited && !(duty->soft && duty->brakes) && load <= REACH_LOAD &&

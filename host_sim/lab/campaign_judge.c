@@ -239,12 +239,26 @@ static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t
     }
 }
 
-/* The interrupt of the period that latches a fault opens the bridge itself. A state that a flipped bit has
- * made one of a fault has no reason, and the bridge opens with the next setpoint, as after `enable` = off. */
+/* Has a bit of the drive's memory been flipped? */
+static bool is_flipped(const campaign_watch_t *watch, uint32_t period)
+{
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        const campaign_fault_t *fault = &campaign_faults[watch->drawn->faults[n].kind];
+        if (fault->scale == CAMPAIGN_OF_STATE && campaign_is_there(watch, n, period)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The interrupt of the period that latches a fault opens the bridge itself. After a flipped bit that has made
+ * a state one of a fault, or a reason out of none, the bridge opens with the next setpoint, as after `enable`
+ * = off. */
 static void judge_gates(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     const bool latched = rows[CAMPAIGN_AT_state] == watch->fault;
-    const campaign_invariant_t as = rows[CAMPAIGN_AT_fault_reason] != 0u ? CAMPAIGN_I_GATES : CAMPAIGN_I_OFF;
+    const bool at_once = rows[CAMPAIGN_AT_fault_reason] != 0u && !is_flipped(watch, period);
+    const campaign_invariant_t as = at_once ? CAMPAIGN_I_GATES : CAMPAIGN_I_OFF;
     if (latched && watch->gates_seen && (double)watch->latched >= campaign_invariants[as].limit) {
         violated(watch, CAMPAIGN_I_GATES, period, 1u, rig_row_by_name("state")->id);
     }

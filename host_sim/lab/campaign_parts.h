@@ -19,6 +19,8 @@ typedef struct {
     double torque;                                                           /* [N m] rated */
     double current;                                                          /* [A] rated */
     double trip;                                                             /* [A] overcurrent_trip */
+    double saturation; /* [A] current at which the q axis saturates; 0: it does not */
+    double fastest;    /* [-] largest speed that is requested over SPEED_DRAWN of the rated one */
 } campaign_motor_t;
 
 campaign_motor_t campaign_motor(const campaign_case_t *drawn);
@@ -26,6 +28,15 @@ campaign_motor_t campaign_motor(const campaign_case_t *drawn);
 /* [A] overcurrent_trip and [rad/s] overspeed_trip of the case. */
 double campaign_trip(const campaign_case_t *drawn);
 double campaign_overspeed(const campaign_case_t *drawn);
+
+/* [-] The speed of an event over the rated one. */
+double campaign_speed_of(const campaign_case_t *drawn, const campaign_event_t *event);
+
+/* Is it one of the motors that are drawn by the stream of their own? */
+bool campaign_is_salient(const campaign_case_t *drawn);
+
+/* [-] Configured over true L. */
+double campaign_inductance_belief(const campaign_case_t *drawn);
 
 /* [kg m^2] Of all that turns. */
 double campaign_inertia(const campaign_case_t *drawn);
@@ -108,7 +119,8 @@ bool campaign_is_coded(const campaign_case_t *drawn, double time);
     R(true_u_dc)                                                                                             \
     R(shoot_throughs)                                                                                        \
     R(chip_reports)                                                                                          \
-    R(true_torque) R(omega_m_ref) R(i_d_ref) R(i_q_ref) R(speed_request) R(i_q_request) R(load_torque)
+    R(true_torque)                                                                                           \
+    R(omega_m_ref) R(i_d_ref) R(i_q_ref) R(frame_theta_e) R(speed_request) R(i_q_request) R(load_torque)
 #define CAMPAIGN_JUDGED(R)                                                                                   \
     CAMPAIGN_JUDGED_FLOATS(R)                                                                                \
     R(state) R(manoeuvre) R(sample_flags) R(enable) R(mode) R(refusal) R(fault_reason) R(coasting)
@@ -168,6 +180,7 @@ typedef struct {
     uint32_t starved;                                     /* [periods] so long has the link been too low */
     uint32_t quiet; /* [periods] so long has no current flowed, with all gates off */
     bool drifted;   /* the offsets have moved since the last time that was long enough to measure them ... */
+    bool weak;      /* a magnet is injected whose EMF seems to be missing */
     bool fed;       /* ... and the rotor has fed the link since, so that they could not be measured */
     uint32_t asked[CAMPAIGN_FAULTS_MAX]; /* [periods] in which the fault could be noticed */
     double turned[CAMPAIGN_FAULTS_MAX];  /* [rad] electrical, in those */
@@ -177,7 +190,7 @@ typedef struct {
 } campaign_truth_t;
 
 /* campaign_pair.c: the angle of a run, to be compared with that of the same run without learning. */
-#define CAMPAIGN_ANGLE_WINDOWS 256u
+#define CAMPAIGN_ANGLE_WINDOWS 512u
 
 typedef struct {
     double blind, rated;                  /* [rad/s] mechanical: slower is not compared; of the motor */
@@ -192,7 +205,7 @@ typedef struct {
 
 void campaign_angles_begin(campaign_angles_t *angles, const campaign_case_t *drawn);
 
-#define CAMPAIGN_PAIR_SECONDS 4.0 /* [s] so much longer are the runs of a pair */
+#define CAMPAIGN_PAIR_SECONDS 10.0 /* [s] so much longer are the runs of a pair */
 
 /* Is this one of the runs that are made with learning and without? */
 bool campaign_is_paired(const campaign_case_t *drawn);

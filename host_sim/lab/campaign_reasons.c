@@ -18,8 +18,13 @@
 #define LATE_MARGIN   1.2                 /* [-] periods */
 #define SLIP_SEEN     0.3                 /* [-] share of the motion that the matrix has missed */
 #define CODES         4095.0
-#define FLOWS         0.02 /* [A] with a smaller current the offsets can be measured ... */
-#define MEASURED      640u /* [periods] ... within so many, settling included */
+#define PHASE_ANGLE   2.0943951023931957 /* [rad] a third of a turn, between two phases */
+#define SWITCH_SPEED                                                                                         \
+    490.0 /* [rad/s] electrical, of a faster one half a turn is shorter than twice the 3.2 ms of the law */
+#define MAGNET_LEFT                                                                                          \
+    0.5 /* [-] of the configured psi_f: less counts as a missing EMF, R i and dead time considered */
+#define FLOWS    0.02 /* [A] with a smaller current the offsets can be measured ... */
+#define MEASURED 640u /* [periods] ... within so many, settling included */
 
 /* What is wrong, as far as a reason speaks of it; several bits. */
 enum {
@@ -35,6 +40,7 @@ enum {
     IN_MODULE = 512,
     IN_SHAFT = 1024,
     IN_MEMORY = 2048, /* anything may be wrong */
+    IN_MAGNET = 4096, /* so weak that its EMF seems to be missing */
 };
 
 static const struct {
@@ -87,10 +93,11 @@ static const struct {
     {"brake_torque", IN_SHAFT},
     {"load_torque", IN_SHAFT},
     {"flip_word", IN_MEMORY},
+    {"plant.flux_linkage", IN_MAGNET},
 };
 
 /* What else makes a reason true: it was so shortly before. */
-typedef enum { BY_FAULT, BY_SPEED, BY_CURRENT, BY_HIGH_LINK, BY_LOW_LINK, BY_ANGLE } witness_t;
+typedef enum { BY_FAULT, BY_SPEED, BY_CURRENT, BY_HIGH_LINK, BY_LOW_LINK, BY_ANGLE, BY_FRAME } witness_t;
 
 /* Reasons that say what is wrong; the others say what the drive could not do. */
 static const struct {
@@ -112,7 +119,8 @@ static const struct {
     {REASON_ENCODER_PHASE, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_JUMP, IN_ENCODER | IN_TIME, BY_FAULT},
     {REASON_ENCODER_DIRECTION, IN_ENCODER | IN_CURRENT | IN_LEG, BY_FAULT},
-    {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_STUCK | IN_CURRENT | IN_LEG, BY_FAULT},
+    /* less than a quarter of the expected EMF is that of an encoder that turns without the rotor */
+    {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_STUCK | IN_CURRENT | IN_LEG | IN_MAGNET, BY_FAULT},
     {REASON_RUNAWAY, IN_ENCODER | IN_LEG | IN_SHAFT, BY_FAULT},
     /* what a leg loses of its voltage does not move the current, either */
     {REASON_CURRENT_STUCK, IN_STUCK | IN_LEG, BY_FAULT},
@@ -120,7 +128,7 @@ static const struct {
     /* a frame that is not the rotor's makes currents that seem to be those of a broken wire, one time in
        twenty; a sensor whose zero has moved shows none while its phase carries one, and what the dead time of
        the wrong sign makes of the EMF is less than a wrong psi_f would */
-    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG | IN_ENCODER | IN_LINK | IN_CURRENT, BY_FAULT},
+    {REASON_PHASE_LOSS, IN_WIRE | IN_LEG | IN_ENCODER | IN_LINK | IN_CURRENT, BY_FRAME},
     {REASON_BACKGROUND_STALLED, IN_TIME, BY_FAULT},
     {REASON_PROGRAM_CORRUPT, 0u, BY_FAULT},
     {REASON_PARAMS_CORRUPT, 0u, BY_FAULT},
@@ -129,7 +137,7 @@ static const struct {
 };
 
 /* When a fault shows. */
-typedef enum { WHENEVER, WHILE_ON, WHILE_ASKED, WHILE_CODED } shows_t;
+typedef enum { WHENEVER, WHILE_ON, WHILE_ASKED, WHILE_FED, WHILE_CODED } shows_t;
 
 /* Reports that the matrix promises, of faults at least so large. */
 typedef struct {
@@ -145,9 +153,10 @@ static const notice_t notices[] = {
     {"plant.motor_temperature", WHENEVER, 0.15, false},
     {"interrupt_delay", WHILE_ON, 5e-3, false},
     {"stuck_dc_link", WHILE_ON, 5e-3, false},
-    {"open_phase_a", WHILE_ASKED, PROMISED_NOTICE, true},
-    {"open_phase_b", WHILE_ASKED, PROMISED_NOTICE, true},
-    {"open_phase_c", WHILE_ASKED, PROMISED_NOTICE, true},
+    {"open_phase_a", WHILE_FED, PROMISED_NOTICE, false},
+    {"open_phase_b", WHILE_FED, PROMISED_NOTICE, false},
+    {"open_phase_c", WHILE_FED, PROMISED_NOTICE, false},
+    {"open_switches", WHILE_FED, PROMISED_NOTICE, false},
     {"stuck_current_a", WHILE_ASKED, PROMISED_NOTICE, true},
     {"stuck_current_b", WHILE_ASKED, PROMISED_NOTICE, true},
     {"encoder_reversed", WHILE_CODED, PROMISED_NOTICE, true},
@@ -172,12 +181,19 @@ void campaign_truth_begin(campaign_watch_t *watch)
     const double sensed = fabs(CAMPAIGN_VALUE(watch->drawn, dc_gain)) + 0.02;
     const double noise = 4.0 * CAMPAIGN_VALUE(watch->drawn, dc_noise);
     const double low = campaign_initial(watch->drawn, "dc_undervoltage");
+    bool weak = false;
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        const campaign_injected_t *injected = &watch->drawn->faults[n];
+        weak = weak || (what_of(injected) == IN_MAGNET &&
+                        injected->value < MAGNET_LEFT * CAMPAIGN_VALUE(watch->drawn, flux_belief));
+    }
     watch->truth = (campaign_truth_t){
         .fast = 0.9 * watch->overspeed,
         .over = 0.9 * campaign_trip(watch->drawn),
         .high = campaign_initial(watch->drawn, "dc_overvoltage") * (1.0 - sensed) - noise,
         .low = low * (1.0 + sensed) + noise,
         .under = low * (1.0 - sensed) - noise,
+        .weak = weak,
     };
 }
 
@@ -201,6 +217,8 @@ static bool witnessed(const campaign_truth_t *truth, witness_t witness, uint32_t
         return lately(truth->low_at, period, WITNESS);
     case BY_ANGLE:
         return lately(truth->wrong_at, period, LOCK_WITNESS);
+    case BY_FRAME:
+        return lately(truth->wrong_at, period, WITNESS);
     case BY_FAULT:
         break;
     }
@@ -214,6 +232,7 @@ static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t sinc
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         what |= campaign_is_there(watch, n, since) ? what_of(&watch->drawn->faults[n]) : 0u;
     }
+    what &= watch->truth.weak ? ~UINT32_C(0) : ~(uint32_t)IN_MAGNET;
     for (size_t n = 0; n < sizeof truths / sizeof truths[0]; n++) {
         if (truths[n].reason == reason) {
             return (what & (truths[n].what | IN_MEMORY)) != 0u ||
@@ -337,10 +356,26 @@ static bool is_large(const campaign_watch_t *watch, const campaign_injected_t *i
     return strcmp(row, "encoder_slip") != 0 || injected->value > SLIP_SEEN;
 }
 
-static bool shows(const campaign_watch_t *watch, shows_t how, uint32_t period, const uint32_t *rows)
+/* [A] Commanded current of the phase that a broken wire or switch interrupts: its magnitude, of a switch only
+ * that of the direction which the switch conducts. */
+static double fed_by(const campaign_injected_t *injected, const uint32_t *rows)
 {
-    const double asked =
-        hypot(campaign_number(rows, CAMPAIGN_AT_i_d_ref), campaign_number(rows, CAMPAIGN_AT_i_q_ref));
+    const char *row = campaign_faults[injected->kind].row;
+    const bool wire = strcmp(row, "open_switches") != 0;
+    const double lower = wire ? 0.0 : fmod(injected->value, 2.0);
+    const double phase = wire ? (double)(row[strlen(row) - 1u] - 'a') : floor(injected->value / 2.0);
+    const double angle = campaign_number(rows, CAMPAIGN_AT_frame_theta_e) - PHASE_ANGLE * phase;
+    const double current = campaign_number(rows, CAMPAIGN_AT_i_d_ref) * cos(angle) -
+                           campaign_number(rows, CAMPAIGN_AT_i_q_ref) * sin(angle);
+    return wire ? fabs(current) : lower != 0.0 ? -current : current;
+}
+
+static bool shows(const campaign_watch_t *watch, shows_t how, const campaign_injected_t *injected,
+                  uint32_t period, const uint32_t *rows)
+{
+    const double asked = how == WHILE_FED ? fed_by(injected, rows)
+                                          : hypot(campaign_number(rows, CAMPAIGN_AT_i_d_ref),
+                                                  campaign_number(rows, CAMPAIGN_AT_i_q_ref));
     const bool carries =
         rows[CAMPAIGN_AT_state] >= watch->enabled && watch->gates_seen &&
         asked > fmax(CARRIES * watch->motor.current, CARRIES_SEEN * (double)BOARD_CURRENT_RANGE);
@@ -352,6 +387,9 @@ static bool shows(const campaign_watch_t *watch, shows_t how, uint32_t period, c
         return watch->gates_seen;
     case WHILE_ASKED:
         return carries;
+    case WHILE_FED:
+        return carries && (strcmp(campaign_faults[injected->kind].row, "open_switches") != 0 ||
+                           watch->motor.pole_pairs * speed < SWITCH_SPEED);
     case WHILE_CODED:
         return carries && campaign_is_coded(watch->drawn, RIG_PERIOD_SECONDS * period) &&
                speed > 2.0 * campaign_blind_speed(watch->drawn);
@@ -373,11 +411,11 @@ static void judge_notice(campaign_watch_t *watch, uint32_t n, const notice_t *no
         truth->turned[n] = 0.0;
         return;
     }
-    if (shows(watch, notice->shows, period, rows)) {
+    if (shows(watch, notice->shows, injected, period, rows)) {
         truth->asked[n]++;
         truth->turned[n] += watch->per_omega * fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m));
     }
-    const double times = notice->turns ? NOTICE_TIMES : 1.0;
+    const double times = notice->turns || notice->shows == WHILE_FED ? NOTICE_TIMES : 1.0;
     if (truth->asked[n] * RIG_PERIOD_SECONDS > times * notice->within &&
         (!notice->turns || truth->turned[n] > NOTICE_TIMES * CAMPAIGN_TURN)) {
         campaign_violated(watch, CAMPAIGN_I_NOTICE, period, truth->asked[n], "fault_reason");

@@ -33,18 +33,22 @@ static void set_times(campaign_settings_t *to, const char *name, double factor)
 static void set_drive(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor)
 {
     const double flux = motor->flux_linkage * CAMPAIGN_VALUE(drawn, flux_belief);
-    const double inductance = motor->inductance_q * CAMPAIGN_VALUE(drawn, inductance_belief);
-    const double overspeed = 1.4 * motor->speed;
+    const double inductance = motor->inductance_q * campaign_inductance_belief(drawn);
     const double gain = 1.75 * flux * motor->pole_pairs * motor->speed;
     const double slope = 1.6 * inductance / (gain * PERIOD);
     set(to, "motor_pole_pairs", motor->pole_pairs);
-    set(to, "overspeed_trip", overspeed);
+    set(to, "overspeed_trip", campaign_overspeed(drawn));
     set(to, "current_limit", motor->current);
     set(to, "overcurrent_trip", motor->trip);
     set(to, "low_speed_current", 0.2 * motor->current);
-    set(to, "observer_gain", gain);
-    set(to, "observer_slope", slope);
-    set(to, "estimate_current_max", fmin(4.0 / slope, 100.0));
+    if (campaign_is_salient(drawn)) { /* the others by their rules */
+        set(to, "motor_saturation_current", motor->saturation);
+        set(to, "plant.saturation_q", motor->saturation);
+    } else {
+        set(to, "observer_gain", gain);
+        set(to, "observer_slope", slope);
+        set(to, "estimate_current_max", fmin(4.0 / slope, 100.0));
+    }
     set(to, "estimate_speed_min", 0.02 * motor->speed);
 }
 
@@ -59,8 +63,8 @@ static void set_motor(campaign_settings_t *to, const campaign_case_t *drawn, con
     set(to, "emf_5th", CAMPAIGN_VALUE(drawn, emf_5th));
     set(to, "emf_7th", CAMPAIGN_VALUE(drawn, emf_7th));
     set(to, "motor_resistance", motor->resistance * CAMPAIGN_VALUE(drawn, resistance_belief));
-    set(to, "motor_inductance_d", motor->inductance_d * CAMPAIGN_VALUE(drawn, inductance_belief));
-    set(to, "motor_inductance_q", motor->inductance_q * CAMPAIGN_VALUE(drawn, inductance_belief));
+    set(to, "motor_inductance_d", motor->inductance_d * campaign_inductance_belief(drawn));
+    set(to, "motor_inductance_q", motor->inductance_q * campaign_inductance_belief(drawn));
     set(to, "motor_flux_linkage", motor->flux_linkage * CAMPAIGN_VALUE(drawn, flux_belief));
     set(to, "motor_inertia",
         motor->inertia * (1.0 + CAMPAIGN_VALUE(drawn, second_mass)) * CAMPAIGN_VALUE(drawn, inertia_belief));
@@ -166,10 +170,10 @@ double campaign_speed_loop(const campaign_case_t *drawn)
     return campaign_loop(drawn) / LOOP_SLOWER;
 }
 
-/* With a share of 1 the drive's own rule decides. */
+/* With a share of 1 the drive's own rule decides, and for a salient motor. */
 static void set_loop(campaign_settings_t *to, const campaign_case_t *drawn)
 {
-    if (CAMPAIGN_VALUE(drawn, loop_share) == 1.0) {
+    if (CAMPAIGN_VALUE(drawn, loop_share) == 1.0 || campaign_is_salient(drawn)) {
         return;
     }
     const double bandwidth = campaign_loop(drawn);

@@ -206,6 +206,7 @@ static double draw(source_t *source, campaign_law_t law, double initial, double 
     case CAMPAIGN_FEW:
         return u < 0.875 ? initial : least + (8.0 * u - 7.0) * (most - least);
     case CAMPAIGN_EVEN:
+    case CAMPAIGN_THIRD:
         break;
     }
     return least + u * (most - least);
@@ -302,11 +303,23 @@ static campaign_injected_t draw_fault(source_t *source, double from, double to)
     return fault;
 }
 
+/* Salient motors are drawn by a stream of their own: the other runs of a seed are what they are without them.
+ */
+#define SALIENT_STREAM UINT64_C(0x53414c49454e54)
+#define SALIENT_SHARE  (1.0 / 3.0) /* [-] of the runs */
+
 static void draw_quantities(source_t *source, campaign_case_t *drawn)
 {
+    source_t own = {source->seed ^ SALIENT_STREAM, source->run, 0u};
+    const bool salient = even(&own) < SALIENT_SHARE;
     const campaign_quantity_row_t *rows;
     const uint32_t count = campaign_rows(drawn, &rows);
     for (uint32_t n = 0; n < count; n++) {
+        if (rows[n].law == CAMPAIGN_THIRD) {
+            const double value = draw(&own, CAMPAIGN_EVEN, 0.0, rows[n].least, rows[n].most);
+            drawn->quantities[n] = salient ? value : rows[n].initial;
+            continue;
+        }
         drawn->quantities[n] = draw(source, rows[n].law, rows[n].initial, rows[n].least, rows[n].most);
     }
 }

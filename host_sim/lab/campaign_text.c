@@ -102,7 +102,7 @@ static void say_event(text_t *text, const campaign_case_t *drawn, const campaign
     case CAMPAIGN_V_SPEED:
     case CAMPAIGN_V_SLOW:
         say_at(text, "mode", 0.0);
-        say_at(text, "speed_request", event->value * motor->speed);
+        say_at(text, "speed_request", campaign_speed_of(drawn, event) * motor->speed);
         break;
     case CAMPAIGN_V_LOAD:
         say_at(text, "plant.load_torque", event->value * motor->torque);

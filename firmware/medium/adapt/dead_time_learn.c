@@ -27,6 +27,8 @@ dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t 
         .per_band = params->flux_linkage / (DEAD_TIME_LEARN_EMF_FULL * params->band),
         .flux_linkage = params->flux_linkage,
         .current_square = current * current,
+        .swing =
+            params->inductance > 0.0f ? DEAD_TIME_LEARN_SWINGS * params->period / params->inductance : 0.0f,
         .period = (float)params->every * params->period,
     };
 }
@@ -74,11 +76,12 @@ static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_lear
     const float due = tuning->flux_linkage * bounds_magnitude(input->omega_e_ref);
     const float turn = 12.0f * tuning->period * input->omega_e_ref;
     const float least = DEAD_TIME_LEARN_EMF_LEAST * due;
+    const float swing = tuning->swing * due;
     const float seen = square_of(input->emf);
     return due > DEAD_TIME_LEARN_EMF_MIN * band && due < DEAD_TIME_LEARN_EMF_MAX * band &&
            bounds_within(turn, DEAD_TIME_LEARN_TURN) && seen > least * least &&
            seen < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT && square > tuning->current_square &&
-           square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
+           square > swing * swing && square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
 }
 
 /* The correlation signal s [-] for the EMF across the current, from the current's direction. */

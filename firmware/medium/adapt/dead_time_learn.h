@@ -30,8 +30,8 @@
  * against the current exceeds the effect of unequal legs, the current measurement is wrong and nothing is
  * learnt. Learning also requires that the EMF of the speed is not small compared with the dead band's voltage
  * and not so large that a sample contains only noise, that a step is short enough to follow the twelfth
- * harmonic, that the current is well outside of the zone and turns with the reference, and that the speed is
- * near its reference; otherwise the value is held.
+ * harmonic, that the current is well outside of the zone and turns with the reference, that it is large
+ * compared with its ripple, and that the speed is near its reference; otherwise the value is held.
  *
  * One step in every `every` periods of T, from the means over these. The deviation of each step
  * from the mean is provided for emf_shape.h and unequal_legs.h. Does not handle: eleventh and
@@ -51,6 +51,7 @@
 #define DEAD_TIME_LEARN_MISS      0.35f  /* [-] largest missing EMF of the speed over the same */
 #define DEAD_TIME_LEARN_EMF_LEAST 0.02f  /* [-] least EMF of a period over that of the speed */
 #define DEAD_TIME_LEARN_ZONES     7.0f   /* [-] least current over the zone */
+#define DEAD_TIME_LEARN_SWINGS    5.0f   /* [-] least current over the change that the EMF alone makes in T */
 #define DEAD_TIME_LEARN_STEADY    0.8f   /* [-] least square of the mean direction of the current */
 #define DEAD_TIME_LEARN_AGAINST   0.127f /* [-] largest EMF against the current over that voltage */
 #define DEAD_TIME_LEARN_RANGE                                                                                \
@@ -69,6 +70,7 @@ typedef struct {
     float band;         /* dead band over T, which the hardware applies exactly [-] */
     float flux_linkage; /* psi_f [Wb] */
     float zone;         /* half width of the zone around zero current [A] */
+    float inductance;   /* L [H]; 0: the ripple is not considered */
     float period;       /* T [s] */
     uint32_t every;     /* [periods] from one step to the next, at least 1 */
 } dead_time_learn_params_t;
@@ -82,6 +84,7 @@ typedef struct {
     float per_band;       /* psi_f over `band` [Wb] */
     float flux_linkage;   /* [Wb] */
     float current_square; /* least |i|^2 [A^2] */
+    float swing;          /* least |i| over the EMF of the speed [A/V] */
     float period;         /* from one step to the next [s] */
 } dead_time_learn_tuning_t;
 

@@ -50,6 +50,7 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
         .shows = INDUCTANCE_EMF / (params->from * current),
         .moved = INDUCTANCE_MOVED * params->current_max,
         .look = periods_of(INDUCTANCE_LOOK, step),
+        .missed = periods_of(INDUCTANCE_MISSED, step),
         .rest = periods_of(INDUCTANCE_REST, step),
         .mean_share = lowpass_share(INDUCTANCE_CUTOFF, step),
         .time = step,
@@ -63,8 +64,7 @@ static void start(inductance_t *x)
     x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
     x->rate = x->tuning.rate;
     x->resistance_rate = x->tuning.rate;
-    x->look.looked = 0u;
-    x->look.rests = 0u;
+    x->look = (inductance_look_t){.looked = 0u};
     inductance_rest(x);
 }
 
@@ -127,17 +127,23 @@ static bool looks_for_resistance(const inductance_t *x, float speed)
     return speed < INDUCTANCE_R_SPEED_MAX && x->resistance_rate > SETTLED * x->tuning.rate;
 }
 
-/* A cycle has ended, with or without a result. Once the learning interval has
- * enough results, the dither pauses. */
-static void look(inductance_t *x, bool said, float speed)
+/* A cycle has ended, with or without a result, and L or R has followed it or not. Once the learning interval
+ * has enough results, or misses too many, the dither pauses. */
+static void look(inductance_t *x, bool said, bool learnt, float speed)
 {
     const inductance_tuning_t *tuning = &x->tuning;
-    x->look.looked += said ? tuning->wave[x->which].steps : 0u;
-    if (x->look.looked >= tuning->look && x->rate <= INDUCTANCE_LOOKED * tuning->rate &&
-        !looks_for_resistance(x, speed)) {
-        x->look.looked = 0u;
-        x->look.rests = tuning->rest;
-        x->look.looked_at = x->mean.q;
+    inductance_look_t *at = &x->look;
+    const uint32_t steps = tuning->wave[x->which].steps;
+    at->looked += said ? steps : 0u;
+    at->missed = !learnt ? at->missed + steps : at->missed > steps ? at->missed - steps : 0u;
+    const bool failed = at->missed >= tuning->missed;
+    if (failed || (at->looked >= tuning->look && x->rate <= INDUCTANCE_LOOKED * tuning->rate &&
+                   !looks_for_resistance(x, speed))) {
+        at->looked = 0u;
+        at->missed = 0u;
+        at->failed = failed ? 1u : 0u;
+        at->rests = tuning->rest;
+        at->looked_at = x->mean.q;
     }
 }
 
@@ -162,7 +168,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
         inductance_rest(x);
         return false;
     }
-    if (!looks_for_resistance(x, speed) && rests(x, input->current.q)) {
+    if ((x->look.failed != 0u || !looks_for_resistance(x, speed)) && rests(x, input->current.q)) {
         return false;
     }
     if (x->follows == 0u) {
@@ -268,18 +274,21 @@ static void end(inductance_t *x, float omega_smooth)
     const steadiness_t steady = steadiness(x, omega_smooth);
     x->follows = x->sound != 0u && answer > ANSWER_MIN * told && answer < ANSWER_MAX * told;
     const float said = steady != UNSTEADY ? said_by(x, wave, omega_smooth) : 0.0f;
+    bool learnt = false;
     if (said > 0.0f) {
         const inductance_tuning_t *tuning = &x->tuning;
         const float time = (float)wave->steps * tuning->time;
         oppose(x, wave);
         if (steady == STEADY && x->voltage_known != 0u && bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
             learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
+            learnt = true;
         }
         if (is_trusted(x, said) && loaded(x, x->mean.q) && shows(x, bounds_magnitude(omega_smooth))) {
             learn(tuning, time, said, &x->learnt, &x->rate);
+            learnt = true;
         }
     }
-    look(x, said > 0.0f, bounds_magnitude(omega_smooth));
+    look(x, said > 0.0f, learnt, bounds_magnitude(omega_smooth));
 }
 
 /* The wave of the dither at t, -1..1. */

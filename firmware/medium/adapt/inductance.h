@@ -35,7 +35,8 @@
  * initial one, and then an interval of INDUCTANCE_LOOK follows each pause of INDUCTANCE_REST, which is less
  * than a twentieth of the time. A pause ends early if i_q has changed by INDUCTANCE_MOVED of the limit,
  * because the saturation of the iron changes then; there is no pause while R is learnt. The learnt value and
- * its confidence are held during a pause.
+ * its confidence are held during a pause. An interval whose cycles give no value, because the shaft is not
+ * steady or the results contradict each other, ends as well: the dither of a light rotor moves its angle.
  *
  * One step in every `every` periods of T, from the means over these. The response to the dither of a step
  * is evaluated in the means of the next step; if the dither acts later, it is output earlier by the same
@@ -74,6 +75,7 @@
 #define INDUCTANCE_LOOKED        0.2f     /* [-] of the initial rate, at which the first interval ends */
 #define INDUCTANCE_LOOK          1.0f     /* [s] of cycles with a result, in each later interval */
 #define INDUCTANCE_REST          20.0f    /* [s] from one interval to the next */
+#define INDUCTANCE_MISSED        2.0f     /* [s] by which cycles without a value exceed those with one */
 #define INDUCTANCE_MOVED         0.25f    /* [-] of the current limit: change of i_q that ends a pause */
 #define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1 and its rounding; above, nothing is learnt */
 
@@ -112,6 +114,7 @@ typedef struct {
     float shows;           /* speed from which L is learnt [rad/s] electrical */
     float moved;           /* change of i_q that ends a pause [A] */
     uint32_t look;         /* [steps] of cycles with a result, in a later interval */
+    uint32_t missed;       /* [steps] of cycles without a value that end an interval */
     uint32_t rest;         /* [steps] from one interval to the next */
     float mean_share;      /* of the low-pass that is subtracted [-] */
     float time;            /* from one step to the next [s] */
@@ -121,6 +124,8 @@ typedef struct {
 /* Learning intervals and pauses. */
 typedef struct {
     uint32_t looked; /* steps of the present interval's cycles with a result [-] */
+    uint32_t missed; /* steps of cycles without a value, less those with one, since the last pause [-] */
+    uint32_t failed; /* [-] 1: the last interval ended because most of its cycles had no value */
     uint32_t rests;  /* remaining steps of a pause [-]; 0: an interval is active */
     float looked_at; /* i_q of the last interval [A] */
 } inductance_look_t;

@@ -69,9 +69,9 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
     window->bridge = (int32_t)(fast->bridge.on < FAST_ON     ? BRIDGE_OFF
                                : fast->bridge.charging != 0u ? BRIDGE_CHARGES
                                                              : BRIDGE_ON);
-    window->failed = fast->report.failed;
-    window->left = fast->report.left;
-    window->stop = fast->report.stop;
+    window->report.failed = fast->report.failed;
+    window->report.left = fast->report.left;
+    window->report.stop = fast->report.stop;
     if (setpoint->excite.kind != (int32_t)EXCITE_NONE) {
         excite_close(&fast->control.excite, &window->excite);
     }

@@ -60,6 +60,13 @@ typedef struct {
     uint32_t offsets;    /* [-] 1: they were measured again in this window */
 } window_sensors_t;
 
+/* What the fast task has decided by itself. */
+typedef struct {
+    fault_set_t failed; /* fast rows of the fault table that failed in this window */
+    int32_t left;       /* [-] jump_reaction_t by which control left the encoder; else JUMP_IGNORED */
+    drive_fault_t stop; /* reason for which the fast task or the trip interrupt has opened the bridge */
+} window_report_t;
+
 /* Sums over the periods. */
 typedef struct {
     uint32_t periods; /* [periods] so far */
@@ -96,12 +103,10 @@ typedef struct {
     window_link_t link;
     window_catch_t catching;
     window_sensors_t sensors;
-    uint32_t estimating;  /* [-] 1: the estimator runs */
-    uint32_t tracking;    /* [-] 1: the loop tracks, or coasts for a short time */
-    int32_t bridge;       /* [-] bridge_t */
-    fault_set_t failed;   /* fast rows of the fault table that failed in this window */
-    int32_t left;         /* [-] jump_reaction_t by which control left the encoder; else JUMP_IGNORED */
-    drive_fault_t stop;   /* reason for which the fast task or the trip interrupt has opened the bridge */
+    uint32_t estimating; /* [-] 1: the estimator runs */
+    uint32_t tracking;   /* [-] 1: the loop tracks, or coasts for a short time */
+    int32_t bridge;      /* [-] bridge_t */
+    window_report_t report;
     excite_seen_t excite; /* sums of an excitation; those of the last one if none acts */
 } window_t;
 

@@ -166,15 +166,15 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
     const sequence_input_t input = {
         .requests = requests,
         .measured = &window->measured,
-        .faults = fault_set_both(medium->guard.faults, window->failed),
+        .faults = fault_set_both(medium->guard.faults, window->report.failed),
         .stops = medium->guard.stops,
         .standing =
             manoeuvres_knows(&medium->manoeuvres) && bounds_within(window->omega_m, SEQUENCE_STANDSTILL),
         .bridge = (bridge_t)window->bridge,
         .calibration = (calibration_t)window->sensors.calibration,
     };
-    if (window->stop.reason != (int32_t)REASON_NONE && !was_fault) {
-        medium_stop(medium, window, window->stop);
+    if (window->report.stop.reason != (int32_t)REASON_NONE && !was_fault) {
+        medium_stop(medium, window, window->report.stop);
     }
     const bool stopped = medium->sequence.state == (int32_t)DRIVE_FAULT;
     const uint32_t order = sequence_step(&medium->sequence, &input);
@@ -410,7 +410,7 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
     medium->background.in_force = tuning->in_force;
     medium->speed.trip = tuning->guard.limit[FAULT_LIMIT_OVERSPEED];
     sequence_take(&medium->sequence, &tuning->sequence);
-    validity_take(&medium->validity, &tuning->validity);
+    validity_take(&medium->trust.validity, &tuning->validity);
     flux_take(&medium->flux, &tuning->flux);
     offset_trim_take(&medium->offset_trim, &tuning->offset_trim);
     inductance_take(&medium->inductance, &tuning->inductance);

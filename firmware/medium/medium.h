@@ -69,6 +69,12 @@ typedef struct {
     uint32_t coasting; /* [-] 1: the bridge is off during a supply loss, and is switched on again after it */
 } medium_found_t;
 
+/* How far the estimate may be trusted, judged at the window's end. */
+typedef struct {
+    validity_t validity;
+    angle_sigma_t sigma;
+} medium_trust_t;
+
 /* The difference of the EMF to that of a round rotor on equal legs. */
 typedef struct {
     emf_shape_t emf_shape;
@@ -98,13 +104,12 @@ typedef struct {
     flux_t flux;
     offset_trim_t offset_trim;
     means_t means;
-    validity_t validity; /* of the estimate, judged at the window's end */
+    medium_trust_t trust;
     estimate_t estimate; /* at the window's end, its EMF the mean of the window turned there */
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;
     medium_ripple_t ripple;
-    angle_sigma_t angle_sigma;
     medium_speed_t speed;
 
     encoder_watch_t encoder_watch;

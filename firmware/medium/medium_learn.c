@@ -18,9 +18,9 @@ static void judge_estimate(medium_t *medium, const window_t *window)
     const estimate_t *estimate = &window->estimate;
     const ab_t error = window->current_err;
     if (window->tracking == 0u || manoeuvres_begins_run(&medium->manoeuvres)) {
-        validity_reset(&medium->validity);
+        validity_reset(&medium->trust.validity);
     } else if (estimate->coasted == 0u) {
-        validity_step(&medium->validity, estimate->omega_smooth, estimate->amplitude / estimate->flux,
+        validity_step(&medium->trust.validity, estimate->omega_smooth, estimate->amplitude / estimate->flux,
                       estimate->detector, error.alpha * error.alpha + error.beta * error.beta);
     }
 }
@@ -33,14 +33,15 @@ static void average(medium_t *medium, const window_t *window)
     const sums_t sums = {
         .emf = window->sum.emf,
         .current = window->sum.current,
-        .unsound = window->sum.unsound | medium->validity.debounce.invalid,
+        .unsound = window->sum.unsound | medium->trust.validity.debounce.invalid,
     };
     sums_mean(&sums, 1.0f / (float)DRIVE_WINDOW, estimate->frame.rotation, estimate->omega_smooth, TO_MIDDLE,
               &medium->means);
     medium->means.theta = estimate->frame.theta_e;
     medium->means.even = manoeuvres_even(&medium->manoeuvres) ? 1u : 0u;
     medium->estimate = *estimate;
-    medium->estimate.invalid = medium->validity.debounce.invalid | (estimate->invalid & ESTIMATOR_SAMPLE);
+    medium->estimate.invalid =
+        medium->trust.validity.debounce.invalid | (estimate->invalid & ESTIMATOR_SAMPLE);
     medium->estimate.emf = frames_inverse_park(medium->means.emf_rotor, estimate->frame.rotation);
     medium->estimate.coasted = window->sum.tracked < window->sum.periods ? UINT32_C(1) : UINT32_C(0);
 }
@@ -187,7 +188,7 @@ static void judge_angle(medium_t *medium, const medium_tuning_t *tuning, const w
     const inductance_t *inductance = &medium->inductance;
     const bool encoder = medium->manoeuvres.sensorless == 0u;
     if (encoder || window->tracking == 0u || window->estimating == 0u) {
-        angle_sigma_reset(&medium->angle_sigma, encoder ? tuning->angle_sigma.encoder : ANGLE_SIGMA_UNKNOWN);
+        angle_sigma_reset(&medium->trust.sigma, encoder ? tuning->angle_sigma.encoder : ANGLE_SIGMA_UNKNOWN);
         return;
     }
     const angle_sigma_input_t input = {
@@ -195,12 +196,14 @@ static void judge_angle(medium_t *medium, const medium_tuning_t *tuning, const w
         .omega_e = medium->means.omega,
         .current = medium->means.current_rotor,
         .detector = window->estimate.detector,
-        .scatter = 1.0f / (float)DRIVE_WINDOW * window->sum.scatter,        .link = window->link.mean,        .leg_rate = legs->rate,
+        .scatter = 1.0f / (float)DRIVE_WINDOW * window->sum.scatter,
+        .link = window->link.mean,
+        .leg_rate = legs->rate,
         .inductance_rate = inductance->rate,
         .resistance_rate = inductance->resistance_rate,
         .coasted = medium->estimate.coasted,
     };
-    angle_sigma_step(&medium->angle_sigma, &tuning->angle_sigma, &input);
+    angle_sigma_step(&medium->trust.sigma, &tuning->angle_sigma, &input);
 }
 
 void medium_learn(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)

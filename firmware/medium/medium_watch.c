@@ -138,9 +138,10 @@ void medium_watch_motion(medium_t *medium, const window_t *window, const request
         encoder_watch_begin(&medium->encoder_watch, window->measured.current);
         return;
     }
-    if (window->left != (int32_t)JUMP_IGNORED) {
+    if (window->report.left != (int32_t)JUMP_IGNORED) {
         const manoeuvres_input_t input = medium_manoeuvres_input(medium, window, none);
-        manoeuvres_left_encoder(m, &input, window->left == (int32_t)JUMP_TO_ESTIMATE, &medium->setpoint);
+        manoeuvres_left_encoder(m, &input, window->report.left == (int32_t)JUMP_TO_ESTIMATE,
+                                &medium->setpoint);
         forget_encoder(medium);
     }
     watch_oscillation(medium, window, requests);

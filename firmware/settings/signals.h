@@ -114,7 +114,7 @@
     F(2124, leg_resistance_beta_hat, medium.ripple.unequal_legs.resistance.used.beta, "ohm",                 \
       "learnt difference of the legs' resistance, beta")                                                     \
     F(2075, inertia_hat, medium.inertia.learnt.value, "kg m^2", "learnt inertia of everything that turns")   \
-    F(2169, theta_sigma, medium.angle_sigma.sigma, "rad",                                                    \
+    F(2169, theta_sigma, medium.trust.sigma.sigma, "rad",                                                    \
       "standard uncertainty of theta_e, by what the drive knows; 1.8138: the angle is unknown")              \
     F(2110, resistance_hat, medium.inductance.resistance.value, "ohm", "learnt R of a phase and its device") \
     F(2090, motor_heat, medium.thermal.motor_heat, "-",                                                      \

@@ -75,12 +75,15 @@ static void prepare_sigma(drive_tuning_t *tuning, const params_t *params, const 
 {
     estimator_params_t estimator;
     params_estimator(params, believed, &estimator);
+    const pll_params_t loop = estimator.pll;
     const angle_sigma_params_t sigma = {
         .data = params->motor_data_uncertainty,
-        .resistance = believed->resistance,        .inductance_d = believed->inductance_d,
+        .resistance = believed->resistance,
+        .inductance_d = believed->inductance_d,
         .inductance_q = believed->inductance_q,
-        .kp = estimator.pll.kp,
-        .ki = estimator.pll.ki,        .band = params->dead_time / DRIVE_PERIOD,
+        .kp = loop.kp,
+        .ki = loop.ki,
+        .band = params->dead_time / DRIVE_PERIOD,
         .zone = params->current_zone,
         .leg_rate = params->dead_time_adaptation,
         .inductance_rate = tuning->medium.inductance.rate,

@@ -124,8 +124,8 @@
       "the rotor stood at the current limit for stall_time",                                                 \
       "free the shaft; check load, current_limit and encoder_offset")                                        \
     F(53, SPEED_ERROR, "speed_error", speed_error, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, STOP,                 \
-      "the speed stayed far from its reference at the current limit: for speed_error_time, or driven "       \
-      "beyond it",                                                                                           \
+      "the speed stayed far from its reference for speed_error_time at the current limit, or a load "        \
+      "drove the shaft beyond it",                                                                           \
       "reduce load or reference; raise current_limit, or speed_error_time for a heavy shaft")                \
     F(54, ENCODER_LOST, "encoder_lost", encoder_lost, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,               \
       "the encoder failed during operation; the motor continues without it",                                 \

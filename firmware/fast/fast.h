@@ -89,7 +89,7 @@ typedef struct {
 /* Data from the medium task. */
 typedef struct {
     uint32_t fresh; /* [-] FAST_FRESH_... bits for the next period */
-    uint32_t late;  /* [windows] in a row without a new setpoint */
+    uint32_t late;  /* [windows] consecutive, without a new setpoint */
 } fast_given_t;
 
 /* Current and voltage in the frame of the demand. */

@@ -34,7 +34,7 @@ typedef struct {
 typedef struct {
     int32_t outcome;         /* [-] catch_outcome_t */
     uint32_t turning;        /* [-] 1: a rotating rotor is detected */
-    uint32_t periods_beyond; /* [periods] in a row with an EMF above the link voltage */
+    uint32_t periods_beyond; /* [periods] consecutive, with an EMF above the link voltage */
     float length;            /* <|e|> [V] */
     ab_t emf;                /* low-passed in a frame that turns with it [V] */
     float cross, cross_min;  /* sum of e x <e>, and its least amount [V^2] */

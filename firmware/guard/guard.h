@@ -64,7 +64,7 @@ typedef struct {
     const measured_t *measured;
     float omega_m;              /* [rad/s] mechanical */
     uint32_t encoder_wrong;     /* [-] ENCODER_WATCH_... bits */
-    uint32_t medium_late;       /* [-] 1: the medium task has missed two windows in a row */
+    uint32_t medium_late;       /* [-] 1: the medium task has missed two consecutive windows */
     uint32_t now;               /* [-] GUARD_... bits: which rows count */
     const guard_found_t *found; /* NULL where rows with the rate EACH are judged, which do not need it */
 } guard_input_t;

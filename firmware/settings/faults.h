@@ -54,7 +54,7 @@
     F(26, OVERSPEED, "overspeed", speed, ABOVE, "overspeed_trip", 0.0f, EACH, DRIVE_PERIODS(1e-3f), RUNNING, \
       OPEN, "the speed exceeded overspeed_trip", "check references, encoder and load")                       \
     F(29, LATE, "late", late, HOLDS, "", 0.0f, EACH, 3u, RUNNING, OPEN,                                      \
-      "the interrupt exceeded its period several times in a row", "shorten the interrupt")                   \
+      "the interrupt exceeded its period several times in succession", "shorten the interrupt")              \
     F(23, DC_UNDERVOLTAGE, "dc_undervoltage", u_dc, BELOW, "dc_undervoltage", 0.0f, EACH,                    \
       DRIVE_PERIODS(1e-3f), SUPPLIED, OPEN, "the DC link is below dc_undervoltage",                          \
       "check supply and precharge")                                                                          \
@@ -125,8 +125,8 @@
       "the rotor stood at the current limit for stall_time",                                                 \
       "free the shaft; check load, current_limit and encoder_offset")                                        \
     F(53, SPEED_ERROR, "speed_error", speed_error, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, STOP,                 \
-      "the speed stayed far from its reference at the current limit: for speed_error_time, or driven "       \
-      "beyond it",                                                                                           \
+      "the speed stayed far from its reference for speed_error_time at the current limit, or a load "        \
+      "drove the shaft beyond it",                                                                           \
       "reduce load or reference; raise current_limit, or speed_error_time for a heavy shaft")                \
     F(54, ENCODER_LOST, "encoder_lost", encoder_lost, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,               \
       "the encoder failed during operation; the motor continues without it",                                 \
@@ -172,7 +172,7 @@
       "again",                                                                                               \
       "check for an elastic coupling; lower speed_kp and speed_ki, or pll_bandwidth and feedforward_cutoff") \
     F(85, MEDIUM_LATE, "medium_late", medium_late, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,                 \
-      "the medium task had no setpoint ready for two windows in a row",                                      \
+      "the medium task had no setpoint ready for two consecutive windows",                                   \
       "shorten what was added to the interrupts; request fewer signals over the serial link")
 
 /* The bit of each row, and the number of rows. */

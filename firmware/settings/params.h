@@ -154,7 +154,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(45, estimate_speed_min, "rad/s", 3.0f, 0.0f, 10000.0f, TABLE_LIVE,                                     \
       "least mechanical speed of a valid estimate; 0: not judged")                                           \
     F(46, estimate_time, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                                 \
-      "time for which, on balance, a criterion must fail before the estimate counts as lost")                \
+      "time for which a criterion must fail, less the time for which it is met, before the estimate counts " \
+      "as lost")                                                                                             \
     F(47, doubtful_current, "A", 0.1f, 0.0f, 2.0f, TABLE_LIVE,                                               \
       "phase current below which a leg's dead-time loss is uncertain: zone and sensor error; 0: none")       \
     F(48, offset_trim, "A/V", 0.05f, 0.0f, 0.1f, TABLE_LIVE,                                                 \
@@ -222,8 +223,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "reaction to a wrong encoder: bridge open, continue without it if the motor turns, or none (a test "   \
       "without a motor)")                                                                                    \
     E(66, current_judged, "off|on", CURRENT_JUDGED, TABLE_LIVE,                                              \
-      "whether current sensors and phases are checked against the winding's law; off: a test without a "     \
-      "motor")                                                                                               \
+      "whether current sensors and phases are checked against the voltage equation of the winding; off: a "  \
+      "test without a motor")                                                                                \
     F(80, ride_through_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                             \
       "time for which a lost supply is no fault: the rotor holds the DC link, or coasts, and with the "      \
       "supply the motor runs again by itself; 0: off")                                                       \

@@ -26,7 +26,7 @@
     U(2006, warnings, medium.guard.warnings.word[0], "-", "fault bits 0 to 31 that warn now")                \
     U(2077, warnings_2, medium.guard.warnings.word[1], "-", "fault bits 32 to 63 that warn now")             \
     I(2078, fault_present, medium.sequence.fault_present, "-",                                               \
-      "reason that is still present of a fault whose reset was refused; 0: none")                            \
+      "reason of a fault whose reset was refused, because its cause is still present; 0: none")              \
     U(2079, faults_seen, log.count, "-", "number of faults since power-on; the drive keeps the last ones")   \
     E(2007, manoeuvre, medium.manoeuvres.now, MANOEUVRE_NAMES, "present manoeuvre of the drive")             \
     U(2008, start_try, medium.manoeuvres.start_try, "-",                                                     \
@@ -127,7 +127,7 @@
       "factor on the bandwidth of the speed control; below 1: reduced because it oscillated")                \
     F(2094, dc_swing, medium.link.ripple, "V", "largest minus smallest DC-link voltage in the last 20 ms")   \
     F(2097, torque_current, medium.manoeuvres.run.torque, "A",                                               \
-      "torque reference as a current of psi_f, before the limits by heat and DC link")                       \
+      "torque reference over 1.5 p psi_f, before the limits by heat and DC link")                            \
     U(2098, field_weakened, medium.manoeuvres.run.weakening.weakens, "-",                                    \
       "1: the field is weakened, because the DC link limits the voltage")                                    \
     F(2099, voltage_trim, medium.manoeuvres.run.weakening.trim, "-",                                         \

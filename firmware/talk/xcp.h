@@ -7,7 +7,7 @@
  *
  * The sum after a frame of a serial line does not detect two wrong bits of equal weight. On such a line a
  * SET_MTA to a writable address, and a DOWNLOAD, are therefore executed only after they have been
- * received twice in a row and equal; the first one is answered with ERR_CMD_BUSY, after which the
+ * received twice in succession and equal; the first one is answered with ERR_CMD_BUSY, after which the
  * standard requires a master to repeat the command. A DOWNLOAD whose slots all have codes of their own
  * (contract/line.h) is executed at once.
  *

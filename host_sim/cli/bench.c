@@ -360,11 +360,11 @@ static void print_json(const options_t *options, const costs_t *costs)
 static void print_table(const options_t *options, const costs_t *costs)
 {
     if (options->scenario != NULL) {
-        printf("whole ring, one core, at the end of %s, median of %d runs of %g s\n", options->scenario, RUNS,
-               options->seconds);
-    } else {
-        printf("whole ring, one core, %g r/min, %g N m, median of %d runs of %g s\n", SPEED_RPM, LOAD_NM,
+        printf("whole simulation, one core, at the end of %s, median of %d runs of %g s\n", options->scenario,
                RUNS, options->seconds);
+    } else {
+        printf("whole simulation, one core, %g r/min, %g N m, median of %d runs of %g s\n", SPEED_RPM,
+               LOAD_NM, RUNS, options->seconds);
     }
     printf("  switched   %7.0f x real time   %6.0f ns a period\n", costs->switched,
            1e9 * RIG_PERIOD_SECONDS / costs->switched);

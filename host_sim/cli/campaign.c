@@ -171,7 +171,9 @@ static reading_t read_results(FILE *file, const char *path, campaign_t *campaign
     campaign_t head = {.scenario = campaign->scenario};
     reading_t reading = {0};
     if (fgets(text, sizeof text, file) == NULL || !campaign_read_head(text, &head)) {
-        return bad_file(path, 1u, "no campaign of this program: its tables are others, or --scenario is");
+        return bad_file(path, 1u,
+                        "no campaign of this program: it has other tables, or another --scenario; give its "
+                        "own program and scenario");
     }
     if (*results == NULL) {
         campaign->seed = head.seed;
@@ -201,7 +203,8 @@ static reading_t read_results(FILE *file, const char *path, campaign_t *campaign
         }
         if ((*results)[run].end != CAMPAIGN_NOT_DONE &&
             memcmp(&(*results)[run], &result, sizeof result) != 0) {
-            return bad_file(path, line, "this run has another result already");
+            return bad_file(path, line,
+                            "an earlier line or folder has another result of this run; give each shard once");
         }
         (*results)[run] = result;
         reading.good = ftell(file);

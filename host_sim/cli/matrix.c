@@ -644,7 +644,9 @@ int command_matrix(int argc, char **argv)
     if (!good) {
         exit_code = EXIT_USAGE;
     } else if (count == 0u && options.scenario != NULL) {
-        fprintf(stderr, "lagless matrix: %s is wrong from the beginning: set it in the file and run that\n",
+        fprintf(stderr,
+                "lagless matrix: %s is present from the beginning of a run: set its row in the scenario and "
+                "use `lagless run`\n",
                 options.choice.only);
     } else if (count == 0u) {
         fprintf(stderr, "lagless matrix: no cell is selected; a cell has a name such as "

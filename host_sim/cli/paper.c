@@ -39,13 +39,19 @@ static void want(struct argp_state *state, const char *id, options_t *options)
     const size_t figure = paper_figure(id);
     if (figure == PAPER_FIGURES && (strchr(id, '/') != NULL || strchr(id, '.') != NULL)) {
         if (options->named || options->file != NULL) {
-            argp_error(state, "%s: accepted is one file, without figures of the paper", id);
+            argp_error(state,
+                       "%s: a file cannot be combined with another one or with figures of the paper; "
+                       "accepted is one file",
+                       id);
         }
         options->file = id;
         return;
     }
     if (options->file != NULL) {
-        argp_error(state, "%s: accepted is one file, without figures of the paper", id);
+        argp_error(state,
+                   "%s: a file cannot be combined with another one or with figures of the paper; accepted is "
+                   "one file",
+                   id);
     }
     if (figure == PAPER_FIGURES) {
         char known[PAPER_FIGURES * sizeof "beyond_bandwidth "] = "";

@@ -172,7 +172,7 @@ static double call_for(parser_t *parser, const experiment_function_t *function, 
     range_t range = {
         .function = function, .numbers = parser->at, .most = 2u * EXPERIMENT_RUNS_MAX, .empty = true};
     if (function->each == 0u) {
-        return wrong(parser, "%s goes over no points; accepted: sum, mean, max, min, worst, lowest_at",
+        return wrong(parser, "%s does not combine points; accepted: sum, mean, max, min, worst, lowest_at",
                      function->name);
     }
     parser->at = behind;
@@ -418,7 +418,8 @@ static double factor(parser_t *parser)
 {
     skip(parser);
     if (++parser->depth > DEEP) {
-        return wrong(parser, "it is too deep; accepted: %u parentheses and signs in each other", DEEP);
+        return wrong(parser, "the expression is too deep; accepted: up to %u nested parentheses and signs",
+                     DEEP);
     }
     double result;
     if (take(parser, "-")) {
@@ -502,7 +503,7 @@ static double whole(parser_t *parser)
     const double result = condition(parser);
     skip(parser);
     if (*parser->at != '\0') {
-        return wrong(parser, "it is not understood from \"%.20s\" on", parser->at);
+        return wrong(parser, "the expression cannot be read from \"%.20s\" on", parser->at);
     }
     return parser->value->why[0] == '\0' ? result : (double)NAN;
 }

@@ -161,5 +161,5 @@ bool file_read_runs(const file_t *file)
     }
     return experiment->run_count > 0u ||
            file_fail(file, reading_find(&file->reading, file_top(file), "sweep"),
-                     "nothing runs: no points go together; accepted: at least one of each sweep");
+                     "nothing runs: no points can be combined; accepted: at least one point of each sweep");
 }

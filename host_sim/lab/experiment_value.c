@@ -76,7 +76,8 @@ static bool fill(value_t *value, const char *name, char *to, size_t size)
     for (uint32_t s = 0; s < experiment->sweep_count; s++) {
         if (strcmp(experiment->sweeps[s].name, name) == 0) {
             if (value->nested == SWEEPS_MAX) {
-                snprintf(value->why, sizeof value->why, "the texts of points refer to each other in a ring");
+                snprintf(value->why, sizeof value->why,
+                         "the texts of points refer to each other in a circle");
                 return false;
             }
             value->nested++;

@@ -456,7 +456,7 @@ static void make_flux(const motor_sheet_t *sheet, motor_t *motor)
             char a[UNITS_TEXT_SIZE];
             char b[UNITS_TEXT_SIZE];
             note(motor,
-                 "%s = %s is a flux linkage of %.4g mWb, %s = %s one of %.4g mWb, %.0f %% %s; %s counts",
+                 "%s = %s is a flux linkage of %.4g mWb, %s = %s one of %.4g mWb, %.0f %% %s; %s is used",
                  keys[first].name, units_text(a, sheet->value[first], keys[first].unit),
                  1e3 * motor->value[MOTOR_FLUX], keys[n].name, units_text(b, sheet->value[n], keys[n].unit),
                  1e3 * flux, fabs(100.0 * off), off > 0.0 ? "more" : "less", keys[first].name);

@@ -331,8 +331,8 @@ static void judge_winding(tune_t *tune, const given_t *g)
     const double tau = g->l_q / g->r;
     if (g->ripple > RIPPLE_MOST * g->rated_current) {
         warn(tune,
-             "%.4g uH at %.4g kHz and a link of %.4g V: ripple %.3g A peak to peak, beside a rated %.4g A "
-             "and a range of +-%.4g A",
+             "%.4g uH at %.4g kHz and a link of %.4g V: the current ripple is %.3g A peak to peak, which is "
+             "large for a rated current of %.4g A and a sensor range of +-%.4g A",
              1e6 * smaller(g->l_d, g->l_q), 1e-3 / T_S, g->link, g->ripple, g->rated_current,
              (double)BOARD_CURRENT_RANGE);
     }
@@ -365,7 +365,7 @@ static void judge_winding(tune_t *tune, const given_t *g)
     if (tune->needs_encoder) {
         warn(tune,
              "L_q is %.3g L_d: without an encoder the drive accepts %.2g L_d at most, so position_source is "
-             "encoder",
+             "set to encoder",
              g->l_q / g->l_d, ESTIMATED_MOST);
     }
 }
@@ -416,13 +416,13 @@ static void add_motor(const motor_t *motor, tune_t *tune, const given_t *g)
 
 static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
 {
-    add(tune, "current_limit", g->limit, "[A] %s: starts (theory, 23)",
+    add(tune, "current_limit", g->limit, "[A] %s: a start needs a reserve (theory, 23)",
         g->resistive ? "R I half of the link's voltage, at least 1.3 of the rated current"
                      : "twice the rated current, limited by the board");
     add(tune, "start_current", g->start < g->limit ? g->start : 0.0, "%s",
         g->by_module ? "[A] continuous current of a leg of the board's module, while the rotor is aligned"
         : g->start < g->limit
-            ? "[A] 0.8 psi_f/(L_q - L_d): from there on a salient rotor does not rest on it (theory, 30)"
+            ? "[A] 0.8 psi_f/(L_q - L_d): with more a salient rotor may not align (theory, 30)"
             : "current_limit (theory, 23)");
     add(tune, "overcurrent_trip", g->trip,
         "[A] 1.5 current_limit, at least 1.2 current_limit plus the ripple");
@@ -567,8 +567,9 @@ static void add_estimator(tune_t *tune, const given_t *g)
     const double stop = g->speed * g->inertia / g->rated_torque;
     if (stop < answer) {
         warn(tune,
-             "a step of the rated torque stops %.3g kg m^2 within %.3g ms, and the speed control answers in "
-             "%.3g ms: give the inertia of the load (load_inertia), or ramp the load in over %.3g s",
+             "a step of the rated torque stops an inertia of %.3g kg m^2 within %.3g ms, before the speed "
+             "control reacts (%.3g ms): give the inertia of the load (load_inertia), or let the load rise "
+             "over %.3g s",
              g->inertia, 1e3 * stop, 1e3 * answer,
              tune_load_time(g->rated_torque, g->speed, g->inertia, bandwidth));
     }
@@ -577,8 +578,9 @@ static void add_estimator(tune_t *tune, const given_t *g)
     const double followed = RAMP_SHARE * LOOP_KI * (bandwidth / 200.0) * (bandwidth / 200.0) / g->p;
     const double ramp = able > followed ? four_digits(followed) : 0.0;
     add(tune, "speed_ramp", ramp,
-        ramp > 0.0 ? "[rad/s^2] of %.3g that the motor can: half a radian if J were not known (theory, 9)"
-                   : "the current limit alone, %.3g rad/s^2: the loop follows",
+        ramp > 0.0
+            ? "[rad/s^2] the motor could do %.3g: half a radian of angle error if J is not known (theory, 9)"
+            : "no ramp: the loop follows the %.3g rad/s^2 of the current limit",
         able);
     add(tune, "quick_stop_ramp", ramp, "[rad/s^2] as speed_ramp");
 }
@@ -587,8 +589,8 @@ static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
 {
     add(tune, "current_bandwidth", smaller(CURRENT_BANDWIDTH, most("current_bandwidth")),
         "[rad/s] 0.1 a period (theory, 15)");
-    add(tune, "speed_kp", 0.0, "by motor_inertia, learnt, pll_bandwidth/14 fast (theory, 23)");
-    add(tune, "speed_ki", 0.0, "by motor_inertia, learnt, damping 0.87");
+    add(tune, "speed_kp", 0.0, "by rule from the learnt inertia, bandwidth pll_bandwidth/14 (theory, 23)");
+    add(tune, "speed_ki", 0.0, "by rule from the learnt inertia, damping 0.87");
     const double lines = motor->has[MOTOR_LINES] ? motor->value[MOTOR_LINES] : 2500.0;
     if (256.0 * g->p > 4.0 * lines) {
         warn(tune, "an encoder of %.0f lines is too coarse for %.0f pole pairs: at least %.0f", lines, g->p,

@@ -194,7 +194,7 @@ static void synch(master_t *master)
 static void repeat(master_t *master)
 {
     if (first_question(master)->repeats++ >= REPEATS) {
-        master_break(master, "it answers SYNCH, but not a command, again and again");
+        master_break(master, "the drive answers SYNCH, but no command, also after several attempts");
         return;
     }
     master->step = 0;

@@ -85,7 +85,7 @@ static bool check_epk(master_t *master, master_error_t *error)
     return strcmp(own, master->epk) == 0 ||
            master_fail(
                error,
-               "%s: the drive's tables are %s, those of this program %s: names and ids would be mistaken; "
+               "%s: the drive's tables are %s, those of this program %s: names and ids would be confused; "
                "build both from the same sources",
                master->name, master->epk, own);
 }
@@ -276,7 +276,7 @@ bool master_fail_result(const master_t *master, master_error_t *error, const cha
         int result;
         const char *text;
     } texts[] = {
-        {MASTER_NOT_SENT, "too many questions wait for their answers"},
+        {MASTER_NOT_SENT, "too many commands wait for their answers"},
         {MASTER_BUSY, "the drive is busy"},
         {0x20, "the drive does not know this command"},
         {0x21, "the drive finds the command malformed"},

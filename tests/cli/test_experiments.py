@@ -277,7 +277,7 @@ class Test(command_line.TestCase):
                 (good.replace("load.mean", "sqrt(1, 2)"), "value = ", ("sqrt takes 1 numbers, not 2",)),
                 (good.replace("load.mean", "load.mean@there"), "value = ", ("no point of a sweep is called there",)),
                 (good.replace("load.mean", "-" * 50 + "1"), "value = ", ("too deep",)),
-                (good.replace("load.mean", "load.mean load.mean"), "value = ", ("not understood",)),
+                (good.replace("load.mean", "load.mean load.mean"), "value = ", ("cannot be read",)),
                 (good.replace("tolerance = 0.001", "tolerance = -1"), "tolerance = -1", ("tolerance", "0 or more")),
                 (good.replace("tolerance = 0.001\n", ""), "[[claim]]", ("tolerance", "missing")),
                 (good.replace("printed = 2.25\n", ""), "[[claim]]", ("printed", "missing")),
@@ -307,7 +307,7 @@ class Test(command_line.TestCase):
                 (good.replace("load.mean", "sum(1, 2 for j)"), "value = ", ("sum takes 1 number of each point", "sum(X for SWEEP)")),
                 (good.replace("load.mean", "lowest_at(1 for j)"), "value = ", ("lowest_at takes 2 numbers of each point", "lowest_at(X, Y for SWEEP)")),
                 (good.replace("load.mean", "lowest_at(1, 2)"), "value = ", ("lowest_at takes 6 or more numbers, not 2",)),
-                (good.replace("load.mean", "sqrt(1 for j)"), "value = ", ("sqrt goes over no points", "sum, mean, max, min, worst, lowest_at")),
+                (good.replace("load.mean", "sqrt(1 for j)"), "value = ", ("sqrt does not combine points", "sum, mean, max, min, worst, lowest_at")),
                 (good.replace("load.mean", "sum(1 for j"), "value = ", ("a ) is missing",)),
                 (good.replace("load.mean", "sum(1 for j if)"), "value = ", ("a ) is missing",)),
                 (good.replace("load.mean", "sum(nothing for j if 1 > 2)"), "value = ", ('"nothing" is no number', "a sweep", "lost")),
@@ -320,7 +320,7 @@ class Test(command_line.TestCase):
                 (good.replace("number = 3", 'only = {j = "d"}'), "only = ", ("no point of the sweep", "a, b, c")),
                 (good.replace("number = 3", 'only = {k = "x"}').replace("[[sweep]]", '[[sweep]]\nname = "k"\n[[sweep.point]]\nname = "x"\nonly = {end = "high"}\n[[sweep]]', 1).replace(
                     "number = 5", 'only = {k = "y"}').replace('only = {end = "high"}\n', 'only = {end = "high"}\n[[sweep.point]]\nname = "y"\nonly = {end = "low"}\n'),
-                 "[[sweep]]", ("nothing runs: no points go together",)),
+                 "[[sweep]]", ("nothing runs: no points can be combined",)),
                 (good.replace('at = {j = "a"', 'each = "low"\nat = {j = "a"'), "each = ", ("[experiment] has no each",)),
                 (good.replace("[run]", '[experiment]\neach = "low"\n[run]').replace('at = {j = "a", end = "low"}', 'each = "high"\nat = {j = "a"}'), 'each = "high"',
                  ("no such name in [experiment] each",)),
@@ -344,7 +344,7 @@ class Test(command_line.TestCase):
                 (let.replace('mine = "load.mean"', 'mine = "lod.mean"'), "mine = ", ("mine", "lod.mean is neither")),
                 (let.replace('mine = "load.mean"', 'mine = "mine + 1"'), "mine = ", ("mine", "too deep")),
                 (text.replace('values = [1, 2, 4]\nnames = ["a", "b", "c"]', '').replace('row = "plant.inertia"', '[[sweep.point]]\nname = "a"\ntext = "{end}"'),
-                 "condition = ", ("refer to each other in a ring",)),
+                 "condition = ", ("refer to each other in a circle",)),
                 (good.replace('at = {j', 'where = "{load.men}"\nat = {j'), "where = ", ("of claim a", "{load.men}", "no statistic")),
                 (good.replace('at = {j', 'why_not = "{nothing}"\nat = {j'), "why_not = ", ("of claim a", "{nothing}"))):
             with self.subTest(fragments=fragments):

@@ -94,7 +94,7 @@ static void test_a_contradiction_is_told_with_both_numbers(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.1, motor.value[MOTOR_FLUX]);
     TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "100 mWb"));
     TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "70.71 mWb"));
-    TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "29 % less; ke_line_peak counts"));
+    TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "29 % less; ke_line_peak is used"));
     TEST_ASSERT_TRUE(GIVEN(USUAL, "flux_linkage=0.1", "rated_torque=4.3 N m", "inertia=1e-3"));
     TEST_ASSERT_EQUAL_UINT32(1u, motor.note_count); /* 5 A make 3 N m */
     TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "= 3 N m"));

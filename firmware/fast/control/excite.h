@@ -19,7 +19,7 @@
 
 #include "math/frames.h"
 
-/* Current below which a pulse has ended [A], for so many periods in a row. */
+/* Current below which a pulse has ended [A], for so many consecutive periods. */
 #define EXCITE_STILL         0.06f
 #define EXCITE_STILL_PERIODS 10u
 
@@ -31,7 +31,7 @@ typedef enum {
 
 typedef struct {
     int32_t kind;         /* [-] excite_kind_t */
-    uint32_t serial;      /* [-] another number begins anew: a new pulse, or a current from zero */
+    uint32_t serial;      /* [-] another number begins it again: a new pulse, or a current from zero */
     rotation_t axis;      /* direction of pulse or current [-] */
     float voltage;        /* of the pulse, or amplitude of the sine [V] */
     uint32_t periods;     /* [periods] of each half of a pulse */
@@ -71,7 +71,7 @@ typedef struct {
     float reference;    /* present current reference [A] */
     float phase;        /* of the sine [rad] */
     uint32_t count;     /* [periods] since the pulse began */
-    uint32_t still;     /* [periods] in a row without a current after it */
+    uint32_t still;     /* [periods] consecutive, without a current after it */
     ab_t before;        /* current before the pulse [A] */
 } excite_t;
 

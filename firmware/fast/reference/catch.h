@@ -83,7 +83,7 @@ typedef struct {
     uint32_t wanted;         /* [periods] of the whole catch */
     uint32_t turning;        /* [-] 1: a rotating rotor is detected */
     uint32_t found;          /* [-] 1: a step has ended with CATCH_TURNING */
-    uint32_t periods_beyond; /* [periods] in a row with an EMF that is too long */
+    uint32_t periods_beyond; /* [periods] consecutive, with an EMF that is too long */
 } catch_t;
 
 typedef enum { CATCH_GOES_ON, CATCH_TURNING, CATCH_STANDING, CATCH_TOO_FAST } catch_outcome_t;

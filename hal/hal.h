@@ -31,8 +31,8 @@
 #define HAL_DEAD_BAND_MIN ((uint16_t)BOARD_DEAD_BAND_MIN)
 #define HAL_DEAD_BAND_MAX ((uint16_t)BOARD_DEAD_BAND_MAX)
 
-/* An interrupt of the application. Those of sample and trip run with interrupts off and must end in
- * hal_end_of_sample() or hal_end_of_trip(); that of the medium task begins with hal_begin_medium() and ends
+/* An interrupt of the application. Those of sample, trip and serial line run with interrupts off and must end in
+ * hal_end_of_sample(), hal_end_of_trip() or hal_end_of_serial(); that of the medium task begins with hal_begin_medium() and ends
  * in hal_end_medium(), and between these two the others may interrupt it. */
 typedef void (*hal_interrupt_t)(void);
 
@@ -43,6 +43,7 @@ typedef struct {
     hal_interrupt_t on_sample;  /* every carrier period, when the conversions of t_k are done */
     hal_interrupt_t on_medium;  /* after hal_request_medium(), when no other interrupt is due */
     hal_interrupt_t on_trip;    /* when the power module's fault line has shut gates that were on */
+    hal_interrupt_t on_serial;  /* when some octets have come on the serial line; NULL: it is never called */
 } hal_config_t;
 
 typedef enum {
@@ -108,11 +109,12 @@ bool hal_gates_on(void);
 
 void hal_end_of_sample(void); /* lets the next conversion and interrupt come: last statement of on_sample */
 void hal_end_of_trip(void);   /* last statement of on_trip; the gates stay off */
+void hal_end_of_serial(void); /* last statement of on_serial, which has read all octets or dropped them */
 
 /* ---- The medium task ---- */
 
 void hal_request_medium(void); /* from on_sample: on_medium follows; once, however often it was requested */
-void hal_begin_medium(void); /* first statement of on_medium: sample and trip may interrupt it from here on */
+void hal_begin_medium(void); /* first statement of on_medium: the others may interrupt it from here on */
 void hal_end_medium(void);   /* last statement of on_medium: interrupts are off until it has returned */
 
 /* ---- From the background ---- */
@@ -148,7 +150,7 @@ uint32_t hal_time(
     void); /* [SYSCLK cycles] free-running since hal_init, counts up, wraps after 28.6 s at 150 MHz */
 void hal_leds(bool run, bool fault); /* the board's two lights, if it has them */
 
-/* ---- The serial line, from the background ----
+/* ---- The serial line ----
  *
  * 8 data bits, no parity, 1 stop bit, BOARD_SERIAL_BAUD. Octets stand one per word. Nothing here waits; both
  * directions have the chip's FIFO of 16 octets and nothing behind it. Without a line (BOARD_SERIAL_BAUD 0)
@@ -157,6 +159,9 @@ void hal_leds(bool run, bool fault); /* the board's two lights, if it has them *
 /* Octets that came since the last call, oldest first, at most `room` of them: how many. One that follows a
  * damaged frame is a whole one again; the damaged ones are left out and counted. */
 uint32_t hal_serial_read(uint16_t *octets, uint32_t room);
+
+/* Gives up the octets that have come, and counts an error if there are any. */
+void hal_serial_drop(void);
 
 /* The first of `count` octets, as many as the transmitter has room for: how many it took. */
 uint32_t hal_serial_write(const uint16_t *octets, uint32_t count);

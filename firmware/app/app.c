@@ -95,6 +95,12 @@ HAL_INTERRUPT void app_medium(void)
     hal_end_medium();
 }
 
+HAL_INTERRUPT void app_serial(void)
+{
+    talk_receive();
+    hal_end_of_serial();
+}
+
 HAL_INTERRUPT void app_trip(void)
 {
     drive_trip(&app->drive);

@@ -56,11 +56,12 @@ void app_start(void);
  * the controller is reset and the gates open. */
 void app_background(void);
 
-/* The interrupts: that of the sample, every period; that of the medium task, once per window, which the other
- * two may interrupt; and that of the power module's fault line. */
+/* The interrupts: that of the sample, every period; that of the medium task, once per window, which the others may
+ * interrupt; that of the power module's fault line; and that of octets on the serial line. */
 HAL_INTERRUPT void app_interrupt(void);
 HAL_INTERRUPT void app_medium(void);
 HAL_INTERRUPT void app_trip(void);
+HAL_INTERRUPT void app_serial(void);
 
 /* The two ends of the sample interrupt; the drive's step runs between them. A caller with better samples than
  * the board's (the simulation's ideal sensors) makes the same three calls and changes the samples after the

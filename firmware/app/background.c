@@ -36,6 +36,7 @@ void app_start(void)
         .on_sample = app_interrupt,
         .on_medium = app_medium,
         .on_trip = app_trip,
+        .on_serial = app_serial,
     };
     app->board_status = (int32_t)hal_init(&config);
     if (app->board_status != (int32_t)HAL_OK) {

@@ -12,29 +12,57 @@
 
 HAL_PER_CHIP const talk_line_t *talk_line;
 
-/* Number of octets from this one on that are contiguous. */
-static uint16_t in_a_row(uint16_t at, uint16_t count)
+static uint32_t waiting_in(const talk_ring_t *ring)
 {
-    const uint16_t to_end = (uint16_t)(TALK_RING - at % TALK_RING);
+    const uint32_t put = ring->put;
+    const uint32_t got = ring->got;
+    return put >= got ? put - got : put + TALK_RING - got;
+}
+
+/* The place so many octets behind this one, at most one turn. */
+static uint16_t place_behind(uint16_t place, uint32_t count)
+{
+    const uint32_t next = place + count;
+    return (uint16_t)(next < TALK_RING ? next : next - TALK_RING);
+}
+
+/* Number of octets from this place on that are contiguous. */
+static uint32_t in_a_row(uint16_t place, uint32_t count)
+{
+    const uint32_t to_end = TALK_RING - place;
     return count < to_end ? count : to_end;
 }
 
-static void receive(talk_ring_t *came)
+static uint32_t room_of(const talk_ring_t *came)
 {
-    const uint16_t room = (uint16_t)(TALK_RING - (uint16_t)(came->put - came->got));
-    const uint32_t count = hal_serial_read(&came->octets[came->put % TALK_RING], in_a_row(came->put, room));
-    came->put = (uint16_t)(came->put + count);
+    return in_a_row(came->put, TALK_RING - 1u - waiting_in(came));
 }
 
-/* Twice, because the waiting octets may continue at the beginning of the ring. */
+/* Twice, because the room may continue at the beginning of the ring. Octets without room are dropped, since those that
+ * stayed in the chip would call the interrupt again. */
+static void receive(talk_ring_t *came)
+{
+    for (uint16_t piece = 0u; piece < 2u; piece++) {
+        const uint32_t count = hal_serial_read(&came->octets[came->put], room_of(came));
+        came->put = place_behind(came->put, count);
+    }
+    if (room_of(came) == 0u) {
+        hal_serial_drop();
+    }
+}
+
 static void send(talk_ring_t *going)
 {
     for (uint16_t piece = 0u; piece < 2u && going->put != going->got; piece++) {
-        const uint16_t waiting = (uint16_t)(going->put - going->got);
-        const uint32_t count =
-            hal_serial_write(&going->octets[going->got % TALK_RING], in_a_row(going->got, waiting));
-        going->got = (uint16_t)(going->got + count);
+        const uint32_t count = in_a_row(going->got, waiting_in(going));
+        going->got = place_behind(going->got, hal_serial_write(&going->octets[going->got], count));
     }
+}
+
+/* 1: octets may be lost or changed on the way, and frames have tails. */
+static uint32_t is_serial(void)
+{
+    return talk_line == NULL ? UINT32_C(1) : UINT32_C(0);
 }
 
 void talk_exchange(void)
@@ -45,40 +73,35 @@ void talk_exchange(void)
     }
 }
 
-static uint32_t take(talk_ring_t *came, uint16_t *octets, uint32_t room)
+void talk_receive(void)
 {
-    uint32_t count = 0u;
-    for (; count < room && came->got != came->put; count++) {
-        octets[count] = came->octets[came->got % TALK_RING];
-        came->got++;
+    if (talk_line == NULL) {
+        receive(&app->talk.came);
     }
-    return count;
+}
+
+/* A line that leads past the chip has no interrupt. */
+static void receive_beside(talk_ring_t *came)
+{
+    for (uint16_t piece = 0u; piece < 2u && talk_line != NULL; piece++) {
+        const uint32_t room = room_of(came);
+        came->put = place_behind(came->put, room > 0u ? talk_line->read(&came->octets[came->put], room) : 0u);
+    }
 }
 
 static uint32_t give(talk_ring_t *going, const uint16_t *octets, uint32_t count)
 {
     uint32_t n = 0u;
-    for (; n < count && (uint16_t)(going->put - going->got) < TALK_RING; n++) {
-        going->octets[going->put % TALK_RING] = octets[n];
-        going->put++;
+    for (; n < count && waiting_in(going) < TALK_AHEAD; n++) {
+        going->octets[going->put] = octets[n];
+        going->put = place_behind(going->put, 1u);
     }
     return n;
-}
-
-static uint32_t line_read(uint16_t *octets, uint32_t room)
-{
-    return talk_line != NULL ? talk_line->read(octets, room) : take(&app->talk.came, octets, room);
 }
 
 static uint32_t line_write(const uint16_t *octets, uint32_t count)
 {
     return talk_line != NULL ? talk_line->write(octets, count) : give(&app->talk.going, octets, count);
-}
-
-/* 1: octets may be lost or changed on the way, and frames have tails. */
-static uint32_t is_serial(void)
-{
-    return talk_line == NULL ? UINT32_C(1) : UINT32_C(0);
 }
 
 /* Reads a value that the interrupt may write at any time. */
@@ -110,28 +133,18 @@ void talk_restart(void)
 
 /* ---- in ---- */
 
-/* Received octets go into a buffer, so that a master may send one command ahead. */
-static void fetch(talk_t *talk)
+/* Which line it is, and whether octets of it were lost: then those that came go with them. */
+static void look_at_line(talk_t *talk)
 {
     const uint32_t serial = is_serial();
+    const uint32_t errors = serial == 0u ? 0u : hal_serial_errors();
     talk->receiver.tail = serial;
     talk->sender.tail = serial;
     talk->xcp.serial = serial;
-    const uint32_t waiting = talk->octets_count - talk->octets_at;
-    if (talk->octets_at != 0u) {
-        for (uint32_t n = 0; n < waiting; n++) {
-            talk->octets[n] = talk->octets[talk->octets_at + n];
-        }
-        talk->octets_at = 0u;
-        talk->octets_count = waiting;
-    }
-    if (waiting < TALK_OCTETS) {
-        talk->octets_count += line_read(&talk->octets[waiting], TALK_OCTETS - waiting);
-    }
-    const uint32_t errors = serial == 0u ? 0u : hal_serial_errors();
+    receive_beside(&talk->came);
     if (errors != talk->line_errors) {
         talk->line_errors = errors;
-        talk->octets_count = 0u;
+        talk->came.got = talk->came.put;
         frame_broken(&talk->receiver, period());
     }
 }
@@ -141,14 +154,17 @@ static void fetch(talk_t *talk)
 static void listen(talk_t *talk)
 {
     const uint32_t now = period();
-    fetch(talk);
+    talk_ring_t *came = &talk->came;
+    look_at_line(talk);
     if (talk->answer_count != 0u) {
         frame_wait(&talk->receiver, now);
         return;
     }
     frame_listen(&talk->receiver, now);
-    while (talk->octets_at < talk->octets_count) {
-        if (frame_take(&talk->receiver, talk->octets[talk->octets_at++], now)) {
+    while (waiting_in(came) != 0u) {
+        const uint16_t octet = came->octets[came->got];
+        came->got = place_behind(came->got, 1u);
+        if (frame_take(&talk->receiver, octet, now)) {
             talk->answer_count = xcp_command(&talk->xcp, &talk->daq, &talk_access,
                                              frame_packet(&talk->receiver), talk->answer);
             /* a client that may only read has not switched anything on */

@@ -26,15 +26,16 @@ typedef struct {
  * that loses and changes nothing. */
 extern HAL_PER_CHIP const talk_line_t *talk_line;
 
-#define TALK_OCTETS 140u /* received octets that wait: two commands of the largest length */
+/* Octets between interrupts and background: more than two commands of the largest length, so that nothing is
+ * lost however long the background needs, since a master waits for an answer when it is one command ahead. */
+#define TALK_RING  144u
+#define TALK_AHEAD 64u /* [octets] to be sent that may wait there: an answer does not wait behind more */
 
-/* Octets between interrupt and background: those sent at 1 Mbaud in 600 us. A power of two. */
-#define TALK_RING 64u
-
-/* One side writes `put` and the octets, the other one `got`. */
+/* One side writes `put` and the octets, the other one `got`. They are equal while the ring is empty, and one place
+ * stays free. */
 typedef struct {
-    uint16_t put; /* [octets] modulo 2^16, written so far */
-    uint16_t got; /* [octets] modulo 2^16, read so far */
+    uint16_t put; /* [-] place of the next octet that is written */
+    uint16_t got; /* [-] place of the next octet that is read */
     uint16_t octets[TALK_RING];
 } talk_ring_t;
 
@@ -48,11 +49,9 @@ typedef struct {
     uint32_t steered;     /* [-] 1: `enable` was switched on over the serial link, and still is */
     uint32_t silent;      /* [-] 1: communication time-out of the master; until `enable` is set again */
     uint32_t line_errors; /* [-] of the chip's line, at the last check */
-    talk_ring_t came;     /* octets that the interrupt has received on the chip's line */
-    talk_ring_t going;    /* octets that it will send on that line */
-    uint32_t octets_count, octets_at; /* received octets, and number of those processed */
+    talk_ring_t came;     /* octets that the interrupts have received on the chip's line */
+    talk_ring_t going;    /* octets that they will send on that line */
     uint32_t answer_count;            /* [octets] of the waiting answer; 0: none */
-    uint16_t octets[TALK_OCTETS];
     uint16_t answer[FRAME_MAX_CTO];
     uint32_t restart;    /* [-] 1: a reset is ordered; the answer is sent first */
     uint32_t restart_at; /* [periods] */
@@ -61,9 +60,11 @@ typedef struct {
 /* After reset, before the first interrupt. */
 void talk_start(void);
 
-/* From the sample interrupt: reads the received octets of the chip's line, and writes those to be sent. Its
- * FIFOs of 16 octets hold 170 us, and the background may need longer while the medium task runs. */
+/* From the sample interrupt: reads the received octets of the chip's line, and writes those to be sent. */
 void talk_exchange(void);
+
+/* From the interrupt of the serial line, which comes before the chip's FIFO of 16 octets is full. */
+void talk_receive(void);
 
 /* From the background, after each of its tasks: processes received octets with at most one command, sends
  * octets, and checks the communication time-out of the master. Bounded. */

@@ -217,7 +217,7 @@ hal_status_t hal_init(const hal_config_t *config)
 #endif
     adc_init();
     qep_init(config->encoder_count_max);
-    interrupts_init(config->on_sample, config->on_medium, config->on_trip);
+    interrupts_init(config);
 
     bus_write32(LAST_ZERO, hal_time());
     qep_start();

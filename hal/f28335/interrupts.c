@@ -6,6 +6,7 @@
 #define GROUPS     12u
 #define VECTORS    128u
 #define SAMPLE_ROW 1u                                    /* INT1.1 in PIEIER1 */
+#define SERIAL_ROW 1u                                    /* INT9.1 in PIEIER9 */
 #define TRIP_ROW   ((uint16_t)(1u << (PWM_LEADER - 1u))) /* INT2.n in PIEIER2, of ePWMn */
 
 static HAL_INTERRUPT void unexpected(void)
@@ -18,7 +19,7 @@ static uint16_t group_bit(uint16_t group)
     return (uint16_t)(1u << (group - 1u));
 }
 
-void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_medium, hal_interrupt_t on_trip)
+void interrupts_init(const hal_config_t *config)
 {
     uint16_t n;
 
@@ -37,14 +38,22 @@ void interrupts_init(hal_interrupt_t on_sample, hal_interrupt_t on_medium, hal_i
     for (n = 1u; n < VECTORS; n++) {
         bus_write32(&PIE_VECTORS->vector[n], bus_vector(unexpected));
     }
-    bus_write32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(on_sample));
-    bus_write32(&PIE_VECTORS->vector[PIE_EPWM_TZ(PWM_LEADER)], bus_vector(on_trip));
-    bus_write32(&PIE_VECTORS->vector[INTERRUPTS_MEDIUM], bus_vector(on_medium));
+    bus_write32(&PIE_VECTORS->vector[PIE_SEQ1INT], bus_vector(config->on_sample));
+    bus_write32(&PIE_VECTORS->vector[PIE_EPWM_TZ(PWM_LEADER)], bus_vector(config->on_trip));
+    bus_write32(&PIE_VECTORS->vector[INTERRUPTS_MEDIUM], bus_vector(config->on_medium));
+    if (config->on_serial != NULL) {
+        bus_write32(&PIE_VECTORS->vector[PIE_SCIRXINTA], bus_vector(config->on_serial));
+    }
     bus_protect();
     bus_write16(&PIE->PIECTRL, PIECTRL_ENPIE);
     bus_write16(&PIE->group[INTERRUPTS_SAMPLE - 1u].IER, SAMPLE_ROW);
     bus_write16(&PIE->group[INTERRUPTS_TRIP - 1u].IER, TRIP_ROW);
-    bus_write16(&PIE->PIEACK, (uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP)));
+    bus_write16(&PIE->PIEACK, (uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP) |
+                                         group_bit(INTERRUPTS_SERIAL)));
+    if (config->on_serial != NULL) {
+        bus_write16(&PIE->group[INTERRUPTS_SERIAL - 1u].IER, SERIAL_ROW);
+        bus_enable_group(INTERRUPTS_SERIAL);
+    }
     bus_enable_group(INTERRUPTS_SAMPLE);
     bus_enable_group(INTERRUPTS_TRIP);
     bus_enable_group(INTERRUPTS_MEDIUM);
@@ -68,12 +77,17 @@ void hal_end_of_trip(void)
     interrupts_acknowledge(INTERRUPTS_TRIP);
 }
 
+void hal_end_of_serial(void)
+{
+    interrupts_acknowledge(INTERRUPTS_SERIAL);
+}
+
 void hal_request_medium(void)
 {
     bus_request_group(INTERRUPTS_MEDIUM);
 }
 
-/* Sample and trip are enabled still: the CPU has cleared nothing but the bit of INT14 in IER, and the return
+/* Sample, trip and serial line are enabled still: the CPU has cleared nothing but the bit of INT14 in IER, and the return
  * sets it again. */
 void hal_begin_medium(void)
 {

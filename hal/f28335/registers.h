@@ -67,6 +67,7 @@ typedef struct {
 #define PIE_SEQ1INT      PIE_VECTOR(1u, 1u)
 #define PIE_EPWM_TZ(n)   PIE_VECTOR(2u, n) /* n = 1..6 */
 #define PIE_EPWM1_TZ     PIE_EPWM_TZ(1u)
+#define PIE_SCIRXINTA    PIE_VECTOR(9u, 1u)
 
 /* ---- System control: SPRUFB0 ch. 5 (EALLOW) ---- */
 typedef struct {
@@ -365,6 +366,10 @@ typedef struct {
 #define SCIFFTX_TXFIFORESET (1u << 13)                     /* 0 = FIFO empty, held in reset */
 #define SCIFFTX_SCIFFENA    (1u << 14)
 #define SCIFFTX_SCIRST      (1u << 15) /* 0 = both channels in reset */
+#define SCIFFRX_RXFFIL(n)   (n)       /* octets that raise the interrupt */
+#define SCIFFRX_RXFFIENA    (1u << 5) /* the interrupt is on */
+#define SCIFFRX_RXFFINTCLR  (1u << 6) /* write one: clears RXFFINT */
+#define SCIFFRX_RXFFINT     (1u << 7)
 #define SCIFFRX_RXFIFORESET (1u << 13)
 #define SCIFFRX_RXFFOVRCLR  (1u << 14) /* write one: clears RXFFOVF */
 #define SCIFFRX_RXFFOVF     (1u << 15) /* more came than the FIFO holds */

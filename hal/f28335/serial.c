@@ -1,4 +1,6 @@
-/* Both FIFOs are polled from the background. The count of errors is kept in the period register of CPU timer
+/* Both FIFOs are emptied and filled by the sample interrupt. Its period may be longer than the receiving one lasts, 16
+ * octets, so that has an interrupt of its own from FIFO_LEVEL octets on; what is below waits for the sample interrupt. The
+ * count of errors is kept in the period register of CPU timer
  * 2, which stands still, because nothing here may live in a variable (several chips share one process on the
  * host). */
 #include "hal/f28335/serial.h"
@@ -13,7 +15,10 @@
 #define SCICTL1_BOTH   (SCICTL1_RXENA | SCICTL1_TXENA)
 #define SCIFFTX_RESET  (SCIFFTX_SCIRST | SCIFFTX_SCIFFENA)
 #define SCIFFTX_WORD   ((uint16_t)(SCIFFTX_RESET | SCIFFTX_TXFIFORESET))
-#define SCIFFRX_FORGET ((uint16_t)(SCIFFRX_RXFIFORESET | SCIFFRX_RXFFOVRCLR))
+#define FIFO_LEVEL     4u
+#define SCIFFRX_RUN    (SCIFFRX_RXFIFORESET | SCIFFRX_RXFFIENA | SCIFFRX_RXFFIL(FIFO_LEVEL))
+#define SCIFFRX_FORGET ((uint16_t)(SCIFFRX_RUN | SCIFFRX_RXFFOVRCLR | SCIFFRX_RXFFINTCLR))
+#define SCIFFRX_EMPTY  ((uint16_t)(SCIFFRX_FORGET & ~(uint32_t)SCIFFRX_RXFIFORESET))
 
 /* The module has no clock before hal_init, and none if the crystal is missing. */
 static bool has_clock(void)
@@ -57,6 +62,8 @@ static void look_after_receiver(uint16_t fifo)
 {
     if ((fifo & SCIFFRX_RXFFOVF) != 0u) {
         count_error();
+    }
+    if ((fifo & (SCIFFRX_RXFFOVF | SCIFFRX_RXFFINT)) != 0u) { /* a flag that stays would raise no interrupt any more */
         bus_write16(&SCIA->SCIFFRX, SCIFFRX_FORGET);
     }
     if ((bus_read16(&SCIA->SCIRXST) & SCIRXST_BRKDT) != 0u) {
@@ -88,6 +95,15 @@ uint32_t hal_serial_read(uint16_t *octets, uint32_t room)
     return count;
 }
 
+void hal_serial_drop(void)
+{
+    if (has_clock() && SCIFF_ST(bus_read16(&SCIA->SCIFFRX)) > 0u) {
+        count_error();
+        bus_write16(&SCIA->SCIFFRX, SCIFFRX_EMPTY);
+        bus_write16(&SCIA->SCIFFRX, SCIFFRX_FORGET);
+    }
+}
+
 uint32_t hal_serial_write(const uint16_t *octets, uint32_t count)
 {
     uint32_t room;
@@ -111,6 +127,10 @@ uint32_t hal_serial_errors(void)
 #else
 
 void serial_init(void)
+{
+}
+
+void hal_serial_drop(void)
 {
 }
 

@@ -1,4 +1,5 @@
-/* SCI-A as a stream of octets, SPRUFZ5: 8 data bits, no parity, 1 stop bit, both FIFOs, no interrupt. */
+/* SCI-A as a stream of octets, SPRUFZ5: 8 data bits, no parity, 1 stop bit, both FIFOs,
+ * the interrupt of the receiving one. */
 #ifndef HAL_F28335_SERIAL_H
 #define HAL_F28335_SERIAL_H
 

@@ -135,7 +135,7 @@ void chip_bind(chip_t *chip, const chip_world_t *world)
 
 void chip_schedule_rare(chip_t *chip)
 {
-    chip_plan(chip, SOURCE_RARE, earlier(earlier(chip->clock.locked, chip->watchdog.next), chip->timer_next));
+    chip_plan(chip, SOURCE_RARE, earlier(earlier(chip->clock.locked, chip->watchdog.next), earlier(chip->timer_next, chip->sci.next)));
 }
 
 static void rare_event(chip_t *chip)
@@ -145,6 +145,9 @@ static void rare_event(chip_t *chip)
     }
     if (chip->timer_next <= chip->tick) {
         timer_events(chip);
+    }
+    if (chip->sci.next <= chip->tick) {
+        sci_event(chip);
     }
     if (chip->watchdog.next <= chip->tick) {
         watchdog_overflow(chip);

@@ -131,6 +131,7 @@ typedef struct {
 } chip_frame_t;
 
 typedef struct {
+    uint64_t next;           /* [tick] a frame will be complete that may raise the interrupt */
     uint64_t looks_from;     /* [tick] the receiver has dealt with the line up to here */
     uint64_t sent_at;        /* [tick] the octet in the shift register is out */
     uint32_t line_baud;      /* [bit/s] of who sends to the chip; 0: as the chip itself */

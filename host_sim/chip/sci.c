@@ -1,7 +1,9 @@
-/* SCI-A: SPRUFZ5. Frames of 8 data bits without parity through both FIFOs; nothing else of it is modelled, no
- * interrupt, no single buffer, no other frame: asked for, it is reported and the line stays quiet.
+/* SCI-A: SPRUFZ5. Frames of 8 data bits without parity through both FIFOs, and the interrupt of the receiving one; nothing
+ * else of it is modelled, no single buffer, no other frame: asked for, it is reported and the line stays quiet. The flag of
+ * the interrupt rises when an octet comes and the level is reached: a level that is still reached when the flag is cleared
+ * does not raise it by itself.
  *
- * Nothing is simulated while nobody looks: every access of software and every question from outside brings
+ * Without that interrupt nothing is simulated while nobody looks: every access of software and every question from outside brings
  * line, FIFOs and flags up to the present tick, so an unused line costs no time.
  *
  * The line towards the chip is a row of frames, each with its levels bit by bit; between them it is high. The
@@ -155,6 +157,13 @@ static void receive(chip_t *chip, uint32_t octet, bool stopped)
     if (!stopped) {
         regs(chip)->SCIRXST |= SCIRXST_FE | SCIRXST_RXERROR;
     }
+    const uint32_t state = regs(chip)->SCIFFRX;
+    if (sci->received >= (state & SCIFF_LEVEL) && (state & SCIFFRX_RXFFINT) == 0u) {
+        regs(chip)->SCIFFRX |= SCIFFRX_RXFFINT;
+        if ((state & SCIFFRX_RXFFIENA) != 0u) {
+            pie_request(chip, 9u, 1u);
+        }
+    }
 }
 
 /* Majority of three samples in the middle of bit n of a frame that fell at `fall`. */
@@ -305,6 +314,31 @@ static bool is_quiet(const chip_t *chip)
     return (sci->line_count | sci->low | sci->sending | sci->waiting) == 0u;
 }
 
+/* When the receiver will have dealt with the next frame on the line; a start bit that is none counts as one. */
+static uint64_t next_frame(const chip_t *chip)
+{
+    const chip_sci_t *sci = &chip->sci;
+    const bool waits = hears(chip) && (chip->registers.scia.SCIFFRX & SCIFFRX_RXFFIENA) != 0u &&
+                       (chip->registers.scia.SCIRXST & SCIRXST_BRKDT) == 0u && (sci->line_count | sci->low) != 0u;
+    if (!waits) {
+        return CHIP_NEVER;
+    }
+    if (sci->low) {
+        return earlier(level_from(chip, sci->looks_from, 1u), sci->looks_from + eighths(chip, BREAK_EIGHTHS));
+    }
+    const uint64_t fall = level_from(chip, sci->looks_from, 0u);
+    return fall == NOT_SO_FAR ? CHIP_NEVER : fall + eighths(chip, STOP_BIT * CLOCKS_PER_BIT + 6u);
+}
+
+static void plan(chip_t *chip)
+{
+    const uint64_t next = next_frame(chip);
+    if (next != chip->sci.next) {
+        chip->sci.next = next > chip->tick ? next : chip->tick + 1u;
+        chip_schedule_rare(chip);
+    }
+}
+
 void sci_refresh(chip_t *chip)
 {
     if (is_quiet(chip)) {
@@ -313,6 +347,14 @@ void sci_refresh(chip_t *chip)
     follow_receiver(chip);
     follow_transmitter(chip);
     show(chip);
+    plan(chip);
+}
+
+void sci_event(chip_t *chip)
+{
+    chip->sci.next = CHIP_NEVER;
+    sci_refresh(chip);
+    plan(chip);
 }
 
 void sci_go(chip_t *chip)
@@ -351,6 +393,7 @@ void sci_reset(chip_t *chip)
     sci_regs_t *sci = regs(chip);
     sci->SCIFFTX = SCIFFTX_SCIRST | SCIFFTX_TXFIFORESET;
     sci->SCIFFRX = 0x201Fu;
+    chip->sci.next = CHIP_NEVER;
     reset_states(chip);
     empty_in(chip);
     empty_out(chip);
@@ -394,7 +437,9 @@ static void write_fifo_in(chip_t *chip, uint16_t value)
     if ((value & SCIFFRX_RXFIFORESET) == 0u) {
         empty_in(chip);
     }
-    regs(chip)->SCIFFRX = (uint16_t)(overflow | (value & (SCIFFRX_RXFIFORESET | SCIFF_LEVEL)));
+    uint32_t raised = (value & SCIFFRX_RXFFINTCLR) != 0u ? 0u : regs(chip)->SCIFFRX & SCIFFRX_RXFFINT;
+    regs(chip)->SCIFFRX =
+        (uint16_t)(overflow | raised | (value & (SCIFFRX_RXFIFORESET | SCIFFRX_RXFFIENA | SCIFF_LEVEL)));
 }
 
 static void write_octet(chip_t *chip, uint32_t address, uint16_t value)
@@ -419,7 +464,7 @@ static uint32_t unknown(uint32_t offset, uint16_t value)
     case OFFSET(sci_regs_t, SCIFFTX):
         return value & ~(SCIFFTX_STORED | SCIFFTX_CLEARS);
     case OFFSET(sci_regs_t, SCIFFRX):
-        return value & ~(SCIFFRX_RXFIFORESET | SCIFFRX_RXFFOVRCLR | SCIFF_LEVEL | SCIFFTX_CLEARS);
+        return value & ~(SCIFFRX_RXFIFORESET | SCIFFRX_RXFFOVRCLR | SCIFFRX_RXFFINTCLR | SCIFFRX_RXFFIENA | SCIFF_LEVEL);
     case OFFSET(sci_regs_t, SCIPRI):
         return value & ~SCIPRI_FREE;
     case OFFSET(sci_regs_t, SCIHBAUD):
@@ -480,6 +525,7 @@ void sci_write(chip_t *chip, uint32_t address, uint16_t value)
     }
     sci_refresh(chip);
     show(chip);
+    plan(chip);
 }
 
 /* ---- From outside ---- */
@@ -506,6 +552,7 @@ bool chip_serial_levels(chip_t *chip, uint32_t levels, uint32_t bits)
     on_line->levels = high ? levels : levels | 1u << bits;
     on_line->bits = high ? bits : bits + 1u;
     sci->line_count++;
+    plan(chip);
     return true;
 }
 

@@ -64,7 +64,7 @@ static void on_trip(void)
 
 void setUp(void)
 {
-    const hal_config_t config = {HAL_DEAD_BAND_MAX, 9999u, on_sample, on_medium, on_trip};
+    const hal_config_t config = {HAL_DEAD_BAND_MAX, 9999u, on_sample, on_medium, on_trip, NULL};
     position = 0;
     for (uint32_t n = 0; n < INPUTS; n++) {
         volts[n] = 0.1 + 0.17 * n; /* each another, so that a wrong input shows */

@@ -187,7 +187,7 @@ uint32_t bus_vector(bus_isr_t isr)
     while (n < rec.functions && rec.function[n] != isr) {
         n++;
     }
-    if (n == rec.functions && n < 4u) {
+    if (n == rec.functions && n < 5u) {
         rec.function[rec.functions++] = isr;
     }
     return VECTOR_BASE + n;

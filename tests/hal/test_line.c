@@ -13,7 +13,7 @@ static void on_interrupt(void)
 
 static void start(void)
 {
-    const hal_config_t config = {375u, 9999u, on_interrupt, on_interrupt, on_interrupt};
+    const hal_config_t config = {375u, 9999u, on_interrupt, on_interrupt, on_interrupt, on_interrupt};
     TEST_ASSERT_EQUAL(HAL_OK, hal_init(&config));
     recording_clear_log();
 }
@@ -74,7 +74,7 @@ static void test_before_start_up_there_is_no_line(void)
 /* It tells why the rest did not come up. */
 static void test_the_line_is_there_on_a_board_that_does_not_take_its_trip(void)
 {
-    const hal_config_t config = {375u, 9999u, on_interrupt, on_interrupt, on_interrupt};
+    const hal_config_t config = {375u, 9999u, on_interrupt, on_interrupt, on_interrupt, on_interrupt};
     uint16_t octet = 0u;
     rec.trip_deaf = 1u;
     TEST_ASSERT_EQUAL(HAL_TRIP_FAILED, hal_init(&config));

@@ -154,6 +154,9 @@ static void check_values(void)
                                      table_bits(row, &services) == table_bits(row, &now->services),
                                  row->name);
     }
+    if (locked && now->drive.requests.enable == (int32_t)REQUEST_QUICK_STOP) {
+        requests.enable = (int32_t)REQUEST_QUICK_STOP; /* the one write that a locked drive takes */
+    }
     if (memcmp(&requests, &now->drive.requests, sizeof requests) != 0) {
         requests_t stopped = requests; /* the master was silent */
         stopped.enable = REQUEST_QUICK_STOP;
@@ -423,7 +426,9 @@ static void expect_nothing_changed(bool over_the_chip)
     rig_run(rig, 2000u);
     run();
     TEST_ASSERT_EQUAL_UINT32(0u, changes);
-    TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
+    if (requests.enable == (int32_t)REQUEST_ON) {
+        TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
+    }
     expect_sane();
 }
 
@@ -437,7 +442,7 @@ static void test_octets_that_write_nothing_change_nothing_over_the_serial_line(v
     expect_nothing_changed(true);
 }
 
-/* Everything is sent, writes among it, to a drive that is locked: not a single value is written. */
+/* Everything is sent, writes among it, to a drive that is locked: nothing is written but a quick stop. */
 static void expect_a_locked_drive_unchanged(bool over_the_chip)
 {
     locked = true;

@@ -67,6 +67,8 @@ void hal_write_compare(uint16_t a, uint16_t b, uint16_t c)
 NOTED(hal_gates_off, "gates-off")
 NOTED(hal_end_of_sample, "end-of-sample")
 NOTED(hal_end_of_trip, "end-of-trip")
+NOTED(hal_end_of_serial, "end-of-serial")
+NOTED(hal_serial_drop, "drop")
 NOTED(hal_begin_medium, "begin-medium")
 NOTED(hal_end_medium, "end-medium")
 NOTED(hal_watchdog_start, "watchdog")
@@ -295,6 +297,7 @@ static void test_a_start_brings_the_board_up_with_the_defaults_and_then_the_watc
     TEST_ASSERT_TRUE((double)config.dead_band_count < (double)params->dead_time * HAL_CLOCK_HZ + 1.0);
     TEST_ASSERT_TRUE(config.on_sample == app_interrupt);
     TEST_ASSERT_TRUE(config.on_trip == app_trip);
+    TEST_ASSERT_TRUE(config.on_serial == app_serial);
 }
 
 /* The drive is in fault and says why; the watchdog is left alone, since no interrupt comes that it could

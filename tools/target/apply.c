@@ -150,8 +150,8 @@ static void send(const uint8_t *packet, uint32_t count)
     talk_ring_t *came = &app->talk.came;
     counter++;
     for (uint32_t n = 0u; n < octets; n++) {
-        came->octets[came->put % TALK_RING] = frame[n];
-        came->put++;
+        came->octets[came->put] = frame[n];
+        came->put = (uint16_t)((came->put + 1u) % TALK_RING);
     }
     for (uint32_t n = 0u; n < 6u; n++) { /* the command, then its answer in pieces */
         app->talk.going.got = app->talk.going.put;

@@ -79,8 +79,9 @@ def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=N
     """Measures the motor of a scenario by the drive itself, step by step, and returns a Commissioning.
 
     The values of the motor that the scenario has are not used. plate: pole_pairs, rated_current_peak or rated_current_rms, rated_speed;
-    what is missing is taken from the scenario's parameters. steps: names, if not all; each needs the results of those before it. set, seed:
-    as of run. progress: called with a step's name and False before it, True after it.
+    what is missing is taken from the scenario's parameters. steps: names, if not all; the steps whose results these need run as well. set,
+    seed: as of run. progress: called with a step's name and False before each try, True after it; what it raises, KeyboardInterrupt too, opens
+    the bridge and ends the commissioning.
 
         result = lagless.commission("cold_start", plate={"pole_pairs": 4, "rated_current_peak": "10 A", "rated_speed": "1500 r/min"})
         print(result)
@@ -104,10 +105,11 @@ def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=N
 
     def on_step(step, done):
         try:
-            if progress is not None and not raised:
+            if progress is not None and not raised and done < 2:
                 progress(names[step], bool(done))
         except BaseException as error:  # raised again when the library has returned
             raised.append(error)
+        return 0 if raised else 1
 
     how.progress = StepDone(on_step)
     with _Scenario(scenario) as read:

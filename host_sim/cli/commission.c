@@ -194,7 +194,12 @@ static void progress(void *context, commission_do_t step, bool done, const commi
     case COMMISSION_DO_inductance:
         show("L_d", result->inductance_d, 1e3, "mH");
         show("L_q", result->inductance_q, 1e3, "mH");
-        show("I_s", result->saturation_current, 1.0, "A");
+        if (result->saturation_current.value > 0.0) {
+            show("I_s", result->saturation_current, 1.0, "A");
+        } else {
+            printf("  %s\n", result->saturation_current.value == 0.0 ? "L_q does not depend on the current"
+                                                                     : "saturation not measured");
+        }
         break;
     case COMMISSION_DO_swing:
         printf("  first values: psi_f %.3g Wb, J %.3g kg m^2\n", result->flux_first, result->inertia_first);

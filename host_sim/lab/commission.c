@@ -10,6 +10,8 @@
 
 #define WAIT_READY     2.0   /* [s] until the drive is ready */
 #define WAIT_ON        4.0   /* [s] until it is on */
+#define WAIT_FAULT     6.0   /* [s] until a fault is latched that has opened the bridge */
+#define LINEAR         1e5   /* [A] least saturation current of a q axis without a saturation */
 #define SLICE          25u   /* [periods] between two looks */
 #define COAST          0.3   /* [s] after a turning step */
 #define STEP_MOST      150.0 /* [s] above the largest time of every step in the drive */
@@ -147,6 +149,12 @@ static bool run_step(commission_work_t *work, commission_do_t step)
         }
         (void)rig_run(rig, SLICE);
     }
+    const bool opened =
+        rig_value(rig, "commission_state") == failed &&
+        rig_value(rig, "commission_reason") == commission_choice("commission_reason", "bridge_opened");
+    if (opened) { /* a fault that stops the motor first is latched later */
+        (void)wait_for(work, "state", fault, WAIT_FAULT);
+    }
     if (work->result->reason[0] != '\0') {
         ended = false;
     } else if (rig_value(rig, "state") == fault) {
@@ -190,6 +198,9 @@ static void take(commission_work_t *work, commission_do_t step)
         result->inductance_d = measured(work, "commission_inductance_d", 0.01);
         result->inductance_q = measured(work, "commission_inductance_q", 0.03);
         result->saturation_current = measured(work, "commission_saturation_current", 0.1);
+        if (result->saturation_current.value >= LINEAR) {
+            result->saturation_current = (commission_value_t){0.0, 0.0};
+        }
     } else if (step == COMMISSION_DO_swing) {
         result->flux_first = rig_value(work->rig, "commission_flux_first");
         result->inertia_first = rig_value(work->rig, "commission_inertia_first");
@@ -392,7 +403,8 @@ void commission_write(FILE *file, const commission_plate_t *plate, const commiss
         {"friction_viscous", "N m s/rad", result->friction_viscous},
     };
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
-        if (isfinite(rows[n].value.value)) {
+        const bool none = rows[n].value.value == 0.0 && strcmp(rows[n].key, "saturation_current") == 0;
+        if (isfinite(rows[n].value.value) && !none) {
             fprintf(file, "%s = \"%.6g %s\" # +-%.2g\n", rows[n].key, rows[n].value.value, rows[n].unit,
                     rows[n].value.error);
         }

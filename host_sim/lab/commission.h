@@ -53,7 +53,7 @@ typedef struct {
     commission_value_t resistance;              /* of a phase, without the devices [ohm] */
     commission_value_t inductance_d;            /* [H] */
     commission_value_t inductance_q;            /* without current [H] */
-    commission_value_t saturation_current;      /* of the q axis; NAN also where none was seen [A] */
+    commission_value_t saturation_current;      /* of the q axis; 0: it does not saturate [A] */
     commission_value_t flux_linkage;            /* psi_f [Wb] */
     commission_value_t inertia;                 /* [kg m^2] */
     commission_value_t friction_coulomb;        /* [N m] */

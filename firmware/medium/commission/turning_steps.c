@@ -11,7 +11,7 @@
 #define SALIENT_FROM 0.1f  /* (L_q - L_d)/L_d from which on a rotor counts as salient [-] */
 #define SALIENT_BIAS 0.3f  /* share of psi_f that its i_d adds, at most [-] */
 #define STRAIGHTENS  3u    /* [-] steps to the angle of the EMF of a saturating rotor */
-#define NEAR         0.03f /* relative distance from the reference of a steady speed [-] */
+#define NEAR         0.05f /* relative distance from the reference of a steady speed [-] */
 #define STEADY       0.6f  /* [s] near it before a mean */
 #define SMOOTH       15.0f /* [rad/s] low-pass of the speed for that */
 #define MEAN         1.0f  /* [s] */

@@ -33,7 +33,7 @@ class Measured:
 
 class Commissioning:
     """The result. resistance, inductance_d, inductance_q, saturation_current, flux_linkage, inertia, friction_coulomb, friction_viscous,
-    dead_voltage, current_zone: each a Measured; saturation_current is NaN also where no saturation was seen. reason: None, or the name of what
+    dead_voltage, current_zone: each a Measured; saturation_current is 0 where no saturation was seen. reason: None, or the name of what
     ended it, with text; step: the last one that ran; seconds: simulated, step_seconds: of each step; largest_current: of a phase [A]."""
 
     def __init__(self, plate, result, steps):
@@ -59,7 +59,7 @@ class Commissioning:
             raise Error(f"{missing[0]} is not measured, because {self.reason or 'its step was left out'}; a motor needs resistance, "
                         "inductance_q and flux_linkage", missing[0])
         values = {name: float(getattr(self, name)) for name in _OF_MOTOR}
-        return {**self.plate, **{name: value for name, value in values.items() if not math.isnan(value)}}
+        return {**self.plate, **{name: value for name, value in values.items() if not math.isnan(value) and (value or name != "saturation_current")}}
 
     def __str__(self):
         lines = [f"{name:17} {one.value:12.5g} +- {one.error:.2g}" for name, one in ((name, getattr(self, name)) for name in _MEASURED)

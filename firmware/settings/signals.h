@@ -166,7 +166,7 @@
     F(2154, commission_inductance_d, medium.commission.results.inductance_d, "H", "measured L_d")            \
     F(2155, commission_inductance_q, medium.commission.results.inductance_q, "H", "measured L_q")            \
     F(2200, commission_saturation_current, medium.commission.results.saturation_current, "A",                \
-      "measured i_q at which the flux of the q axis is 1/sqrt 2 of L_q i_q; 0: no saturation seen")          \
+      "measured i_q at which the flux of the q axis is 1/sqrt 2 of L_q i_q; 1e6: none is seen")              \
     F(2156, commission_flux_first, medium.commission.results.flux_first, "Wb",                               \
       "first value of psi_f, by a swing of the rotor")                                                       \
     F(2157, commission_inertia_first, medium.commission.results.inertia_first, "kg m^2",                     \

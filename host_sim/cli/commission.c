@@ -2,9 +2,12 @@
 #include <argp.h>
 #include <inttypes.h>
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/select.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include "host_sim/cli/arguments.h"
@@ -67,7 +70,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 
 /* ---- what is asked for ---- */
 
-/* --steps a,b: all others are left out. */
+/* --steps a,b: the others are not requested. */
 static bool choose_steps(const char *text, commission_options_t *options)
 {
     char copy[256];
@@ -145,6 +148,17 @@ static void ask(options_t *options, commission_options_t *steps)
 
 /* ---- what is said ---- */
 
+/* A terminal that gives each key at once, without showing it. */
+typedef struct {
+    struct termios before;
+    bool on;
+} keys_t;
+
+typedef struct {
+    bool quiet;
+    keys_t keys;
+} listener_t;
+
 static void show(const char *name, commission_value_t value, double factor, const char *unit)
 {
     if (isfinite(value.value)) {
@@ -154,8 +168,8 @@ static void show(const char *name, commission_value_t value, double factor, cons
 
 static void progress(void *context, commission_do_t step, bool done, const commission_result_t *result)
 {
-    const bool *quiet = context;
-    if (*quiet) {
+    const listener_t *listener = context;
+    if (listener->quiet) {
         return;
     }
     if (!done) {
@@ -180,7 +194,12 @@ static void progress(void *context, commission_do_t step, bool done, const commi
     case COMMISSION_DO_inductance:
         show("L_d", result->inductance_d, 1e3, "mH");
         show("L_q", result->inductance_q, 1e3, "mH");
-        show("I_s", result->saturation_current, 1.0, "A");
+        if (result->saturation_current.value > 0.0) {
+            show("I_s", result->saturation_current, 1.0, "A");
+        } else {
+            printf("  %s\n", result->saturation_current.value == 0.0 ? "L_q does not depend on the current"
+                                                                     : "saturation not measured");
+        }
         break;
     case COMMISSION_DO_swing:
         printf("  first values: psi_f %.3g Wb, J %.3g kg m^2\n", result->flux_first, result->inertia_first);
@@ -246,6 +265,54 @@ static bool write_motor(const char *path, const char *scenario, const commission
     return output_close(file, path);
 }
 
+/* ---- Esc ---- */
+
+#define ESCAPE 0x1b
+
+static volatile sig_atomic_t interrupted; /* Ctrl-C: as Esc, so that the terminal is as before */
+
+static void interrupt(int number)
+{
+    (void)number;
+    interrupted = 1;
+}
+
+static keys_t keys_begin(void)
+{
+    keys_t keys = {.on = isatty(STDIN_FILENO) && tcgetattr(STDIN_FILENO, &keys.before) == 0};
+    if (keys.on) {
+        struct termios now = keys.before;
+        now.c_lflag &= ~(tcflag_t)(ICANON | ECHO);
+        keys.on = signal(SIGINT, interrupt) != SIG_ERR && tcsetattr(STDIN_FILENO, TCSANOW, &now) == 0;
+    }
+    return keys;
+}
+
+static void keys_end(const keys_t *keys)
+{
+    if (keys->on) {
+        (void)tcsetattr(STDIN_FILENO, TCSANOW, &keys->before);
+    }
+}
+
+static bool no_escape(void *context, commission_do_t step)
+{
+    const listener_t *listener = context;
+    (void)step;
+    fd_set input;
+    struct timeval now = {0, 0};
+    char key = '\0';
+    FD_ZERO(&input);
+    FD_SET(STDIN_FILENO, &input);
+    if (interrupted != 0) {
+        return false;
+    }
+    if (!listener->keys.on || select(STDIN_FILENO + 1, &input, NULL, NULL, &now) != 1) {
+        return true;
+    }
+    return read(STDIN_FILENO, &key, 1u) != 1 || key != ESCAPE;
+}
+
 /* ---- the run ---- */
 
 /* A rig as the scenario describes it at t = 0. NULL: the reason has been printed. */
@@ -267,7 +334,8 @@ static rig_t *make_rig(const options_t *options, const scenario_t *scenario)
 
 static int run(options_t *options, const scenario_t *scenario)
 {
-    commission_options_t steps = {.progress = progress, .context = &options->json};
+    listener_t listener = {.quiet = options->json};
+    commission_options_t steps = {.progress = progress, .goes_on = no_escape, .context = &listener};
     commission_result_t result;
     scenario_error_t error = {.file = ""};
     if (!choose_steps(options->steps, &steps)) {
@@ -290,7 +358,12 @@ static int run(options_t *options, const scenario_t *scenario)
         return EXIT_USAGE;
     }
     ask(options, &steps);
+    listener.keys = keys_begin();
+    if (listener.keys.on && !listener.quiet) {
+        fprintf(stderr, "Esc opens the bridge.\n");
+    }
     const bool good = commission_rig(rig, &plate, &steps, &result, &error);
+    keys_end(&listener.keys);
     rig_free(rig);
     if (!good) {
         fprintf(stderr, "lagless commission: %s: %s\n", error.name, error.message);
@@ -328,8 +401,8 @@ int command_commission(int argc, char **argv)
          "it those of the scenario's parameters",
          0},
         {"steps", 't', "NAMES", 0,
-         "only these steps, separated by commas: board, wiring, resistance, inductance, swing, flux, "
-         "inertia; each needs the results of those before",
+         "only these steps, and those whose results they need: board, wiring, resistance, inductance, swing, "
+         "flux, inertia, separated by commas",
          0},
         {"answer", 'a', "NAME=VALUE", 0,
          "answer to a question: shaft_free=yes or shaft_free=no (the rotor is not turned)", 0},

@@ -10,6 +10,8 @@
 
 #define WAIT_READY     2.0   /* [s] until the drive is ready */
 #define WAIT_ON        4.0   /* [s] until it is on */
+#define WAIT_FAULT     6.0   /* [s] until a fault is latched that has opened the bridge */
+#define LINEAR         1e5   /* [A] least saturation current of a q axis without a saturation */
 #define SLICE          25u   /* [periods] between two looks */
 #define COAST          0.3   /* [s] after a turning step */
 #define STEP_MOST      150.0 /* [s] above the largest time of every step in the drive */
@@ -108,6 +110,19 @@ static void end_with_reason(commission_work_t *work)
     }
 }
 
+/* true: the user has stopped the step; the bridge is open a period later. */
+static bool is_stopped(commission_work_t *work, commission_do_t step)
+{
+    const commission_options_t *options = work->options;
+    if (options->goes_on == NULL || options->goes_on(options->context, step)) {
+        return false;
+    }
+    (void)rig_put(work->rig, "enable", 0.0);
+    end_with(work, "stopped_by_user", "the step was stopped",
+             "begin again; the results of earlier steps stay");
+    return true;
+}
+
 /* One step from a bridge that is off to a bridge that is off. false: `result` has the reason. */
 static bool run_step(commission_work_t *work, commission_do_t step)
 {
@@ -124,6 +139,9 @@ static bool run_step(commission_work_t *work, commission_do_t step)
     const uint32_t on = rig_periods(WAIT_ON);
     (void)rig_run(rig, SLICE);
     for (uint32_t n = 0; ended && n < most; n += SLICE) {
+        if (is_stopped(work, step)) {
+            break;
+        }
         const double state = rig_value(rig, "commission_state");
         if (state == done || state == failed || rig_value(rig, "state") == fault ||
             (n > on && rig_value(rig, "refusal") != 0.0)) {
@@ -131,7 +149,15 @@ static bool run_step(commission_work_t *work, commission_do_t step)
         }
         (void)rig_run(rig, SLICE);
     }
-    if (rig_value(rig, "state") == fault) {
+    const bool opened =
+        rig_value(rig, "commission_state") == failed &&
+        rig_value(rig, "commission_reason") == commission_choice("commission_reason", "bridge_opened");
+    if (opened) { /* a fault that stops the motor first is latched later */
+        (void)wait_for(work, "state", fault, WAIT_FAULT);
+    }
+    if (work->result->reason[0] != '\0') {
+        ended = false;
+    } else if (rig_value(rig, "state") == fault) {
         end_with_fault(work);
     } else if (rig_value(rig, "commission_state") == failed) {
         end_with_reason(work);
@@ -172,6 +198,9 @@ static void take(commission_work_t *work, commission_do_t step)
         result->inductance_d = measured(work, "commission_inductance_d", 0.01);
         result->inductance_q = measured(work, "commission_inductance_q", 0.03);
         result->saturation_current = measured(work, "commission_saturation_current", 0.1);
+        if (result->saturation_current.value >= LINEAR) {
+            result->saturation_current = (commission_value_t){0.0, 0.0};
+        }
     } else if (step == COMMISSION_DO_swing) {
         result->flux_first = rig_value(work->rig, "commission_flux_first");
         result->inertia_first = rig_value(work->rig, "commission_inertia_first");
@@ -285,14 +314,15 @@ static void try_again(commission_work_t *work)
 }
 
 /* A step with all its tries; a result has no reason. false: the plate is not accepted. */
-static bool try_step(commission_work_t *work, commission_do_t step, const commission_options_t *options)
+static bool try_step(commission_work_t *work, commission_do_t step)
 {
+    const commission_options_t *options = work->options;
     commission_result_t *result = work->result;
     bool good = commission_stage(work);
-    if (good && result->reason[0] == '\0' && options->progress != NULL) {
-        options->progress(options->context, step, false, result);
-    }
     while (good && result->reason[0] == '\0') {
+        if (options->progress != NULL) {
+            options->progress(options->context, step, false, result);
+        }
         if (run_step(work, step)) {
             take(work, step);
             return true;
@@ -307,10 +337,21 @@ static bool try_step(commission_work_t *work, commission_do_t step, const commis
     return good;
 }
 
+/* The step is requested, or a later one needs it. */
+static bool is_needed(const commission_options_t *options, uint32_t step)
+{
+    bool needed = !options->skip[step];
+    for (uint32_t n = step + 1u; step != (uint32_t)COMMISSION_DO_board && n < COMMISSION_STEP_COUNT; n++) {
+        needed = needed || !options->skip[n];
+    }
+    return needed;
+}
+
 bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commission_options_t *options,
                     commission_result_t *result, scenario_error_t *error)
 {
-    commission_work_t work = {rig, plate, result, error, 0.0, 0.0, 1.0};
+    commission_work_t work = {
+        .rig = rig, .plate = plate, .options = options, .result = result, .error = error, .raised = 1.0};
     const uint32_t currents[] = {rig_row_by_name("i_a")->id, rig_row_by_name("i_b")->id,
                                  rig_row_by_name("i_c")->id};
     const uint32_t begin = rig_period(rig);
@@ -325,11 +366,11 @@ bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commissio
     (void)rig_tap(rig, currents, 3u, 1u, note_currents, result);
     bool good = true;
     for (uint32_t n = 0; good && result->reason[0] == '\0' && n < COMMISSION_STEP_COUNT; n++) {
-        if (options->skip[n]) {
+        if (!is_needed(options, n)) {
             continue;
         }
         result->step = n;
-        good = try_step(&work, (commission_do_t)n, options);
+        good = try_step(&work, (commission_do_t)n);
         const double earlier = result->seconds;
         result->seconds = (rig_period(rig) - begin) * RIG_PERIOD_SECONDS;
         result->step_seconds[n] = result->seconds - earlier;
@@ -362,7 +403,8 @@ void commission_write(FILE *file, const commission_plate_t *plate, const commiss
         {"friction_viscous", "N m s/rad", result->friction_viscous},
     };
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
-        if (isfinite(rows[n].value.value)) {
+        const bool none = rows[n].value.value == 0.0 && strcmp(rows[n].key, "saturation_current") == 0;
+        if (isfinite(rows[n].value.value) && !none) {
             fprintf(file, "%s = \"%.6g %s\" # +-%.2g\n", rows[n].key, rows[n].value.value, rows[n].unit,
                     rows[n].value.error);
         }

@@ -53,7 +53,7 @@ typedef struct {
     commission_value_t resistance;              /* of a phase, without the devices [ohm] */
     commission_value_t inductance_d;            /* [H] */
     commission_value_t inductance_q;            /* without current [H] */
-    commission_value_t saturation_current;      /* of the q axis; NAN also where none was seen [A] */
+    commission_value_t saturation_current;      /* of the q axis; 0: it does not saturate [A] */
     commission_value_t flux_linkage;            /* psi_f [Wb] */
     commission_value_t inertia;                 /* [kg m^2] */
     commission_value_t friction_coulomb;        /* [N m] */
@@ -70,9 +70,14 @@ typedef struct {
 } commission_result_t;
 
 typedef struct {
+    /* Steps that are not requested. They run nevertheless if a later one is, because it needs their results;
+     * but for `board`, whose results nothing needs. */
     bool skip[COMMISSION_STEP_COUNT];
-    /* before and after each step; NULL: nobody listens */
+    /* before each try of a step, and once after it; NULL: nobody listens */
     void (*progress)(void *context, commission_do_t step, bool done, const commission_result_t *result);
+    /* every 2.5 ms of a step; false opens the bridge and ends the commissioning with `stopped_by_user`; NULL:
+     * never */
+    bool (*goes_on)(void *context, commission_do_t step);
     void *context;
 } commission_options_t;
 

@@ -8,6 +8,7 @@
 typedef struct {
     rig_t *rig;
     const commission_plate_t *plate;
+    const commission_options_t *options;
     commission_result_t *result;
     scenario_error_t *error;
     double link;     /* [V] */

@@ -196,9 +196,9 @@ BINDING void binding_plant_now(binding_plant_t *plant, binding_plant_now_t *now)
 typedef struct {
     uint64_t seed;
     commission_plate_t plate; /* a value of 0: that of the scenario's parameters */
-    uint32_t skip;            /* bits of commission_do_t: steps that are left out */
-    /* Before (done 0) and after each step. */
-    void (*progress)(uint32_t step, uint32_t done);
+    uint32_t skip;            /* bits of commission_do_t: steps that are not requested */
+    /* Before each try of a step (done 0), after it (1), and every 2.5 ms of it (2). 0: stop it. */
+    uint32_t (*progress)(uint32_t step, uint32_t done);
 } binding_commission_t;
 
 /* Name and text of the n-th step of commissioning; NULL: there are not so many. */

@@ -12,18 +12,32 @@ const char *binding_commission_step(uint32_t n, const char **text)
     return commission_step_name((commission_do_t)n);
 }
 
+typedef struct {
+    const binding_commission_t *how;
+    bool stopped;
+} listener_t;
+
 static void on_progress(void *context, commission_do_t step, bool done, const commission_result_t *result)
 {
-    const binding_commission_t *how = context;
+    listener_t *listener = context;
     (void)result;
-    how->progress((uint32_t)step, done ? 1u : 0u);
+    listener->stopped = listener->how->progress((uint32_t)step, done ? 1u : 0u) == 0u || listener->stopped;
+}
+
+static bool goes_on(void *context, commission_do_t step)
+{
+    const listener_t *listener = context;
+    return !listener->stopped && listener->how->progress((uint32_t)step, 2u) != 0u;
 }
 
 bool binding_commission(const scenario_t *scenario, binding_commission_t *how, commission_result_t *result,
                         char why[WHY_SIZE])
 {
     scenario_error_t error = {.file = ""};
-    commission_options_t options = {.progress = how->progress != NULL ? on_progress : NULL, .context = how};
+    listener_t listener = {how, false};
+    const bool listens = how->progress != NULL;
+    commission_options_t options = {
+        .progress = listens ? on_progress : NULL, .goes_on = listens ? goes_on : NULL, .context = &listener};
     for (uint32_t n = 0; n < COMMISSION_STEP_COUNT; n++) {
         options.skip[n] = (how->skip >> n & 1u) != 0u;
     }

@@ -103,7 +103,7 @@ static void test_two_amplitudes_show_the_saturation_of_the_q_axis(void)
         {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 5.0}, 5.0},
         {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 10.0, .rotor = 4e5}, 10.0},
         {{.resistance = 0.05, .l_d = 2e-4, .l_q = 3e-4, .bends = 15.0, .zone = 0.1}, 15.0},
-        {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .rotor = 4e5}, 0.0},
+        {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .rotor = 4e5}, (double)SINE_LINEAR},
         {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 5.0, .zone = 1.1}, 0.0},
     };
     for (uint32_t n = 0u; n < sizeof rows / sizeof rows[0]; n++) {
@@ -111,7 +111,7 @@ static void test_two_amplitudes_show_the_saturation_of_the_q_axis(void)
         TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, inductance_of(&bench, &rows[n].winding));
         TEST_ASSERT_DOUBLE_WITHIN(0.03 * rows[n].found, rows[n].found,
                                   (double)bench.commission.results.saturation_current);
-        if (rows[n].found > 0.0) {
+        if (rows[n].found > 0.0 && rows[n].found < (double)SINE_LINEAR) {
             TEST_ASSERT_DOUBLE_WITHIN(4e-3 * rows[n].winding.l_q, rows[n].winding.l_q,
                                       (double)bench.commission.results.inductance_q);
         }

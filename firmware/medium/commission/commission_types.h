@@ -115,7 +115,7 @@ typedef struct {
     float inductance_d;       /* incremental, at 0.6 I_h [H] */
     float inductance_d_least; /* the same at I_h [H] */
     float inductance_q;       /* without current [H] */
-    float saturation_current; /* I_s of the q axis; 0: it does not saturate, or is not known to [A] */
+    float saturation_current; /* I_s of the q axis; SINE_LINEAR: it does not saturate [A] */
     float flux_first;         /* first value of psi_f, by the swing [Wb] */
     float inertia_first;      /* first value of J, by the swing [kg m^2] */
     float flux_linkage;       /* psi_f [Wb] */

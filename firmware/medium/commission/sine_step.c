@@ -13,13 +13,15 @@
 #define SCATTER_FINE  6e-4f   /* ... for the saturation */
 #define SETTLE        0.08f   /* [s] before a run */
 #define FREQUENCY     500.0f  /* [Hz] */
+#define FREQUENCY_LOW 250.0f  /* [Hz] across, at least, where the link does not drive a large L at 500 Hz */
 #define LOWER         0.7f    /* second frequency across, over the first [-] */
 #define VOLTAGE_LEAST 3.0f    /* [V] below it the frequency is doubled */
 #define VOLTAGE_MOST  0.2f    /* of the DC link [-] */
 #define AMPLITUDE     0.2f    /* of the current, over the standing one [-] */
 #define MORE          0.45f   /* of the current, for the saturation, at most ... */
 #define MORE_LEAST    0.3f    /* ... and at least, else it is not measured [-] */
-#define MORE_VOLTAGE  0.4f    /* of the DC link, for the saturation [-] */
+#define REACHED       0.9f    /* of that, which the link has to drive [-] */
+#define MORE_VOLTAGE  0.4f    /* of the DC link, across [-] */
 #define CLEAR         1.2f    /* zones that a phase keeps from zero current [-] */
 #define BENT          2.5e-3f /* least relative change of L that counts as saturation ... */
 #define BENT_SCATTER  3.5f    /* ... and standard errors of it [-] */
@@ -110,6 +112,13 @@ static uint32_t length_of(uint32_t run, float amplitude, const commission_tuning
     return periods_of(BLOCK * bounds_less(bounds_more(blocks, 1.0f), most), tuning->window);
 }
 
+/* [Hz] of a sine that reaches the amplitude for the saturation with this voltage; `flux`: L_q times the
+ * standing current [Wb]. */
+static float frequency_across(float flux, float voltage)
+{
+    return bounds_more(bounds_less(voltage / (ANGLE_TWO_PI * MORE * flux), FREQUENCY), FREQUENCY_LOW);
+}
+
 /* Orders a run: a whole number of periods of the sine. */
 static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const commission_input_t *input,
                     const commission_results_t *results, excite_order_t *order)
@@ -117,13 +126,15 @@ static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const 
     const sine_run_t *run = &runs[step->run];
     const float bias = run->bias * step->current;
     const float share = amplitude_of(step, results);
-    const float most = step->run == RUN_Q_MORE ? MORE_VOLTAGE : VOLTAGE_MOST;
+    const float most = (run->across ? MORE_VOLTAGE : VOLTAGE_MOST) * input->u_dc;
     const float inductance = run->across ? step->guess_q : step->guess_d;
     step->length =
         run->probe ? periods_of(BLOCK, tuning->window) : length_of(step->run, share * bias, tuning, results);
     const float block = (float)step->length * tuning->window;
     const bool same = step->run == RUN_Q_MORE; /* the motion of the rotor shall be the same, too */
-    float frequency = same ? step->turn[RUN_Q] / (ANGLE_TWO_PI * tuning->period) : run->frequency * FREQUENCY;
+    float frequency = same          ? step->turn[RUN_Q] / (ANGLE_TWO_PI * tuning->period)
+                      : run->across ? run->frequency * frequency_across(bias * inductance, most)
+                                    : run->frequency * FREQUENCY;
     float voltage = 0.0f;
     for (uint32_t n = 0u; n < 2u && voltage < VOLTAGE_LEAST; n++) {
         const float reactance = ANGLE_TWO_PI * frequency * inductance;
@@ -134,7 +145,7 @@ static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const 
     const float cycles = (float)(uint32_t)(frequency * block + 0.5f);
     step->turn[step->run] = ANGLE_TWO_PI * cycles * tuning->period / block;
     order->turn = step->turn[step->run];
-    order->voltage = bounds_less((run->probe ? PROBE : 1.0f) * voltage, most * input->u_dc);
+    order->voltage = bounds_less((run->probe ? PROBE : 1.0f) * voltage, most);
     order->sine_across = run->across ? 1u : 0u;
     order->current = bias;
     step->windows = 0u;
@@ -159,8 +170,7 @@ static float length_square(sine_sum_t number)
     return number.re * number.re + number.im * number.im;
 }
 
-/* I_s [A], and L_q without current in the results; 0: L_q does not depend on the current, or it is not known
- * whether it does. */
+/* I_s [A], and L_q without current in the results; 0: it is not known whether L_q depends on the current. */
 static float saturation_of(const sine_step_t *step, const commission_tuning_t *tuning,
                            commission_results_t *results)
 {
@@ -170,8 +180,11 @@ static float saturation_of(const sine_step_t *step, const commission_tuning_t *t
     const float bent = (less - more) / results->inductance_q;
     const float samples = (float)length_of(RUN_Q, swing, tuning, results) * tuning->window / tuning->period;
     const float scatter = results->noise * root_or_none(2.0f / samples) / swing;
-    if (!(more > 0.0f) || !(bent > BENT) || !(bent > BENT_SCATTER * scatter)) {
+    if (!(more > 0.0f && step->swing[RUN_Q_MORE] > REACHED * MORE_LEAST * step->current)) {
         return 0.0f;
+    }
+    if (!(bent > BENT) || !(bent > BENT_SCATTER * scatter)) {
+        return SINE_LINEAR;
     }
     const float moved = results->inductance_q - less; /* by the motion of the rotor */
     const float flux = results->inductance_q * swing;
@@ -179,7 +192,7 @@ static float saturation_of(const sine_step_t *step, const commission_tuning_t *t
         sine_saturation(results->inductance_q, flux, more + moved, (more + moved) * step->swing[RUN_Q_MORE]);
     results->inductance_q *= 1.0f + s * flux * flux * (THREE_EIGHTHS + THE_NEXT * s * flux * flux);
     const float root = root_or_none(s);
-    return root > 0.0f ? 1.0f / (results->inductance_q * root) : 0.0f;
+    return root > 0.0f ? 1.0f / (results->inductance_q * root) : SINE_LINEAR;
 }
 
 static commission_verdict_t judge(const sine_step_t *step, const commission_tuning_t *tuning,

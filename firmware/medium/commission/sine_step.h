@@ -20,6 +20,8 @@
 
 #include "medium/commission/standing.h"
 
+#define SINE_LINEAR 1e6f /* [A] I_s of a q axis whose L_q does not depend on the current */
+
 /* A complex number. */
 typedef struct {
     float re, im;

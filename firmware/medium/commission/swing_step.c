@@ -232,8 +232,7 @@ static commission_verdict_t conclude(swing_step_t *step, const commission_input_
         return commission_goes_on();
     }
     if (step->current > salient_current(SALIENT_MOST, step->flux, results) && step->again < AGAIN_MOST) {
-        step->again++;
-        step->phase = SWING_BEGIN;
+        *step = (swing_step_t){.phase = SWING_BEGIN, .again = step->again + 1u, .flux = step->flux};
         return commission_goes_on();
     }
     results->flux_first = step->flux;
@@ -303,9 +302,6 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
             return commission_failed(COMMISSION_REASON_EARLIER_STEP, 0);
         }
         const float psi = step->again > 0u ? step->flux : tuning->flux_linkage;
-        const uint32_t again = step->again;
-        swing_step_begin(step);
-        step->again = again;
         results->flux_first = 0.0f;
         step->current = bounds_less(SHARE_MOST * tuning->current_max, HOLD_MOST * results->current_hold);
         step->current = bounds_less(step->current, salient_current(SALIENT_SHARE, psi, results));

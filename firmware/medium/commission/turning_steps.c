@@ -11,14 +11,16 @@
 #define SALIENT_FROM 0.1f  /* (L_q - L_d)/L_d from which on a rotor counts as salient [-] */
 #define SALIENT_BIAS 0.3f  /* share of psi_f that its i_d adds, at most [-] */
 #define STRAIGHTENS  3u    /* [-] steps to the angle of the EMF of a saturating rotor */
-#define NEAR         0.03f /* relative distance from the reference of a steady speed [-] */
+#define NEAR         0.05f /* relative distance from the reference of a steady speed [-] */
 #define STEADY       0.6f  /* [s] near it before a mean */
 #define SMOOTH       15.0f /* [rad/s] low-pass of the speed for that */
 #define MEAN         1.0f  /* [s] */
 
 #define CYCLES       4u     /* [-] at least; the first one shows how long the phases take */
+#define CYCLES_FEW   2u     /* [-] the same of a heavy rotor, whose phases have many slices */
 #define CYCLES_MOST  40u    /* [-] more of them would only hide errors that do not scatter */
 #define SCATTER_GOOD 0.01f  /* standard error of J that ends the cycles, relative [-] */
+#define SCATTER_FINE 0.003f /* the same that ends them after CYCLES_FEW [-] */
 #define SCATTER_MOST 0.015f /* the same that is accepted after all cycles [-] */
 #define LOW_SHARE    0.35f  /* low over high speed of the torque test [-] */
 #define LOW_ABOVE    1.3f   /* low speed over that of the hand-over [-] */
@@ -324,10 +326,10 @@ static void end_pushing(torque_test_t *step, const commission_results_t *results
 static bool goes_on(const torque_test_t *step)
 {
     float x[TURNING_UNKNOWNS];
-    float error;
-    const bool good =
-        step->fit.n >= SLICES_LEAST && turning_fit_solve(&step->fit, x, &error) && error < SCATTER_GOOD;
-    return step->cycle < CYCLES || (!good && step->cycle < CYCLES_MOST);
+    float error = 1.0f;
+    const bool solved = step->fit.n >= SLICES_LEAST && turning_fit_solve(&step->fit, x, &error);
+    const uint32_t least = solved && error < SCATTER_FINE ? CYCLES_FEW : CYCLES;
+    return step->cycle < least || (!(solved && error < SCATTER_GOOD) && step->cycle < CYCLES_MOST);
 }
 
 /* A phase ends. That of the first cycle has shown how long it takes: slices as long as possible, because the

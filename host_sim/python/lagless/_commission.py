@@ -33,7 +33,7 @@ class Measured:
 
 class Commissioning:
     """The result. resistance, inductance_d, inductance_q, saturation_current, flux_linkage, inertia, friction_coulomb, friction_viscous,
-    dead_voltage, current_zone: each a Measured; saturation_current is NaN also where no saturation was seen. reason: None, or the name of what
+    dead_voltage, current_zone: each a Measured; saturation_current is 0 where no saturation was seen. reason: None, or the name of what
     ended it, with text; step: the last one that ran; seconds: simulated, step_seconds: of each step; largest_current: of a phase [A]."""
 
     def __init__(self, plate, result, steps):
@@ -59,7 +59,7 @@ class Commissioning:
             raise Error(f"{missing[0]} is not measured, because {self.reason or 'its step was left out'}; a motor needs resistance, "
                         "inductance_q and flux_linkage", missing[0])
         values = {name: float(getattr(self, name)) for name in _OF_MOTOR}
-        return {**self.plate, **{name: value for name, value in values.items() if not math.isnan(value)}}
+        return {**self.plate, **{name: value for name, value in values.items() if not math.isnan(value) and (value or name != "saturation_current")}}
 
     def __str__(self):
         lines = [f"{name:17} {one.value:12.5g} +- {one.error:.2g}" for name, one in ((name, getattr(self, name)) for name in _MEASURED)
@@ -79,8 +79,9 @@ def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=N
     """Measures the motor of a scenario by the drive itself, step by step, and returns a Commissioning.
 
     The values of the motor that the scenario has are not used. plate: pole_pairs, rated_current_peak or rated_current_rms, rated_speed;
-    what is missing is taken from the scenario's parameters. steps: names, if not all; each needs the results of those before it. set, seed,
-    board: as of run. progress: called with a step's name and False before it, True after it.
+    what is missing is taken from the scenario's parameters. steps: names, if not all; the steps whose results these need run as well. set,
+    seed, board: as of run. progress: called with a step's name and False before each try, True after it; what it raises, KeyboardInterrupt
+    too, opens the bridge and ends the commissioning.
 
         result = lagless.commission("cold_start", plate={"pole_pairs": 4, "rated_current_peak": "10 A", "rated_speed": "1500 r/min"})
         print(result)
@@ -104,10 +105,11 @@ def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=N
 
     def on_step(step, done):
         try:
-            if progress is not None and not raised:
+            if progress is not None and not raised and done < 2:
                 progress(names[step], bool(done))
         except BaseException as error:  # raised again when the library has returned
             raised.append(error)
+        return 0 if raised else 1
 
     how.progress = StepDone(on_step)
     with _Scenario(scenario, board) as read:

@@ -48,7 +48,7 @@ History = _struct("History", rows=c.POINTER(u32), slots=p, columns=u32, periods=
 Keep = c.CFUNCTYPE(c.c_int, u32, text, text)
 Campaign = _struct("Campaign", seed=u64, seconds=f64, runs=u32, shard=u32, shards=u32, threads=u32, keep=Keep)
 Plate = _struct("Plate", pole_pairs=f64, current=f64, speed=f64)
-StepDone = c.CFUNCTYPE(None, u32, u32)
+StepDone = c.CFUNCTYPE(u32, u32, u32)
 Commission = _struct("Commission", seed=u64, plate=Plate, skip=u32, progress=StepDone)
 Value = _struct("Value", value=f64, error=f64)
 Commissioned = _struct("Commissioned", **{name: Value for name in (

@@ -16,7 +16,8 @@ from long_runs import DEVICE, LINK, VOLTAGE, at, column, first, mean, peak, reco
 FLUX, P, R, J, CURRENT = 0.1, 4, 0.95, 0.01, 15.0
 FAMILY = {1.0: 8e-3, 2.0: 20e-3, 3.0: 20e-3, 4.0: 20e-3}
 TOP = {1.0: 2.4, 2.0: 3.0, 3.0: 3.0, 4.0: 3.0}  # of the base speed; the link stands no more at L_q = L_d
-NAMES = ("true_omega_m", "theta_hat_err", "i_alpha", "i_beta", "true_torque", "u_d_ref", "u_q_ref", "u_dc", "lock_losses", "fault_reason")
+NAMES = ("true_omega_m", "theta_hat_err", "i_alpha", "i_beta", "true_torque", "u_d_ref", "u_q_ref", "u_dc", "omega_m_ref", "lock_losses",
+         "fault_reason")
 
 
 class Motor:
@@ -59,8 +60,8 @@ class Motor:
         step = (end - begin) / parts
         return sum(step * J / self.most(begin + (n + 0.5) * step) for n in range(parts))
 
-    def text(self, title, duration, events, plant=""):
-        trip = 1.1 * self.top
+    def text(self, title, duration, events, plant="", trip=0.0):
+        trip = trip or 1.1 * self.top
         gain = 1.3 * (FLUX + self.saliency * CURRENT) * P * trip
         slope = 1.6 * self.l_q / (gain * 1e-4)
         return f"""schema = 1
@@ -185,6 +186,23 @@ class FieldWeakening(unittest.TestCase):
                 self.assertLess(max(column(rows, "u_dc")), 405.0)
                 self.assertGreater(max(column(rows, "u_dc")), 370.0)  # it did feed the link
                 self.assertLess(peak(rows, 2.2), 60.0)
+
+    def test_a17_a_load_beyond_the_braking_torque(self):
+        """A load of 1.3 times the largest torque drives the shaft on: 100 ms after 1.1 times the reference the drive reacts, by a quick
+        stop, and the rotor is held until that ends with the fault."""
+        for ratio, way in share(itertools.product((2.0, 3.0, 4.0), (1, -1)), 1):
+            with self.subTest(ratio=ratio, way=way):
+                motor = Motor(ratio)
+                motor.base *= way
+                motor.top *= way
+                text = motor.text("a17", 3.0, at(0.6, f"requests.speed_request = {motor.top}") +
+                                  at(2.2, f"plant.load_torque = {-1.3 * way * motor.most(abs(motor.top))}"), "load_kind = 1", 1.3 * abs(motor.top))
+                rows = recorded(NAMES, f"a17_{ratio}_{way}", text)
+                beyond = first(rows, 2.2, lambda speed: abs(speed) > 1.1 * abs(motor.top))
+                reacts = next(row["time"] for row in rows if row["time"] > 2.2 and row["omega_m_ref"] == 0.0)
+                self.assertLess(reacts - beyond, 0.1)
+                self.assertEqual((rows[-1]["fault_reason"], max(column(rows, "lock_losses"))), (53, 0))
+                self.assertLess(peak(rows, 2.15, reacts), 200.0)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 /* Thousands of random runs, each judged every period by what must hold in all of them.
  *
- * Run n of seed S is a scenario: motor, load, inverter, sensors, what the drive believes of them, a profile
+ * Run n of seed S is a scenario: motor, load, inverter, sensors, the configured data, a profile
  * of requests and, in half of the runs, one fault at a random time, or two. It is drawn by a counter
  * (campaign_random), so that run n is the same in whatever order, by however many threads and in whichever
  * shard it is made. It is run from the text of that scenario: what is written to a file runs to the same bits
@@ -38,7 +38,7 @@ typedef enum {
     CAMPAIGN_SHAFT,
     CAMPAIGN_POWER,
     CAMPAIGN_SENSORS,
-    CAMPAIGN_BELIEFS,
+    CAMPAIGN_CONFIGURED,
     CAMPAIGN_DRIVE,
     CAMPAIGN_START,
     CAMPAIGN_GROUPS
@@ -95,11 +95,11 @@ typedef enum {
     K(current_noise,    SENSORS, LOG,   CAMPAIGN_RANGE(0.01), CAMPAIGN_RANGE(0.01), CAMPAIGN_RANGE(0.03),  "A",       "of each sample, rms; a code of the converter or more") \
     K(dc_gain,          SENSORS, EVEN,  0.0,   -0.02, 0.02,  "-",       "error of the link's sensor") \
     K(dc_noise,         SENSORS, HALF,  0.0, 0.0, CAMPAIGN_LINK(1.0),   "V",       "of each sample, rms") \
-    K(resistance_belief, BELIEFS, EVEN, 1.0,   0.7,   1.3,   "-",       "configured over true") \
-    K(inductance_belief, BELIEFS, EVEN, 1.0,   0.7,   1.3,   "-",       "configured over true") \
-    K(flux_belief,      BELIEFS, EVEN,  1.0,   0.7,   1.3,   "-",       "configured over true") \
-    K(inertia_belief,   BELIEFS, EVEN,  1.0,   0.7,   1.3,   "-",       "configured over true") \
-    K(dead_belief,      BELIEFS, EVEN,  1.0,   0.7,   1.3,   "-",       "configured turn-off delay and drops, over the data sheet's") \
+    K(resistance_configured, CONFIGURED, EVEN, 1.0,   0.7,   1.3,   "-",       "configured over true") \
+    K(inductance_configured, CONFIGURED, EVEN, 1.0,   0.7,   1.3,   "-",       "configured over true") \
+    K(flux_configured,      CONFIGURED, EVEN,  1.0,   0.7,   1.3,   "-",       "configured over true") \
+    K(inertia_configured,   CONFIGURED, EVEN,  1.0,   0.7,   1.3,   "-",       "configured over true") \
+    K(dead_configured,      CONFIGURED, EVEN,  1.0,   0.7,   1.3,   "-",       "configured turn-off delay and drops, over the data sheet's") \
     K(encoder,          DRIVE,   WHOLE, 0.0,   0.0,   1.0,   "-",       "1: control turns with the encoder, 0: sensorless") \
     K(loop_share,       DRIVE,   LOG,   1.0,   0.7,   1.4,   "-",       "pll_bandwidth over its rule: 6.4 sqrt(p torque/J), 200 to 1000 rad/s; feed-forward a quarter") \
     K(encoder_lines,    DRIVE,   WHOLE, 2500.0, 512.0, 5000.0, "-",     "of the encoder, and configured") \
@@ -109,7 +109,7 @@ typedef enum {
     K(saturation,       MOTOR,   THIRD, 0.0,   -1.8,  3.0,   "-",       "current of the saturation of its q axis over the rated one; below 0.6: none") \
     K(field,            MOTOR,   THIRD, 0.0,   0.0,   2.5,   "-",       "its fastest speed over the rated one, where that is more; less where the link or the period requires it")
 
-/* What is wrong with the plant around a scenario, where its drive believes what its file says.
+/* What is wrong with the plant around a scenario, where its drive is configured as its file says.
  * E(name, group, law, default, least, most, "unit", "what it is") */
 #define CAMPAIGN_ERRORS(E) \
     E(resistance,       MOTOR,   EVEN,  1.0,   0.7,   1.3,   "-",       "true over the scenario's") \
@@ -240,17 +240,22 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
       "the DC link is not higher, by more than its sensor errs, for three periods with a gate on")           \
     I(PERSIST, "persist", 10.0, "ms", "enable = on, bridge off and no refusal do not last so long")          \
     I(AWAY, "away", 0.1, "rated torque",                                                                     \
-      "without a fault the torque of a motor that runs does not drive away from the reference, by more "     \
-      "than that, for 100 ms or three time constants of a slower speed control, in both halves of which "    \
-      "the speed gets further away; in a quick stop it does not drive at all for 100 ms")                    \
+      "without a fault the torque of a motor that runs does not move the speed further away from its "       \
+      "reference, by more than that, in both halves of 100 ms, of three time constants of a slower speed "   \
+      "control, or of the time in which its integral takes up the torque; in a quick stop it does not "      \
+      "drive for 100 ms")                                                                                    \
     I(REACH, "reach", 0.1, "rated speed",                                                                    \
-      "without a fault and with half of rated torque as a load at most, the speed is where it is asked to "  \
-      "be, to that, as a mean over 100 ms")                                                                  \
-    I(NOTICE, "notice", 0.0, "-", "a fault of which the matrix promises a report is reported within it")     \
+      "without a fault and with half of rated torque as a load at most, the mean speed of 100 ms is at its " \
+      "reference to that, once start, acceleration and, with the encoder, the integral of the speed "        \
+      "control "                                                                                             \
+      "that a standing shaft needs are over")                                                                \
+    I(NOTICE, "notice", 0.0, "-",                                                                            \
+      "a fault of which the matrix promises a report is reported within it, an open wire or switch within "  \
+      "60 ms of current commanded in its phase")                                                             \
     I(REASON_TRUE, "reason_true", 0.0, "-", "the reason of a latched fault is what has happened")            \
     I(LEARN, "learn", 2.0, "mrad",                                                                           \
-      "one run in 8, without a fault and without encoder, is made 4 s longer, with learning and without: "   \
-      "where both have been steady for 3 s the angle is not worse with learning by more, rms")
+      "one run in 8, without a fault and without encoder, is made 10 s longer, with learning and without: "  \
+      "where both have been steady for 9 s the angle is not worse with learning by more, rms")
 
 typedef enum {
 #define CAMPAIGN_INVARIANT(NAME, name, limit, unit, text) CAMPAIGN_I_##NAME,

@@ -34,8 +34,9 @@ static double drag_of(const campaign_case_t *drawn)
 static double winding(const campaign_case_t *drawn)
 {
     const double w = campaign_speed_loop(drawn);
-    const double believed = CAMPAIGN_VALUE(drawn, inertia_belief) / CAMPAIGN_VALUE(drawn, flux_belief);
-    return believed * campaign_inertia(drawn) * w * w / INTEGRAL;
+    const double configured =
+        CAMPAIGN_VALUE(drawn, inertia_configured) / CAMPAIGN_VALUE(drawn, flux_configured);
+    return configured * campaign_inertia(drawn) * w * w / INTEGRAL;
 }
 
 /* [s] In which the integral of the speed control changes by this torque [N m] at this error [rad/s]. A light

@@ -19,12 +19,12 @@
  * delays and drops and 30 % of R, take a tenth of this EMF, and a hidden EMF shows no wrong angle. */
 #define VOLTAGE_ERRORS 1.1
 
-#define TRIP           1.4  /* [-] overspeed_trip over rated speed ... */
-#define TRIP_FIELD     1.15 /* [-] ... or over the fastest of a motor whose field is weakened */
-#define LINK_USED      0.95 /* [-] of dc_overvoltage: largest EMF between two phases at overspeed_trip */
-#define TURN_MOST      0.33 /* [rad] electrical, in a period at overspeed_trip */
-#define SALIENT_BELIEF (1.0 / 3.0) /* [-] of the error of other motors' L */
-#define SATURATES      0.6         /* [-] of rated current: least current of saturation */
+#define TRIP          1.4  /* [-] overspeed_trip over rated speed ... */
+#define TRIP_FIELD    1.15 /* [-] ... or over the fastest of a motor whose field is weakened */
+#define LINK_USED     0.95 /* [-] of dc_overvoltage: largest EMF between two phases at overspeed_trip */
+#define TURN_MOST     0.33 /* [rad] electrical, in a period at overspeed_trip */
+#define SALIENT_ERROR (1.0 / 3.0) /* [-] of the error of other motors' L */
+#define SATURATES     0.6         /* [-] of rated current: least current of saturation */
 
 /* The one whose rows are the defaults: the paper's. */
 static campaign_motor_t default_motor(void)
@@ -54,17 +54,17 @@ bool campaign_is_salient(const campaign_case_t *drawn)
 
 /* L of a salient motor is not identified, and an L_q that is wrong by a tenth turns the estimate by 0.1 to
  * 0.2 rad under load (docs/theory.md, 30): it is configured within a third of the error of other motors. */
-double campaign_inductance_belief(const campaign_case_t *drawn)
+double campaign_inductance_configured(const campaign_case_t *drawn)
 {
-    const double belief = CAMPAIGN_VALUE(drawn, inductance_belief);
-    return campaign_is_salient(drawn) ? 1.0 + SALIENT_BELIEF * (belief - 1.0) : belief;
+    const double configured = CAMPAIGN_VALUE(drawn, inductance_configured);
+    return campaign_is_salient(drawn) ? 1.0 + SALIENT_ERROR * (configured - 1.0) : configured;
 }
 
 /* [-] Fastest speed over the rated one: the configured EMF at overspeed_trip stays below what the open bridge
  * may make of the link, and the rotor's turn in a period below what `tune` allows. */
 static double fastest_of(const campaign_case_t *drawn, double emf, double pole_pairs, double speed)
 {
-    const double open = emf * CAMPAIGN_VALUE(drawn, flux_belief) * ROOT_3 * TRIP_FIELD;
+    const double open = emf * CAMPAIGN_VALUE(drawn, flux_configured) * ROOT_3 * TRIP_FIELD;
     const double by_link = LINK_USED * rig_initial(rig_row_by_name("dc_overvoltage")) / open;
     const double by_turn = TURN_MOST / (TRIP_FIELD * pole_pairs * speed * PERIOD);
     return campaign_is_salient(drawn) ? fmax(1.0, fmin(CAMPAIGN_VALUE(drawn, field), fmin(by_link, by_turn)))
@@ -128,15 +128,15 @@ double campaign_handover_speed(const campaign_case_t *drawn)
     const campaign_motor_t motor = campaign_motor(drawn);
     const double dead =
         rig_initial(rig_row_by_name("dead_time")) / PERIOD * rig_initial(rig_row_by_name("dc_overvoltage"));
-    const double drop = motor.resistance * CAMPAIGN_VALUE(drawn, resistance_belief) * motor.current;
-    const double flux = motor.flux_linkage * CAMPAIGN_VALUE(drawn, flux_belief);
+    const double drop = motor.resistance * CAMPAIGN_VALUE(drawn, resistance_configured) * motor.current;
+    const double flux = motor.flux_linkage * CAMPAIGN_VALUE(drawn, flux_configured);
     return fmin(1.15 * fmax(dead, drop) / (flux * motor.pole_pairs), 0.3 * beyond(&motor) * motor.speed);
 }
 
 double campaign_blind_speed(const campaign_case_t *drawn)
 {
     const double turns = CAMPAIGN_TURN / CAMPAIGN_ANGLE_SECONDS / campaign_motor(drawn).pole_pairs;
-    const double weak = fmax(CAMPAIGN_VALUE(drawn, flux_belief), 1.0);
+    const double weak = fmax(CAMPAIGN_VALUE(drawn, flux_configured), 1.0);
     return fmax(VOLTAGE_ERRORS * weak * campaign_handover_speed(drawn), turns);
 }
 
@@ -219,8 +219,9 @@ static bool fills_link(const campaign_case_t *drawn)
 static double moved_by(const campaign_case_t *drawn, double load)
 {
     const campaign_motor_t motor = campaign_motor(drawn);
-    const double believed = CAMPAIGN_VALUE(drawn, inertia_belief) / CAMPAIGN_VALUE(drawn, flux_belief);
-    const double w = campaign_speed_loop(drawn) * fmin(1.0, believed);
+    const double configured =
+        CAMPAIGN_VALUE(drawn, inertia_configured) / CAMPAIGN_VALUE(drawn, flux_configured);
+    const double w = campaign_speed_loop(drawn) * fmin(1.0, configured);
     return 0.70 * load * motor.torque / (campaign_inertia(drawn) * w * motor.speed);
 }
 

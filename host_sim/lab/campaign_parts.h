@@ -36,7 +36,7 @@ double campaign_speed_of(const campaign_case_t *drawn, const campaign_event_t *e
 bool campaign_is_salient(const campaign_case_t *drawn);
 
 /* [-] Configured over true L. */
-double campaign_inductance_belief(const campaign_case_t *drawn);
+double campaign_inductance_configured(const campaign_case_t *drawn);
 
 /* [kg m^2] Of all that turns. */
 double campaign_inertia(const campaign_case_t *drawn);
@@ -89,7 +89,7 @@ void campaign_say_value(campaign_writing_t *text, const table_row_t *row, double
  * out. */
 void campaign_say_around(campaign_writing_t *text, const campaign_case_t *drawn, const char *what);
 
-/* The drive's handover_speed by its rule, of what it believes of the motor [rad/s], mechanical. */
+/* The drive's handover_speed by its rule, of the configured motor [rad/s], mechanical. */
 double campaign_handover_speed(const campaign_case_t *drawn);
 
 /* In which a fault is noticed [rad], electrical. */
@@ -99,8 +99,8 @@ double campaign_handover_speed(const campaign_case_t *drawn);
 #define CAMPAIGN_ANGLE_SECONDS 50e-3
 
 /* Mechanical speed [rad/s] below which a wrong angle need not be noticed within that time: below
- * handover_speed the EMF is too small to tell, of magnets that are weaker than believed up to a larger speed,
- * and a third of an electrical turn takes longer. */
+ * handover_speed the EMF is too small to tell, of magnets that are weaker than configured up to a larger
+ * speed, and a third of an electrical turn takes longer. */
 double campaign_blind_speed(const campaign_case_t *drawn);
 
 /* Does control turn with the encoder at this time [s]? */

@@ -185,7 +185,7 @@ void campaign_truth_begin(campaign_watch_t *watch)
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         const campaign_injected_t *injected = &watch->drawn->faults[n];
         weak = weak || (what_of(injected) == IN_MAGNET &&
-                        injected->value < MAGNET_LEFT * CAMPAIGN_VALUE(watch->drawn, flux_belief));
+                        injected->value < MAGNET_LEFT * CAMPAIGN_VALUE(watch->drawn, flux_configured));
     }
     watch->truth = (campaign_truth_t){
         .fast = 0.9 * watch->overspeed,

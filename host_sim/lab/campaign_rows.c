@@ -29,11 +29,11 @@ static void set_times(campaign_settings_t *to, const char *name, double factor)
     set(to, name, factor * rig_initial(rig_row_by_name(name)));
 }
 
-/* What the rules of thumb make of what is believed of the motor. */
+/* What the rules of thumb make of the configured motor. */
 static void set_drive(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor)
 {
-    const double flux = motor->flux_linkage * CAMPAIGN_VALUE(drawn, flux_belief);
-    const double inductance = motor->inductance_q * campaign_inductance_belief(drawn);
+    const double flux = motor->flux_linkage * CAMPAIGN_VALUE(drawn, flux_configured);
+    const double inductance = motor->inductance_q * campaign_inductance_configured(drawn);
     const double gain = 1.75 * flux * motor->pole_pairs * motor->speed;
     const double slope = 1.6 * inductance / (gain * PERIOD);
     set(to, "motor_pole_pairs", motor->pole_pairs);
@@ -62,12 +62,13 @@ static void set_motor(campaign_settings_t *to, const campaign_case_t *drawn, con
     set(to, "plant.inertia", motor->inertia);
     set(to, "emf_5th", CAMPAIGN_VALUE(drawn, emf_5th));
     set(to, "emf_7th", CAMPAIGN_VALUE(drawn, emf_7th));
-    set(to, "motor_resistance", motor->resistance * CAMPAIGN_VALUE(drawn, resistance_belief));
-    set(to, "motor_inductance_d", motor->inductance_d * campaign_inductance_belief(drawn));
-    set(to, "motor_inductance_q", motor->inductance_q * campaign_inductance_belief(drawn));
-    set(to, "motor_flux_linkage", motor->flux_linkage * CAMPAIGN_VALUE(drawn, flux_belief));
+    set(to, "motor_resistance", motor->resistance * CAMPAIGN_VALUE(drawn, resistance_configured));
+    set(to, "motor_inductance_d", motor->inductance_d * campaign_inductance_configured(drawn));
+    set(to, "motor_inductance_q", motor->inductance_q * campaign_inductance_configured(drawn));
+    set(to, "motor_flux_linkage", motor->flux_linkage * CAMPAIGN_VALUE(drawn, flux_configured));
     set(to, "motor_inertia",
-        motor->inertia * (1.0 + CAMPAIGN_VALUE(drawn, second_mass)) * CAMPAIGN_VALUE(drawn, inertia_belief));
+        motor->inertia * (1.0 + CAMPAIGN_VALUE(drawn, second_mass)) *
+            CAMPAIGN_VALUE(drawn, inertia_configured));
     if (CAMPAIGN_VALUE(drawn, motor_drawn) != 0.0) {
         set_drive(to, drawn, motor);
     }
@@ -134,8 +135,8 @@ static void set_power(campaign_settings_t *to, const campaign_case_t *drawn, con
     set(to, "leg_a_resistance", CAMPAIGN_VALUE(drawn, leg_resistance) * motor->resistance);
     set(to, "leg_b_drop", CAMPAIGN_VALUE(drawn, leg_drop));
     set(to, "leg_c_delay", CAMPAIGN_VALUE(drawn, leg_delay));
-    set_times(to, "params.turn_off_delay", CAMPAIGN_VALUE(drawn, dead_belief));
-    set_times(to, "params.device_drop", CAMPAIGN_VALUE(drawn, dead_belief));
+    set_times(to, "params.turn_off_delay", CAMPAIGN_VALUE(drawn, dead_configured));
+    set_times(to, "params.device_drop", CAMPAIGN_VALUE(drawn, dead_configured));
 }
 
 static void set_sensors(campaign_settings_t *to, const campaign_case_t *drawn)

@@ -71,19 +71,19 @@ static void say_enable(text_t *text, const campaign_case_t *drawn, uint32_t numb
     }
 }
 
-/* One of the parameters that may change while the motor runs: what is believed is wrong by 30 % at most, as
+/* One of the parameters that may change while the motor runs: motor data are wrong by 30 % at most, as
  * from the start; the others change by a quarter at most. */
 static void say_parameter(text_t *text, const campaign_case_t *drawn, const campaign_motor_t *motor,
                           double value)
 {
-    const double belief = 0.7 + 0.6 * (value - floor(value));
+    const double configured = 0.7 + 0.6 * (value - floor(value));
     const double share = 0.75 + 0.5 * (value - floor(value));
     switch ((int)value) {
     case 0:
-        say_at(text, "motor_resistance", belief * motor->resistance);
+        say_at(text, "motor_resistance", configured * motor->resistance);
         break;
     case 1:
-        say_at(text, "motor_inertia", belief * campaign_inertia(drawn));
+        say_at(text, "motor_inertia", configured * campaign_inertia(drawn));
         break;
     case 2:
         say_at(text, "current_bandwidth", share * rig_initial(rig_row_by_name("current_bandwidth")));

@@ -5,6 +5,7 @@
 #include "medium/adapt/gain.h"
 
 #define TWO_PI        6.2831853f
+#define SLOW_TIMES    3u   /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
 #define TRUST         0.2f /* [-] change of the confidence by a cycle that agrees with the one before */
 #define CONFIDENT     0.5f /* [-] confidence from which the result of a cycle is used */
 #define OPPOSED       0.5f /* [-] of the remaining swing of i_q that is opposed in each cycle */
@@ -136,7 +137,9 @@ static void look(inductance_t *x, bool said, bool learnt, float speed)
     const uint32_t steps = tuning->wave[x->which].steps;
     at->looked += said ? steps : 0u;
     at->missed = !learnt ? at->missed + steps : at->missed > steps ? at->missed - steps : 0u;
-    const bool failed = at->missed >= tuning->missed;
+    /* at low speed the dead time is learnt first, and a light rotor swings near the dither's frequency */
+    const bool slow = speed < INDUCTANCE_R_SPEED_MAX;
+    const bool failed = at->missed >= (slow ? SLOW_TIMES * tuning->missed : tuning->missed);
     if (failed || (at->looked >= tuning->look && x->rate <= INDUCTANCE_LOOKED * tuning->rate &&
                    !looks_for_resistance(x, speed))) {
         at->looked = 0u;

@@ -12,6 +12,7 @@
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/library.h"
 #include "host_sim/cli/output.h"
+#include "host_sim/lab/boards.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/matrix.h"
 #include "host_sim/lab/names.h"
@@ -630,6 +631,13 @@ int command_matrix(int argc, char **argv)
         return EXIT_USAGE;
     }
     if (options.choice.only != NULL && !knows_fault(options.choice.only)) {
+        return EXIT_USAGE;
+    }
+    if (options.scenario == NULL && !boards_is_default()) {
+        fprintf(stderr,
+                "lagless matrix: the manoeuvres and their promises are those of the paper's rig on board %s; "
+                "accepted on %s: --scenario SCENARIO --at TIME\n",
+                board_facts[0]->name, rig_board);
         return EXIT_USAGE;
     }
     matrix_cell_t *cells = calloc(matrix_size(), sizeof *cells);

@@ -146,6 +146,9 @@ class Boards(TestCase):
         self.expect(0, lagless("tune", "beckhoff-am8141"), "Proposed: --board mosfet_48v_60a")
         self.assertNotIn("Proposed", lagless("tune", "beckhoff-am8141", "--board", "mosfet_48v_60a").stdout)
 
+    def test_the_matrix_of_the_paper_s_rig_is_refused_on_another_board(self):
+        self.expect(2, lagless("matrix", "--share", "1", "--board", "igbt_540v_30a"), "on board pm50rl1a060; accepted on igbt_540v_30a: --scenario")
+
     def test_what_tune_writes_for_a_board_names_it(self):
         path = os.path.join(self.folder, "my.toml")
         self.expect(0, lagless("tune", "beckhoff-am8141", "--board", "mosfet_48v_60a", "--write", path))

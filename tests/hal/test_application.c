@@ -130,6 +130,7 @@ static void test_a_set_writes_its_registers_in_one_section(void)
         params_error_t why;
         setUp();
         app->drive.state = (int32_t)cases[n].state;
+        app->drive.fast.period = 1u;
         app->staged.speed_kp = 0.7f;
         app->staged.dead_time = cases[n].dead_time;
         app->staged.encoder_lines = cases[n].lines;

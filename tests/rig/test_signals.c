@@ -85,6 +85,7 @@
     X(inductance_hat)                                                                                        \
     X(resistance_hat)                                                                                        \
     X(inductance_confidence)                                                                                 \
+    X(theta_sigma)                                                                                           \
     X(inertia_hat)                                                                                           \
     X(u_alpha)                                                                                               \
     X(u_beta)                                                                                                \
@@ -201,7 +202,7 @@ static sample_t record[STRETCHES * LENGTH];
 static stretch_t stretches[STRETCHES];
 static double settings_period, settings_resistance, settings_device, settings_inductance, settings_inertia,
     settings_gain, settings_slope, settings_kp, settings_mean_share, settings_encoder, settings_zero[3],
-    settings_dead;
+    settings_dead, settings_lines;
 
 /* ---- the run ---- */
 
@@ -434,6 +435,7 @@ static void run_all(void)
     settings_slope = rig_value(rig, "observer_slope_used");
     settings_encoder = rig_value(rig, "encoder_bandwidth");
     settings_dead = rig_value(rig, "dead_time");
+    settings_lines = rig_value(rig, "params.encoder_lines");
     settings_mean_share = 1.0 - exp(-(double)SMO_GAIN_CUTOFF * RIG_PERIOD_SECONDS);
     pll_params_t pll = {.period = (float)RIG_PERIOD_SECONDS};
     TEST_ASSERT_TRUE(pll_design(&pll, 200.0f, /* by the rule: 50 rad/s at least, and four times that */
@@ -811,6 +813,32 @@ static bool weighted_gain(const stretch_t *s)
     return true;
 }
 
+/* The contributions of L, R and dead time that are not learnt, of a steady loop (theory, 31); the gain of the
+ * sensors and the waves of the switching beside them. */
+static double uncertainty(uint32_t k)
+{
+    const double size = FLUX * record[k].true_omega_e;
+    const double complex i = pair(k, R_i_alpha, R_i_beta) * cexp(-J * record[k].true_theta_e);
+    const double leg = 4.0 / PI * settings_dead / settings_period * V(u_dc) * creal(i) / cabs(i);
+    const double reactance = record[k].true_omega_e * settings_inductance * cimag(i);
+    const double resistance = (settings_resistance + settings_device) * creal(i);
+    return 0.1 * sqrt(leg * leg + reactance * reactance + resistance * resistance) / size;
+}
+
+/* The medium task computes it within the first period of the next window. */
+static bool of_the_angle(const stretch_t *s, uint32_t k)
+{
+    if (!s->sensorless) {
+        EXPECT(theta_sigma, 0.5 * PI * POLE_PAIRS / settings_lines / sqrt(12.0), 1e-8)
+    } else {
+        EXPECT(theta_sigma, uncertainty(k), 0.05 * uncertainty(k))
+        if (k > s->first && V(theta_sigma) != at(k - 1u, R_theta_sigma)) {
+            EXPECT_OF("theta_sigma", fmod(V(period), DRIVE_WINDOW), 0.0, 0.0)
+        }
+    }
+    return true;
+}
+
 static bool all_right(void)
 {
     wrong = NULL;
@@ -818,7 +846,7 @@ static bool all_right(void)
         const stretch_t *s = &stretches[n];
         for (uint32_t k = s->first; k < s->end; k++) {
             if (!sensors_and_states(s, k) || !frames(s, k) || (k >= s->first + 2u && !in_time(s, k)) ||
-                !estimate(s, k)) {
+                !estimate(s, k) || !of_the_angle(s, k)) {
                 return false;
             }
         }

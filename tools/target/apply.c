@@ -188,6 +188,7 @@ int main(void)
     params_defaults(&app->staged);
     app->active = app->staged;
     drive_init(&app->drive, &app->active);
+    app->drive.fast.period = 1u; /* the interrupt runs */
     trip();
 
     bool good = true;

@@ -20,10 +20,8 @@
 
 static FILE *file;
 static uint32_t recorded, length; /* [periods] of this part: so far, in all */
-static params_t made_with;        /* the set of the part's power-on */
 static params_t prepared;         /* the newest set whose tuning was prepared, */
 static believed_t prepared_with;  /* with this belief */
-static bool made;
 static void (*tampering)(drive_samples_t *samples); /* with what the sensors say; NULL: nobody */
 
 static void put(uint32_t word)
@@ -59,10 +57,6 @@ void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const 
 {
     prepared = *params;
     prepared_with = *believed;
-    if (!made) {
-        made_with = *params;
-        made = true;
-    }
     __real_drive_prepare(tuning, params, believed);
 }
 
@@ -79,7 +73,7 @@ bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
         tampering(&taken);
     }
     if (recorded++ == 0u) {
-        put_table(&params_table, &made_with);
+        put_table(&params_table, &prepared); /* an offer before the first period acts at once */
     }
     put(drive->offered);
     if (drive->offered != 0u) {
@@ -540,7 +534,6 @@ static void put_contents(void)
 
 static bool part(size_t number)
 {
-    made = false;
     recorded = 0;
     length = periods_of(number);
     rig = rig_create(1);

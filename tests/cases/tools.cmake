@@ -13,7 +13,7 @@ set_tests_properties(cli_own_motor PROPERTIES COST 20)
 if(NOT LAGLESS_SANITIZE AND LAGLESS_BOARD STREQUAL "pm50rl1a060")
     find_package(Threads REQUIRED)
     lagless_add_board(esc48 tests/cases/esc48.h)
-    set(tune_sources course motor motor_trial names runner scenario scenario_read tally times tune tune_scenario units)
+    set(tune_sources course motor motor_trial names runner runner_text scenario scenario_read tally times tune tune_scenario units)
     list(TRANSFORM tune_sources REPLACE "(.+)" "${CMAKE_SOURCE_DIR}/host_sim/lab/\\1.c")
     foreach(board "" _hvmtrpfckit _desk48 _esc48 _20000)
         lagless_test(lab_tune_boards${board} LABEL board SOURCES ${CMAKE_SOURCE_DIR}/tests/lab/test_tune_boards.c ${tune_sources}

@@ -189,7 +189,7 @@ static void test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of(v
     TEST_ASSERT_EQUAL_DOUBLE(250.0, row_of("feedforward_cutoff")); /* 1.6 sqrt(4 x 3/2e-5) = 1239 */
     TEST_ASSERT_TRUE(row_of("speed_ramp") > 0.0);
     /* 209 rad/s x 2e-5/3 N m = 1.4 ms, against 14/1000 */
-    TEST_ASSERT_TRUE(warns_of("within 1.4 ms, and the speed control answers in 14 ms"));
+    TEST_ASSERT_TRUE(warns_of("within 1.4 ms, before the speed control reacts (14 ms)"));
     TEST_ASSERT_TRUE(motor_override(&sheet, "load_inertia=1e-2", &error) &&
                      motor_make(&sheet, &motor, &error));
     TEST_ASSERT_TRUE(tune_motor(&motor, &tune, &error));
@@ -203,7 +203,7 @@ static void test_what_will_not_work_is_told_with_numbers(void)
                            "rated_current_rms=14", "link_voltage=48", "inertia=1e-4"));
     TEST_ASSERT_TRUE_MESSAGE(tune_motor(&motor, &tune, &error), error.message);
     /* 48 V x 100 us/(6 x 85 uH) = 9.41 A */
-    TEST_ASSERT_TRUE(warns_of("85 uH at 10 kHz and a link of 48 V: ripple 9.41 A"));
+    TEST_ASSERT_TRUE(warns_of("85 uH at 10 kHz and a link of 48 V: the current ripple is 9.41 A"));
     TEST_ASSERT_TRUE(warns_of("rated current 19.8 A peak"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, row_of("current_judged"));
     /* EMF 0.1 x 4 x 523.6 = 209 V of a link of 311 V, which makes 180 V of a phase at most */
@@ -421,7 +421,7 @@ static void test_tune_takes_an_encoder_for_a_motor_too_salient(void)
         TEST_ASSERT_TRUE_MESSAGE(tune_motor(&motor, &tune, &error), error.message);
         const bool encoder = shares[n] > 1.0;
         TEST_ASSERT_EQUAL_DOUBLE(encoder ? POSITION_ENCODER : POSITION_SENSORLESS, row_of("position_source"));
-        TEST_ASSERT_TRUE(warns_of("position_source is encoder") == encoder);
+        TEST_ASSERT_TRUE(warns_of("position_source is set to encoder") == encoder);
     }
 }
 

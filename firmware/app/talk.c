@@ -29,7 +29,7 @@ static uint16_t place_behind(uint16_t place, uint32_t count)
 /* Number of octets from this place on that are contiguous. */
 static uint32_t in_a_row(uint16_t place, uint32_t count)
 {
-    const uint32_t to_end = TALK_RING - place;
+    const uint32_t to_end = (uint32_t)TALK_RING - place;
     return count < to_end ? count : to_end;
 }
 

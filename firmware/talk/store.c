@@ -65,7 +65,7 @@ static bool is_good(const store_flash_t *flash, const page_t *page)
 }
 
 /* Reads the page record by record. */
-static page_t look(const store_flash_t *flash, uint32_t number)
+static page_t read_page(const store_flash_t *flash, uint32_t number)
 {
     page_t page = {.page = number};
     while (is_header(flash, number, page.end)) {
@@ -89,8 +89,8 @@ static page_t look(const store_flash_t *flash, uint32_t number)
 /* Reads both pages; the one whose last record is in use comes first. */
 static void look_at_both(const store_flash_t *flash, page_t pages[STORE_PAGES])
 {
-    const page_t first = look(flash, 0u);
-    const page_t second = look(flash, 1u);
+    const page_t first = read_page(flash, 0u);
+    const page_t second = read_page(flash, 1u);
     const bool in_order = first.newest >= second.newest;
     pages[0] = in_order ? first : second;
     pages[1] = in_order ? second : first;
@@ -225,7 +225,7 @@ static bool put_record(pen_t *pen, const table_t *table, const void *base, uint3
 static bool append(const store_flash_t *flash, uint32_t number, const table_t *table, const void *base,
                    uint32_t serial)
 {
-    const page_t page = look(flash, number);
+    const page_t page = read_page(flash, number);
     const uint32_t end = page.end + store_record_words(table->count);
     if (!page.clean || end > flash->words || !is_blank(flash, number, page.end, end)) {
         return false;

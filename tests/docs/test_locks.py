@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """What a requirements.txt pins is in its lock, in that version, and each archive of a lock has its hash: tools/setup installs
-nothing that was not named here. The lock is tools/requirements.lock, for tools/plot, which older Pythons use too, the one beside the
+nothing that was not named here. docs/licences.md has each of them. The workflow takes actions and TI's sources by commit. The lock is tools/requirements.lock, for tools/plot, which older Pythons use too, the one beside the
 file. A new pin needs a new lock:
 
     uv pip compile --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
@@ -21,6 +21,23 @@ def plain(name):
 
 
 class Locks(unittest.TestCase):
+    def test_each_pin_has_its_licence_in_the_list(self):
+        text = plain((PROJECT / "docs/licences.md").read_text(encoding="utf-8"))
+        for path in FILES:
+            for name, _, _ in PIN.findall(path.read_text(encoding="utf-8")):
+                with self.subTest(name=name):
+                    self.assertIn(plain(name), text)
+
+    def test_the_workflow_takes_what_is_others_by_commit(self):
+        text = (PROJECT / ".github/workflows/check.yml").read_text(encoding="utf-8")
+        used = re.findall(r"uses: (\S+)", text)
+        self.assertEqual(len(used), 4)
+        for action in used:
+            self.assertRegex(action, r"^actions/[\w-]+@[0-9a-f]{40}$")
+        cloned = re.findall(r"git clone[^\n]*(?:\n[^\n]*){2}", text)
+        self.assertEqual(len(cloned), 1)
+        self.assertRegex(cloned[0], r"checkout --quiet [0-9a-f]{40}")
+
     def test_each_pin_is_in_its_lock_and_each_line_has_a_hash(self):
         self.assertEqual(len(FILES), 6)
         for path in FILES:

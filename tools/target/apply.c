@@ -1,12 +1,14 @@
 /* What the background does, on a target, for tools/cost to count. With interrupts off: parameters changed
  * with the bridge on and off, a request, the background's look. And each task of its list, with what makes it
- * long, and talk_step with each command of a client. app.c and hal/ as they are; the registers are memory,
+ * long, talk_step with each command of a client, the orders but those of the memory, and the steps that bring a
+ * set to a memory on the I2C bus. app.c and hal/ as they are; the registers are memory,
  * whose accesses are calls here, where they are single stores on silicon. 0: all went as on the chip. */
 #include <stdio.h>
 
 #include "app/app.h"
 #include "hal/f28335/bus.h"
 #include "settings/signals.h"
+#include "talk/mirror.h"
 #include "tests/rig/frames.h"
 
 static uint32_t registers[0x4000];
@@ -167,6 +169,7 @@ static bool talk(void)
     uint8_t upload[] = {0xF4, 60, 0, APP_TABLE_SIGNALS, 0, 0, 0, 0};
     uint8_t place[] = {0xF6, 0, 0, APP_TABLE_PARAMS, 0, 0, 0, 0};
     uint8_t download[] = {0xF0, 4, 0, 0, 0, 0};
+    uint8_t checksum[] = {0xF3, 0, 0, 0, 0, 0, 0, 0};
     const table_row_t *last = &params_table.rows[params_table.count - 1u];
     talk_start();
     send(connect, sizeof connect);
@@ -178,7 +181,85 @@ static bool talk(void)
     send(place, sizeof place);
     send(download, sizeof download);
     send(download, sizeof download); /* a number acts when it was received twice */
-    return app->talk.receiver.frames == 6u && app->talk.receiver.errors == 0u;
+    frames_put_long(&place[4], 4u * params_table.rows[0].id);
+    frames_put_long(&checksum[4], 4u * (last->id - params_table.rows[0].id) < XCP_CHECKSUM_MAX
+                                      ? 4u * (last->id - params_table.rows[0].id)
+                                      : XCP_CHECKSUM_MAX);
+    send(place, sizeof place);
+    send(checksum, sizeof checksum);
+    return app->talk.receiver.frames == 8u && app->talk.receiver.errors == 0u;
+}
+
+/* ---- orders ---- */
+
+static bool order(order_t what)
+{
+    params_error_t why;
+    return services_write(SERVICE_ORDER, (uint32_t)what, &why);
+}
+
+static bool run_orders(void)
+{
+    app->drive.state = (int32_t)DRIVE_READY;
+    app->staged = app->active;
+    app->staged.speed_kp *= 0.9f;
+    (void)order(ORDER_LOAD); /* nothing is stored: it reads that, and refuses */
+    (void)order(ORDER_CAPTURE_ARM);
+    return order(ORDER_APPLY) && order(ORDER_CAPTURE_RELEASE) && order(ORDER_DEFAULTS);
+}
+
+/* ---- a memory on the I2C bus, which this board has not: what parameters_step() does on one that has ---- */
+
+#define MEMORY_WORDS 280u /* of a page, in the mirror */
+
+static uint16_t memory[2u * MEMORY_WORDS], mirrored[2u * MEMORY_WORDS];
+static uint32_t read_from, bus_clock;
+
+static void memory_write(uint32_t at, const uint16_t *words, uint32_t count)
+{
+    for (uint32_t n = 0u; n < count; n++) {
+        memory[at + n] = words[n];
+    }
+}
+
+static void memory_read(uint32_t at)
+{
+    read_from = at;
+}
+
+static mirror_reply_t memory_poll(uint16_t words[MIRROR_GROUP])
+{
+    for (uint32_t n = 0u; n < MIRROR_GROUP; n++) {
+        words[n] = memory[read_from + n];
+    }
+    return MIRROR_DONE;
+}
+
+static void memory_give_up(void)
+{
+}
+
+static uint32_t memory_time(void)
+{
+    return bus_clock++;
+}
+
+static bool run_memory(void)
+{
+    static const mirror_bus_t bus = {memory_write, memory_read, memory_poll, memory_give_up, memory_time,
+                                     1000u, 1000u, MEMORY_WORDS, MEMORY_WORDS};
+    static const uint16_t words[16] = {1u, 2u, 3u};
+    mirror_t mirror;
+    mirror_begin(&mirror);
+    while (mirror_step(&mirror, &bus, mirrored)) {
+    }
+    bool good = mirror_erase(&mirror, &bus, mirrored, 0u);
+    while (mirror_step(&mirror, &bus, mirrored)) {
+    }
+    good = mirror_program(&mirror, &bus, mirrored, 0u, 3u, words, 16u) && good;
+    while (mirror_step(&mirror, &bus, mirrored)) {
+    }
+    return good && mirror.error == (uint32_t)MIRROR_GOOD && memory[5] == 3u;
 }
 
 int main(void)
@@ -210,5 +291,7 @@ int main(void)
     good = good && app->drive.offered != 0u;
     run_list();
     good = talk() && good;
+    good = run_orders() && good;
+    good = run_memory() && good;
     return good ? 0 : 1;
 }

@@ -110,7 +110,7 @@ SECTIONS
                       *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:snapshot)
                       *(.text:snapshot_catch) *(.text:still_watch_moved)
                       /* firmware/fast/measure.c */
-                      *(.text:add)
+                      *(.text:add) *(.text:add_scatter) *(.text:is_noisy) *(.text:square_sum)
                       /* firmware/fast/reference/catch.c */
                       *(.text:catch_step) *(.text:turned_on)
                       /* firmware/fast/reference/reference.c */

@@ -56,7 +56,7 @@ PANELS = (
     Kind("angle error", "mrad", 1e3, {
         "theta_hat_err": ("of the estimate", ORANGE, {"wraps": 1e3 * math.pi}),
         "theta_err": ("of the angle that the drive uses", BLUE, {"wraps": 1e3 * math.pi}),
-        "sigma_upper": ("3 theta_sigma, stated by the drive", GREY, LIMIT), "sigma_lower": ("-3 theta_sigma, stated by the drive", GREY, LIMIT)},
+        "sigma_upper": ("3 theta_sigma", GREY, LIMIT), "sigma_lower": ("-3 theta_sigma", GREY, LIMIT)},
         "rad", "error", 1.2),
     Kind("electrical angle", "rad", 1.0, {
         "true_theta_e": ("true", BLUE, TURNS), "theta_e": ("used by the drive", ORANGE, TURNS),

@@ -85,6 +85,14 @@ static inline float across(const angle_sigma_tuning_t *tuning, const angle_sigma
            tuning->resistance_square * d_square * of_r;
 }
 
+/* Square of the mean detector beyond twice what noise makes of the mean: noise of the mean has the share
+ * mean_share/2 of the detector's variance [rad^2]. */
+static inline float lag_square(const angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning)
+{
+    const float beyond = square(sigma->mean) - 2.0f * tuning->mean_share * sigma->square;
+    return beyond > 0.0f ? beyond : 0.0f;
+}
+
 void angle_sigma_step(angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning,
                       const angle_sigma_input_t *input)
 {
@@ -92,7 +100,7 @@ void angle_sigma_step(angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning,
     sigma->drifted = input->coasted != 0u ? sigma->drifted + ANGLE_SIGMA_DRIFT * turned : 0.0f;
     sigma->mean = lowpass_step(sigma->mean, tuning->mean_share, input->detector);
     sigma->square = lowpass_step(sigma->square, tuning->mean_share, input->scatter);
-    const float variance = across(tuning, input) / square(input->amplitude) + square(sigma->mean) +
+    const float variance = across(tuning, input) / square(input->amplitude) + lag_square(sigma, tuning) +
                            tuning->noise_share * sigma->square + square(sigma->drifted) +
                            square(ANGLE_SIGMA_LEAST);
     const bool known = variance < square(ANGLE_SIGMA_UNKNOWN); /* false for an invalid number, too */

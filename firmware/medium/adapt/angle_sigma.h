@@ -16,9 +16,10 @@
  * within a period, and the model of the legs is less accurate: the square of ANGLE_SIGMA_V_RIPPLE times the
  * ripple's share of the current's square is added for V.
  *
- * The loop adds its own error: the mean detector is the angle by which it lags, and the noise of the detector
- * passes it with T (k_p + k_i/k_p)/2 of its variance; both are low-passed. While the loop coasts its speed is
- * not corrected, and the angle drifts by ANGLE_SIGMA_DRIFT of the angle by which the rotor turns.
+ * The loop adds its own error: the mean detector, beyond twice its noise, is the angle by which it lags, and
+ * the noise of the detector passes it with T (k_p + k_i/k_p)/2 of its variance; both are low-passed. While
+ * the loop coasts its speed is not corrected, and the angle drifts by ANGLE_SIGMA_DRIFT of the angle by which
+ * the rotor turns.
  *
  * One step per window. Does not handle: errors that the drive cannot know, as a wrong number of pole pairs or
  * a loop that has lost the rotor (lock.h). */

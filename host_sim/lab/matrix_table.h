@@ -266,7 +266,7 @@
     P(OPEN_SWITCH_B,    AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_SWITCH_B,    AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
     P(SHORT_SWITCH_A,   EVERYWHERE, BOTH, OPENS, "module_fault", AT_ONCE, LIMIT, OUT, "") \
-    P(SHORT_SWITCH_A,   AT(RUN_FAST) | AT(BRAKING), BOTH, OPENS, "module_fault", AT_ONCE, 30.0, OUT, "the machine is shorted through the diodes: up to 2 psi_f/L = 29 A, which no gate can open") \
+    P(SHORT_SWITCH_A,   AT(RUN_FAST) | AT(BRAKING), BOTH, OPENS, "module_fault", AT_ONCE, 30.0, OUT, "the machine is shorted through the diodes: up to 2 psi_f/L = 29 A, which no gate can switch off") \
     P(SHORT_SWITCH_A,   AT(OFF),    BOTH, OPENS | REFUSES, "module_fault gates_refused fault_present", 3e-3, LIMIT, OUT, "the leg is not switched while the bridge is off") \
     P(LEG_A_DROP,       EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(LEG_A_RESISTANCE, EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \

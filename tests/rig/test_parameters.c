@@ -112,8 +112,8 @@ static void test_a_corrupt_store_refuses_the_bridge_until_a_reset(void)
 
 /* ---- power ---- */
 
-/* Both pages are full, so the save erases one and programs it: each word of the record, and each word in both passes of
- * the erase. */
+/* Both pages are full, so the save erases one and programs it: each word of the record, and each word in both
+ * passes of the erase. */
 static void test_a_cut_at_any_word_or_step_of_a_save_leaves_the_old_set_or_the_new_one(void)
 {
     const uint32_t fit = 2048u / store_record_words(params_table.count);

@@ -31,9 +31,9 @@
 #define HAL_DEAD_BAND_MIN ((uint16_t)BOARD_DEAD_BAND_MIN)
 #define HAL_DEAD_BAND_MAX ((uint16_t)BOARD_DEAD_BAND_MAX)
 
-/* An interrupt of the application. Those of sample, trip and serial line run with interrupts off and must end in
- * hal_end_of_sample(), hal_end_of_trip() or hal_end_of_serial(); that of the medium task begins with hal_begin_medium() and ends
- * in hal_end_medium(), and between these two the others may interrupt it. */
+/* An interrupt of the application. Those of sample, trip and serial line run with interrupts off and must end
+ * in hal_end_of_sample(), hal_end_of_trip() or hal_end_of_serial(); that of the medium task begins with
+ * hal_begin_medium() and ends in hal_end_medium(), and between these two the others may interrupt it. */
 typedef void (*hal_interrupt_t)(void);
 
 typedef struct {
@@ -114,8 +114,8 @@ void hal_end_of_serial(void); /* last statement of on_serial, which has read all
 /* ---- The medium task ---- */
 
 void hal_request_medium(void); /* from on_sample: on_medium follows; once, however often it was requested */
-void hal_begin_medium(void); /* first statement of on_medium: the others may interrupt it from here on */
-void hal_end_medium(void);   /* last statement of on_medium: interrupts are off until it has returned */
+void hal_begin_medium(void);   /* first statement of on_medium: the others may interrupt it from here on */
+void hal_end_medium(void);     /* last statement of on_medium: interrupts are off until it has returned */
 
 /* ---- From the background ---- */
 

@@ -56,8 +56,8 @@ void app_start(void);
  * the controller is reset and the gates open. */
 void app_background(void);
 
-/* The interrupts: that of the sample, every period; that of the medium task, once per window, which the others may
- * interrupt; that of the power module's fault line; and that of octets on the serial line. */
+/* The interrupts: that of the sample, every period; that of the medium task, once per window, which the
+ * others may interrupt; that of the power module's fault line; and that of octets on the serial line. */
 HAL_INTERRUPT void app_interrupt(void);
 HAL_INTERRUPT void app_medium(void);
 HAL_INTERRUPT void app_trip(void);

@@ -38,8 +38,8 @@ static uint32_t room_of(const talk_ring_t *came)
     return in_a_row(came->put, TALK_RING - 1u - waiting_in(came));
 }
 
-/* Twice, because the room may continue at the beginning of the ring. Octets without room are dropped, since those that
- * stayed in the chip would call the interrupt again. */
+/* Twice, because the room may continue at the beginning of the ring. Octets without room are dropped, since
+ * those that stayed in the chip would call the interrupt again. */
 static void receive(talk_ring_t *came)
 {
     for (uint16_t piece = 0u; piece < 2u; piece++) {

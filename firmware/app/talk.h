@@ -31,8 +31,8 @@ extern HAL_PER_CHIP const talk_line_t *talk_line;
 #define TALK_RING  144u
 #define TALK_AHEAD 64u /* [octets] to be sent that may wait there: an answer does not wait behind more */
 
-/* One side writes `put` and the octets, the other one `got`. They are equal while the ring is empty, and one place
- * stays free. */
+/* One side writes `put` and the octets, the other one `got`. They are equal while the ring is empty, and one
+ * place stays free. */
 typedef struct {
     uint16_t put; /* [-] place of the next octet that is written */
     uint16_t got; /* [-] place of the next octet that is read */
@@ -44,14 +44,14 @@ typedef struct {
     frame_sender_t sender;
     xcp_t xcp;
     daq_t daq;
-    a2l_place_t a2l;      /* position at which the client reads */
-    uint32_t heard_at;    /* [periods] when the last good frame came */
-    uint32_t steered;     /* [-] 1: `enable` was switched on over the serial link, and still is */
-    uint32_t silent;      /* [-] 1: communication time-out of the master; until `enable` is set again */
-    uint32_t line_errors; /* [-] of the chip's line, at the last check */
-    talk_ring_t came;     /* octets that the interrupts have received on the chip's line */
-    talk_ring_t going;    /* octets that they will send on that line */
-    uint32_t answer_count;            /* [octets] of the waiting answer; 0: none */
+    a2l_place_t a2l;       /* position at which the client reads */
+    uint32_t heard_at;     /* [periods] when the last good frame came */
+    uint32_t steered;      /* [-] 1: `enable` was switched on over the serial link, and still is */
+    uint32_t silent;       /* [-] 1: communication time-out of the master; until `enable` is set again */
+    uint32_t line_errors;  /* [-] of the chip's line, at the last check */
+    talk_ring_t came;      /* octets that the interrupts have received on the chip's line */
+    talk_ring_t going;     /* octets that they will send on that line */
+    uint32_t answer_count; /* [octets] of the waiting answer; 0: none */
     uint16_t answer[FRAME_MAX_CTO];
     uint32_t restart;    /* [-] 1: a reset is ordered; the answer is sent first */
     uint32_t restart_at; /* [periods] */

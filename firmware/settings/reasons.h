@@ -42,7 +42,8 @@
       "set the parameters of your motor, reset the fault, save")                                             \
     R(74, STORE_FAILED, "store_failed",                                                                      \
       "the memory did not accept the parameters: those stored before are unchanged",                         \
-      "switch the bridge off and save again; if this repeats, replace the controller")                       \
+      "switch the bridge off and save again; if this repeats, use a build with TI's flash API "              \
+      "(docs/chip.md), or replace the controller")                                                           \
     R(116, STORE_FOREIGN, "store_foreign",                                                                   \
       "the memory for parameters holds data of another program: nothing is saved into it",                   \
       "if nothing in it is needed, erase it with `erase yes`, then save")                                    \

@@ -30,7 +30,8 @@ typedef struct {
 /* Where it lies; silicon: hal/f28335/memory.c. */
 bus_memory_t bus_memory(bus_region_t region);
 
-/* L0-L3, which the interrupt's code runs from; and that code from flash, in the place of whatever is there. */
+/* L0-L3, which the interrupt's code runs from; and that code from flash, in the place of whatever is there.
+ */
 #define BUS_CODE_AT UINT32_C(0x8000)
 void bus_copy_code(void); /* silicon: hal/f28335/boot.c */
 
@@ -50,17 +51,17 @@ bus_memory_t bus_flash_api(void);
 
 extern __cregister volatile unsigned int IER;
 extern __cregister volatile unsigned int IFR;
-#define bus_enable_group(n)      (IER |= (1u << ((n)-1u)))
-#define bus_request_group(n)     (IFR |= (1u << ((n)-1u)))
-#define bus_disable_groups()     (IER = 0u)
-#define bus_clear_pending()      (IFR &= 0u)
-#define bus_interrupts_enable()  __asm(" CLRC INTM")
-#define bus_interrupts_disable() __asm(" SETC INTM")
-#define bus_debug_allow()        __asm(" CLRC DBGM")
-#define bus_otp(address)         (*(const volatile uint16_t *)(address))
-#define bus_flash(address)       (*(const volatile uint16_t *)(address))
-#define bus_flash_at(address)    ((uint16_t *)(address))
-#define bus_code_ram()           ((uint16_t *)BUS_CODE_AT)
+#define bus_enable_group(n)         (IER |= (1u << ((n)-1u)))
+#define bus_request_group(n)        (IFR |= (1u << ((n)-1u)))
+#define bus_disable_groups()        (IER = 0u)
+#define bus_clear_pending()         (IFR &= 0u)
+#define bus_interrupts_enable()     __asm(" CLRC INTM")
+#define bus_interrupts_disable()    __asm(" SETC INTM")
+#define bus_debug_allow()           __asm(" CLRC DBGM")
+#define bus_otp(address)            (*(const volatile uint16_t *)(address))
+#define bus_flash(address)          (*(const volatile uint16_t *)(address))
+#define bus_flash_at(address)       ((uint16_t *)(address))
+#define bus_code_ram()              ((uint16_t *)BUS_CODE_AT)
 #define bus_function(type, address) ((type)(address))
 void bus_debug_groups(uint16_t mask);
 void bus_wait(uint32_t cycles); /* at least this many SYSCLK cycles; hal/f28335/wait.c */
@@ -69,7 +70,7 @@ void bus_wait(uint32_t cycles); /* at least this many SYSCLK cycles; hal/f28335/
 
 /* The register file of the chip that runs on this thread. */
 extern __thread const volatile uint16_t *f28335_base;
-#define F28335_BASE f28335_base
+#define F28335_BASE                 f28335_base
 
 typedef void (*bus_isr_t)(void);
 

@@ -1,5 +1,6 @@
-/* Erasing and programming of flash by TI's flash API (flash_api.h), which runs in the place of the interrupt's
- * code meanwhile: with interrupts and watchdog off, from flash_begin to flash_end, whatever that returned. */
+/* Erasing and programming of flash by TI's flash API (flash_api.h), which runs in the place of the
+ * interrupt's code meanwhile: with interrupts and watchdog off, from flash_begin to flash_end, whatever that
+ * returned. */
 #ifndef HAL_F28335_FLASH_H
 #define HAL_F28335_FLASH_H
 

@@ -1,7 +1,7 @@
-/* TI's flash API for the F2833x, version 2.10, as a block of words. TI has published the library in the object
- * format COFF alone, which does not link with this program's EABI, so tools/flash-api links it by itself, to
- * run from the first word of L0-L3 on, with a table at its head (linker/flash_api.asm). The program keeps the
- * words in flash, copies them to where they run, and calls them by address.
+/* TI's flash API for the F2833x, version 2.10, as a block of words. TI has published the library in the
+ * object format COFF alone, which does not link with this program's EABI, so tools/flash-api links it by
+ * itself, to run from the first word of L0-L3 on, with a table at its head (linker/flash_api.asm). The
+ * program keeps the words in flash, copies them to where they run, and calls them by address.
  *
  * The functions have integers and pointers as arguments only, and those go the same way in both formats: the
  * first integer in AL, pointers in XAR4 and XAR5, a 32-bit integer in ACC, the rest on the stack. */

@@ -87,8 +87,8 @@ void hal_request_medium(void)
     bus_request_group(INTERRUPTS_MEDIUM);
 }
 
-/* Sample, trip and serial line are enabled still: the CPU has cleared nothing but the bit of INT14 in IER, and the return
- * sets it again. */
+/* Sample, trip and serial line are enabled still: the CPU has cleared nothing but the bit of INT14 in IER,
+ * and the return sets it again. */
 void hal_begin_medium(void)
 {
     bus_debug_allow();

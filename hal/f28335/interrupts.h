@@ -1,8 +1,8 @@
 /* PIE and CPU interrupts, SPRUFB0 ch. 6: INT1.1 SEQ1INT (end of the conversions), INT2.n of the leading
- * ePWMn (trip), INT9.1 SCIRXINTA (octets that came) and INT14, raised by software (medium task), all straight to the application's functions.
- * INT14 does not pass the PIE, so that the medium task can be interrupted without touching PIEIER and PIEACK.
- * Every other vector shuts the gates and returns, its group unacknowledged: nothing else is enabled, so it
- * can only be a trap or a fault of the chip. */
+ * ePWMn (trip), INT9.1 SCIRXINTA (octets that came) and INT14, raised by software (medium task), all straight
+ * to the application's functions. INT14 does not pass the PIE, so that the medium task can be interrupted
+ * without touching PIEIER and PIEACK. Every other vector shuts the gates and returns, its group
+ * unacknowledged: nothing else is enabled, so it can only be a trap or a fault of the chip. */
 #ifndef HAL_F28335_INTERRUPTS_H
 #define HAL_F28335_INTERRUPTS_H
 

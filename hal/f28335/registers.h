@@ -366,9 +366,9 @@ typedef struct {
 #define SCIFFTX_TXFIFORESET (1u << 13)                     /* 0 = FIFO empty, held in reset */
 #define SCIFFTX_SCIFFENA    (1u << 14)
 #define SCIFFTX_SCIRST      (1u << 15) /* 0 = both channels in reset */
-#define SCIFFRX_RXFFIL(n)   (n)       /* octets that raise the interrupt */
-#define SCIFFRX_RXFFIENA    (1u << 5) /* the interrupt is on */
-#define SCIFFRX_RXFFINTCLR  (1u << 6) /* write one: clears RXFFINT */
+#define SCIFFRX_RXFFIL(n)   (n)        /* octets that raise the interrupt */
+#define SCIFFRX_RXFFIENA    (1u << 5)  /* the interrupt is on */
+#define SCIFFRX_RXFFINTCLR  (1u << 6)  /* write one: clears RXFFINT */
 #define SCIFFRX_RXFFINT     (1u << 7)
 #define SCIFFRX_RXFIFORESET (1u << 13)
 #define SCIFFRX_RXFFOVRCLR  (1u << 14) /* write one: clears RXFFOVF */

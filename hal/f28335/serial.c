@@ -1,8 +1,7 @@
-/* Both FIFOs are emptied and filled by the sample interrupt. Its period may be longer than the receiving one lasts, 16
- * octets, so that has an interrupt of its own from FIFO_LEVEL octets on; what is below waits for the sample interrupt. The
- * count of errors is kept in the period register of CPU timer
- * 2, which stands still, because nothing here may live in a variable (several chips share one process on the
- * host). */
+/* Both FIFOs are emptied and filled by the sample interrupt. Its period may be longer than the receiving one
+ * lasts, 16 octets, so that has an interrupt of its own from FIFO_LEVEL octets on; what is below waits for
+ * the sample interrupt. The count of errors is kept in the period register of CPU timer 2, which stands
+ * still, because nothing here may live in a variable (several chips share one process on the host). */
 #include "hal/f28335/serial.h"
 
 #include "hal/f28335/bus.h"
@@ -63,7 +62,8 @@ static void look_after_receiver(uint16_t fifo)
     if ((fifo & SCIFFRX_RXFFOVF) != 0u) {
         count_error();
     }
-    if ((fifo & (SCIFFRX_RXFFOVF | SCIFFRX_RXFFINT)) != 0u) { /* a flag that stays would raise no interrupt any more */
+    if ((fifo & (SCIFFRX_RXFFOVF | SCIFFRX_RXFFINT)) !=
+        0u) { /* a flag that stays would raise no interrupt any more */
         bus_write16(&SCIA->SCIFFRX, SCIFFRX_FORGET);
     }
     if ((bus_read16(&SCIA->SCIRXST) & SCIRXST_BRKDT) != 0u) {

@@ -135,7 +135,9 @@ void chip_bind(chip_t *chip, const chip_world_t *world)
 
 void chip_schedule_rare(chip_t *chip)
 {
-    chip_plan(chip, SOURCE_RARE, earlier(earlier(chip->clock.locked, chip->watchdog.next), earlier(chip->timer_next, chip->sci.next)));
+    chip_plan(
+        chip, SOURCE_RARE,
+        earlier(earlier(chip->clock.locked, chip->watchdog.next), earlier(chip->timer_next, chip->sci.next)));
 }
 
 static void rare_event(chip_t *chip)

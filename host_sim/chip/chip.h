@@ -53,7 +53,8 @@ typedef enum {
                             chip_boot) */
     CHIP_FLASH_TOO_FAST, /* SYSCLK above what the flash wait states allow */
     CHIP_SERIAL_LOST,    /* octet written while the transmit FIFO was full, or the transmitter off: lost */
-    CHIP_FLASH_MISUSE,   /* flash erased or programmed with interrupts or watchdog on, or without the API: refused */
+    CHIP_FLASH_MISUSE,   /* flash erased or programmed with interrupts or watchdog on, or without the API:
+                            refused */
     CHIP_FLASH_BEYOND,   /* word programmed behind those of a page that this model keeps: refused */
     CHIP_I2C_MISUSE,     /* I2C clock changed out of reset (ignored), or START with it outside 7 to 12 MHz */
     CHIP_REPORT_KINDS

@@ -23,18 +23,19 @@
 #define ERASE_TICKS   (2u * CHIP_TICKS_PER_SECOND)             /* typical: 2 s */
 #define PROGRAM_TICKS (50u * CHIP_TICKS_PER_SECOND / 1000000u) /* 50 us */
 
-#define FAILED        10u /* any status but 0 */
-#define SCALE_HZ      5000000u
-#define SCALE_IS      1048576u /* the scale factor of a clock with SCALE_HZ */
-#define SCALE_AT      40u      /* [words] the library's variables, from its head on */
-#define CALLBACK_AT   42u
-#define API_WORDS     48u
-#define LB(at)        (uint16_t)(0x0040u | (BUS_CODE_AT + (at)) >> 16), (uint16_t)((BUS_CODE_AT + (at)) & 0xFFFFu)
-#define ADDRESS(at)   (uint16_t)((BUS_CODE_AT + (at)) & 0xFFFFu), (uint16_t)((BUS_CODE_AT + (at)) >> 16)
+#define FAILED      10u /* any status but 0 */
+#define SCALE_HZ    5000000u
+#define SCALE_IS    1048576u /* the scale factor of a clock with SCALE_HZ */
+#define SCALE_AT    40u      /* [words] the library's variables, from its head on */
+#define CALLBACK_AT 42u
+#define API_WORDS   48u
+#define LB(at)      (uint16_t)(0x0040u | (BUS_CODE_AT + (at)) >> 16), (uint16_t)((BUS_CODE_AT + (at)) & 0xFFFFu)
+#define ADDRESS(at) (uint16_t)((BUS_CODE_AT + (at)) & 0xFFFFu), (uint16_t)((BUS_CODE_AT + (at)) >> 16)
 
 /* The table, and words behind it that have to arrive as well. */
-static const uint16_t api[API_WORDS] = {LB(12u), LB(18u), LB(24u), LB(30u), ADDRESS(SCALE_AT),
-                                        ADDRESS(CALLBACK_AT), 0xA5A5u, 0x5A5Au, [47] = 0x1234u};
+static const uint16_t api[API_WORDS] = {LB(12u), LB(18u),           LB(24u),
+                                        LB(30u), ADDRESS(SCALE_AT), ADDRESS(CALLBACK_AT),
+                                        0xA5A5u, 0x5A5Au,           [47] = 0x1234u};
 
 bus_memory_t bus_flash_api(void)
 {

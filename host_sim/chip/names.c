@@ -181,7 +181,8 @@ const char *chip_report_text(chip_report_kind_t kind)
     case CHIP_SERIAL_LOST:
         return "octet written to a serial transmitter without room, or off: lost";
     case CHIP_FLASH_MISUSE:
-        return "flash erased or programmed with interrupts or watchdog on or without its API in L0-L3: refused";
+        return "flash erased or programmed with interrupts or watchdog on or without its API in L0-L3: "
+               "refused";
     case CHIP_FLASH_BEYOND:
         return "flash programmed behind what this model keeps of a page: refused";
     case CHIP_I2C_MISUSE:

@@ -79,7 +79,7 @@ uint16_t sci_read(chip_t *chip, uint32_t address);
 void sci_write(chip_t *chip, uint32_t address, uint16_t value);
 void sci_refresh(chip_t *chip); /* before clock, pins or a debugger's halt change what the line does */
 void sci_event(chip_t *chip);
-void sci_go(chip_t *chip);      /* a debugger's halt ends: chip->debug still says since when */
+void sci_go(chip_t *chip); /* a debugger's halt ends: chip->debug still says since when */
 
 /* sysctrl.c: clocks, flash */
 void sysctrl_crystal(chip_t *chip, uint32_t hz);

@@ -1,10 +1,10 @@
-/* SCI-A: SPRUFZ5. Frames of 8 data bits without parity through both FIFOs, and the interrupt of the receiving one; nothing
- * else of it is modelled, no single buffer, no other frame: asked for, it is reported and the line stays quiet. The flag of
- * the interrupt rises when an octet comes and the level is reached: a level that is still reached when the flag is cleared
- * does not raise it by itself.
+/* SCI-A: SPRUFZ5. Frames of 8 data bits without parity through both FIFOs, and the interrupt of the receiving
+ * one; nothing else of it is modelled, no single buffer, no other frame: asked for, it is reported and the
+ * line stays quiet. The flag of the interrupt rises when an octet comes and the level is reached: a level
+ * that is still reached when the flag is cleared does not raise it by itself.
  *
- * Without that interrupt nothing is simulated while nobody looks: every access of software and every question from outside brings
- * line, FIFOs and flags up to the present tick, so an unused line costs no time.
+ * Without that interrupt nothing is simulated while nobody looks: every access of software and every question
+ * from outside brings line, FIFOs and flags up to the present tick, so an unused line costs no time.
  *
  * The line towards the chip is a row of frames, each with its levels bit by bit; between them it is high. The
  * receiver works on these levels as SPRUFZ5 tells: a start bit is a fall after which the line is low for four
@@ -314,12 +314,14 @@ static bool is_quiet(const chip_t *chip)
     return (sci->line_count | sci->low | sci->sending | sci->waiting) == 0u;
 }
 
-/* When the receiver will have dealt with the next frame on the line; a start bit that is none counts as one. */
+/* When the receiver will have dealt with the next frame on the line; a start bit that is none counts as one.
+ */
 static uint64_t next_frame(const chip_t *chip)
 {
     const chip_sci_t *sci = &chip->sci;
     const bool waits = hears(chip) && (chip->registers.scia.SCIFFRX & SCIFFRX_RXFFIENA) != 0u &&
-                       (chip->registers.scia.SCIRXST & SCIRXST_BRKDT) == 0u && (sci->line_count | sci->low) != 0u;
+                       (chip->registers.scia.SCIRXST & SCIRXST_BRKDT) == 0u &&
+                       (sci->line_count | sci->low) != 0u;
     if (!waits) {
         return CHIP_NEVER;
     }
@@ -464,7 +466,8 @@ static uint32_t unknown(uint32_t offset, uint16_t value)
     case OFFSET(sci_regs_t, SCIFFTX):
         return value & ~(SCIFFTX_STORED | SCIFFTX_CLEARS);
     case OFFSET(sci_regs_t, SCIFFRX):
-        return value & ~(SCIFFRX_RXFIFORESET | SCIFFRX_RXFFOVRCLR | SCIFFRX_RXFFINTCLR | SCIFFRX_RXFFIENA | SCIFF_LEVEL);
+        return value & ~(SCIFFRX_RXFIFORESET | SCIFFRX_RXFFOVRCLR | SCIFFRX_RXFFINTCLR | SCIFFRX_RXFFIENA |
+                         SCIFF_LEVEL);
     case OFFSET(sci_regs_t, SCIPRI):
         return value & ~SCIPRI_FREE;
     case OFFSET(sci_regs_t, SCIHBAUD):

@@ -237,8 +237,8 @@ const char *master_epk(const master_t *master)
 
 /* ---- places and errors ---- */
 
-/* The id by which the table of a row is known: that of its first row. Rows that were added later may have ids beyond
- * the range of their table. */
+/* The id by which the table of a row is known: that of its first row. Rows that were added later may have ids
+ * beyond the range of their table. */
 static uint32_t table_id(const table_row_t *row)
 {
     for (uint32_t t = 0; t < rig_table_count(); t++) {

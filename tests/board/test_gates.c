@@ -204,8 +204,8 @@ static void switch_at(double a, double b, double c)
 
 void setUp(void)
 {
-    const hal_config_t config = {(uint16_t)ceil(BOARD_DEAD_TIME_NS * NS / CYCLE - 1e-6), 9999u, on_sample,
-                                 on_medium, on_trip, NULL};
+    const hal_config_t config = {
+        (uint16_t)ceil(BOARD_DEAD_TIME_NS * NS / CYCLE - 1e-6), 9999u, on_sample, on_medium, on_trip, NULL};
     edges = 0;
     want_on = false;
     chip_power_on(&chip, BOARD_CRYSTAL_HZ);

@@ -1,6 +1,6 @@
-/* A drive whose board has its memory on the I2C bus (pump325.h), at a port of this machine, in real time: for the
- * tests of `lagless connect`. usage: keeping_drive good|breaks; breaks: the memory keeps what it had, from the first order
- * for it on. */
+/* A drive whose board has its memory on the I2C bus (pump325.h), at a port of this machine, in real time: for
+ * the tests of `lagless connect`. usage: keeping_drive good|breaks; breaks: the memory keeps what it had,
+ * from the first order for it on. */
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>

@@ -69,7 +69,7 @@ typedef struct {
     uint16_t code[RECORDING_API_WORDS];         /* L0-L3, as far as the flash API needs it */
     uint32_t api_words;                         /* of the flash API; 0: the build has none */
     uint16_t api_version;
-    bus_isr_t function[5];                      /* what bus_vector has seen; vector = 0x300000 + its place */
+    bus_isr_t function[5]; /* what bus_vector has seen; vector = 0x300000 + its place */
     uint32_t functions;
 } recording_t;
 

@@ -464,7 +464,8 @@ static void test_a_debugger_may_look_while_the_program_runs_and_halts_the_backgr
     TEST_ASSERT_EQUAL(HAL_OK, start());
     TEST_ASSERT_TRUE(rec.debug_allowed);
     TEST_ASSERT_EQUAL_HEX16(0x2003u, rec.debug_groups);
-    TEST_ASSERT_EQUAL_HEX16(rec.groups & ~0x0100u, rec.debug_groups); /* octets wait for the background anyway */
+    TEST_ASSERT_EQUAL_HEX16(rec.groups & ~0x0100u,
+                            rec.debug_groups); /* octets wait for the background anyway */
 }
 
 static void test_an_erased_calibration_is_left_alone(void)
@@ -500,10 +501,12 @@ static void test_a_configuration_out_of_its_range_is_refused(void)
                  {375u, COUNT_MAX, 2u, false}, {375u, COUNT_MAX, 3u, false}};
     for (uint32_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         setUp();
-        config = (hal_config_t){
-            cases[n].dead_band, cases[n].count_max, cases[n].missing == 1u ? NULL : on_sample,
-            cases[n].missing == 2u ? NULL : on_medium, cases[n].missing == 3u ? NULL : on_trip,
-            on_serial};
+        config = (hal_config_t){cases[n].dead_band,
+                                cases[n].count_max,
+                                cases[n].missing == 1u ? NULL : on_sample,
+                                cases[n].missing == 2u ? NULL : on_medium,
+                                cases[n].missing == 3u ? NULL : on_trip,
+                                on_serial};
         if (!cases[n].taken) {
             assert_refused_untouched();
             continue;

@@ -1,6 +1,6 @@
 /* The serial line and the stored pages of the HAL on the recording bus. Words: SPRUFZ5. */
-#include "hal/hal.h"
 #include "hal/f28335/flash.h"
+#include "hal/hal.h"
 #include "tests/hal/recording_bus.h"
 #include "unity.h"
 
@@ -255,7 +255,8 @@ static void test_a_flash_that_does_not_follow_is_told(void)
     TEST_ASSERT_TRUE(rec.interrupts_on);
 }
 
-/* 31457280 = 1048576 x 200 ns over 6.667 ns, as TI's header tells for 150 MHz; and no function to call back. */
+/* 31457280 = 1048576 x 200 ns over 6.667 ns, as TI's header tells for 150 MHz; and no function to call back.
+ */
 static void test_the_clock_is_told_to_the_flash_api(void)
 {
     start();
@@ -268,8 +269,8 @@ static void test_the_clock_is_told_to_the_flash_api(void)
     flash_end();
 }
 
-/* A build without the library, and one with another version: nothing is erased, and the interrupt's code is back
- * before it may come. */
+/* A build without the library, and one with another version: nothing is erased, and the interrupt's code is
+ * back before it may come. */
 static void test_without_the_right_flash_api_nothing_is_done(void)
 {
     for (uint32_t n = 0; n < 2u; n++) {

@@ -117,8 +117,8 @@ static void send(const uint8_t *packet, uint32_t count, uint32_t number)
     }
 }
 
-/* A master that is one command ahead, both as long as there can be, as fast as the line carries them: nothing of them is
- * lost while the background stands until both are there, whatever the carrier's period. */
+/* A master that is one command ahead, both as long as there can be, as fast as the line carries them: nothing
+ * of them is lost while the background stands until both are there, whatever the carrier's period. */
 static void test_two_of_the_largest_commands_wait_for_a_background_that_is_late(void)
 {
     const uint8_t connect[2] = {0xFF, 0};
@@ -141,8 +141,8 @@ static void test_two_of_the_largest_commands_wait_for_a_background_that_is_late(
     TEST_ASSERT_EQUAL_UINT32(0u, hal_serial_errors());
 }
 
-/* A client that floods the line: the interrupt does not come again and again for octets without room, and what is lost
- * is counted. */
+/* A client that floods the line: the interrupt does not come again and again for octets without room, and
+ * what is lost is counted. */
 static void test_octets_without_room_are_dropped_and_counted(void)
 {
     static const uint8_t flood[64];

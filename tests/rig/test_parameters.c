@@ -109,3 +109,38 @@ static void test_a_corrupt_store_refuses_the_bridge_until_a_reset(void)
     run_to_ready(rig);
     expect_store("loaded");
 }
+
+/* ---- power ---- */
+
+/* Both pages are full, so the save erases one and programs it: each word of the record, and each word in both
+ * passes of the erase. */
+static void test_a_cut_at_any_word_or_step_of_a_save_leaves_the_old_set_or_the_new_one(void)
+{
+    const uint32_t fit = 2048u / store_record_words(params_table.count);
+    for (uint32_t n = 1u; n < 2u * fit; n++) {
+        (void)given_saved_motor(n);
+    }
+    const params_t old = given_saved_motor(2u * fit);
+    (void)given_motor(99u);
+    void *const before = run_kept(rig);
+    TEST_ASSERT_TRUE(order("save"));
+    const params_t set = rig_state(rig)->app.active;
+    const uint32_t all = chip_flash_operations(chip());
+    run_back_to(rig, before);
+    const uint32_t points = all - chip_flash_operations(chip());
+    TEST_ASSERT_TRUE(points > 2u * CHIP_FLASH_KEPT + store_record_words(params_table.count));
+    uint32_t kept = 0;
+    for (uint32_t cut = 0; cut < points; cut++) {
+        run_back_to(rig, before);
+        chip_cut_power(chip(), cut);
+        (void)order("save");
+        TEST_ASSERT_TRUE(chip_halted(chip()));
+        rig_power_cycle(rig);
+        expect_store("loaded");
+        TEST_ASSERT_TRUE(runs(&old) || runs(&set));
+        kept += runs(&old) ? 1u : 0u;
+        TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
+    }
+    free(before);
+    run_say("old set after %u of %u cuts", kept, points);
+}

@@ -1,8 +1,8 @@
 /* What the background does, on a target, for tools/cost to count. With interrupts off: parameters changed
  * with the bridge on and off, a request, the background's look. And each task of its list, with what makes it
- * long, talk_step with each command of a client, the orders but those of the memory, and the steps that bring a
- * set to a memory on the I2C bus. app.c and hal/ as they are; the registers are memory,
- * whose accesses are calls here, where they are single stores on silicon. 0: all went as on the chip. */
+ * long, talk_step with each command of a client, the orders but those of the memory, and the steps that bring
+ * a set to a memory on the I2C bus. app.c and hal/ as they are; the registers are memory, whose accesses are
+ * calls here, where they are single stores on silicon. 0: all went as on the chip. */
 #include <stdio.h>
 
 #include "app/app.h"
@@ -246,8 +246,8 @@ static uint32_t memory_time(void)
 
 static bool run_memory(void)
 {
-    static const mirror_bus_t bus = {memory_write, memory_read, memory_poll, memory_give_up, memory_time,
-                                     1000u, 1000u, MEMORY_WORDS, MEMORY_WORDS};
+    static const mirror_bus_t bus = {memory_write, memory_read, memory_poll,  memory_give_up, memory_time,
+                                     1000u,        1000u,       MEMORY_WORDS, MEMORY_WORDS};
     static const uint16_t words[16] = {1u, 2u, 3u};
     mirror_t mirror;
     mirror_begin(&mirror);

@@ -20,6 +20,7 @@ typedef struct {
     double speed_noise; /* [-] of the estimated speed, relative */
     double later;       /* [N m] dry friction beside, as soon as the test orders a current */
     double lost_after;  /* [windows] of an order of current; 0: never */
+    uint32_t draw;      /* of the noise; 0: any */
     double grows;       /* [kg m^2] added to J at the first steady speed after the pushes */
 } rotor_t;
 
@@ -111,7 +112,7 @@ static commission_verdict_t torque_test(const rotor_t *is, double inertia, doubl
 {
     torque_test_t step;
     turning_wish_t wish = {0u, 30.0f, {0.0f, 0.0f}};
-    model_t model = {.is = *is, .omega = 30.0, .draw = 7u};
+    model_t model = {.is = *is, .omega = 30.0, .draw = 7u + is->draw};
     const commission_tuning_t tuning = tuning_of(is, inertia);
     commission_verdict_t verdict = commission_goes_on();
     torque_test_begin(&step);
@@ -182,18 +183,25 @@ static void test_inertia_and_friction_of_light_and_heavy_rotors(void)
     }
 }
 
+/* The acceleration of a slice is noisy by 8 %. As the independent variable of the regression it would make J
+ * too small by 1.5 %, which shows in the mean of many tests. The noise of the torque, which is smaller, makes
+ * it too large. */
 static void test_inertia_from_noisy_angles(void)
 {
-    const rotor_t is = {.inertia = 1.5e-4,
-                        .coulomb = 0.02,
-                        .flux = 0.1,
-                        .inductance_d = 0.01,
-                        .inductance_q = 0.01,
-                        .angle_noise = 0.03,
-                        .speed_noise = 0.03};
-    commission_results_t results = known(is.flux, is.inertia);
-    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, torque_test(&is, is.inertia, 10.0, &results).reason);
-    TEST_ASSERT_DOUBLE_WITHIN(0.02 * is.inertia, is.inertia, (double)results.inertia);
+    rotor_t is = {.inertia = 1.5e-4,
+                  .coulomb = 0.02,
+                  .flux = 0.1,
+                  .inductance_d = 0.01,
+                  .inductance_q = 0.01,
+                  .angle_noise = 0.07,
+                  .speed_noise = 0.03};
+    double sum = 0.0;
+    for (is.draw = 1u; is.draw <= 32u; is.draw++) {
+        commission_results_t results = known(is.flux, is.inertia);
+        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, torque_test(&is, is.inertia, 10.0, &results).reason);
+        sum += (double)results.inertia / 32.0;
+    }
+    TEST_ASSERT_TRUE(sum > 0.995 * is.inertia && sum < 1.02 * is.inertia);
 }
 
 static void test_push_that_does_not_suffice_grows(void)

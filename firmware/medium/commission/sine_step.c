@@ -77,7 +77,9 @@ float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float 
     return period / b * share;
 }
 
-float sine_saturation(float l_less, float flux_less, float l_more, float flux_more)
+/* 1/(L_q I_s)^2 [1/Wb^2] from L and the amplitude of the flux of two runs, the second with more flux. Not
+ * positive: no saturation. */
+static float saturation_from(float l_less, float flux_less, float l_more, float flux_more)
 {
     const float less = flux_less * flux_less;
     const float more = flux_more * flux_more;
@@ -189,7 +191,7 @@ static float saturation_of(const sine_step_t *step, const commission_tuning_t *t
     const float moved = results->inductance_q - less; /* by the motion of the rotor */
     const float flux = results->inductance_q * swing;
     const float s =
-        sine_saturation(results->inductance_q, flux, more + moved, (more + moved) * step->swing[RUN_Q_MORE]);
+        saturation_from(results->inductance_q, flux, more + moved, (more + moved) * step->swing[RUN_Q_MORE]);
     results->inductance_q *= 1.0f + s * flux * flux * (THREE_EIGHTHS + THE_NEXT * s * flux * flux);
     const float root = root_or_none(s);
     return root > 0.0f ? 1.0f / (results->inductance_q * root) : SINE_LINEAR;

@@ -49,10 +49,6 @@ typedef struct {
 /* L [H] from U and I; `turn`: w T [rad] with its cosine and sine. Not positive: there is none. */
 float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float period);
 
-/* 1/(L_q I_s)^2 [1/Wb^2] from L and the amplitude of the flux of two runs, the second with more flux. Not
- * positive: no saturation. */
-float sine_saturation(float l_less, float flux_less, float l_more, float flux_more);
-
 void sine_step_begin(sine_step_t *step);
 
 commission_verdict_t sine_step(sine_step_t *step, const commission_tuning_t *tuning,

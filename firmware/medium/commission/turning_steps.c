@@ -328,7 +328,10 @@ static bool goes_on(const torque_test_t *step)
     float x[TURNING_UNKNOWNS];
     float error = 1.0f;
     const bool solved = step->fit.n >= SLICES_LEAST && turning_fit_solve(&step->fit, x, &error);
-    const uint32_t least = solved && error < SCATTER_FINE ? CYCLES_FEW : CYCLES;
+    uint32_t least = CYCLES;
+    if (solved && error < SCATTER_FINE) {
+        least = CYCLES_FEW;
+    }
     return step->cycle < least || (!(solved && error < SCATTER_GOOD) && step->cycle < CYCLES_MOST);
 }
 
@@ -375,7 +378,10 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
     const float push = step->phase == TORQUE_UP     ? step->push
                        : step->phase == TORQUE_DOWN ? -BRAKE * step->push
                                                     : 0.0f;
-    const uint32_t by_current = step->phase == TORQUE_STEADY_FAST || step->phase == TORQUE_START ? 0u : 1u;
+    uint32_t by_current = 1u;
+    if (step->phase == TORQUE_STEADY_FAST || step->phase == TORQUE_START) {
+        by_current = 0u;
+    }
     wish->current.d = bounds_clamp(wish->current.d, BIAS_PUSHES * step->push);
     *wish = (turning_wish_t){by_current, wish->omega_m_ref, {wish->current.d, push}};
 }

@@ -62,8 +62,22 @@ static bool grow(wiring_step_t *step, float u_dc)
     return step->periods <= PERIODS_MOST;
 }
 
-static commission_verdict_t judge(const wiring_step_t *step, const commission_tuning_t *tuning, float u_dc,
-                                  commission_results_t *results)
+/* The answers do not cancel: the matrix once more, because noise can be the reason where the pulses are
+ * small. */
+static commission_verdict_t turns(wiring_step_t *step, const commission_tuning_t *tuning,
+                                  excite_order_t *order)
+{
+    if (step->repeated != 0u) {
+        return commission_failed(COMMISSION_REASON_ROTOR_TURNS, 0);
+    }
+    *step = (wiring_step_t){
+        .phase = WIRING_MATRIX, .periods = step->periods, .voltage = step->voltage, .repeated = 1u};
+    fire(step, tuning, 0u, order);
+    return commission_goes_on();
+}
+
+static commission_verdict_t judge(wiring_step_t *step, const commission_tuning_t *tuning, float u_dc,
+                                  excite_order_t *order, commission_results_t *results)
 {
     const float inductance = FRAMES_ONE_THIRD * step->inductances;
     const float rank = wiring_rank(&step->matrix);
@@ -80,7 +94,7 @@ static commission_verdict_t judge(const wiring_step_t *step, const commission_tu
         return commission_failed(COMMISSION_REASON_SENSOR_MAP, wiring_code(map));
     }
     if (length(step->sum) > TURNS_FROM * step->lengths) {
-        return commission_failed(COMMISSION_REASON_ROTOR_TURNS, 0);
+        return turns(step, tuning, order);
     }
     results->inductance_pulse = inductance;
     return commission_finished();
@@ -131,7 +145,7 @@ static commission_verdict_t compare(wiring_step_t *step, const commission_tuning
     const float flux = (1.0f - LESS) * step->voltage * (float)step->periods * tuning->period;
     step->inductances += rise > 0.0f ? flux / rise : 0.0f;
     if (step->direction + 2u >= WIRING_DIRECTIONS) {
-        return judge(step, tuning, input->u_dc, results);
+        return judge(step, tuning, input->u_dc, order, results);
     }
     fire(step, tuning, step->direction + 2u, order);
     return commission_goes_on();

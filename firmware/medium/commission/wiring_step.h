@@ -23,6 +23,7 @@ typedef struct {
     uint32_t windows;     /* [windows] of the present pulse */
     float voltage;        /* [V] */
     uint32_t periods;     /* [periods] of half a pulse */
+    uint32_t repeated;    /* [-] 1: the matrix is measured again, because its answers did not cancel */
     float largest;        /* answer of this search [A] */
     wiring_matrix_t matrix;
     ab_t sum;                       /* of the answers [A] */

@@ -112,7 +112,7 @@ SECTIONS
                       /* firmware/fast/measure.c */
                       *(.text:add) *(.text:add_scatter) *(.text:is_noisy) *(.text:square_sum)
                       /* firmware/fast/reference/catch.c */
-                      *(.text:catch_step) *(.text:turned_on)
+                      *(.text:turned_on)
                       /* firmware/fast/reference/reference.c */
                       *(.text:caught) *(.text:follow_catch) *(.text:force) *(.text:forced_step) *(.text:lock_to)
                       *(.text:obey) *(.text:reference_rest) *(.text:reference_step) *(.text:reference_take)

@@ -312,8 +312,11 @@ static __attribute__((noinline)) void bent_slope(const plant_t *plant, double om
     const double resistance = plant->params.resistance;
     const magnetics_t field = magnetics_at(plant, i_d, i_q);
     if (plant->open == 0u) {
-        *di_d = (drive_d - resistance * i_d + omega_e * field.flux_q) / field.slope_d;
-        *di_q = (drive_q - resistance * i_q - omega_e * field.flux_d) / field.slope_q;
+        const double rate_d = drive_d - resistance * i_d + omega_e * field.flux_q;
+        const double rate_q = drive_q - resistance * i_q - omega_e * field.flux_d;
+        const double per = 1.0 / (field.slope_d * field.slope_q - field.cross_d * field.cross_q);
+        *di_d = per * (field.slope_q * rate_d - field.cross_d * rate_q);
+        *di_q = per * (field.slope_d * rate_q - field.cross_q * rate_d);
         return;
     }
     /* The flux along the line m: d(m psi)/dt = m (u - e) - R y, with the currents y m and m turning back. */
@@ -322,9 +325,10 @@ static __attribute__((noinline)) void bent_slope(const plant_t *plant, double om
     double y = i_d * m_d + i_q * m_q;
     double turn_d = omega_e * m_q;
     double turn_q = -omega_e * m_d;
-    double l_m = field.slope_d * m_d * m_d + field.slope_q * m_q * m_q;
-    double moved = y * (m_d * field.slope_d * turn_d + m_q * field.slope_q * turn_q) + field.flux_d * turn_d +
-                   field.flux_q * turn_q;
+    double l_d = field.slope_d * m_d + field.cross_q * m_q; /* of the flux along m, by i_d and by i_q */
+    double l_q = field.slope_q * m_q + field.cross_d * m_d;
+    double l_m = l_d * m_d + l_q * m_q;
+    double moved = y * (l_d * turn_d + l_q * turn_q) + field.flux_d * turn_d + field.flux_q * turn_q;
     double dy = (drive_d * m_d + drive_q * m_q - resistance * y - moved) / l_m;
     *di_d = dy * m_d + y * turn_d;
     *di_q = dy * m_q + y * turn_q;
@@ -909,10 +913,16 @@ static __attribute__((noinline)) void bent_rate(plant_t *plant)
     const magnetics_t field = magnetics_at(plant, plant->i_d, plant->i_q);
     plant->k_max = 1.0 / (field.slope_d < field.slope_q ? field.slope_d : field.slope_q);
     double least_square = 1e12;
-    if (q->saturation_d > 0.0) {
+    if (plant->map != 0u) { /* the smaller eigenvalue is at least the determinant over the trace */
+        const double determinant = field.slope_d * field.slope_q - field.cross_d * field.cross_q;
+        const double step = flux_map_step(flux_map_of(plant->map));
+        plant->k_max = (field.slope_d + field.slope_q) / determinant;
+        least_square = step * step;
+    }
+    if (plant->map == 0u && q->saturation_d > 0.0) {
         least_square = q->saturation_d * q->saturation_d + plant->i_d * plant->i_d;
     }
-    if (q->saturation_q > 0.0) {
+    if (plant->map == 0u && q->saturation_q > 0.0) {
         least_square = least(least_square, q->saturation_q * q->saturation_q + plant->i_q * plant->i_q);
     }
     plant->rate = plant->ohms * plant->k_max +

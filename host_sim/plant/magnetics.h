@@ -3,21 +3,33 @@
  *   psi = L i/sqrt(1 + (i/I_s)^2),   dpsi/di = L/(1 + (i/I_s)^2)^1.5,   energy 1.5 (psi i - coenergy),
  *   coenergy = L I_s^2 (sqrt(1 + (i/I_s)^2) - 1) = L i^2/(1 + sqrt(1 + (i/I_s)^2)),
  *
- * which is exact for I_s without bound too. The magnets' flux is not in it. */
+ * which is exact for I_s without bound too; or, with a flux map, that of the map. The magnets' flux,
+ * flux_linkage, is not in it. */
 #ifndef HOST_SIM_PLANT_MAGNETICS_H
 #define HOST_SIM_PLANT_MAGNETICS_H
 
 #include <math.h>
 
+#include "host_sim/plant/flux_map.h"
 #include "host_sim/plant/plant.h"
 
 typedef struct {
     double flux_d, flux_q;   /* [Wb] of the currents, without the magnets */
     double slope_d, slope_q; /* [H] incremental inductances */
+    double cross_d, cross_q; /* [H] dpsi_d/di_q, dpsi_q/di_d: with a flux map */
 } magnetics_t;
 
 static inline magnetics_t magnetics_at(const plant_t *plant, double i_d, double i_q)
 {
+    if (plant->map != 0u) {
+        const flux_map_point_t at = flux_map_at(flux_map_of(plant->map), i_d, i_q);
+        return (magnetics_t){at.flux_d - plant->params.flux_linkage,
+                             at.flux_q,
+                             at.slope_dd,
+                             at.slope_qq,
+                             at.slope_dq,
+                             at.slope_qd};
+    }
     const double less_d = 1.0 / sqrt(1.0 + plant->bend_d * i_d * i_d);
     const double less_q = 1.0 / sqrt(1.0 + plant->bend_q * i_q * i_q);
     const double apparent_d = plant->params.inductance_d * less_d;
@@ -33,6 +45,9 @@ static inline magnetics_t magnetics_at(const plant_t *plant, double i_d, double 
 /* Stored in the field of the currents [J]. */
 static inline double magnetics_energy(const plant_t *plant, double i_d, double i_q)
 {
+    if (plant->map != 0u) {
+        return flux_map_energy(flux_map_of(plant->map), i_d, i_q);
+    }
     const double root_d = sqrt(1.0 + plant->bend_d * i_d * i_d);
     const double root_q = sqrt(1.0 + plant->bend_q * i_q * i_q);
     /* psi i - coenergy = L i^2 (1/r - 1/(1 + r)) = L i^2/(r (1 + r)). */

@@ -507,16 +507,21 @@ static void make_encoder(plant_t *plant, const plant_params_t *before, int64_t s
     }
 }
 
-/* The axes whose flux bends; `own` [ohm] as make_legs has given it. */
-static void make_saturation(plant_t *plant, double own)
+/* What the length of a step follows from: the fastest rate of change. `own`: the largest resistance of a
+ * leg's own. */
+static void make_rate(plant_t *plant, double own)
 {
     const plant_params_t *q = &plant->params;
     plant->bend_d = q->saturation_d > 0.0 ? 1.0 / (q->saturation_d * q->saturation_d) : 0.0;
     plant->bend_q = q->saturation_q > 0.0 ? 1.0 / (q->saturation_q * q->saturation_q) : 0.0;
-    plant->saturates = plant->bend_d > 0.0 || plant->bend_q > 0.0;
+    plant->map = (uint32_t)q->flux_map;
+    plant->saturates = plant->bend_d > 0.0 || plant->bend_q > 0.0 || plant->map != 0u;
     plant->ohms = q->resistance + plant->r_mean + own;
     plant->rate_other =
         (q->dc_ripple != 0.0 ? q->dc_ripple_frequency : 0.0) + shaft_rate(plant) + plant->work_rate;
+    plant->rate = plant->ohms * plant->k_max +
+                  q->pole_pairs * q->flux_linkage * sqrt(1.5 * plant->k_max * plant->inertia_inverse) +
+                  plant->rate_other;
 }
 
 void plant_set_params(plant_t *plant, const plant_params_t *params)
@@ -557,10 +562,7 @@ void plant_set_params(plant_t *plant, const plant_params_t *params)
     double own = make_legs(plant);
     plant->uneven = own > 0.0;
 
-    plant->rate = (q->resistance + plant->r_mean + own) * plant->k_max +
-                  q->pole_pairs * q->flux_linkage * sqrt(1.5 * plant->k_max * plant->inertia_inverse) +
-                  (q->dc_ripple != 0.0 ? q->dc_ripple_frequency : 0.0) + shaft_rate(plant) + plant->work_rate;
-    make_saturation(plant, own);
+    make_rate(plant, own);
 
     double narrowest = (0.5 * q->dc_voltage + q->diode_voltage) * ZONE_TIME * plant->k_max;
     plant->zone = q->current_zone > narrowest ? q->current_zone : narrowest;

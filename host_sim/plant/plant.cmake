@@ -1,5 +1,6 @@
 add_library(lagless_plant STATIC
     plant/averaged.c
+    plant/flux_map.c
     plant/interval.c
     plant/noise.c
     plant/phasor.c

@@ -4,6 +4,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "host_sim/plant/flux_map.h"
+
+#define MAP_FLUX 0.01 /* [-] by which flux_linkage may differ from that of a map */
+
 typedef struct {
     const char *name;
     size_t offset;
@@ -35,7 +39,7 @@ static bool counts_something(const plant_params_t *params, const double *value)
         &params->open_phase_c,     &params->force_fault,      &params->open_switches,
         &params->shorted_switches, &params->swap_phases,      &params->swap_currents,
         &params->encoder_reversed, &params->encoder_stuck_a,  &params->encoder_stuck_b,
-        &params->supply_lost,      &params->load_sine_cycles,
+        &params->supply_lost,      &params->load_sine_cycles, &params->flux_map,
     };
     for (size_t n = 0; n < sizeof whole / sizeof whole[0]; n++) {
         if (value == whole[n]) {
@@ -82,6 +86,32 @@ static bool shaft_resolved(const plant_params_t *params, plant_params_error_t *w
     return false;
 }
 
+/* A map that is there, whose flux without current is flux_linkage, within a hundredth. */
+static bool map_fits(const plant_params_t *params, plant_params_error_t *why)
+{
+    const flux_map_t *map = flux_map_of((uint32_t)params->flux_map);
+    if (params->flux_map == 0.0) {
+        return true;
+    }
+    const double flux = map != NULL ? flux_map_at(map, 0.0, 0.0).flux_d : 0.0;
+    if (map != NULL && fabs(params->flux_linkage - flux) <= MAP_FLUX * fabs(flux)) {
+        return true;
+    }
+    if (why != NULL && map == NULL) {
+        *why = (plant_params_error_t){
+            .field = "flux_map", .rule = "no map of this number has been read", .value = params->flux_map};
+    } else if (why != NULL) {
+        *why = (plant_params_error_t){
+            .field = "flux_linkage",
+            .rule = "with flux_map: psi_d of the map without current, within 1 %",
+            .value = params->flux_linkage,
+            .minimum = (1.0 - MAP_FLUX) * flux,
+            .maximum = (1.0 + MAP_FLUX) * flux,
+        };
+    }
+    return false;
+}
+
 bool plant_params_check(const plant_params_t *params, plant_params_error_t *why)
 {
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
@@ -116,5 +146,5 @@ bool plant_params_check(const plant_params_t *params, plant_params_error_t *why)
             return refuse(why, row, *value, 0.0, "a link without a supply needs dc_capacitance above 0");
         }
     }
-    return shaft_resolved(params, why);
+    return map_fits(params, why) && shaft_resolved(params, why);
 }

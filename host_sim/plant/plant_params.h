@@ -101,7 +101,8 @@
     P(load_table_5,          "N m",      0.0,     -1e4,   1e4,    "load at five times load_table_speed") \
     P(load_table_6,          "N m",      0.0,     -1e4,   1e4,    "load at six times load_table_speed and above") \
     P(saturation_d,          "A",        0.0,     0.0,    1e4,    "current I_s at which the flux of i_d is inductance_d i_d/sqrt(1 + (i_d/I_s)^2), 1/sqrt 2 of the unsaturated one; 0: no saturation, else 1 A at least") \
-    P(saturation_q,          "A",        0.0,     0.0,    1e4,    "the same of i_q and inductance_q")
+    P(saturation_q,          "A",        0.0,     0.0,    1e4,    "the same of i_q and inductance_q") \
+    P(flux_map,              "-",        0.0,     0.0,    32.0,   "number of a flux map, psi_d and psi_q over i_d and i_q, in place of inductances and saturation; in a scenario the name of its CSV file; 0: none")
 /* clang-format on */
 
 /* load_kind */
@@ -134,8 +135,9 @@ plant_params_t plant_params_default(void);
 
 /* true if every value is in its range, whole where it counts something, and the cross-rules hold (a passive
  * load is not negative; break-away is 0 or no less than dry friction; no switch is open and shorted at once;
- * a lost supply leaves a capacitor; an elastic shaft is no faster than PLANT_SHAFT_FASTEST). Otherwise false
- * and *why says what is wrong; why may be NULL. Not a number is out of range. */
+ * a lost supply leaves a capacitor; flux_linkage is that of a flux map, within 1 %; an elastic shaft is no
+ * faster than PLANT_SHAFT_FASTEST). Otherwise false and *why says what is wrong; why may be NULL. Not a
+ * number is out of range. */
 bool plant_params_check(const plant_params_t *params, plant_params_error_t *why);
 
 #endif

@@ -127,6 +127,7 @@ typedef struct {
     uint32_t ripples;     /* a stiff link that is not constant */
     uint32_t uneven;      /* some leg has a resistance of its own */
     uint32_t averaged;    /* PLANT_EDGES: no; whose zero vector is at the ends of a period */
+    uint32_t map;         /* [-] number of the flux map; 0: none */
     uint32_t idle;        /* no current flows: nothing but the shaft moves */
     uint32_t harmonics;   /* the EMF has some */
     uint32_t metering;

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "host_sim/plant/flux_map.h"
 #include "tests/plant/bench.h"
 #include "unity.h"
 
@@ -107,4 +108,126 @@ static void test_a_current_of_saturation_below_an_ampere_is_refused(void)
     TEST_ASSERT_EQUAL_STRING("saturation_q", why.field);
     q.saturation_q = 1.0;
     TEST_ASSERT_TRUE(plant_params_check(&q, &why));
+}
+
+/* ---- flux maps ---- */
+
+#define MOST 71u
+
+/* Both axes saturate together, from one energy: psi_d = L_d i_d/s, psi_q = L_q i_q/s, with the coenergy K (s
+ * - 1), s^2 = 1 + (L_d i_d^2 + L_q i_q^2)/K. */
+#define ALONG  0.02
+#define ACROSS 0.04
+#define STIFF  2.0 /* K [J], of two thirds of three phases */
+#define MAGNET 0.183
+
+static double together(double i_d, double i_q)
+{
+    return sqrt(1.0 + (ALONG * i_d * i_d + ACROSS * i_q * i_q) / STIFF);
+}
+
+static double own_law(double inductance, double i)
+{
+    return inductance * i / sqrt(1.0 + i * i / 64.0);
+}
+
+/* Number of a map from -15 to 15 A in steps of `step`; of the law above, or of BENT with I_s of 8 A in both
+ * axes. */
+static uint32_t map_of(double step, bool coupled)
+{
+    static double i[MOST], flux_d[MOST * MOST], flux_q[MOST * MOST];
+    const uint32_t count = 1u + (uint32_t)lround(30.0 / step);
+    TEST_ASSERT_TRUE(count <= MOST);
+    for (uint32_t n = 0; n < count; n++) {
+        i[n] = -15.0 + n * step;
+    }
+    for (uint32_t n = 0; n < count; n++) {
+        for (uint32_t m = 0; m < count; m++) {
+            const double s = together(i[n], i[m]);
+            flux_d[n * count + m] = MAGNET + (coupled ? ALONG * i[n] / s : own_law(0.02, i[n]));
+            flux_q[n * count + m] = coupled ? ACROSS * i[m] / s : own_law(0.04, i[m]);
+        }
+    }
+    flux_map_error_t error;
+    const uint32_t number = flux_map_add(&(flux_map_grid_t){count, count, i, i, flux_d, flux_q}, &error);
+    TEST_ASSERT_TRUE_MESSAGE(number > 0u, error.rule);
+    return number;
+}
+
+static plant_params_t with_map(const char *rows, uint32_t number)
+{
+    plant_params_t q = plant_of(rows);
+    q.flux_map = number;
+    return q;
+}
+
+/* The interpolation is of third order: with half of the step an eighth of the difference is left, or less. */
+static void test_a_map_of_a_law_is_that_law(void)
+{
+    const plant_params_t law = plant_of(BENT ", saturation_d = 8, saturation_q = 8");
+    const plant_truth_t one = drive(&law, 400, 0u);
+    double last = 1.0;
+    for (int n = 0; n < 2; n++) {
+        const plant_params_t map = with_map(BENT, map_of(n == 0 ? 1.0 : 0.5, false));
+        const plant_truth_t other = drive(&map, 400, 0u);
+        const double differs = apart(&one, &other);
+        TEST_ASSERT_TRUE(differs < (n == 0 ? 5e-3 : 0.3 * last) || differs < 2e-4);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * one.energy_magnetic, one.energy_magnetic, other.energy_magnetic);
+        last = differs;
+    }
+}
+
+/* Without resistance and motion the flux is the integral of the voltage, also along the line of two wires
+ * when the third is broken, whatever the rotor's angle; and nothing but the field takes the energy. */
+static void test_a_map_of_axes_that_act_on_each_other_makes_the_flux_of_the_voltage(void)
+{
+    for (int n = 0; n < 6; n++) {
+        plant_params_t q = with_map(
+            NO_DROPS
+            ", resistance = 0, shaft_locked = 1, shaft_locked_speed = 0, turn_on_delay = 0, "
+            "turn_off_delay = 0, short_circuit_current = 0, inductance_d = 0.02, inductance_q = 0.04",
+            map_of(0.5, true));
+        q.open_phase_c = n % 2;
+        plant_init(&plant, &q, 1);
+        plant_set_motion(&plant, 0.25 * (0.4 + 0.9 * (n / 2)), 0.0);
+        plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+        const plant_truth_t begin = truth();
+        for (uint64_t tick = 20000u; tick <= 80000u; tick += 20000u) {
+            const plant_truth_t now = truth_at(tick);
+            const double s = together(now.i_d, now.i_q);
+            const double c = cos(now.theta_e);
+            const double d = sin(now.theta_e);
+            const double flux_d = ALONG * now.i_d / s;
+            const double flux_q = ACROSS * now.i_q / s;
+            const double alpha = flux_d * c - flux_q * d;
+            const double beta = flux_d * d + flux_q * c;
+            const double line =
+                sqrt(0.75); /* along which a and b carry opposite currents: (cos -30 deg, sin -30 deg) */
+            const double more_alpha = now.flux_alpha - begin.flux_alpha;
+            const double more_beta = now.flux_beta - begin.flux_beta;
+            if (n % 2 == 0) {
+                TEST_ASSERT_DOUBLE_WITHIN(2e-5, more_alpha, alpha);
+                TEST_ASSERT_DOUBLE_WITHIN(2e-5, more_beta, beta);
+            } else {
+                TEST_ASSERT_DOUBLE_WITHIN(2e-5, line * more_alpha - 0.5 * more_beta,
+                                          line * alpha - 0.5 * beta);
+            }
+            const double energy = 1.5 * (flux_d * now.i_d + flux_q * now.i_q - STIFF * (s - 1.0));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-3 * energy + 1e-6, energy, now.energy_magnetic);
+        }
+        TEST_ASSERT_TRUE(hypot(plant.i_d, plant.i_q) > 1.5);
+    }
+}
+
+static void test_a_flux_linkage_that_is_not_that_of_the_map_is_refused(void)
+{
+    plant_params_t q = with_map("", map_of(1.0, true));
+    plant_params_error_t why;
+    TEST_ASSERT_TRUE(plant_params_check(&q, &why));
+    q.flux_linkage = 0.17;
+    TEST_ASSERT_FALSE(plant_params_check(&q, &why));
+    TEST_ASSERT_EQUAL_STRING("flux_linkage", why.field);
+    q.flux_map = 31.0;
+    TEST_ASSERT_FALSE(plant_params_check(&q, &why));
+    TEST_ASSERT_EQUAL_STRING("flux_map", why.field);
 }

@@ -144,7 +144,7 @@ static void look(inductance_t *x, bool said, bool learnt, float speed)
                    !looks_for_resistance(x, speed))) {
         at->looked = 0u;
         at->missed = 0u;
-        at->failed = failed ? 1u : 0u;
+        at->failed = failed ? UINT32_C(1) : UINT32_C(0);
         at->rests = tuning->rest;
         at->looked_at = x->mean.q;
     }

@@ -85,7 +85,7 @@ class OwnMotor(TestCase):
         for fault in ("jam", "motor_hot"):
             told += lagless("matrix", "--scenario", path, "--at", "20 s", "--only", fault).stdout
         self.assertRegex(told, r"after [1-9]\.\d{1,3} s")
-        self.assertRegex(told, r"ripple \d\.\d A peak")
+        self.assertRegex(told, r"ripple is \d\.\d A peak")
         self.assertNotRegex(told, r"\de[+-]\d|\d\.\d{4}")
 
     def test_learning_does_not_disturb_a_motor_whose_test_signal_is_too_small(self):

@@ -18,8 +18,9 @@ void board_begin(int argc, char **argv);
  * `why` says what is wrong. */
 bool board_choose(const char *name, char why[BOARD_WHY_SIZE]);
 
-/* The board that a scenario names, and its text where that came from stdin (NULL: from a file): likewise.
- * false: `why`, and "" if --board has chosen another one, which the reader's error tells. */
+/* The board that a scenario names, and its text where that came from stdin (NULL: from a file). It does not
+ * return if that board's program starts. false: `why` has the reason, "" if --board has chosen another board,
+ * which the reader's error tells. */
 bool board_of_scenario(const char *name, const char *text, size_t octets, char why[BOARD_WHY_SIZE]);
 
 #endif

@@ -83,7 +83,7 @@ class BoardFileTest(unittest.TestCase):
 
 class GoodFiles(BoardFileTest):
     def test_each_board_compiles_clean(self):
-        self.assertEqual(len(BOARDS), 4)
+        self.assertEqual(len(BOARDS), 6)
         for board in BOARDS:
             for compiler in [CC, *([[CLANG]] if CLANG else [])]:
                 with self.subTest(board=board.name, compiler=compiler):

@@ -68,6 +68,9 @@ endif()
 # program or a test needs them.
 set(LAGLESS_OF_BOARD lagless_board lagless_firmware lagless_hal lagless_app lagless_plant lagless_rig)
 function(lagless_add_board name board)
+    if(TARGET lagless_rig_${name}) # the program and a test need the same one
+        return()
+    endif()
     lagless_board_target(lagless_board_${name} "${board}")
     foreach(library lagless_firmware lagless_hal lagless_app lagless_plant lagless_rig)
         get_target_property(folder ${library} SOURCE_DIR)

@@ -18,9 +18,9 @@ void board_begin(int argc, char **argv);
  * `why` says what is wrong. */
 bool board_choose(const char *name, char why[BOARD_WHY_SIZE]);
 
-/* Chooses the board that a scenario names, as board_choose(). `text`: the scenario, if it came from stdin;
- * NULL: it is in a file. false: `why` has the reason; it is empty if --board has chosen another board, which
- * the reader's error reports. */
+/* The board that a scenario names, and its text where that came from stdin (NULL: from a file). It does not
+ * return if that board's program starts. false: `why` has the reason, "" if --board has chosen another board,
+ * which the reader's error tells. */
 bool board_of_scenario(const char *name, const char *text, size_t octets, char why[BOARD_WHY_SIZE]);
 
 #endif

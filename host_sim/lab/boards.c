@@ -1,6 +1,5 @@
 #include "host_sim/lab/boards.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 

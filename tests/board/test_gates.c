@@ -89,7 +89,7 @@ static uint64_t on_since(uint32_t sw, uint64_t tick)
 /* Never both switches of a leg; from each turn-off to the partner's turn-on as long as this at least [s]. */
 static void expect_dead_band(double least, double most)
 {
-    double shortest = INFINITY;
+    double shortest = (double)INFINITY;
     double longest = 0.0;
     uint32_t counted = 0;
     for (uint32_t leg = 0; leg < 3u; leg++) {
@@ -343,9 +343,9 @@ static void expect_clamps(double dead_time)
     TEST_ASSERT_TRUE(edges > 1000u && edges < EDGES);
 
     expect_dead_band(dead_time, dead_time + CYCLE);
-    double pulse = INFINITY;
+    double pulse = (double)INFINITY;
     double largest = 0.0;
-    double smallest = INFINITY;
+    double smallest = (double)INFINITY;
     for (uint32_t leg = 0; leg < 3u; leg++) {
         uint64_t lower_off = 0;
         uint64_t on[2] = {0, 0};
@@ -379,7 +379,7 @@ static void expect_clamps(double dead_time)
 
     /* Line 10: all lower switches are on at every t_k, the last of them for as long as the shunts need. */
     if (BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR) {
-        double least = INFINITY;
+        double least = (double)INFINITY;
         for (uint64_t at = from + 2u * RIG_PERIOD_TICKS; at < to; at += RIG_PERIOD_TICKS) {
             for (uint32_t leg = 0; leg < 3u; leg++) {
                 const uint64_t since = on_since(LOWER(leg), at);

@@ -1,6 +1,8 @@
 /* A drive whose board has its memory on the I2C bus (pump325.h), at a port of this machine, in real time: for
- * the tests of `lagless connect`. usage: keeping_drive good|breaks; breaks: the memory keeps what it had,
- * from the first order for it on. */
+ * the tests of `lagless connect`. usage: keeping_drive good|breaks|vanishes
+ *
+ * breaks: the memory keeps what it had, from the first order for it on. vanishes: the program ends while the
+ * memory works. */
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -26,6 +28,8 @@ int main(int argc, char **argv)
 {
     const chip_memory_t eeprom = {BOARD_STORE_ADDRESS, 64u, (uint32_t)(CHIP_TICKS_PER_SECOND / 200u)};
     const bool breaks = argc == 2 && strcmp(argv[1], "breaks") == 0;
+    const bool vanishes = argc == 2 && strcmp(argv[1], "vanishes") == 0;
+    uint32_t worked = 0; /* [ms] */
     struct timespec begin;
     wire_error_t error;
     rig_t *rig = rig_create(1u);
@@ -45,7 +49,12 @@ int main(int argc, char **argv)
         if (period % LOOK_PERIODS == 0u) {
             wire_poll(wire);
             keep_pace(&begin, period * RIG_PERIOD_SECONDS);
-            chip_break_memory(&rig_state(rig)->chip, breaks && rig_value(rig, "store_state") == busy);
+            const bool works = rig_value(rig, "store_state") == busy;
+            chip_break_memory(&rig_state(rig)->chip, breaks && works);
+            worked += works ? 1u : 0u;
+            if (vanishes && worked > 100u) {
+                return 0;
+            }
         }
         rig_step(rig);
     }

@@ -22,7 +22,7 @@ static void test_ids_are_unique_over_all_tables_and_every_row_can_be_read(void)
     for (uint32_t t = 0; t < rig_table_count(); t++) {
         const table_t *table = rig_table(t);
         for (uint32_t n = 0; n < table->count; n++) {
-            double value = NAN;
+            double value = (double)NAN;
             TEST_ASSERT_EQUAL_PTR_MESSAGE(&table->rows[n], rig_row(table->rows[n].id), table->rows[n].name);
             TEST_ASSERT_TRUE(rig_get(rig, table->rows[n].id, &value));
             TEST_ASSERT_TRUE_MESSAGE(isfinite(value), table->rows[n].name);
@@ -84,7 +84,7 @@ static void test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_
 /* What a float would round to a whole number is none, and one that it cannot hold is told as it was given. */
 static void test_numbers_that_are_none_or_not_whole_are_refused(void)
 {
-    const double none[] = {NAN, INFINITY, -INFINITY, 1e300};
+    const double none[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 1e300};
     for (size_t n = 0; n < 4; n++) {
         TEST_ASSERT_FALSE(rig_put(rig, "speed_request", none[n]));
         expect_refusal("speed_request", REASON_OUT_OF_RANGE, "accepted");

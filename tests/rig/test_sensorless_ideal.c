@@ -232,8 +232,8 @@ static void test_lag_of_the_paper_s_configurations(void)
         {"none", 200.0, LAG_NONE, -54.1, 1.0, 1.0},
         {"corrected", 200.0, LAG_CORRECTED, 31.1, 1.5, 1.0},
         {"exact", 200.0, LAG_EXACT, 0.0, 0.5, 1.0},
-        {"printed", 200.0, LAG_PRINTED, 35.5, 1.5, INFINITY},
-        {"k_s 162 V", 162.0, LAG_NONE, -80.0, 3.0, INFINITY},
+        {"printed", 200.0, LAG_PRINTED, 35.5, 1.5, (double)INFINITY},
+        {"k_s 162 V", 162.0, LAG_NONE, -80.0, 3.0, (double)INFINITY},
     };
     grid_t grid = grid_of("lag", 4u * sizeof cases / sizeof cases[0]);
     for (uint32_t point; grid_next_documented(&grid, &point);) {

@@ -309,7 +309,7 @@ static void test_step_ends_after_its_largest_time_with_what_it_waited_for(void)
                                                     .inertia_first = 1e-3f};
         uint32_t windows = 0u;
         while (commission.state < (int32_t)COMMISSION_DONE) {
-            commission_window(&commission, rows[n].step, &window);
+            commission_window(&commission, (int32_t)rows[n].step, &window);
             windows++;
         }
         TEST_ASSERT_EQUAL_INT32(rows[n].reason, commission.reason);

@@ -24,8 +24,17 @@ typedef struct {
     arguments_scenario_t of;
     const char *plate, *steps, *file;
     bool json, yes;
-    bool turns; /* the answer to shaft_free */
+    bool turns;  /* the answer to shaft_free */
+    double link; /* the answer to link [V]; 0: none */
 } options_t;
+
+/* A voltage above zero. */
+static bool link_of(const char *text, double *link)
+{
+    char *end = NULL;
+    *link = strtod(text, &end);
+    return end != text && *end == '\0' && isfinite(*link) && *link > 0.0;
+}
 
 /* --answer NAME=VALUE. */
 static void answer(options_t *options, const char *text, struct argp_state *state)
@@ -34,8 +43,12 @@ static void answer(options_t *options, const char *text, struct argp_state *stat
         options->turns = true;
     } else if (strcmp(text, "shaft_free=no") == 0) {
         options->turns = false;
+    } else if (strncmp(text, "link=", 5u) == 0 && link_of(text + 5, &options->link)) {
+        return;
     } else {
-        argp_error(state, "--answer %s: accepted shaft_free=yes and shaft_free=no", text);
+        argp_error(state,
+                   "--answer %s: accepted shaft_free=yes, shaft_free=no and link=VOLT, for example link=311",
+                   text);
     }
 }
 
@@ -129,11 +142,21 @@ static bool read_plate(const char *path, commission_plate_t *plate)
     return missing == NULL;
 }
 
-/* The turning steps need a free shaft. On a terminal the user is asked; the simulated shaft is free. */
+/* The turning steps need a free shaft, and every value the true link. On a terminal the user is asked; the
+ * simulated shaft is free, and its link is as measured. */
 static void ask(options_t *options, commission_options_t *steps)
 {
-    char line[16] = "y";
-    if (options->turns && !options->yes && isatty(STDIN_FILENO) && isatty(STDERR_FILENO)) {
+    char line[32] = "y";
+    const bool terminal = !options->yes && isatty(STDIN_FILENO) && isatty(STDERR_FILENO);
+    if (terminal && options->link == 0.0) {
+        fprintf(stderr, "Voltage of the DC link by a meter, in V? [empty: not measured] ");
+        if (fgets(line, sizeof line, stdin) != NULL) {
+            line[strcspn(line, "\n")] = '\0';
+            (void)link_of(line, &options->link);
+        }
+    }
+    steps->link = options->link;
+    if (options->turns && terminal) {
         fprintf(stderr, "Is the shaft free, uncoupled and out of reach of persons? It will turn. [y/n] ");
         if (fgets(line, sizeof line, stdin) == NULL || (line[0] != 'y' && line[0] != 'Y')) {
             options->turns = false;
@@ -405,7 +428,10 @@ int command_commission(int argc, char **argv)
          "flux, inertia, separated by commas",
          0},
         {"answer", 'a', "NAME=VALUE", 0,
-         "answer to a question: shaft_free=yes or shaft_free=no (the rotor is not turned)", 0},
+         "answer to a question: shaft_free=yes or shaft_free=no (the rotor is not turned); link=VOLT, the DC "
+         "link by "
+         "a meter",
+         0},
         {"yes", 'y', NULL, 0, "answer all questions with yes", 0},
         {"write", 'w', "FILE", 0, "write the measured motor, for [motor] and for `lagless tune`", 0},
         ARGUMENTS_FORCE,

@@ -11,6 +11,7 @@
 #define WAIT_READY     2.0   /* [s] until the drive is ready */
 #define WAIT_ON        4.0   /* [s] until it is on */
 #define WAIT_FAULT     6.0   /* [s] until a fault is latched that has opened the bridge */
+#define LINK_ERROR     0.05  /* largest difference from the user's meter, relative */
 #define LINEAR         1e5   /* [A] least saturation current of a q axis without a saturation */
 #define SLICE          25u   /* [periods] between two looks */
 #define COAST          0.3   /* [s] after a turning step */
@@ -337,6 +338,21 @@ static bool try_step(commission_work_t *work, commission_do_t step)
     return good;
 }
 
+/* An error of the measured link is the same one of R, L and psi_f. false: it is beyond what a divider may
+ * have, and `result` says so. */
+static bool link_agrees(commission_work_t *work)
+{
+    char text[160];
+    const double meter = work->options->link;
+    if (!(meter > 0.0) || fabs(work->link - meter) <= LINK_ERROR * meter) {
+        return true;
+    }
+    snprintf(text, sizeof text, "the drive measures %.4g V at the DC link, the meter shows %.4g V",
+             work->link, meter);
+    end_with(work, "link_mismatch", text, "check the meter and the divider of the DC link");
+    return false;
+}
+
 /* The step is requested, or a later one needs it. */
 static bool is_needed(const commission_options_t *options, uint32_t step)
 {
@@ -363,6 +379,9 @@ bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commissio
         return true;
     }
     work.link = rig_value(rig, "u_dc");
+    if (!link_agrees(&work)) {
+        return true;
+    }
     (void)rig_tap(rig, currents, 3u, 1u, note_currents, result);
     bool good = true;
     for (uint32_t n = 0; good && result->reason[0] == '\0' && n < COMMISSION_STEP_COUNT; n++) {

@@ -73,6 +73,7 @@ typedef struct {
     /* Steps that are not requested. They run nevertheless if a later one is, because it needs their results;
      * but for `board`, whose results nothing needs. */
     bool skip[COMMISSION_STEP_COUNT];
+    double link; /* of the DC link by the user's meter [V]; 0: not known */
     /* before each try of a step, and once after it; NULL: nobody listens */
     void (*progress)(void *context, commission_do_t step, bool done, const commission_result_t *result);
     /* every 2.5 ms of a step; false opens the bridge and ends the commissioning with `stopped_by_user`; NULL:

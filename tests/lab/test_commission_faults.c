@@ -205,3 +205,22 @@ static void test_step_that_is_requested_alone_runs_those_that_it_needs(void)
     TEST_ASSERT_TRUE(isfinite(result.resistance.value) && result.step_seconds[COMMISSION_DO_board] == 0.0);
     rig_free(rig);
 }
+
+/* A link that the meter shows 6 % higher; 4 % are within the error of a divider. */
+static void test_link_that_the_meter_denies_ends_before_the_first_step(void)
+{
+    scenario_error_t error = {.file = ""};
+    commission_result_t result;
+    commission_options_t options = {.link = 1.06 * 311.0};
+    for (uint32_t n = 1u; n < COMMISSION_STEP_COUNT; n++) {
+        options.skip[n] = true;
+    }
+    rig_t *rig = rig_with_motor(7u);
+    TEST_ASSERT_TRUE(commission_rig(rig, &plate, &options, &result, &error));
+    TEST_ASSERT_EQUAL_STRING("link_mismatch", result.reason);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, result.step_seconds[COMMISSION_DO_board]);
+    options.link = 1.04 * 311.0;
+    TEST_ASSERT_TRUE(commission_rig(rig, &plate, &options, &result, &error));
+    TEST_ASSERT_EQUAL_STRING_MESSAGE("", result.reason, result.what);
+    rig_free(rig);
+}

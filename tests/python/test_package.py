@@ -188,6 +188,18 @@ class Commissioning(unittest.TestCase):
         with self.assertRaisesRegex(lagless.Error, "resistance is not measured, because open_phase"):
             found.motor()
 
+    def test_what_progress_raises_stops_it_and_comes_out(self):
+        seen = []
+
+        def stop(step, done):
+            seen.append((step, done))
+            if step == "resistance":
+                raise KeyboardInterrupt
+
+        with self.assertRaises(KeyboardInterrupt):
+            lagless.commission("cold_start", plate=self.PLATE, progress=stop)
+        self.assertEqual(seen[-1], ("resistance", False))
+
     def test_a_plate_that_contradicts_the_measurement_keeps_what_was_measured(self):
         found = lagless.commission("cold_start", plate={**self.PLATE, "pole_pairs": 64, "rated_speed": 400})
         self.assertEqual(found.reason, "plate_contradiction")

@@ -93,7 +93,8 @@ static void test_sine_gives_both_inductances_also_of_a_rotor_that_swings(void)
 }
 
 /* A flux that the iron bends, also beside a rotor that swings; L_q is that without current. A linear axis has
- * no I_s, and the axis of a motor whose phases would pass through a wide zone is not judged. */
+ * no I_s, and the axis of a motor whose phases would pass through zero by their ripple or in a wide zone is
+ * not judged. */
 static void test_two_amplitudes_show_the_saturation_of_the_q_axis(void)
 {
     static const struct {
@@ -101,8 +102,10 @@ static void test_two_amplitudes_show_the_saturation_of_the_q_axis(void)
         double found; /* [A] */
     } rows[] = {
         {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 5.0}, 5.0},
-        {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 10.0, .rotor = 4e5}, 10.0},
-        {{.resistance = 0.05, .l_d = 2e-4, .l_q = 3e-4, .bends = 15.0, .zone = 0.1}, 15.0},
+        {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 10.0, .rotor = 1e5}, 10.0},
+        {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 10.0, .rotor = 4e5}, 0.0},
+        {{.resistance = 0.05, .l_d = 2e-3, .l_q = 3e-3, .bends = 15.0, .zone = 0.1}, 15.0},
+        {{.resistance = 0.05, .l_d = 2e-4, .l_q = 3e-4, .bends = 15.0, .zone = 0.1}, 0.0},
         {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .rotor = 4e5}, (double)SINE_LINEAR},
         {{.resistance = 0.95, .l_d = 5e-3, .l_q = 9e-3, .bends = 5.0, .zone = 1.1}, 0.0},
     };

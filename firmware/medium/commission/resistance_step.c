@@ -3,16 +3,17 @@
 #include "math/bounds.h"
 #include "math/periods.h"
 
-#define FIRST_SHARE   0.3f        /* of the largest current: first level [-] */
-#define BLOCK         0.1f        /* [s] of a mean */
-#define SETTLE        0.07f       /* [s] after a change of the level */
-#define VOLTAGE_MOST  0.5f        /* of the DC link, for the largest level [-] */
-#define CURRENT_LEAST 0.5f        /* [A] */
-#define SPREAD_MOST   0.02f       /* largest relative difference of the directions [-] */
-#define SPREAD_OHM    4e-3f       /* [ohm] added to it */
-#define ACROSS        0.05f       /* current across over that along of a rotor at rest [-] */
-#define SIXTH_TURN    1.04719755f /* [rad] */
-#define LEG           0.75f       /* V over the rest of the line [-] */
+#define FIRST_SHARE      0.3f        /* of the largest current: first level [-] */
+#define BLOCK            0.1f        /* [s] of a mean */
+#define SETTLE           0.07f       /* [s] after a change of the level */
+#define VOLTAGE_MOST     0.5f        /* of the DC link, for the largest level [-] */
+#define RESISTANCE_LEAST 1e-3f       /* [ohm] for the gains and the largest level */
+#define CURRENT_LEAST    0.5f        /* [A] */
+#define SPREAD_MOST      0.02f       /* largest relative difference of the directions [-] */
+#define SPREAD_OHM       4e-3f       /* [ohm] added to it */
+#define ACROSS           0.05f       /* current across over that along of a rotor at rest [-] */
+#define SIXTH_TURN       1.04719755f /* [rad] */
+#define LEG              0.75f       /* V over the rest of the line [-] */
 
 #define LEVEL_COUNT 6u
 #define LEVEL_LEAST 0.32f /* lowest level of the line over the largest [-], ... */
@@ -46,10 +47,12 @@ static commission_verdict_t first_value(resistance_step_t *step, const commissio
     }
     if (step->phase == RESISTANCE_HALF) {
         const float rise = step->first.d - current.d;
-        const float resistance = rise > 0.0f ? (step->first.q - voltage.d) / rise : 0.0f;
-        if (!(resistance > 0.0f)) {
+        if (!(rise > 0.0f)) {
             return commission_failed(COMMISSION_REASON_NO_STEADY_CURRENT, 0);
         }
+        /* beside a small R noise can hide the rise of the voltage here; the staircase shows whether there is
+         * one */
+        const float resistance = bounds_more((step->first.q - voltage.d) / rise, RESISTANCE_LEAST);
         const float rest = step->first.q - resistance * step->first.d; /* of the dead time */
         const float most = (VOLTAGE_MOST * input->u_dc - rest) / resistance;
         step->current = bounds_less(most, bounds_less(tuning->current_max, tuning->current_hold));

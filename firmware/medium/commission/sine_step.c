@@ -25,9 +25,11 @@
 #define CLEAR         1.2f    /* zones that a phase keeps from zero current [-] */
 #define BENT          2.5e-3f /* least relative change of L that counts as saturation ... */
 #define BENT_SCATTER  3.5f    /* ... and standard errors of it [-] */
-#define PROBE         0.35f   /* of the voltage, while L is a guess [-] */
-#define CROSS_MOST    0.15f   /* current across the sine over that along it, for an aligned rotor [-] */
-#define LESS          0.6f    /* of the current, after an unstable alignment [-] */
+#define BENT_MOVED                                                                                           \
+    0.5f /* of what the motion takes from L: friction makes that depend on the amplitude, too [-] */
+#define PROBE         0.35f /* of the voltage, while L is a guess [-] */
+#define CROSS_MOST    0.15f /* current across the sine over that along it, for an aligned rotor [-] */
+#define LESS          0.6f  /* of the current, after an unstable alignment [-] */
 #define LOWERED_MOST  2u
 #define SALIENCY_MOST 10.0f
 #define THREE_EIGHTHS 0.375f
@@ -92,13 +94,16 @@ static float saturation_from(float l_less, float flux_less, float l_more, float 
 }
 
 /* Amplitude of a run over its standing current [-]; 0: the run is left out. The phases b and c carry half of
- * the standing current and sqrt(3)/2 of the amplitude. */
-static float amplitude_of(const sine_step_t *step, const commission_results_t *results)
+ * the standing current and sqrt(3)/2 of the amplitude; neither ripple nor zone shall bring them to zero. */
+static float amplitude_of(const sine_step_t *step, const commission_tuning_t *tuning,
+                          const commission_results_t *results, float u_dc)
 {
     if (step->run != RUN_Q_MORE) {
         return AMPLITUDE;
     }
-    const float clear = 0.5f - CLEAR * results->current_zone / step->current;
+    const float inductance = bounds_less(step->guess_d, step->guess_q);
+    const float ripple = u_dc * tuning->period / (24.0f * inductance);
+    const float clear = 0.5f - (CLEAR * results->current_zone + ripple) / step->current;
     const float most = bounds_less(2.0f * FRAMES_ONE_OVER_SQRT_3 * clear, MORE);
     return most >= MORE_LEAST ? most : 0.0f;
 }
@@ -127,7 +132,7 @@ static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const 
 {
     const sine_run_t *run = &runs[step->run];
     const float bias = run->bias * step->current;
-    const float share = amplitude_of(step, results);
+    const float share = amplitude_of(step, tuning, results, input->u_dc);
     const float most = (run->across ? MORE_VOLTAGE : VOLTAGE_MOST) * input->u_dc;
     const float inductance = run->across ? step->guess_q : step->guess_d;
     step->length =
@@ -185,10 +190,13 @@ static float saturation_of(const sine_step_t *step, const commission_tuning_t *t
     if (!(more > 0.0f && step->swing[RUN_Q_MORE] > REACHED * MORE_LEAST * step->current)) {
         return 0.0f;
     }
+    const float moved = results->inductance_q - less; /* by the motion of the rotor */
     if (!(bent > BENT) || !(bent > BENT_SCATTER * scatter)) {
         return SINE_LINEAR;
     }
-    const float moved = results->inductance_q - less; /* by the motion of the rotor */
+    if (bent * results->inductance_q < BENT_MOVED * moved) {
+        return 0.0f;
+    }
     const float flux = results->inductance_q * swing;
     const float s =
         saturation_from(results->inductance_q, flux, more + moved, (more + moved) * step->swing[RUN_Q_MORE]);
@@ -262,7 +270,7 @@ static commission_verdict_t run_on(sine_step_t *step, const commission_tuning_t 
         step->guess_q = inductance;
         step->run++;
     }
-    if (step->run == RUN_Q_MORE && !(amplitude_of(step, results) > 0.0f)) {
+    if (step->run == RUN_Q_MORE && !(amplitude_of(step, tuning, results, input->u_dc) > 0.0f)) {
         return judge(step, tuning, results);
     }
     prepare(step, tuning, input, results, order);

@@ -19,7 +19,7 @@
 #define CYCLES       4u     /* [-] at least; the first one shows how long the phases take */
 #define CYCLES_FEW   2u     /* [-] the same of a heavy rotor, whose phases have many slices */
 #define CYCLES_MOST  40u    /* [-] more of them would only hide errors that do not scatter */
-#define SCATTER_GOOD 0.01f  /* standard error of J that ends the cycles, relative [-] */
+#define SCATTER_GOOD 0.007f /* standard error of J that ends the cycles, relative [-] */
 #define SCATTER_FINE 0.003f /* the same that ends them after CYCLES_FEW [-] */
 #define SCATTER_MOST 0.015f /* the same that is accepted after all cycles [-] */
 #define LOW_SHARE    0.35f  /* low over high speed of the torque test [-] */
@@ -42,13 +42,18 @@
 #define SLICE_SHARE  0.9f   /* of the phase of the first cycle that the slices fill [-] */
 #define WEIGHT_MOST                                                                                          \
     5e5f /* of a slice, that of 40 windows; more would give the noise of their torque too much weight [-] */
-#define SLICE_LEAST  6.0f /* [windows] */
-#define SLICE_MOST   250.0f
-#define SKIP         5u    /* [windows] after a change of the torque */
-#define CONFIRMS     0.04f /* the same of two torque tests [-] */
-#define AGREES       0.08f /* largest relative distance from the J of the swing [-] */
-#define SLICES_LEAST 12.0f
-#define STEADY_HIGH  0.9f /* of the high speed: first steady speed [-] */
+#define PARABOLA                                                                                             \
+    1.875f               /* 15/8 (1 - x^2)^2: share of each moment in the curvature of a fitted parabola [-] \
+                          */
+#define SLICE_LEAST 6.0f /* [windows] */
+#define SLICE_MOST  250.0f
+#define SKIP        5u    /* [windows] after a change of the torque */
+#define CONFIRMS    0.04f /* the same of two torque tests [-] */
+#define AGREES      0.08f /* largest relative distance from the J of the swing [-] */
+#define SLICES_LEAST                                                                                         \
+    24.0f                /* of a fit: with fewer ones its standard error is small by chance too often [-]    \
+                          */
+#define STEADY_HIGH 0.9f /* of the high speed: first steady speed [-] */
 
 static float length(dq_t vector)
 {
@@ -251,7 +256,9 @@ static void slice(torque_test_t *step, const commission_tuning_t *tuning, const 
     part->turned += part->windows > 0u ? turned : 0.0f;
     part->linear += m * part->turned;
     part->square += (m * m - (n * n - 1.0f) * (1.0f / 12.0f)) * part->turned;
-    part->torque += torque_of(tuning, input, psi);
+    const float place = 2.0f * m / n; /* -1 to 1 */
+    const float bell = 1.0f - place * place;
+    part->torque += PARABOLA * bell * bell * torque_of(tuning, input, psi);
     part->windows++;
     if (part->windows == length_of(step)) {
         close(step, tuning);

@@ -244,3 +244,8 @@ uint32_t flux_map_file_read(const char *path, char *why, size_t size)
     free(file.points);
     return number;
 }
+
+bool flux_map_is_row(const table_row_t *row)
+{
+    return strcmp(row->name, "flux_map") == 0;
+}

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "host_sim/lab/flux_map_file.h"
 #include "host_sim/lab/times.h"
 #include "host_sim/lab/units.h"
 #include "settings/reasons.h"
@@ -74,6 +75,10 @@ bool binding_value(uint32_t id, const char *text, double *value, char why[WHY_SI
     if (row == NULL) {
         snprintf(why, WHY_SIZE, "no row has the id %lu", (unsigned long)id);
         return false;
+    }
+    if (flux_map_is_row(row)) {
+        *value = (double)flux_map_file_read(text, why, WHY_SIZE);
+        return *value > 0.0;
     }
     const bool good = units_read(text, units_of_row(row), value, &error);
     if (!good) {

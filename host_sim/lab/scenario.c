@@ -1,5 +1,4 @@
 #include "host_sim/lab/scenario.h"
-#include "host_sim/lab/flux_map_file.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -319,9 +318,9 @@ bool scenario_row_text_value(const table_row_t *row, const char *text, double *v
         *value = (double)choice;
         return true;
     }
-    if (flux_map_is_row(row)) {
+    if (rig_is_flux_map(row)) {
         char message[sizeof error->message];
-        *value = (double)flux_map_file_read(text, message, sizeof message);
+        *value = (double)rig_read_flux_map(text, message, sizeof message);
         return *value > 0.0 || scenario_fail(error, place, row->name, "%s", message);
     }
     units_error_t why;

@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host_sim/lab/flux_map_file.h"
 #include "host_sim/lab/motor.h"
 #include "host_sim/lab/scenario_parts.h"
 #include "host_sim/lab/tune.h"
@@ -263,7 +262,7 @@ static bool read_row(const reading_t *reading, const toml_entry_t *entry, const 
 {
     const bool initial = event == &reading->scenario->events[0];
     double value = 0.0;
-    const bool is_map = flux_map_is_row(row) && entry->type == TOML_TEXT;
+    const bool is_map = rig_is_flux_map(row) && entry->type == TOML_TEXT;
     if ((!(is_map ? read_flux_map(reading, entry, row, &value)
                   : reading_row_value(reading, entry, row, &value)) ||
          !scenario_row_accepts(row, value, reading_place(entry), reading->error)) &&

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host_sim/lab/flux_map_file.h"
 #include "host_sim/lab/times.h"
 #include "host_sim/lab/units.h"
 #include "settings/reasons.h"
@@ -76,8 +75,8 @@ bool binding_value(uint32_t id, const char *text, double *value, char why[WHY_SI
         snprintf(why, WHY_SIZE, "no row has the id %lu", (unsigned long)id);
         return false;
     }
-    if (flux_map_is_row(row)) {
-        *value = (double)flux_map_file_read(text, why, WHY_SIZE);
+    if (rig_is_flux_map(row)) {
+        *value = (double)rig_read_flux_map(text, why, WHY_SIZE);
         return *value > 0.0;
     }
     const bool good = units_read(text, units_of_row(row), value, &error);

@@ -1,4 +1,4 @@
-#include "host_sim/lab/flux_map_file.h"
+#include "host_sim/plant/flux_map_file.h"
 
 #include <errno.h>
 #include <math.h>
@@ -243,9 +243,4 @@ uint32_t flux_map_file_read(const char *path, char *why, size_t size)
     fclose(stream);
     free(file.points);
     return number;
-}
-
-bool flux_map_is_row(const table_row_t *row)
-{
-    return strcmp(row->name, "flux_map") == 0;
 }

@@ -1,19 +1,13 @@
 /* Flux maps in CSV files: a first line with the names i_d, i_q, psi_d and psi_q in any order, in A and Wb,
  * then a line for each point of a full grid, in any order. Lines that begin with # are skipped. */
-#ifndef HOST_SIM_LAB_FLUX_MAP_FILE_H
-#define HOST_SIM_LAB_FLUX_MAP_FILE_H
+#ifndef HOST_SIM_PLANT_FLUX_MAP_FILE_H
+#define HOST_SIM_PLANT_FLUX_MAP_FILE_H
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-
-#include "contract/table.h"
 
 /* Number of the map in this file (plant/flux_map.h); 0: `why` says what is wrong, in which line and column,
  * and what is accepted. */
 uint32_t flux_map_file_read(const char *path, char *why, size_t size);
-
-/* The row whose text is the name of such a file. */
-bool flux_map_is_row(const table_row_t *row);
 
 #endif

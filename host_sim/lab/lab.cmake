@@ -78,7 +78,6 @@ add_library(lagless_lab_shared OBJECT
     lab/experiment_run.c
     lab/experiment_value.c
     lab/experiment_write.c
-    lab/flux_map_file.c
     lab/fmu_model.c
     lab/json.c
     lab/loopback.c

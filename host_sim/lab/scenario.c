@@ -319,6 +319,11 @@ bool scenario_row_text_value(const table_row_t *row, const char *text, double *v
         *value = (double)choice;
         return true;
     }
+    if (rig_is_flux_map(row)) {
+        char message[sizeof error->message];
+        *value = (double)rig_read_flux_map(text, message, sizeof message);
+        return *value > 0.0 || scenario_fail(error, place, row->name, "%s", message);
+    }
     units_error_t why;
     if (!units_read(text, units_of_row(row), value, &why)) {
         return scenario_fail(error, place, row->name, "%s; range %s", why.text, scenario_accepted(row).text);

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "host_sim/lab/boards.h"
-#include "host_sim/lab/flux_map_file.h"
 #include "host_sim/lab/motor.h"
 #include "host_sim/lab/scenario_parts.h"
 #include "host_sim/lab/tune.h"
@@ -246,16 +245,16 @@ static int by_place(const void *a, const void *b)
 }
 
 /* `flux_map = "map.csv"`, beside the scenario: the number of the map. */
-static bool read_flux_map(const reading_t *reading, const toml_entry_t *entry, double *value)
+static bool read_flux_map(const reading_t *reading, const toml_entry_t *entry, const table_row_t *row,
+                          double *value)
 {
     char path[4096];
-    char why[sizeof reading->error->message];
     const char *slash = strrchr(reading->scenario->path, '/');
     const int folder =
         entry->text[0] != '/' && slash != NULL ? (int)(slash + 1 - reading->scenario->path) : 0;
     snprintf(path, sizeof path, "%.*s%s", folder, reading->scenario->path, entry->text);
-    *value = (double)flux_map_file_read(path, why, sizeof why);
-    return *value > 0.0 || scenario_fail(reading->error, reading_place(entry), entry->key, "%s", why);
+    return reading_is_text(reading, entry, false) &&
+           scenario_row_text_value(row, path, value, reading_place(entry), reading->error);
 }
 
 /* The value of a row, appended to an event that has room for it. */
@@ -264,8 +263,9 @@ static bool read_row(const reading_t *reading, const toml_entry_t *entry, const 
 {
     const bool initial = event == &reading->scenario->events[0];
     double value = 0.0;
-    const bool is_map = strcmp(row->name, "flux_map") == 0 && entry->type == TOML_TEXT;
-    if ((!(is_map ? read_flux_map(reading, entry, &value) : reading_row_value(reading, entry, row, &value)) ||
+    const bool is_map = rig_is_flux_map(row) && entry->type == TOML_TEXT;
+    if ((!(is_map ? read_flux_map(reading, entry, row, &value)
+                  : reading_row_value(reading, entry, row, &value)) ||
          !scenario_row_accepts(row, value, reading_place(entry), reading->error)) &&
         !(initial && refuse_later(reading, row, NULL))) {
         return false;

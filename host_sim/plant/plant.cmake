@@ -1,6 +1,7 @@
 add_library(lagless_plant STATIC
     plant/averaged.c
     plant/flux_map.c
+    plant/flux_map_file.c
     plant/interval.c
     plant/noise.c
     plant/phasor.c

@@ -96,6 +96,10 @@ bool binding_value(uint32_t id, const char *text, double *value, char why[WHY_SI
         snprintf(why, WHY_SIZE, "no row has the id %lu", (unsigned long)id);
         return false;
     }
+    if (rig_is_flux_map(row)) {
+        *value = (double)rig_read_flux_map(text, why, WHY_SIZE);
+        return *value > 0.0;
+    }
     const bool good = units_read(text, units_of_row(row), value, &error);
     if (!good) {
         snprintf(why, WHY_SIZE, "%s: %s", row->name, error.text);

@@ -114,6 +114,11 @@ bool rig_set(rig_t *rig, uint32_t id, double value);
  * set runs on. */
 bool rig_apply(rig_t *rig);
 
+/* The row whose text is the name of a flux map's file; and its value, the number of the map in this file. 0:
+ * `why` says what is wrong, and what is accepted. */
+bool rig_is_flux_map(const table_row_t *row);
+uint32_t rig_read_flux_map(const char *path, char *why, size_t size);
+
 /* By name, "inertia" or, where two tables have the name, "plant.inertia"; for tests and the CLI. A wrong name
  * in rig_value is a programming error (asserted). */
 double rig_value(rig_t *rig, const char *name);

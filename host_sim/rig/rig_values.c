@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "host_sim/plant/flux_map_file.h"
 #include "host_sim/rig/rig_parts.h"
 #include "settings/reasons.h"
 #include "settings/rules.h"
@@ -223,6 +224,16 @@ static bool set_service(rig_t *rig, const table_row_t *row, double value)
     }
     return rig_row(why.id) != NULL && why.id != SERVICE_ORDER ? refuse_value(rig, &why)
                                                               : rig_refuse(rig, why.id, why.reason, why.rule);
+}
+
+bool rig_is_flux_map(const table_row_t *row)
+{
+    return strcmp(row->name, "flux_map") == 0;
+}
+
+uint32_t rig_read_flux_map(const char *path, char *why, size_t size)
+{
+    return flux_map_file_read(path, why, size);
 }
 
 static bool set_plant(rig_t *rig, const table_row_t *row, double value)

@@ -9,7 +9,7 @@ import math
 import sys
 import unittest
 
-from long_runs import DEVICE, LINK, VOLTAGE, at, column, first, mean, peak, recorded, share
+from long_runs import DEVICE, FOLDER, LINK, VOLTAGE, at, column, first, mean, peak, recorded, share
 
 FLUX, P, R, J, CURRENT = 0.444, 2, 0.63, 0.05, 15.0
 L_D, L_0, I_S = 24e-3, 142e-3, 9.1
@@ -160,6 +160,50 @@ class Saturation(unittest.TestCase):
         self.assertLess(seen["down"], 60.0, seen)
         self.assertLess(seen["current"], 1.08, seen)
         self.assertLess(seen["time"], 1.04, seen)
+
+    def written(self, name, points, head="i_d, i_q [A], psi_d, psi_q"):
+        """A scenario with this map in a file beside it: two thirds of the current at 300 r/min."""
+        (FOLDER / f"{name}.csv").write_text("# a map\n" + "\n".join([head, *points]) + "\n")
+        text = scenario("map", 300 * RPM, 1.6, 250.0, at(0.6, f"requests.torque_request = {torque(*best(9.0))}", 'requests.mode = "torque"'),
+                        locked=True)
+        return text.replace(f"saturation_q = {I_S}", f'flux_map = "{name}.csv"')
+
+    def points(self):
+        currents = [float(n) for n in range(-20, 21)]
+        return [f"{i_d}, {i_q}, {FLUX + L_D * i_d}, {flux_q(i_q)}" for i_q in currents for i_d in currents]
+
+    def test_a_flux_map_of_the_law_is_the_law(self):
+        """At 9 A and 300 r/min the angle's error is that of the law within 0.2 mrad, and the torque within 1e-4."""
+        law = self.steady(300, 9.0, 1)
+        rows = recorded(NAMES, "map", self.written("map", self.points()))
+        seen = held(rows, 300, 9.0)
+        self.assertEqual((seen["losses"], seen["fault"]), (0, 0), seen)
+        self.assertLess(abs(seen["error"] - law["error"]), 0.2, (seen, law))
+        self.assertLess(abs(seen["torque"] - law["torque"]), 1e-4, (seen, law))
+
+    def test_a_wrong_flux_map_is_refused_with_line_and_column(self):
+        points = self.points()
+        wrong = {
+            "none": (None, "none.csv: No such file or directory; accepted: a CSV file beside the scenario"),
+            "name": (points, "name.csv:2: column 4, 'phi_q', has no such name; accepted: a first line with the columns i_d, i_q, psi_d, psi_q"),
+            "less": (points, "less.csv:2: column psi_q is missing"),
+            "text": ([*points[:5], "1, 2, x, 4", *points[5:]], "text.csv:8: psi_d: 'x' is not a number"),
+            "cells": ([*points[:5], "1, 2, 3"], "cells.csv:8: 3 of the four columns"),
+            "hole": (points[:40] + points[41:], "is not on the grid of the other points, or one before it is missing"),
+            "twice": ([*points, points[77]], "twice.csv:1684: the point i_d = 16 A, i_q = -19 A is in line 80, too"),
+            "sign": ([f"{i_d}, {i_q}, {FLUX - L_D * i_d}, {i_q}" for i_d in (-9, 0, 9) for i_q in (-9, 0, 9)],
+                     "at i_d = -9 A, i_q = -9 A: psi_d does not grow with i_d"),
+            "flux": ([f"{i_d}, {i_q}, {0.4 + L_D * i_d}, {i_q}" for i_d in (-9, 0, 9) for i_q in (-9, 0, 9)],
+                     "Wb (with flux_map: psi_d of the map without current, within 1 %)"),
+        }
+        heads = {"name": "i_d, i_q, psi_d, phi_q", "less": "i_d, i_q, psi_d"}
+        for name, (rows, message) in wrong.items():
+            with self.subTest(name), self.assertRaises(AssertionError) as raised:
+                text = self.written(name, rows or points, heads.get(name, "i_d, i_q, psi_d, psi_q"))
+                if rows is None:
+                    (FOLDER / "none.csv").unlink()
+                recorded(NAMES, name, text)
+            self.assertIn(message, str(raised.exception))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-#include "host_sim/lab/flux_map_file.h"
+#include "host_sim/plant/flux_map_file.h"
 
 #include <errno.h>
 #include <math.h>

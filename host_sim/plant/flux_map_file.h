@@ -1,7 +1,7 @@
 /* Flux maps in CSV files: a first line with the names i_d, i_q, psi_d and psi_q in any order, in A and Wb,
  * then a line for each point of a full grid, in any order. Lines that begin with # are skipped. */
-#ifndef HOST_SIM_LAB_FLUX_MAP_FILE_H
-#define HOST_SIM_LAB_FLUX_MAP_FILE_H
+#ifndef HOST_SIM_PLANT_FLUX_MAP_FILE_H
+#define HOST_SIM_PLANT_FLUX_MAP_FILE_H
 
 #include <stddef.h>
 #include <stdint.h>

@@ -163,6 +163,7 @@ typedef struct {
     double away_error;              /* [rad/s] by which the speed was wrong when half of that time began */
     uint32_t away_wish[4];          /* slots of what was asked for meanwhile, and of the load */
     bool coded;                     /* control turns with the encoder throughout */
+    double lag;                     /* [s] of the speed of the tracking loop */
     double answer;                  /* [s] in which the speed control answers a change */
     double winding;                 /* [N m/rad] what its integral winds up or down per error and time */
     uint32_t stopping;              /* [periods] since the quick stop began */

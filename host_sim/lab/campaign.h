@@ -235,7 +235,9 @@ extern const uint32_t campaign_fault_count; /* [0]: none */
       "a quick stop ends at standstill within three times what the current limit needs and half a second, "  \
       "one that a fault has caused within fault_stop_time")                                                  \
     I(TRIP_SPEED, "trip_speed", 1.05, "overspeed_trip",                                                      \
-      "the shaft is not faster for 5 ms with a gate on while the drive runs")                                \
+      "the shaft is not faster for 5 ms with a gate on while the drive runs, without encoder for the lag "   \
+      "of "                                                                                                  \
+      "the tracking loop more")                                                                              \
     I(TRIP_LINK, "trip_link", 1.0, "dc_overvoltage",                                                         \
       "the DC link is not higher, by more than its sensor errs, for three periods with a gate on")           \
     I(PERSIST, "persist", 10.0, "ms", "enable = on, bridge off and no refusal do not last so long")          \

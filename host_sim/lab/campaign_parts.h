@@ -163,6 +163,7 @@ typedef struct {
     double away_error;              /* [rad/s] by which the speed was wrong when half of that time began */
     uint32_t away_wish[4];          /* slots of what was asked for meanwhile, and of the load */
     bool coded;                     /* control turns with the encoder throughout */
+    double lag;                     /* [s] of the speed of the tracking loop */
     double answer;                  /* [s] in which the speed control answers a change */
     double winding;                 /* [N m/rad] what its integral winds up or down per error and time */
     uint32_t stopping;              /* [periods] since the quick stop began */
@@ -180,6 +181,7 @@ typedef struct {
     uint32_t starved;                                     /* [periods] so long has the link been too low */
     uint32_t quiet; /* [periods] so long has no current flowed, with all gates off */
     bool drifted;   /* the offsets have moved since the last time that was long enough to measure them ... */
+    bool heavy;     /* a mass behind an elastic shaft may move the motor against its torque */
     bool weak;      /* a magnet is injected whose EMF seems to be missing */
     bool fed;       /* ... and the rotor has fed the link since, so that they could not be measured */
     uint32_t asked[CAMPAIGN_FAULTS_MAX]; /* [periods] in which the fault could be noticed */

@@ -23,8 +23,10 @@
     490.0 /* [rad/s] electrical, of a faster one half a turn is shorter than twice the 3.2 ms of the law */
 #define MAGNET_LEFT                                                                                          \
     0.5 /* [-] of the configured psi_f: less counts as a missing EMF, R i and dead time considered */
-#define FLOWS    0.02 /* [A] with a smaller current the offsets can be measured ... */
-#define MEASURED 640u /* [periods] ... within so many, settling included */
+#define HEAVY_MASS 1.0 /* [-] of the motor: an elastic mass whose swing moves the motor against its torque   \
+                        */
+#define FLOWS    0.02  /* [A] with a smaller current the offsets can be measured ... */
+#define MEASURED 640u  /* [periods] ... within so many, settling included */
 
 /* What is wrong, as far as a reason speaks of it; several bits. */
 enum {
@@ -194,6 +196,7 @@ void campaign_truth_begin(campaign_watch_t *watch)
         .low = low * (1.0 + sensed) + noise,
         .under = low * (1.0 - sensed) - noise,
         .weak = weak,
+        .heavy = CAMPAIGN_VALUE(watch->drawn, second_mass) > HEAVY_MASS,
     };
 }
 
@@ -228,7 +231,7 @@ static bool witnessed(const campaign_truth_t *truth, witness_t witness, uint32_t
 /* Is a reason true that has been shown since this period? */
 static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t since, uint32_t period)
 {
-    uint32_t what = watch->truth.fed ? IN_CURRENT : 0u;
+    uint32_t what = (watch->truth.fed ? IN_CURRENT : 0u) | (watch->truth.heavy ? IN_SHAFT : 0u);
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
         what |= campaign_is_there(watch, n, since) ? what_of(&watch->drawn->faults[n]) : 0u;
     }

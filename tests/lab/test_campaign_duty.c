@@ -163,6 +163,19 @@ static void test_each_course_is_held_or_violated_as_it_says(void)
     }
 }
 
+/* The default motor's loop has 200 rad/s, the least of the rule: k_p/k_i = 5/200 s, and 5 ms. */
+static void test_without_encoder_too_fast_a_shaft_may_last_for_the_lag_of_the_loop(void)
+{
+    judge_anew("", 0.0);
+    observed.quantities[CAMPAIGN_Q_encoder] = 0.0;
+    inject("", 0.0, 0.0);
+    set_rows("true_omega_m=233.2 omega_m_ref=233.2 speed_request=233.2");
+    pass(30e-3 - PERIOD);
+    expect_held();
+    pass(3.0 * PERIOD);
+    expect_violated(CAMPAIGN_I_TRIP_SPEED);
+}
+
 static void test_a_reason_that_has_not_happened_is_a_violation(void)
 {
     static const char *const untrue[] = {

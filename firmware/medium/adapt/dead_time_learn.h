@@ -51,7 +51,7 @@
 #define DEAD_TIME_LEARN_MISS      0.35f  /* [-] largest missing EMF of the speed over the same */
 #define DEAD_TIME_LEARN_EMF_LEAST 0.02f  /* [-] least EMF of a period over that of the speed */
 #define DEAD_TIME_LEARN_ZONES     7.0f   /* [-] least current over the zone */
-#define DEAD_TIME_LEARN_SWINGS    5.0f   /* [-] least current over the change that the EMF alone makes in T */
+#define DEAD_TIME_LEARN_SWINGS    4.0f   /* [-] least current over the change that the EMF alone makes in T */
 #define DEAD_TIME_LEARN_STEADY    0.8f   /* [-] least square of the mean direction of the current */
 #define DEAD_TIME_LEARN_AGAINST   0.127f /* [-] largest EMF against the current over that voltage */
 #define DEAD_TIME_LEARN_RANGE                                                                                \

@@ -163,12 +163,13 @@ void estimator_lock(estimator_t *est, position_t start, float amplitude)
     estimate_t *estimate = &est->estimate;
     estimate->frame.rotation = trig_turn(start.theta_e);
     const dq_t current = frames_park(est->current, estimate->frame.rotation);
+    float length = amplitude;
     if (est->rested != 0u) { /* the EMF of a winding with L_d; that of L_q has psi_a in place of psi_f */
         const float flux = tracker_flux(&est->tracker, current.d) - est->tracker.flux_linkage;
-        amplitude += flux * bounds_magnitude(start.omega_e);
+        length += flux * bounds_magnitude(start.omega_e);
         est->rested = 0u;
     }
-    tracker_reset(&est->tracker, start, current, amplitude);
+    tracker_reset(&est->tracker, start, current, length);
     pll_reset_feedforward(&est->tracker.pll, est->tracker.motor.speed_per_volt);
     show_tracker(est, start);
 }

@@ -95,7 +95,7 @@ static double row_of(const char *name)
             return tune.rows[n].value;
         }
     }
-    return NAN;
+    return (double)NAN;
 }
 
 static scenario_t *read_back(const char *name, const char *head, void (*write)(FILE *to))

@@ -73,7 +73,7 @@ static void has_text(const char *part)
 
 static double value_of(const char *name)
 {
-    double value = NAN;
+    double value = (double)NAN;
     TEST_ASSERT_TRUE_MESSAGE(master_get(master, row(name), &value, &error), error.text);
     return value;
 }
@@ -223,7 +223,7 @@ static void test_what_a_row_does_not_accept_is_not_sent(void)
     has_text("motor_resistance 1000: accepted 0.001 to 100 ohm");
     TEST_ASSERT_FALSE(master_set(master, row("motor_pole_pairs"), 1.5, &error));
     has_text("whole numbers 1 to 64");
-    TEST_ASSERT_FALSE(master_set(master, row("motor_resistance"), NAN, &error));
+    TEST_ASSERT_FALSE(master_set(master, row("motor_resistance"), (double)NAN, &error));
     TEST_ASSERT_FALSE(master_set(master, row("omega_m"), 1.0, &error));
     has_text("omega_m: it can be read, but not set; accepted: parameters, requests and services");
     TEST_ASSERT_FALSE(master_set(master, row("load_torque"), 1.0, &error));

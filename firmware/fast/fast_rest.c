@@ -1,4 +1,5 @@
-/* A period with the bridge off: nothing is controlled, and the offsets of the current sensors are measured. */
+/* A period with the bridge off: nothing is controlled, and the offsets of the current sensors are measured.
+ */
 #include "fast/fast_parts.h"
 
 /* Measures the offsets of the current sensors while the bridge is off. Below dc_undervoltage a rotor that

@@ -23,10 +23,11 @@
     490.0 /* [rad/s] electrical, of a faster one half a turn is shorter than twice the 3.2 ms of the law */
 #define MAGNET_LEFT                                                                                          \
     0.5 /* [-] of the configured psi_f: less counts as a missing EMF, R i and dead time considered */
-#define HEAVY_MASS 1.0 /* [-] of the motor: an elastic mass whose swing moves the motor against its torque   \
-                        */
-#define FLOWS    0.02  /* [A] with a smaller current the offsets can be measured ... */
-#define MEASURED 640u  /* [periods] ... within so many, settling included */
+#define HEAVY_MASS                                                                                           \
+    1.0               /* [-] of the motor: an elastic mass whose swing moves the motor against its torque    \
+                       */
+#define FLOWS    0.02 /* [A] with a smaller current the offsets can be measured ... */
+#define MEASURED 640u /* [periods] ... within so many, settling included */
 
 /* What is wrong, as far as a reason speaks of it; several bits. */
 enum {

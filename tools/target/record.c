@@ -19,9 +19,9 @@
 /* ---- what is written ---- */
 
 static FILE *file;
-static uint32_t recorded, length; /* [periods] of this part: so far, in all */
-static params_t prepared;         /* the newest set whose tuning was prepared, */
-static believed_t prepared_with;  /* with this belief */
+static uint32_t recorded, length;                   /* [periods] of this part: so far, in all */
+static params_t prepared;                           /* the newest set whose tuning was prepared, */
+static believed_t prepared_with;                    /* with this belief */
 static void (*tampering)(drive_samples_t *samples); /* with what the sensors say; NULL: nobody */
 
 static void put(uint32_t word)

@@ -40,7 +40,7 @@ void angle_sigma_reset(angle_sigma_t *sigma, float known)
     sigma->sigma = known;
 }
 
-static inline float square(float x)
+static inline float square_of(float x)
 {
     return x * x;
 }
@@ -53,8 +53,8 @@ static inline float uncertain(const angle_sigma_tuning_t *tuning, float rate, fl
         return tuning->data_square;
     }
     const float share = per_rate * rate;
-    const float third = share * square(share);
-    return square(square(third)) * tuning->data_square + share * square(learnt);
+    const float third = share * square_of(share);
+    return square_of(square_of(third)) * tuning->data_square + share * square_of(learnt);
 }
 
 /* The share that a positive number has of its sum with another one that is not negative [-]. */
@@ -66,22 +66,23 @@ static inline float share_of(float part, float rest)
 /* Square of the EMF's error across the EMF [V^2]. */
 static inline float across(const angle_sigma_tuning_t *tuning, const angle_sigma_input_t *input)
 {
-    const float d_square = square(input->current.d);
-    const float q_square = square(input->current.q);
-    const float omega_square = square(input->omega_e);
+    const float d_square = square_of(input->current.d);
+    const float q_square = square_of(input->current.q);
+    const float omega_square = square_of(input->omega_e);
     const float reactance_square = omega_square * tuning->inductance_square;
     const float amount = d_square + q_square + tuning->zone_square;
     const float along_d = share_of(d_square + tuning->zone_square, q_square);
     const float sixth = share_of(tuning->follow_square, 36.0f * omega_square);
-    const float ripple = share_of(square(tuning->ripple * input->link), amount);
-    const float leg = LEG_SQUARE * square(tuning->band * input->link) * (along_d + SAWTOOTH_SQUARE * sixth);
+    const float ripple = share_of(square_of(tuning->ripple * input->link), amount);
+    const float leg =
+        LEG_SQUARE * square_of(tuning->band * input->link) * (along_d + SAWTOOTH_SQUARE * sixth);
     const float of_leg = uncertain(tuning, input->leg_rate, tuning->per_leg_rate, ANGLE_SIGMA_V_LEARNT) +
-                         square(ANGLE_SIGMA_V_RIPPLE) * ripple;
+                         square_of(ANGLE_SIGMA_V_RIPPLE) * ripple;
     const float of_l =
         uncertain(tuning, input->inductance_rate, tuning->per_inductance_rate, ANGLE_SIGMA_L_LEARNT);
     const float of_r =
         uncertain(tuning, input->resistance_rate, tuning->per_inductance_rate, ANGLE_SIGMA_R_LEARNT);
-    return leg * of_leg + reactance_square * (q_square * of_l + amount * square(ANGLE_SIGMA_GAIN)) +
+    return leg * of_leg + reactance_square * (q_square * of_l + amount * square_of(ANGLE_SIGMA_GAIN)) +
            tuning->resistance_square * d_square * of_r;
 }
 
@@ -89,7 +90,7 @@ static inline float across(const angle_sigma_tuning_t *tuning, const angle_sigma
  * mean_share/2 of the detector's variance [rad^2]. */
 static inline float lag_square(const angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning)
 {
-    const float beyond = square(sigma->mean) - 2.0f * tuning->mean_share * sigma->square;
+    const float beyond = square_of(sigma->mean) - 2.0f * tuning->mean_share * sigma->square;
     return beyond > 0.0f ? beyond : 0.0f;
 }
 
@@ -100,9 +101,9 @@ void angle_sigma_step(angle_sigma_t *sigma, const angle_sigma_tuning_t *tuning,
     sigma->drifted = input->coasted != 0u ? sigma->drifted + ANGLE_SIGMA_DRIFT * turned : 0.0f;
     sigma->mean = lowpass_step(sigma->mean, tuning->mean_share, input->detector);
     sigma->square = lowpass_step(sigma->square, tuning->mean_share, input->scatter);
-    const float variance = across(tuning, input) / square(input->amplitude) + lag_square(sigma, tuning) +
-                           tuning->noise_share * sigma->square + square(sigma->drifted) +
-                           square(ANGLE_SIGMA_LEAST);
-    const bool known = variance < square(ANGLE_SIGMA_UNKNOWN); /* false for an invalid number, too */
+    const float variance = across(tuning, input) / square_of(input->amplitude) + lag_square(sigma, tuning) +
+                           tuning->noise_share * sigma->square + square_of(sigma->drifted) +
+                           square_of(ANGLE_SIGMA_LEAST);
+    const bool known = variance < square_of(ANGLE_SIGMA_UNKNOWN); /* false for an invalid number, too */
     sigma->sigma = known ? root_or_none(variance) : ANGLE_SIGMA_UNKNOWN;
 }

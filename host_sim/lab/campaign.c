@@ -315,9 +315,10 @@ static void say_excuses(list_t *list, const campaign_t *campaign, const campaign
         }
         say_excuse(list, because, count, done);
     }
-    say_excuse(list,
-               "with all gates off, or caught beyond its overspeed, a rotor drives the current by itself",
-               diodes, done);
+    say_excuse(
+        list,
+        "a rotor drives the current by itself if all gates are off, or if it is caught above overspeed_trip",
+        diodes, done);
 }
 
 /* The drive's faults by reason, in runs that held: without and with one injected. */

@@ -1,4 +1,4 @@
-/* What the parts of the campaign know of each other. Included by host_sim/lab/campaign*.c only. */
+/* Functions and data that the sources of the campaign share. Included by host_sim/lab/campaign*.c only. */
 #ifndef HOST_SIM_LAB_CAMPAIGN_PARTS_H
 #define HOST_SIM_LAB_CAMPAIGN_PARTS_H
 
@@ -11,7 +11,7 @@
 /* The quantity of this name in a case. */
 #define CAMPAIGN_VALUE(drawn, name) ((drawn)->quantities[CAMPAIGN_Q_##name])
 
-/* What follows from the quantities: SI units, peak values, per phase. */
+/* The motor that follows from the quantities, in SI units; peak values of a phase. */
 typedef struct {
     double pole_pairs, resistance, inductance_d, inductance_q, flux_linkage; /* [-], [ohm], [H], [H], [Wb] */
     double inertia;                                                          /* [kg m^2] */
@@ -20,7 +20,7 @@ typedef struct {
     double current;                                                          /* [A] rated */
     double trip;                                                             /* [A] overcurrent_trip */
     double saturation; /* [A] current at which the q axis saturates; 0: it does not */
-    double fastest;    /* [-] largest speed that is requested over SPEED_DRAWN of the rated one */
+    double fastest;    /* [-] largest requested speed divided by SPEED_DRAWN times the rated speed */
 } campaign_motor_t;
 
 campaign_motor_t campaign_motor(const campaign_case_t *drawn);
@@ -29,33 +29,33 @@ campaign_motor_t campaign_motor(const campaign_case_t *drawn);
 double campaign_trip(const campaign_case_t *drawn);
 double campaign_overspeed(const campaign_case_t *drawn);
 
-/* [-] The speed of an event over the rated one. */
+/* [-] The speed of an event divided by the rated speed. */
 double campaign_speed_of(const campaign_case_t *drawn, const campaign_event_t *event);
 
-/* Is it one of the motors that are drawn by the stream of their own? */
+/* true: the motor is one of the salient motors, which have their own random stream. */
 bool campaign_is_salient(const campaign_case_t *drawn);
 
-/* [-] Configured over true L. */
+/* [-] Configured L divided by true L. */
 double campaign_inductance_configured(const campaign_case_t *drawn);
 
-/* [kg m^2] Of all that turns. */
+/* [kg m^2] Inertia of everything that turns. */
 double campaign_inertia(const campaign_case_t *drawn);
 
-/* Load beside friction and load_torque, over rated torque: fan, sine and spring at their largest. */
+/* [-] Largest torque of fan, sine and spring together, divided by rated torque. */
 double campaign_load(const campaign_case_t *drawn);
 
-/* Is no fault injected? Around a scenario nobody knows. */
+/* true: no fault is injected. Around a scenario this is unknown, and the result is false. */
 bool campaign_is_healthy(const campaign_case_t *drawn);
 
-/* Can the load drive the motor? */
+/* true: the load can drive the motor. */
 bool campaign_overhauls(const campaign_case_t *drawn);
 
-/* Is it healthy, with a load that cannot overhaul the motor, no current asked for and no step of the load
- * that take it beyond overspeed_trip, a supply away from its limits, and a link that the rotor cannot fill?
- */
+/* true: no fault is injected, and nothing can take the drive beyond its limits. The load cannot overhaul the
+ * motor, and the supply is away from its limits. No requested current and no load step accelerates the rotor
+ * beyond overspeed_trip, and the rotor cannot overcharge the link. */
 bool campaign_is_calm(const campaign_case_t *drawn);
 
-/* campaign_rows.c: what is set at t = 0. */
+/* campaign_rows.c: the settings at t = 0. */
 typedef struct {
     const table_row_t *row;
     double value; /* [unit of the row] */
@@ -71,13 +71,13 @@ typedef struct {
 void campaign_set_all(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor);
 double campaign_loop(const campaign_case_t *drawn);       /* [rad/s] pll_bandwidth */
 double campaign_speed_loop(const campaign_case_t *drawn); /* [rad/s] of the speed control, by its rule */
-/* campaign_space.c: offsets that drift while the bridge is on are a fault, and not meant: such an event goes.
- */
+/* campaign_space.c: removes the events in which offsets drift while the bridge is on. Such a drift would be a
+ * fault. */
 void campaign_drop_drifts(campaign_case_t *drawn);
 
 bool campaign_has_encoder(const campaign_case_t *drawn);
 
-/* Text that grows in a buffer; what does not fit is cut, and `used` is size - 1 then. */
+/* Text that grows in a buffer. Text that does not fit is cut; `used` is then size - 1. */
 typedef struct {
     char *to;
     size_t size, used;
@@ -85,31 +85,31 @@ typedef struct {
 void campaign_say(campaign_writing_t *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void campaign_say_value(campaign_writing_t *text, const table_row_t *row, double value);
 
-/* campaign_around.c: the scenario with its errors; expectations that end beyond the case's length are left
- * out. */
+/* campaign_around.c: writes the scenario with its errors. Expectations that end after the run are omitted. */
 void campaign_say_around(campaign_writing_t *text, const campaign_case_t *drawn, const char *what);
 
-/* The drive's handover_speed by its rule, of the configured motor [rad/s], mechanical. */
+/* [rad/s] mechanical: handover_speed that the drive computes for the configured motor. */
 double campaign_handover_speed(const campaign_case_t *drawn);
 
-/* In which a fault is noticed [rad], electrical. */
+/* [rad] electrical: turn within which the drive must detect a fault. */
 #define CAMPAIGN_TURN (2.0 * 3.14159265358979323846 * PROMISED_TURN)
 
-/* How long an angle may be wrong [s]. */
+/* [s] Permitted duration of a wrong angle. */
 #define CAMPAIGN_ANGLE_SECONDS 50e-3
 
-/* Mechanical speed [rad/s] below which a wrong angle need not be noticed within that time: below
- * handover_speed the EMF is too small to tell, of magnets that are weaker than configured up to a larger
- * speed, and a third of an electrical turn takes longer. */
+/* [rad/s] mechanical: below this speed the drive need not detect a wrong angle within that time. Below
+ * handover_speed the EMF is too small. With magnets that are weaker than configured this holds up to a larger
+ * speed. In addition a third of an electrical turn takes longer there. */
 double campaign_blind_speed(const campaign_case_t *drawn);
 
-/* Does control turn with the encoder at this time [s]? */
+/* true: control uses the encoder at this time [s]. */
 bool campaign_is_coded(const campaign_case_t *drawn, double time);
 
-/* campaign_judge.c: what is watched of a run. */
+/* campaign_judge.c: signals of a run that the rules use. */
 #define CAMPAIGN_WATCHED_MAX RIG_TAP_MAX
 
-/* Rows that are judged one by one, in this order behind the floats among the signals; floats come first. */
+/* Rows that the rules use individually. They follow the floats among the signals, in this order, floats
+ * first. */
 #define CAMPAIGN_JUDGED_FLOATS(R)                                                                            \
     R(true_i_a)                                                                                              \
     R(true_i_b)                                                                                              \
@@ -132,117 +132,122 @@ enum {
 };
 #define CAMPAIGN_FLOATS_JUDGED CAMPAIGN_AT_state
 
-/* What an injected fault excuses, and when. */
+/* Violations that an injected fault excuses, and when. */
 typedef struct {
-    uint32_t bits;   /* of invariants that it breaks by itself */
-    uint32_t begins; /* [periods] when it comes */
-    uint32_t ends;   /* [periods] when what it broke is right again */
-    double ceiling;  /* [A] beyond it a true current is not excused */
-    double blind;    /* [rad/s] mechanical: a slower rotor does not tell of the fault; 0: none */
-    bool uncoded;    /* without the encoder nothing tells of the fault */
-    uint32_t told;   /* [periods] when it excuses them no more */
-    uint32_t notice; /* [periods] with the bridge on, after which it is reported; 0: at any time */
-    double turned;   /* [rad] electrical, since the fault, or since the bridge came on with it */
-    uint32_t far[3]; /* [periods] so long has this phase's current been beyond the ceiling */
+    uint32_t bits;   /* of the invariants that the fault alone may violate */
+    uint32_t begins; /* [periods] time at which the fault begins */
+    uint32_t ends;   /* [periods] time at which its effect has ended */
+    double ceiling;  /* [A] a true current above this value is not excused */
+    double blind;    /* [rad/s] mechanical: a slower rotor does not show the fault; 0: none */
+    bool uncoded;    /* without the encoder nothing shows the fault */
+    uint32_t told;   /* [periods] time from which the fault excuses nothing */
+    uint32_t notice; /* [periods] with the bridge on, within which it must be reported; 0: no limit */
+    double
+        turned; /* [rad] electrical angle since the fault began, or since the bridge came on with the fault */
+    uint32_t far[3]; /* [periods] time for which the current of this phase has exceeded the ceiling */
 } campaign_excused_t;
 
-/* campaign_duty.c: what the drive must do. */
+/* campaign_duty.c: the rules about the task of the drive. */
 typedef struct {
-    double torque, speed, inertia;  /* [N m], [rad/s] rated, [kg m^2] of all that turns */
-    double overspeed;               /* [rad/s] beyond it the shaft is too fast */
-    double link;                    /* [V] beyond it the link is too high, its sensor's error in it */
-    double stop_time;               /* [s] fault_stop_time */
-    double load, drag;              /* [-] of rated torque: fan, sine and spring; friction */
-    bool drawn, healthy;            /* all of it is drawn; nothing is injected */
-    bool limited;                   /* the link limits the torque that holds a speed */
-    bool soft;                      /* it limits the torque of braking alone */
-    bool brakes;                    /* the present wish is slower than the shaft was, or the other way */
-    uint32_t off, fast, high, mute; /* [periods] so long has it been so */
-    uint32_t away;                  /* [periods] so long has the torque driven away */
-    double away_torque;             /* [N m] largest of that time */
-    double away_error;              /* [rad/s] by which the speed was wrong when half of that time began */
-    uint32_t away_wish[4];          /* slots of what was asked for meanwhile, and of the load */
-    bool coded;                     /* control turns with the encoder throughout */
-    double lag;                     /* [s] of the speed of the tracking loop */
-    double answer;                  /* [s] in which the speed control answers a change */
-    double winding;                 /* [N m/rad] what its integral winds up or down per error and time */
-    uint32_t stopping;              /* [periods] since the quick stop began */
-    double stop_most;               /* [s] it may take; 0: it is not judged */
-    uint32_t wish[4];               /* slots of what was requested last, and of the load */
-    double due;                     /* [periods] when the speed must be there, since the wish */
-    uint32_t since;                 /* [periods] since the wish has been this one */
-    double error;                   /* [rad/s] sum of the present window */
+    double torque, speed, inertia; /* [N m] and [rad/s] rated, [kg m^2] of everything that turns */
+    double overspeed;              /* [rad/s] limit of the speed of the shaft */
+    double link;                   /* [V] limit of the link voltage, including the error of its sensor */
+    double stop_time;              /* [s] fault_stop_time */
+    double load, drag;   /* [-] shares of rated torque: of fan, sine and spring together; of friction */
+    bool drawn, healthy; /* everything is random (no scenario); no fault is injected */
+    bool limited;        /* the link limits the torque that keeps a speed constant */
+    bool soft;           /* the link limits only the braking torque */
+    bool brakes;         /* the present request is slower than the shaft was, or in the other direction */
+    uint32_t off, fast, high,
+        mute;      /* [periods] duration: enable = off; speed, link too high; on, no bridge, no refusal */
+    uint32_t away; /* [periods] time for which the torque has increased the error of the speed */
+    double away_torque;    /* [N m] largest torque in that time */
+    double away_error;     /* [rad/s] error of the speed at the beginning of the second half of that time */
+    uint32_t away_wish[4]; /* slots of the requests in that time, and of the load */
+    bool coded;            /* control uses the encoder in the whole run */
+    double lag;            /* [s] lag of the speed of the tracking loop */
+    double answer;         /* [s] response time of the speed control */
+    double winding;        /* [N m/rad] change of its integral per error and time */
+    uint32_t stopping;     /* [periods] since the quick stop began */
+    double stop_most;      /* [s] permitted duration of the quick stop; 0: it is not judged */
+    uint32_t wish[4];      /* slots of the last requests, and of the load */
+    double due;            /* [periods] time from the request to the arrival of the speed */
+    uint32_t since;        /* [periods] since the request has changed */
+    double error;          /* [rad/s] sum of the present window */
 } campaign_duty_t;
 
-/* campaign_reasons.c: what has happened, to which a report is compared. */
+/* campaign_reasons.c: the true events, with which the reason of a fault is compared. */
 typedef struct {
-    double fast, over, high, low, under; /* [rad/s], [A], [V]: from there on a reason is true */
-    uint32_t fast_at, over_at, high_at, low_at, wrong_at; /* [periods] when it was so last; 0: never */
-    uint32_t starved;                                     /* [periods] so long has the link been too low */
-    uint32_t quiet; /* [periods] so long has no current flowed, with all gates off */
-    bool drifted;   /* the offsets have moved since the last time that was long enough to measure them ... */
-    bool heavy;     /* a mass behind an elastic shaft may move the motor against its torque */
-    bool weak;      /* a magnet is injected whose EMF seems to be missing */
-    bool fed;       /* ... and the rotor has fed the link since, so that they could not be measured */
-    uint32_t asked[CAMPAIGN_FAULTS_MAX]; /* [periods] in which the fault could be noticed */
-    double turned[CAMPAIGN_FAULTS_MAX];  /* [rad] electrical, in those */
-    int32_t reason;                      /* [-] that was compared last */
-    int32_t shown;                       /* [-] of the last period ... */
-    uint32_t shown_at;                   /* [periods] ... and when it came */
+    double fast, over, high, low, under; /* [rad/s], [A], [V]: limits from which a reason is true */
+    uint32_t fast_at, over_at, high_at, low_at,
+        wrong_at;     /* [periods] last time at which the limit was exceeded; 0: never */
+    uint32_t starved; /* [periods] time for which the link has been too low */
+    uint32_t quiet;   /* [periods] time without current, with all gates off */
+    bool drifted;     /* the offsets have changed, and there has been no time to measure them since */
+    bool heavy;       /* a load behind an elastic shaft may move the motor against its torque */
+    bool weak;        /* the injected fault is a weak magnet, whose EMF may count as missing */
+    bool fed; /* the rotor has fed the link since that change, so that the offsets could not be measured */
+    uint32_t asked[CAMPAIGN_FAULTS_MAX]; /* [periods] in which the fault could be detected */
+    double turned[CAMPAIGN_FAULTS_MAX];  /* [rad] electrical angle in those periods */
+    int32_t reason;                      /* [-] the reason that was compared last */
+    int32_t shown;                       /* [-] reason in the last period */
+    uint32_t shown_at;                   /* [periods] time at which this reason appeared */
 } campaign_truth_t;
 
-/* campaign_pair.c: the angle of a run, to be compared with that of the same run without learning. */
+/* campaign_pair.c: the angle error of a run, for the comparison with the same run without learning. */
 #define CAMPAIGN_ANGLE_WINDOWS 512u
 
 typedef struct {
-    double blind, rated;                  /* [rad/s] mechanical: slower is not compared; of the motor */
-    float square[CAMPAIGN_ANGLE_WINDOWS]; /* [rad^2] mean of each window; below 0: it was not steady */
-    uint32_t windows;                     /* that are complete */
-    uint32_t wish[4];                     /* slots of what was asked for last, and of the load */
-    uint32_t settled;                     /* [periods] since the wish has been this one */
-    uint32_t periods;                     /* [periods] of the present window */
-    double sum;                           /* [rad^2] of the present window */
-    bool steady;                          /* so far */
+    double blind, rated; /* [rad/s] mechanical: least speed of the comparison; rated speed */
+    float
+        square[CAMPAIGN_ANGLE_WINDOWS]; /* [rad^2] mean of each window; below 0: the window was not steady */
+    uint32_t windows;                   /* number of complete windows */
+    uint32_t wish[4];                   /* slots of the last requests, and of the load */
+    uint32_t settled;                   /* [periods] since the request has changed */
+    uint32_t periods;                   /* [periods] of the present window */
+    double sum;                         /* [rad^2] of the present window */
+    bool steady;                        /* the present window has been steady until now */
 } campaign_angles_t;
 
 void campaign_angles_begin(campaign_angles_t *angles, const campaign_case_t *drawn);
 
-#define CAMPAIGN_PAIR_SECONDS 10.0 /* [s] so much longer are the runs of a pair */
+#define CAMPAIGN_PAIR_SECONDS 10.0 /* [s] additional length of the runs of a pair */
 
-/* Is this one of the runs that are made with learning and without? */
+/* true: the run is done twice, with and without learning. */
 bool campaign_is_paired(const campaign_case_t *drawn);
 
-/* A violation, if the angle was worse with learning. */
+/* Enters a violation into the result if the angle error was larger with learning. */
 void campaign_compare_angles(const campaign_angles_t *with, const campaign_angles_t *without,
                              campaign_result_t *result);
 
 typedef struct {
     const campaign_case_t *drawn;
     campaign_result_t *result;
-    campaign_angles_t *angles;  /* NULL: they are not kept */
-    volatile sig_atomic_t stop; /* the run shall end: violated, or asked to */
+    campaign_angles_t *angles;  /* NULL: angles are not stored */
+    volatile sig_atomic_t stop; /* the run must end, because of a violation or an interruption */
     const volatile sig_atomic_t *asked;
     campaign_motor_t motor;
     uint32_t ready, enabled, stops, fault; /* [-] values of `state` */
     uint32_t run;                          /* [-] of `manoeuvre` */
-    double trip;                           /* [A] limit of the true current */
-    double drift;                          /* [A] by which an offset drifts at most while the bridge is off */
+    double trip;                           /* [A] limit of the true phase current */
+    double drift;                          /* [A] largest drift of an offset while the bridge is off */
     double overspeed;                      /* [rad/s] overspeed_trip */
-    double per_omega;                      /* [rad s/rad] electrical angle of a period per mechanical speed */
+    double per_omega; /* [rad s/rad] electrical angle per period, divided by the mechanical speed */
     campaign_excused_t excused[CAMPAIGN_FAULTS_MAX];
     campaign_duty_t duty;
     campaign_truth_t truth;
-    uint32_t over[3];     /* [periods] so long has this phase's current been beyond the limit */
-    uint32_t over_off[3]; /* [periods] the same with all gates off */
-    uint32_t wrong;       /* [periods] so long has the angle been wrong */
+    uint32_t over[3];     /* [periods] time for which the current of this phase has exceeded the limit */
+    uint32_t over_off[3]; /* [periods] the same while all gates are off */
+    uint32_t wrong;       /* [periods] time for which the angle has been wrong */
     uint32_t latched;     /* [periods] since the fault was latched */
-    uint32_t gates;       /* now on, bit for bit */
-    bool gates_seen;      /* one was on in this period */
-    double shorts;        /* [-] shoot_throughs of the period before */
-    bool reset;           /* the chip was, by a fault that is excused for it */
+    uint32_t gates;       /* gates that are on, one bit each */
+    bool gates_seen;      /* a gate was on in this period */
+    double shorts;        /* [-] shoot_throughs in the previous period */
+    bool reset;           /* the watchdog has reset the chip, and a fault excuses this */
 } campaign_watch_t;
 
-/* The first violation is the one that counts; `since` so many periods, the present one among them. */
+/* Enters a violation that has lasted `since` periods, including the present one. Only the first violation of
+ * a run counts. */
 void campaign_violated(campaign_watch_t *watch, campaign_invariant_t invariant, uint32_t period,
                        uint32_t since, const char *row);
 
@@ -259,7 +264,7 @@ static inline uint32_t campaign_periods(double seconds)
     return (uint32_t)(seconds / RIG_PERIOD_SECONDS + 0.5);
 }
 
-/* Is the fault there in this period? */
+/* true: the fault is present in this period. */
 bool campaign_is_there(const campaign_watch_t *watch, uint32_t fault, uint32_t period);
 
 void campaign_duty_begin(campaign_watch_t *watch);
@@ -268,11 +273,11 @@ void campaign_truth_begin(campaign_watch_t *watch);
 void campaign_judge_reasons(campaign_watch_t *watch, uint32_t period, const uint32_t *rows);
 void campaign_keep_angle(campaign_watch_t *watch, const uint32_t *rows);
 
-/* The value of a row at t = 0, of the scenario that the case is around or by default. */
+/* The value of a row at t = 0: that of the scenario around which the case is drawn, or the default. */
 double campaign_initial(const campaign_case_t *drawn, const char *row);
 
-/* Rows that are watched, the floats among the signals first; how many, and how many of them are floats that
- * must be finite. */
+/* Lists the rows that the rules use, the floats among the signals first. Returns their number; `floats` is
+ * the number of those that must be finite. */
 uint32_t campaign_watched(uint32_t ids[CAMPAIGN_WATCHED_MAX], uint32_t *floats);
 
 void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn, campaign_result_t *result,
@@ -280,10 +285,10 @@ void campaign_watch_begin(campaign_watch_t *watch, const campaign_case_t *drawn,
 void campaign_watch_sample(void *watch, uint32_t period, const uint32_t *slots, uint32_t count);
 void campaign_watch_edge(void *watch, uint64_t tick, uint32_t what, uint32_t value);
 
-/* Bit of sample_flags, as the row's text has it. */
+/* Bit of sample_flags, defined by the text of this signal. */
 #define CAMPAIGN_LATE_FLAG UINT32_C(8)
 
-/* So many words of the drive's state, the first ones, may have a bit flipped. */
+/* Number of words of the drive's state in which a bit may be flipped, from the first word on. */
 #define CAMPAIGN_STATE_WORDS 768u
 
 /* Bit of an invariant. */

@@ -46,15 +46,17 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
 };
 
 #define SENSOR_STANDS                                                                                        \
-    "control follows a stuck sensor until it is distinguished from a steady current", CAMPAIGN_UNTIL_TOLD
+    "the control follows a stuck sensor until the drive can distinguish it from a steady current",           \
+        CAMPAIGN_UNTIL_TOLD
 #define GAIN_IS_WRONG                                                                                        \
-    "a gain error shows only where the current changes fast; elsewhere the trip is wrong by as much, and "   \
-    "the error of R i hides the EMF of a slow rotor",                                                        \
+    "a gain error is visible only while the current changes fast; otherwise the trip is wrong by the same "  \
+    "share, and the error of R i hides the EMF of a slow rotor",                                             \
         CAMPAIGN_TO_CEILING | CAMPAIGN_WHILE_SLOW
 #define SENSOR_IS_OFF                                                                                        \
-    "the dead time of a current whose sign is wrong hides the EMF of a slow rotor", CAMPAIGN_WHILE_SLOW
+    "the dead-time voltage of a current with the wrong sign hides the EMF of a slow rotor",                  \
+        CAMPAIGN_WHILE_SLOW
 #define ENCODER_ERRS "a slow rotor has no EMF that shows the error", CAMPAIGN_WHILE_SLOW | CAMPAIGN_STAYS
-#define LEG_LOSES    "what a leg loses hides the EMF of a slow rotor", CAMPAIGN_WHILE_SLOW
+#define LEG_LOSES    "the voltage loss of a leg hides the EMF of a slow rotor", CAMPAIGN_WHILE_SLOW
 #define TURNS_BACK   "without the encoder the direction of rotation is unknown", CAMPAIGN_UNCODED
 
 /* An interrupt that comes late reads and obeys late. */
@@ -64,7 +66,7 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
 #define BIT_FLIPPED                                                                                          \
     CAMPAIGN_BIT(OFF) | CAMPAIGN_BIT(STOP) | CAMPAIGN_BIT(TRIP_SPEED) | CAMPAIGN_BIT(TRIP_LINK) |            \
         CAMPAIGN_BIT(PERSIST) | CAMPAIGN_BIT(NOTICE),                                                        \
-        "a limit, a request or a state that a flipped bit has changed is another one", CAMPAIGN_STAYS
+        "a flipped bit may change a limit, a request or a state", CAMPAIGN_STAYS
 
 /* Every row of plant and rig that can break. */
 const campaign_fault_t campaign_faults[] = {
@@ -107,7 +109,8 @@ const campaign_fault_t campaign_faults[] = {
     {"slow_interrupt", "interrupt_time", CAMPAIGN_LOG, 1.5, 8.0, CAMPAIGN_AS_IT_IS, TIME_BITS,
      "the interrupt runs past its period", CAMPAIGN_ALWAYS},
     {"slow_background", "background_time", CAMPAIGN_LOG, 1e-3, 1.0, CAMPAIGN_AS_IT_IS, CAMPAIGN_BIT(CHIP),
-     "the watchdog resets a chip whose background stalls: the chip reports it", CAMPAIGN_STAYS},
+     "the watchdog resets the chip if the background stalls, and the virtual chip reports this",
+     CAMPAIGN_STAYS},
     {"long_section", "section_time", CAMPAIGN_LOG, 10.0, 1e3, CAMPAIGN_AS_IT_IS, TIME_BITS,
      "interrupts are disabled for longer than a period allows", CAMPAIGN_ALWAYS},
     {"jam", "brake_torque", CAMPAIGN_LOG, 0.5, 10.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},

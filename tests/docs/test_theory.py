@@ -109,7 +109,7 @@ class Observer(unittest.TestCase):
                     ratio = (impedance_law(g, x / T, R, inductance) / impedance(g, x / T, R, inductance))
                     angle = max(angle, abs(cmath.phase(ratio)))
                     length = max(length, abs(abs(ratio) - 1))
-        said = re.search(r"within ([\d.e-]+) rad\s+and\s+([\d.e-]+)\s+of\s+its\s+length", TEXT)
+        said = re.search(r"within\s+([\d.e-]+) rad\s+and\s+([\d.e-]+)\s+of\s+its\s+length", TEXT)
         self.assertLessEqual(angle, float(said.group(1)))
         self.assertLessEqual(length, float(said.group(2)))
 

@@ -94,9 +94,10 @@
       "the rotor followed the start, but the estimate did not lock in start_tries tries",                    \
       "check motor data and dead time; raise handover_speed")                                                \
     F(42, ROTOR_TOO_FAST, "rotor_too_fast", rotor_too_fast, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,        \
-      "the rotor is so fast that its back-EMF exceeds the DC link, and what field_weakening adds to it, or " \
+      "the back-EMF of the rotor exceeds the DC link, and field_weakening cannot reduce it enough; or "      \
       "current flows with the gates off",                                                                    \
-      "let the rotor slow down, or raise the DC link; if it stands, check the current sensors")              \
+      "let the rotor slow down, or raise the DC link; if the rotor is at standstill, check the current "     \
+      "sensors")                                                                                             \
     F(66, PROGRAM_CORRUPT, "program_corrupt", program_corrupt, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, OPEN,      \
       "the program in flash, or its copy in RAM, differs from that of the start",                            \
       "switch the controller off and on; flash it again; if this repeats, replace it")                       \
@@ -122,11 +123,11 @@
       "the shaft gained speed against its torque: the torque has the wrong sign",                            \
       "check encoder_offset, encoder direction and the order of the phases; motor_inertia; the load")        \
     F(52, STALLED, "stalled", stalled, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,                             \
-      "the rotor stood at the current limit for stall_time",                                                 \
+      "the rotor was at standstill at the current limit for stall_time",                                     \
       "free the shaft; check load, current_limit and encoder_offset")                                        \
     F(53, SPEED_ERROR, "speed_error", speed_error, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, STOP,                 \
-      "the speed stayed far from its reference for speed_error_time at the current limit, or a load "        \
-      "drove the shaft beyond it",                                                                           \
+      "the speed stayed far from its reference for speed_error_time at the current limit, or a load drove "  \
+      "the shaft above its reference",                                                                       \
       "reduce load or reference; raise current_limit, or speed_error_time for a heavy shaft")                \
     F(54, ENCODER_LOST, "encoder_lost", encoder_lost, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,               \
       "the encoder failed during operation; the motor continues without it",                                 \

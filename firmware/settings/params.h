@@ -117,8 +117,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     E(28, position_source, "encoder|sensorless", POSITION_SENSORLESS, TABLE_LIVE,                            \
       "source of the control's angle; the estimator runs in either case")                                    \
     F(29, start_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                            \
-      "mechanical speed above which a turning rotor is caught; below, it is aligned; 0: half of the "        \
-      "hand-over's")                                                                                         \
+      "mechanical speed above which the drive catches a turning rotor; a slower one is aligned; 0: half of " \
+      "handover_speed")                                                                                      \
     F(30, observer_gain, "V", 0.0f, 0.0f, 1e4f, TABLE_LIVE,                                                  \
       "k_s of the observer; 0: 1.25 times the largest EMF at overspeed_trip")                                \
     F(31, observer_slope, "1/A", 0.0f, 0.0f, 1e3f, TABLE_LIVE,                                               \
@@ -131,8 +131,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "phase self-compensation: paper eq. (14) as printed, as corrected, or the lag of the sampled "         \
       "observer")                                                                                            \
     F(35, pll_bandwidth, "rad/s", 0.0f, 0.0f, 5000.0f, TABLE_LIVE,                                           \
-      "-3 dB bandwidth of the closed tracking loop; 0, with feedforward_cutoff 0: by rule, four times its "  \
-      "cutoff")                                                                                              \
+      "-3 dB bandwidth of the closed tracking loop; 0 together with feedforward_cutoff 0: four times the "   \
+      "cutoff of its rule")                                                                                  \
     F(36, pll_damping, "-", 1.0f, 0.5f, 5.0f, TABLE_LIVE, "damping of the tracking loop")                    \
     F(37, feedforward_cutoff, "rad/s", 0.0f, 0.0f, 5000.0f, TABLE_LIVE,                                      \
       "omega_c of the speed feed-forward; 0: conventional PLL, or with pll_bandwidth 0 by rule from "        \
@@ -154,8 +154,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(45, estimate_speed_min, "rad/s", 3.0f, 0.0f, 10000.0f, TABLE_LIVE,                                     \
       "least mechanical speed of a valid estimate; 0: not judged")                                           \
     F(46, estimate_time, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                                 \
-      "time for which a criterion must fail, less the time for which it is met, before the estimate counts " \
-      "as lost")                                                                                             \
+      "an estimate is lost when the time for which a criterion fails exceeds the time for which it is met "  \
+      "by this value")                                                                                       \
     F(47, doubtful_current, "A", 0.1f, 0.0f, 2.0f, TABLE_LIVE,                                               \
       "phase current below which a leg's dead-time loss is uncertain: zone and sensor error; 0: none")       \
     F(48, offset_trim, "A/V", 0.05f, 0.0f, 0.1f, TABLE_LIVE,                                                 \
@@ -166,12 +166,13 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(50, start_current, "A", 0.0f, 0.0f, DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                               \
       "length of the current vector of a start; 0: current_limit")                                           \
     F(51, start_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                               \
-      "mechanical acceleration of the start; 0: 15 % of what start_current allows, in 0.3 s at least")       \
+      "mechanical acceleration of the start; 0: 15 % of the largest that start_current allows, but at "      \
+      "least 0.3 s to handover_speed")                                                                       \
     F(52, handover_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
-      "mechanical speed above which the control uses the estimated angle; 0: where the EMF exceeds dead "    \
-      "time and R I")                                                                                        \
+      "mechanical speed above which the control uses the estimated angle; 0: by rule, where the EMF "        \
+      "exceeds the voltages of dead time and R I")                                                           \
     F(53, fallback_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
-      "mechanical speed below which the control uses a forced frame; 0: 0.4 of the hand-over's")             \
+      "mechanical speed below which the control uses a forced frame; 0: 0.4 of handover_speed")              \
     I(54, start_tries, "-", 3, 1, 100, TABLE_LIVE,                                                           \
       "number of starts that may fail before the drive stops; after a failed one the next begins by itself") \
     F(55, speed_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                               \
@@ -184,25 +185,26 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "current across the forced frame per volt of oscillating EMF; 0: by rule from inertia, R and dead "    \
       "time")                                                                                                \
     F(59, start_align_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                              \
-      "duration of the turn of an alignment; 0: 16 over the pendulum's frequency")                           \
+      "duration of the turn of an alignment; 0: 16 divided by the rotor's natural frequency in the forced "  \
+      "frame")                                                                                               \
     F(60, low_speed_current, "A", 0.2f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f,                        \
       DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                                                                   \
-      "least i_d + |i_q| without encoder at low speed, which keeps the currents out of the dead time's "     \
-      "zone; 0: off")                                                                                        \
+      "least i_d + |i_q| at low speed without encoder; it avoids currents near zero, where the dead-time "   \
+      "loss is uncertain; 0: off")                                                                           \
     F(61, inductance_adaptation, "1/s", 3.0f, 0.0f, 20.0f, TABLE_LIVE,                                       \
-      "initial rate at which L_d, L_q and R are learnt by a small alternating i_d, finally a tenth; 0, or "  \
-      "motor_inductance_q above 1.1 motor_inductance_d: off")                                                \
+      "initial rate at which L_d, L_q and R are learnt by a small alternating i_d; it decreases to a "       \
+      "tenth; 0, or motor_inductance_q above 1.1 motor_inductance_d: off")                                   \
     F(62, dead_time_adaptation, "1/s", 6.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
-      "initial rate at which the legs' dead time is learnt from the EMF, finally a tenth; 0: off")           \
+      "initial rate at which the legs' dead time is learnt from the EMF; it decreases to a tenth; 0: off")   \
     E(63, inertia_adaptation, "off|on", INERTIA_ON, TABLE_LIVE,                                              \
-      "J is learnt from steps of the speed reference, without encoder; the torque feed-forward then "        \
-      "excludes the load's current")                                                                         \
+      "on: without encoder the drive learns J from steps of the speed reference; the torque feed-forward "   \
+      "then excludes the load's current")                                                                    \
     E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
       "estimated speed in the speed control: without the loop's proportional part, or with it, as in the "   \
       "paper")                                                                                               \
     E(65, lock_judged, "off|on", LOCK_JUDGED, TABLE_LIVE,                                                    \
-      "on: a lost rotor is reported at once (unlocked), also without the criteria estimate_..., and caught " \
-      "again by itself; off: as in the paper, whose loop lags by more than this check accepts")              \
+      "on: the drive reports a lost rotor at once (unlocked), also if the criteria estimate_... are off, "   \
+      "and catches it again; off: for the paper's loop, whose lag is larger than this check accepts")        \
     E(67, mtpa, "off|on", MTPA_ON, TABLE_LIVE,                                                               \
       "i_d of a salient rotor for most torque per ampere; off, or motor_inductance_q up to 1.1 "             \
       "motor_inductance_d: i_d_request alone")                                                               \
@@ -215,7 +217,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "time in which the torque may grow to that of current_limit; 0: 10 ms for a salient rotor, else no "   \
       "limit")                                                                                               \
     F(70, stall_time, "s", 2.0f, 0.0f, 3600.0f, TABLE_LIVE,                                                  \
-      "time for which the rotor may stand at the current limit with a speed commanded; 0: not judged")       \
+      "time for which the rotor may be at standstill at the current limit while a speed is commanded; 0: "   \
+      "not judged")                                                                                          \
     F(71, speed_error_time, "s", 5.0f, 0.0f, 3600.0f, TABLE_LIVE,                                            \
       "time for which the speed may stay far from its reference at the current limit without approaching "   \
       "it; 0: not judged")                                                                                   \
@@ -223,11 +226,11 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "reaction to a wrong encoder: bridge open, continue without it if the motor turns, or none (a test "   \
       "without a motor)")                                                                                    \
     E(66, current_judged, "off|on", CURRENT_JUDGED, TABLE_LIVE,                                              \
-      "whether current sensors and phases are checked against the voltage equation of the winding; off: a "  \
+      "on: current sensors and phases are checked with the voltage equation of the winding; off: for a "     \
       "test without a motor")                                                                                \
     F(80, ride_through_time, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                             \
-      "time for which a lost supply is no fault: the rotor holds the DC link, or coasts, and with the "      \
-      "supply the motor runs again by itself; 0: off")                                                       \
+      "time for which a lost supply is no fault: the rotor feeds the DC link, or coasts, and the motor "     \
+      "runs again when the supply returns; 0: off")                                                          \
     F(81, motor_current_continuous, "A", 0.7f * BOARD_AMPERES(BOARD_CURRENT_LIMIT_MA), 0.0f, 1000.0f,        \
       TABLE_LIVE, "continuous current of the motor, length of the vector; 0: not judged")                    \
     F(82, motor_time_constant, "s", 60.0f, 0.0f, 3600.0f, TABLE_LIVE,                                        \
@@ -239,23 +242,23 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(90, fault_stop_time, "s", 5.0f, 0.0f, 600.0f, TABLE_LIVE,                                              \
       "time for stopping the motor after a fault until the bridge opens anyway; 0: opens at once")           \
     F(92, background_time_max, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                           \
-      "time for which the background may not run while the motor runs; 0: not judged (a debugger that "      \
-      "halts it alone)")                                                                                     \
+      "longest permitted pause of the background while the motor runs; 0: not judged (for a debugger that "  \
+      "halts only the background)")                                                                          \
     F(93, command_timeout, "s", 1.0f, 0.0f, 3600.0f, TABLE_LIVE,                                             \
       "time for which a client on the serial link may be silent before a motor that it switched on stops; "  \
       "0: no limit")                                                                                         \
     I(123, line_key, "-", 0, 0, 999999, TABLE_LIVE,                                                          \
-      "key without which a client on the serial link reads but does not write; 0: open. It acts from the "   \
-      "next connection on")                                                                                  \
+      "key that a client on the serial link needs for writing; 0: none. A change acts from the next "        \
+      "connection on")                                                                                       \
     F(94, motor_saturation_current, "A", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                   \
-      "i_q at which the flux of the q axis is 1/sqrt 2 of motor_inductance_q i_q, by saturation of the "     \
-      "iron; "                                                                                               \
-      "motor_inductance_q is then that without current; 0: no saturation")                                   \
+      "i_q at which saturation reduces the flux of the q axis to 1/sqrt 2 of motor_inductance_q i_q; "       \
+      "motor_inductance_q is then the value without current; 0: no saturation")                              \
     F(124, motor_data_uncertainty, "-", 0.1f, 0.0f, 1.0f, TABLE_LIVE,                                        \
-      "standard uncertainty of the configured R, L and dead time over their values, for theta_sigma")        \
+      "standard uncertainty of the configured R, L and dead time, relative to their values, for "            \
+      "theta_sigma")                                                                                         \
     I(91, module_fault_retries, "-", 0, 0, 100, TABLE_LIVE,                                                  \
-      "number of times that a fault of the power module is reset after a second while `enable` stays on: "   \
-      "the motor then starts again by itself")
+      "number of faults of the power module that the drive resets by itself: after a second it starts the "  \
+      "motor again if `enable` is still on")
 
 typedef struct {
 #define PARAMS_FLOAT(id, name, unit, initial, min, max, access, text) float name;   /* [unit of its row] */

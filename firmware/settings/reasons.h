@@ -53,11 +53,11 @@
       "the enable input of the board is not active, or it was lost while the motor ran",                     \
       "activate the input; reset the fault if it is latched; set `enable` to off, then to on")               \
     R(80, ENABLE_HELD, "enable_held",                                                                        \
-      "`enable` was on while a fault was reset or the enable input was not active: neither starts the "      \
-      "motor alone",                                                                                         \
+      "`enable` was on while a fault was reset or the enable input was not active: these events alone do "   \
+      "not start the motor",                                                                                 \
       "set `enable` to off, then to on")                                                                     \
     R(81, STOPPING, "stopping", "a quick stop is running and must end first",                                \
-      "wait until the rotor stands, or set `enable` to off and let it coast")                                \
+      "wait until the rotor is at standstill, or set `enable` to off and let it coast")                      \
     R(82, ESTIMATE_ASTRAY, "estimate_astray",                                                                \
       "the estimated speed exceeded overspeed_trip, but the back-EMF did not confirm it: the shaft may be "  \
       "slow",                                                                                                \

@@ -20,11 +20,11 @@
     I(2003, refusal, medium.sequence.refusal, "-", "reason why a request is not executed now; 0: none")      \
     U(2004, fault_period, fault.period, "periods", "period of the latched fault")                            \
     U(2005, faults_later, medium.sequence.faults_later.word[0], "-",                                         \
-      "fault bits 0 to 31 that came after the latched fault, without its own")                               \
+      "fault bits 0 to 31 of faults after the latched one")                                                  \
     U(2076, faults_later_2, medium.sequence.faults_later.word[1], "-",                                       \
-      "fault bits 32 to 63 that came after the latched fault, without its own")                              \
-    U(2006, warnings, medium.guard.warnings.word[0], "-", "fault bits 0 to 31 that warn now")                \
-    U(2077, warnings_2, medium.guard.warnings.word[1], "-", "fault bits 32 to 63 that warn now")             \
+      "fault bits 32 to 63 of faults after the latched one")                                                 \
+    U(2006, warnings, medium.guard.warnings.word[0], "-", "fault bits 0 to 31 of the present warnings")      \
+    U(2077, warnings_2, medium.guard.warnings.word[1], "-", "fault bits 32 to 63 of the present warnings")   \
     I(2078, fault_present, medium.sequence.fault_present, "-",                                               \
       "reason of a fault whose reset was refused, because its cause is still present; 0: none")              \
     U(2079, faults_seen, log.count, "-", "number of faults since power-on; the drive keeps the last ones")   \
@@ -32,7 +32,7 @@
     U(2008, start_try, medium.manoeuvres.start_try, "-",                                                     \
       "number of this start attempt, from 1; 0: no start was needed")                                        \
     U(2009, lock_losses, medium.manoeuvres.losses.count, "-",                                                \
-      "times that the rotor was lost and caught again since the bridge came on")                             \
+      "number of times that the rotor was lost and caught again since the bridge came on")                   \
     F(2010, i_a, fast.measure.measured.current_abc.a, "A", "phase current a at t_k, offset removed")         \
     F(2011, i_b, fast.measure.measured.current_abc.b, "A", "phase current b at t_k, offset removed")         \
     F(2012, i_c, fast.measure.measured.current_abc.c, "A",                                                   \
@@ -102,9 +102,9 @@
       "share of the last measurements of L that agreed with the previous one within a fifth")                \
     F(2074, dead_time_hat, fast.acted.leg, "V", "learnt voltage that a leg loses by dead time and drops")    \
     F(2120, emf_shape_d_hat, medium.ripple.emf_shape.used.d, "-",                                            \
-      "learnt sixth harmonic of e_d over the EMF: sum of its fifth and seventh harmonic")                    \
+      "learnt sixth harmonic of e_d divided by the EMF: sum of the fifth and seventh harmonic of a phase")   \
     F(2125, emf_shape_q_hat, medium.ripple.emf_shape.used.q, "-",                                            \
-      "learnt sixth harmonic of e_q over the EMF: its seventh minus its fifth harmonic")                     \
+      "learnt sixth harmonic of e_q divided by the EMF: seventh minus fifth harmonic of a phase")            \
     F(2121, leg_voltage_alpha_hat, medium.ripple.unequal_legs.voltage.used.alpha, "V",                       \
       "learnt difference of the legs' lost voltage, alpha")                                                  \
     F(2122, leg_voltage_beta_hat, medium.ripple.unequal_legs.voltage.used.beta, "V",                         \
@@ -115,7 +115,7 @@
       "learnt difference of the legs' resistance, beta")                                                     \
     F(2075, inertia_hat, medium.inertia.learnt.value, "kg m^2", "learnt inertia of everything that turns")   \
     F(2169, theta_sigma, medium.trust.sigma.sigma, "rad",                                                    \
-      "standard uncertainty of theta_e, by what the drive knows; 1.8138: the angle is unknown")              \
+      "standard deviation that the drive expects of theta_e; 1.8138: the angle is unknown")                  \
     F(2110, resistance_hat, medium.inductance.resistance.value, "ohm", "learnt R of a phase and its device") \
     F(2090, motor_heat, medium.thermal.motor_heat, "-",                                                      \
       "heat of the motor by its current; 1: that of a continuous motor_current_continuous")                  \
@@ -127,7 +127,7 @@
       "factor on the bandwidth of the speed control; below 1: reduced because it oscillated")                \
     F(2094, dc_swing, medium.link.ripple, "V", "largest minus smallest DC-link voltage in the last 20 ms")   \
     F(2097, torque_current, medium.manoeuvres.run.torque, "A",                                               \
-      "torque reference over 1.5 p psi_f, before the limits by heat and DC link")                            \
+      "torque reference divided by 1.5 p psi_f, before the limits by heat and DC link")                      \
     U(2098, field_weakened, medium.manoeuvres.run.weakening.weakens, "-",                                    \
       "1: the field is weakened, because the DC link limits the voltage")                                    \
     F(2099, voltage_trim, medium.manoeuvres.run.weakening.trim, "-",                                         \

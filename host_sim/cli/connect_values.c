@@ -253,7 +253,7 @@ static bool simple_order(session_t *session, uint32_t count, char **words, const
 
 bool connect_save(session_t *session, uint32_t count, char **words)
 {
-    return simple_order(session, count, words, "save", "saved: the parameters that the drive runs on", NULL);
+    return simple_order(session, count, words, "save", "saved: the active parameters", NULL);
 }
 
 bool connect_load(session_t *session, uint32_t count, char **words)
@@ -271,7 +271,7 @@ bool connect_load(session_t *session, uint32_t count, char **words)
 
 bool connect_defaults(session_t *session, uint32_t count, char **words)
 {
-    return simple_order(session, count, words, "defaults", "defaults: the parameters as the program has them",
+    return simple_order(session, count, words, "defaults", "defaults: the default parameters of the program",
                         "the defaults");
 }
 

@@ -24,12 +24,12 @@ typedef struct {
     map_setup_t setup;
 } options_t;
 
-/* What each claim of theory reads like. */
+/* Text of each claim of the theory. */
 static const char *const claims[MAP_CLAIMS] = {
     [MAP_CLAIM_INDUCTANCE] = "L wrong: mean = nominal - asin(dL i_q/psi_f), dL = configured - true",
     [MAP_CLAIM_NO_EFFECT] =
         "psi_f, R wrong, adaptation off: mean = nominal + asin(dR i_d/(omega psi_f)) +- a fifth",
-    [MAP_CLAIM_LEARNT] = "L wrong, adaptation on and sure of what it learns: mean = nominal",
+    [MAP_CLAIM_LEARNT] = "L wrong, adaptation on and inductance_confidence high: mean = nominal",
 };
 
 /* ---- the command line ---- */

@@ -200,7 +200,7 @@ static const char *seen_text(char to[TEXT_MAX], const matrix_cell_t *cell)
     char time[TIME_TEXT];
     to[0] = '\0';
     if (cell->red == MATRIX_BY_PROFILE) {
-        add(to, "the drive never came to this manoeuvre");
+        add(to, "the drive did not reach this manoeuvre");
         return to;
     }
     add(to, "%s", reaction_text(seen->reaction));
@@ -473,10 +473,11 @@ static void print_table(const matrix_cell_t *cells, size_t count)
     char promised[TEXT_MAX];
     char name[MATRIX_NAME_SIZE];
     const bool colours = output_colours(stdout);
-    printf("r runs on, w warns, c catches, n refuses, s stops, o opens; capital: not as promised; '.' cannot "
-           "occur\n"
-           "four letters: encoder with shaft h and l, sensorless with shaft h and l\n\n%-18s",
-           "");
+    printf(
+        "r: runs on, w: warns, c: catches the rotor, n: refuses to switch on, s: stops, o: opens the bridge; "
+        "capital letter: not as promised; '.': cannot occur\n"
+        "four letters: encoder with shaft h, encoder with l, sensorless with h, sensorless with l\n\n%-18s",
+        "");
     for (size_t m = 0; m < matrix_manoeuvre_count; m++) {
         printf("%-9s", matrix_manoeuvres[m].name);
     }

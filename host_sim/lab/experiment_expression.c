@@ -285,7 +285,7 @@ static const experiment_run_t *run_of(parser_t *parser)
     }
     const experiment_run_t *run = found == POINT_THERE ? experiment_run_at(experiment, point) : NULL;
     if (run == NULL && found == POINT_THERE && parser->ranging == 0u) {
-        wrong(parser, "nothing runs at these points: one of them goes only with others");
+        wrong(parser, "nothing runs at these points: one of them can only be combined with other points");
     }
     return run;
 }

@@ -118,7 +118,7 @@ static bool read_measure(const file_t *file, const toml_entry_t *entry, measure_
     measure->begin = rig_periods(measure->from);
     measure->end = to != NULL ? rig_periods(measure->to) : UINT32_MAX;
     return measure->begin < measure->end ||
-           file_fail(file, entry, "its window holds no period; accepted: from below to, within the duration");
+           file_fail(file, entry, "its window contains no period; accepted: from below to, within the duration");
 }
 
 bool file_read_measures(const file_t *file)
@@ -186,7 +186,7 @@ bool file_read_trace(const file_t *file)
            read_look(file, reference, &experiment->reference) &&
            (experiment->reference.row->access != TABLE_READ ||
             file_fail(file, reference,
-                      "its signal is shown, not set; accepted: a row of params, requests, plant, rig"));
+                      "its signal can be read, not set; accepted: a row of params, requests, plant, rig"));
 }
 
 /* ---- [table] ---- */

@@ -23,11 +23,10 @@ const paper_figure_t paper_figures[PAPER_FIGURES] = {
     {.id = "fig17"},
     {.id = "beyond_speed"},
     {.id = "beyond_bandwidth"},
-    [PAPER_MAP] =
-        {.id = "beyond_map",
-         .title = "what wrong data of machine and sensors cost",
-         .claim = "a wrong L shifts the angle by -asin(dL i_q/psi_f); wrong R and psi_f do not; and what "
-                  "the drive learns takes L and dead time away"},
+    [PAPER_MAP] = {.id = "beyond_map",
+                   .title = "effect of wrong data of motor and sensors",
+                   .claim = "a wrong L shifts the angle by -asin(dL i_q/psi_f), and wrong R and psi_f do "
+                            "not; learning removes the errors of L and dead time"},
 };
 
 /* Run n of those of files: which of which. */

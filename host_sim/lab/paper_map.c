@@ -33,8 +33,8 @@ void paper_map_judge(paper_t *paper)
         const char *id, *claim;
     } claims[MAP_CLAIMS] = {
         [MAP_CLAIM_INDUCTANCE] = {"inductance", "L off by 20 %: distance from -asin(dL i_q/psi_f)"},
-        [MAP_CLAIM_NO_EFFECT] = {"no_effect", "psi_f off by 10 %, R by 50 %: what they move the mean by"},
-        [MAP_CLAIM_LEARNT] = {"learnt", "L off by 20 %, adaptation on and sure: remaining mean error"},
+        [MAP_CLAIM_NO_EFFECT] = {"no_effect", "psi_f off by 10 %, R by 50 %: change of the mean error"},
+        [MAP_CLAIM_LEARNT] = {"learnt", "L off by 20 %, adaptation on and confident: remaining mean error"},
     };
     for (map_claim_t n = MAP_CLAIM_INDUCTANCE; n < MAP_CLAIMS; n++) {
         const map_verdict_t verdict = map_judge(paper->points, paper->point_count, n);

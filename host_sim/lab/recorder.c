@@ -291,7 +291,7 @@ static bool check(const recorder_options_t *options, recorder_error_t *error)
     }
     if ((options->formats & RECORDER_VCD) != 0u && options->isr_ticks == 0u) {
         return refuse(error,
-                      "an interrupt that is shown to take 0 ticks cannot be seen: accepted 1 and more");
+                      "an interrupt of 0 ticks would not be visible: accepted 1 and more");
     }
     return true;
 }
@@ -320,7 +320,7 @@ static bool name_columns(recorder_t *recorder, const recorder_options_t *options
                  row->name);
         for (uint32_t before = 0; before < c; before++) {
             if (options->ids[before] == id) {
-                snprintf(text, sizeof text, "%s is to be recorded twice", column->name);
+                snprintf(text, sizeof text, "%s is given twice", column->name);
                 return refuse(error, text);
             }
         }
@@ -572,7 +572,7 @@ bool recorder_close(recorder_t *recorder, const char *ended, recorder_error_t *e
         if (!written) {
             also(error, why.text);
         } else if (lost) {
-            snprintf(text, sizeof text, "what there is is in %s", file->partial_path);
+            snprintf(text, sizeof text, "the samples until then are in %s", file->partial_path);
             also(error, text);
         } else if (!synced(file->partial_path) || rename(file->partial_path, file->path) != 0) {
             snprintf(text, sizeof text, "%s: %s: it keeps the name %s", file->path, strerror(errno),

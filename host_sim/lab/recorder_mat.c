@@ -265,7 +265,7 @@ static bool read_all(const recorder_t *recorder, const char *path, void *data, r
     }
     return good ||
            failed(error, path,
-                  "the file could not be written completely: it does not read back as it was written");
+                  "the file could not be written completely: the file differs when it is read again");
 }
 
 bool recorder_mat_write(const recorder_t *recorder, const char *path, recorder_error_t *error)

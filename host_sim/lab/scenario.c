@@ -185,7 +185,7 @@ scenario_hint_t scenario_near_row(const char *name, const table_t *table)
     if (table != NULL && count_rows(name, false, &first, tables, sizeof tables) > 0u) {
         const bool shown = scenario_table_of(first) != NULL && !is_settable_table(scenario_table_of(first));
         snprintf(hint.text, sizeof hint.text, "; it is %s%s", tables,
-                 shown ? ", which is shown, not set" : "");
+                 shown ? ", which can be read, not set" : "");
         return hint;
     }
     names_search_t search = names_search(name);
@@ -256,7 +256,7 @@ static const table_row_t *find_row(const char *name, bool settable, scenario_err
     }
     if (settable && !is_settable_table(scenario_table_of(row))) {
         scenario_fail(error, nowhere, name,
-                      "it is shown, not set; accepted: rows of params, requests, plant, rig");
+                      "it can be read, not set; accepted: rows of params, requests, plant, rig");
         return NULL;
     }
     return row;
@@ -336,7 +336,7 @@ bool scenario_row_accepts(const table_row_t *row, double value, scenario_place_t
 {
     if (row->access == TABLE_READ) {
         return scenario_fail(error, place, row->name,
-                             "it is shown, not set; accepted: rows of params, requests, plant, rig");
+                             "it can be read, not set; accepted: rows of params, requests, plant, rig");
     }
     if (!isfinite(value)) {
         return scenario_fail(error, place, row->name, "%s is not a finite number; accepted: %s",
@@ -600,7 +600,7 @@ static bool check_times(scenario_t *scenario, scenario_error_t *error)
             char to[UNITS_TEXT_SIZE];
             char least[UNITS_TEXT_SIZE];
             return scenario_fail(error, expect->from_place, "from",
-                                 "the window from %s to %s holds no period; accepted: at least %s",
+                                 "the window from %s to %s contains no period; accepted: at least %s",
                                  units_text(from, expect->from, "s"), units_text(to, expect->to, "s"),
                                  units_text(least, SCENARIO_SECONDS_MIN, "s"));
         }

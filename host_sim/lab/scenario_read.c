@@ -97,7 +97,7 @@ bool reading_is_text(const reading_t *reading, const toml_entry_t *entry, bool l
     }
     if (strlen(entry->text) != entry->text_octets) {
         return scenario_fail(reading->error, reading_place(entry), reading_key(entry),
-                             "the text holds a NUL; accepted: text without");
+                             "the text contains a NUL character; accepted: text without");
     }
     for (const char *c = entry->text; *c != '\0' && !lines; c++) {
         if ((unsigned char)*c < 0x20u || *c == 0x7F) {

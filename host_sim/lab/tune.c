@@ -288,8 +288,8 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
     const double open = OPEN_SHARE * BOARD_OVERVOLTAGE_MAX_MV / 1e3 / (SQRT_3 * g->psi * g->p);
     if (SPEED_LEAST_TRIP * g->speed > open) {
         warn(tune,
-             "at %.0f r/min the EMF between two phases is %.4g V, and the board's link may have %.4g V once "
-             "the bridge is off: top speed %.0f r/min",
+             "at %.0f r/min the EMF between two phases is %.4g V; with the bridge off it would charge the "
+             "board's link, which may have at most %.4g V, so the top speed is %.0f r/min",
              g->speed / RPM, SQRT_3 * g->psi * g->p * g->speed, BOARD_OVERVOLTAGE_MAX_MV / 1e3,
              open / SPEED_LEAST_TRIP / RPM);
         g->speed = open / SPEED_LEAST_TRIP;
@@ -346,20 +346,21 @@ static void judge_winding(tune_t *tune, const given_t *g)
     const double emf = g->psi * g->p * g->overspeed;
     if (code > COARSE * emf) {
         warn(tune,
-             "a step of the board's current sensors, %.3g A, is L_q i/T = %.3g V in a period, and the EMF at "
-             "overspeed_trip is %.3g V: the estimated speed is too coarse to run without an encoder; use a "
-             "board "
-             "with a smaller range or a higher link voltage",
+             "one step of the board's current sensors, %.3g A, is equivalent to L_q i/T = %.3g V in a "
+             "period; compared with the EMF at overspeed_trip, %.3g V, this makes the estimated speed too "
+             "coarse to run without an encoder; use a board with a smaller range or a higher link voltage",
              current_step(), code, emf);
     }
     if (g->limit + 0.5 * g->ripple > g->trip) {
-        warn(tune, "current_limit %.4g A and half a ripple of %.3g A pass overcurrent_trip, %.4g A", g->limit,
-             g->ripple, g->trip);
+        warn(tune,
+             "current_limit, %.4g A, plus half of the current ripple, %.3g A, exceeds overcurrent_trip, %.4g "
+             "A",
+             g->limit, g->ripple, g->trip);
     }
     if (tau >= WINDING_LEAST * T_S && tau < 5.0 * T_S) {
         warn(tune,
-             "L/R is %.3g ms, %.3g periods of the control: current control is coarse below 5, and the drive "
-             "refuses below 2",
+             "L/R is %.3g ms, %.3g periods of the control: below 5 periods the current control is coarse, "
+             "and below 2 periods the drive refuses to run",
              1e3 * tau, tau / T_S);
     }
     if (tune->needs_encoder) {
@@ -374,7 +375,9 @@ static void judge_sensing(tune_t *tune, const given_t *g)
 {
     const double code = fabs((double)BOARD_CURRENT_PER_CODE);
     if (code > 0.004 * g->rated_current) {
-        warn(tune, "the ADC resolves %.3g mA, %.2g %% of the rated current: a range of +-%.3g A is enough",
+        warn(tune,
+             "the ADC resolves only %.3g mA, %.2g %% of the rated current: a board with a range of +-%.3g A "
+             "is sufficient",
              1e3 * code, 100.0 * code / g->rated_current, 1.2 * TRIP_SHARE * g->limit);
     }
     const double dead = BOARD_DEAD_TIME_NS / 1e9 / T_S * g->over;
@@ -382,16 +385,14 @@ static void judge_sensing(tune_t *tune, const given_t *g)
     const double needed = g->handover;
     if (needed > HANDOVER_SHARE * g->speed) {
         warn(tune,
-             "dead time (%.3g V) and R I of the start (%.3g V) equal the EMF of %.0f r/min, %.0f %% of the "
-             "top "
-             "speed: the frame is forced up to %.0f r/min on the way up (handover_speed), and below %.0f "
-             "r/min "
-             "on the way down (fallback_speed)",
+             "dead time (%.3g V) and R I of the start (%.3g V) are as large as the EMF at %.0f r/min, %.0f "
+             "%% of the top speed: the drive uses a forced frame up to %.0f r/min while accelerating "
+             "(handover_speed), and below %.0f r/min while decelerating (fallback_speed)",
              dead, resistive, needed / RPM, 100.0 * needed / g->speed, tune->handover / RPM,
              FALLBACK_SHARE * tune->handover / RPM);
     }
     if (g->voltage < 4.0 * g->r * g->limit) {
-        warn(tune, "R I at current_limit is %.3g V of the %.3g V that the link gives a phase",
+        warn(tune, "R I at current_limit needs %.3g V of the %.3g V that the link can apply to a phase",
              g->r * g->limit, g->voltage);
     }
 }
@@ -506,8 +507,8 @@ static void add_reference(tune_t *tune, const given_t *g)
             i_q, 1.5 * g->p * torque_at(g, i_d, g->limit));
     }
     add(tune, "field_weakening", 1.0,
-        "from %.0f r/min on at current_limit, %.0f at %.3g A, %.0f without load; above %.0f the EMF alone "
-        "passes the board's link (theory, 30)",
+        "begins at %.0f r/min with current_limit, %.0f with %.3g A, %.0f without load; above %.0f the EMF "
+        "alone exceeds the board's link (theory, 30)",
         corner(g, g->limit) / RPM, corner(g, tune->current) / RPM, tune->current,
         voltage_used() * g->link / (g->psi * g->p) / RPM,
         BOARD_OVERVOLTAGE_MAX_MV / 1e3 / (SQRT_3 * g->psi * g->p) / RPM);
@@ -578,9 +579,9 @@ static void add_estimator(tune_t *tune, const given_t *g)
     const double followed = RAMP_SHARE * LOOP_KI * (bandwidth / 200.0) * (bandwidth / 200.0) / g->p;
     const double ramp = able > followed ? four_digits(followed) : 0.0;
     add(tune, "speed_ramp", ramp,
-        ramp > 0.0
-            ? "[rad/s^2] the motor could do %.3g: half a radian of angle error if J is not known (theory, 9)"
-            : "no ramp: the loop follows the %.3g rad/s^2 of the current limit",
+        ramp > 0.0 ? "[rad/s^2] the motor could reach %.3g, but without a known J the angle error would be "
+                     "half a radian (theory, 9)"
+                   : "no ramp: the loop follows the %.3g rad/s^2 of the current limit",
         able);
     add(tune, "quick_stop_ramp", ramp, "[rad/s^2] as speed_ramp");
 }
@@ -602,7 +603,7 @@ static void add_control(const motor_t *motor, tune_t *tune, const given_t *g)
 
 static void add_plant(const motor_t *motor, tune_t *tune, const given_t *g)
 {
-    add(tune, "plant.pole_pairs", g->p, "of the motor, as the following rows");
+    add(tune, "plant.pole_pairs", g->p, "this and the following rows: the motor");
     add(tune, "plant.resistance", g->r, "[ohm]");
     add(tune, "plant.inductance_d", g->l_d, "[H]");
     add(tune, "plant.inductance_q", g->l_0, "[H]");

@@ -68,7 +68,7 @@ static void flush_out(master_t *master)
         }
         if (done < 0) {
             if (errno != EAGAIN && errno != EINTR) {
-                master_break(master, errno == EPIPE || errno == ECONNRESET ? "the other end closed the line"
+                master_break(master, errno == EPIPE || errno == ECONNRESET ? "the other end closed the connection"
                                                                            : strerror(errno));
             }
             return;
@@ -179,7 +179,7 @@ static void synch(master_t *master)
     static const uint8_t packet[1] = {XCP_SYNCH};
     if (master->synchs++ == MASTER_SYNCHS) {
         master_break(master, master->connected ? "the drive does not answer any more"
-                                               : "nothing that speaks XCP answers");
+                                               : "no XCP device answers");
         return;
     }
     if (!master->connected) {
@@ -262,9 +262,9 @@ static void receive(master_t *master)
             take_packet(master, packet, length);
         }
         if (master->in.broken) {
-            master_break(master, "what comes is not XCP");
+            master_break(master, "the received data are not XCP");
         } else if (count == 0 || (count < 0 && (error == EIO || error == ECONNRESET))) {
-            master_break(master, "the other end closed the line");
+            master_break(master, "the other end closed the connection");
         } else if (count < 0 && error != EAGAIN && error != EINTR) {
             master_break(master, strerror(error));
         }

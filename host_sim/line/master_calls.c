@@ -104,13 +104,13 @@ bool master_connect(master_t *master, master_error_t *error)
     }
     if ((answer[1] & 0x07u) != 0u) {
         return master_fail(error,
-                           "%s: its addresses are not of octets in Intel's order: no drive of this kind",
+                           "%s: its addresses are not of octets in Intel's order: it is not a lagless drive",
                            master->name);
     }
     master->packet_max = answer[2];
     master->sample_max = master_take(answer + 3, 2u);
     if (master->packet_max < 8u || master->sample_max < 8u || master->sample_max > FRAMES_PACKET) {
-        return master_fail(error, "%s: packets of %u and %u octets: no drive of this kind", master->name,
+        return master_fail(error, "%s: packets of %u and %u octets: it is not a lagless drive", master->name,
                            (unsigned)master->packet_max, (unsigned)master->sample_max);
     }
     master->connected = true;
@@ -602,7 +602,7 @@ bool master_capture_head(master_t *master, master_capture_t *capture, master_err
         return false;
     }
     if ((int32_t)state != table_choice(rig_row_by_name("capture_state"), "held") || periods < 1.0) {
-        return master_fail(error, "the capture buffer holds nothing yet: arm it, and wait for its trigger");
+        return master_fail(error, "the capture buffer is still empty: arm it, and wait for its trigger");
     }
     capture->periods = (uint32_t)periods;
     capture->at = (uint32_t)at;

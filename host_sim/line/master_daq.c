@@ -75,7 +75,7 @@ static bool check_stamps(master_t *master, master_error_t *error)
     const uint8_t packet[] = {XCP_GET_DAQ_RESOLUTION_INFO};
     return ask(master, packet, sizeof packet, data, error) &&
            ((data[4] & 0x07u) == STAMP_OCTETS ||
-            master_fail(error, "%s: its samples have no stamps of 4 octets: no drive of this kind",
+            master_fail(error, "%s: its samples have no stamps of 4 octets: it is not a lagless drive",
                         master->name));
 }
 
@@ -139,7 +139,7 @@ bool master_daq_start(master_t *master, const table_row_t *const *rows, uint32_t
 {
     uint8_t data[MASTER_READ_MAX] = {0};
     if (master->daq.running) {
-        return master_fail(error, "samples are coming already: stop them first");
+        return master_fail(error, "sampling is active already: stop it first");
     }
     if (!check_rows(rows, count, every, error)) {
         return false;

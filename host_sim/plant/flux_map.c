@@ -189,7 +189,10 @@ static bool grows(const flux_map_t *map, flux_map_error_t *error)
                 return refuse(error, "psi_q does not grow with i_q", i_d, i_q);
             }
             if (!(p.slope_dd * p.slope_qq > p.slope_dq * p.slope_qd)) {
-                return refuse(error, "the fluxes follow the other axis more than their own", i_d, i_q);
+                return refuse(
+                    error,
+                    "a flux changes more with the current of the other axis than with that of its own axis",
+                    i_d, i_q);
             }
         }
     }

@@ -82,7 +82,7 @@ static bool read_names(file_t *file, char *text)
             return fail(file, file->line, "column %u, '%s', has no such name; " ACCEPTED, at + 1u, cell);
         }
         if (found[n]) {
-            return fail(file, file->line, "column %s stands there twice; " ACCEPTED, names[n]);
+            return fail(file, file->line, "column %s occurs twice; " ACCEPTED, names[n]);
         }
         found[n] = true;
         file->column[n] = at;

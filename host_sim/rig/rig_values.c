@@ -366,7 +366,7 @@ bool rig_set(rig_t *rig, uint32_t id, double value)
     const table_row_t *row = place.row;
     if (row->access == TABLE_READ) {
         char text[sizeof rig->error];
-        snprintf(text, sizeof text, "%s: it is shown, not set", row->name);
+        snprintf(text, sizeof text, "%s: it can be read, not set", row->name);
         return rig_refuse(rig, id, REASON_READ_ONLY, text);
     }
     if (!rig_accepts(row, value)) {

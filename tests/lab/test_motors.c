@@ -485,7 +485,7 @@ static void test_a_motor_or_a_profile_that_is_none_is_refused_where_it_stands(vo
         {HEAD "[[profile]]\npoints = [[0, 1]]\n", "row", 5u},
         {ROW, "points", 5u},
         {HEAD "[[profile]]\nrow = \"load_torqe\"\npoints = [[0, 1]]\n", "nearest: load_torque", 6u},
-        {HEAD "[[profile]]\nrow = \"i_q\"\npoints = [[0, 1]]\n", "shown, not set", 6u},
+        {HEAD "[[profile]]\nrow = \"i_q\"\npoints = [[0, 1]]\n", "can be read, not set", 6u},
         {ROW "points = [[0, 1], [0.02]]\n", "a time and a value", 7u},
         {ROW "points = [[0.05, 1], [0.02, 2]]\n", "do not decrease", 7u},
         {ROW "points = [[0, 1], [0.2, 2]]\n", "points: 200 ms is outside", 7u},

@@ -129,9 +129,9 @@ static void test_what_is_no_drive_of_these_tables_is_refused(void)
         const char *told;
     } rows[] = {{other_tables, both},
                 {closes, "another one is connected"},
-                {granularity_of_words, "no drive of this kind"},
-                {packets_that_the_frames_have_no_room_for, "no drive of this kind"},
-                {speaks_something_else, "what comes is not XCP"}};
+                {granularity_of_words, "it is not a lagless drive"},
+                {packets_that_the_frames_have_no_room_for, "it is not a lagless drive"},
+                {speaks_something_else, "the received data are not XCP"}};
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         const int descriptor = begin();
         rows[n].spoil();
@@ -153,7 +153,7 @@ static void test_a_slave_that_never_answers_is_given_up(void)
     took((1.0 + MASTER_SYNCHS) * MASTER_PATIENCE_SERIAL, started);
     TEST_ASSERT_EQUAL(1u + MASTER_SYNCHS, slave_count(&slave, 0xFF));
     TEST_ASSERT_EQUAL_MESSAGE(0u, slave_count(&slave, 0xFC), "no SYNCH before CONNECT");
-    has_text("nothing that speaks XCP answers");
+    has_text("no XCP device answers");
 }
 
 /* A chip that begins anew answers nothing for a while, and then nothing but CONNECT. */
@@ -348,7 +348,7 @@ static void test_a_line_that_is_closed_is_told(void)
     connect_with(true);
     slave.close_next = true;
     TEST_ASSERT_FALSE(master_get(master, row("omega_m"), &value, &error));
-    has_text("the other end closed the line");
+    has_text("the other end closed the connection");
 }
 
 static void test_an_idle_line_is_kept_alive(void)

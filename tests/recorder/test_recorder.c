@@ -645,7 +645,7 @@ static void test_rows_must_exist_and_differ(void)
     const uint32_t twice[] = {I_Q, U_DC, I_Q};
     options.ids = twice;
     options.count = 3;
-    expect_refused("i_q is to be recorded twice");
+    expect_refused("i_q is given twice");
 }
 
 static void test_settings_must_differ(void)

@@ -206,7 +206,7 @@ static void test_a_row_without_room_is_told_with_the_one_to_change(void)
 static void test_what_is_shown_is_not_set(void)
 {
     TEST_ASSERT_FALSE(rig_put(rig, "i_d", 1.0));
-    expect_refusal("i_d", REASON_READ_ONLY, "shown, not set");
+    expect_refusal("i_d", REASON_READ_ONLY, "can be read, not set");
     TEST_ASSERT_FALSE(rig_put(rig, "true_torque", 1.0));
     TEST_ASSERT_FALSE(rig_set(rig, 77777, 1.0));
     TEST_ASSERT_EQUAL_INT32(REASON_UNKNOWN_ID, rig_error_reason(rig));

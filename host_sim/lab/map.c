@@ -36,7 +36,7 @@ typedef struct {
 
 typedef struct {
     const char *name;
-    bool machine; /* a belief about the machine, meaningful with an ideal inverter too */
+    bool machine; /* a deviation of the motor data, which also exists with an ideal inverter */
     change_t changes[CHANGES_OF_POINT];
 } deviation_t;
 

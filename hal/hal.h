@@ -1,11 +1,12 @@
-/* What an application needs of a board, in counts and registers' terms. One implementation: hal/f28335.
+/* Functions of the board for the application, in counts and register units. The implementation is hal/f28335.
  *
- * Timing: period k starts at t_k, when the up-down ePWM counters are zero. The phase currents are held
- * exactly there (the ADC is started early by its own delay), the encoder position is latched there, and
- * compare values written during period k act from t_{k+1} to t_{k+2}.
+ * Timing: period k starts at t_k, when the up-down ePWM counters are zero. The phase currents are sampled and
+ * the encoder position is latched exactly at t_k. For this the ADC starts earlier by its own delay. Compare
+ * values written during period k act from t_{k+1} to t_{k+2}.
  *
- * Gates: off in doubt. They can be on only after hal_gates_on() said true, until hal_gates_off(), a trip by
- * the power module's fault line, or an interrupt that nobody asked for. Nothing here blocks except hal_init.
+ * Gates: they can be on only after hal_gates_on() has returned true. They are off again after
+ * hal_gates_off(), a trip by the fault line of the power module, or an unexpected interrupt. No function
+ * waits except hal_init.
  */
 #ifndef HAL_HAL_H
 #define HAL_HAL_H
@@ -20,14 +21,15 @@
 #define HAL_PER_CHIP
 #else
 #define HAL_INTERRUPT
-#define HAL_PER_CHIP __thread /* several chips live in one process; each has its own application */
+#define HAL_PER_CHIP __thread /* one process may simulate several chips; each has its own application */
 #endif
 
 #define HAL_CLOCK_HZ ((uint32_t)BOARD_SYSCLK_HZ) /* SYSCLKOUT */
 #define HAL_PERIOD_COUNT                                                                                     \
     ((uint16_t)BOARD_PERIOD_COUNT) /* compare value of full duty: counts of half a carrier period */
 
-/* Dead band of a leg [SYSCLK cycles]: from what the power module demands to the register's 10 bits. */
+/* Dead band of a leg [SYSCLK cycles]: from the minimum of the power module to the largest value of the
+ * register (10 bits). */
 #define HAL_DEAD_BAND_MIN ((uint16_t)BOARD_DEAD_BAND_MIN)
 #define HAL_DEAD_BAND_MAX ((uint16_t)BOARD_DEAD_BAND_MAX)
 
@@ -43,14 +45,14 @@ typedef struct {
     hal_interrupt_t on_sample;  /* every carrier period, when the conversions of t_k are done */
     hal_interrupt_t on_medium;  /* after hal_request_medium(), when no other interrupt is due */
     hal_interrupt_t on_trip;    /* when the power module's fault line has shut gates that were on */
-    hal_interrupt_t on_serial;  /* when some octets have come on the serial line; NULL: it is never called */
+    hal_interrupt_t on_serial;  /* when octets have arrived on the serial line; NULL: not called */
 } hal_config_t;
 
 typedef enum {
     HAL_OK = 0,
     HAL_CLOCK_MISSING, /* no crystal: the PLL reports a missing clock */
     HAL_PLL_UNLOCKED,  /* the PLL did not lock in time */
-    HAL_BAD_CONFIG,    /* a field of hal_config_t is out of range; no register was touched */
+    HAL_BAD_CONFIG,    /* a field of hal_config_t is out of range; no register was changed */
     HAL_TRIP_FAILED    /* a leg did not take the forced trip; the gates were not connected to their pins */
 } hal_status_t;
 
@@ -58,11 +60,11 @@ typedef enum {
 #define HAL_FLAG_TRIPPED   (1u << 0) /* the one-shot trip holds the gates off, of one leg at least */
 #define HAL_FLAG_FAULT_PIN (1u << 1) /* the power module pulls its fault line at this moment */
 #define HAL_FLAG_ENCODER   (1u << 2) /* quadrature phase error since the last sample */
-/* The chain of periods is broken: this interrupt came when the next period had begun (or its conversion had),
- * or a period without a sample lies before this one, because the interrupt before ran into it. Compare values
- * of the late one act one period later than they should, and currents and position may be of different
- * periods. After a gap of ten periods or more, as a debugger's halt leaves it, the ten samples that follow
- * are late as well. */
+/* The sequence of periods is broken. Either this interrupt came after the next period or its conversion had
+ * begun, or there was a period without a sample before, because the previous interrupt lasted too long.
+ * Compare values of a late interrupt act one period too late, and currents and position may be of different
+ * periods. After a gap of ten periods or more, for example a debugger's halt, the next ten samples are late
+ * as well. */
 #define HAL_FLAG_LATE (1u << 3)
 /* The board's enable input is not active at this moment; never on a board without one. */
 #define HAL_FLAG_NOT_ENABLED (1u << 4)
@@ -82,48 +84,51 @@ typedef struct {
  * of the stack. Until then nothing but this function may be called. */
 void hal_boot(void);
 
-/* Bring the board up: watchdog off, clock as the board file says, flash wait states, gates tripped and then
- * connected to their pins, ADC powered, encoder at position 0, interrupts. On HAL_OK the carrier runs, duty
- * 1/2 and gates tripped, and on_sample is called every period. On any other status no interrupt ever comes,
- * the gates' pins stay what the board's bias makes of them and hal_gates_on() refuses. Takes about 10 ms, 150
- * ms when the PLL does not lock. Call once, after reset, from the background. */
+/* Initialises the board: watchdog off, clock of the board file, flash wait states, gates tripped and then
+ * connected to their pins, ADC on, encoder at position 0, interrupts. After HAL_OK the carrier runs with duty
+ * 1/2 and tripped gates, and on_sample is called every period. After any other status no interrupt occurs,
+ * the bias resistors of the board determine the level of the gates' pins, and hal_gates_on() returns false.
+ * It takes about 10 ms, or 150 ms if the PLL does not lock. Call it once after reset, from the background. */
 hal_status_t hal_init(const hal_config_t *config);
 
-/* ---- In the interrupt: straight line, no waiting ---- */
+/* ---- In the interrupt: no loops, no waiting ---- */
 
-/* The sample of this period; call it once, first thing in on_sample. About 20 loads and one store. */
+/* Reads the sample of this period. Call it once, as the first statement of on_sample. About 20 loads and one
+ * store. */
 void hal_read(hal_samples_t *samples);
 
-/* High time of each leg, 0..HAL_PERIOD_COUNT (more counts as that), acts from t_{k+1}. Minimum pulses are the
- * caller's. */
+/* Sets the high time of each leg, 0..HAL_PERIOD_COUNT (larger values are limited), which acts from t_{k+1}.
+ * The caller ensures the shortest pulse. */
 void hal_write_compare(uint16_t a, uint16_t b, uint16_t c);
 
-/* Forces the one-shot trip: all six off at once. on_trip does not come for it. From anywhere, any number of
- * times. */
+/* Forces the one-shot trip: all six gates off at once, without a call of on_trip. It may be called from
+ * anywhere, any number of times. */
 void hal_gates_off(void);
 
-/* Clears the trip: the gates follow the compare values that act at this moment, those written one period ago.
- * True if they are on. False, and all off, while the fault line is low, when it pulls again meanwhile, before
- * hal_init came to its end, or if dead band or trip registers are not what hal_init made them. */
+/* Clears the trip: the gates follow the active compare values, which were written one period ago. Returns
+ * true if the gates are on. All gates remain off, and the result is false, in these cases: the fault line is
+ * active or becomes active, hal_init has not ended, or the dead-band or trip registers differ from the values
+ * of hal_init. */
 bool hal_gates_on(void);
 
-void hal_end_of_sample(void); /* lets the next conversion and interrupt come: last statement of on_sample */
+void hal_end_of_sample(void); /* enables the next conversion and interrupt: last statement of on_sample */
 void hal_end_of_trip(void);   /* last statement of on_trip; the gates stay off */
 void hal_end_of_serial(void); /* last statement of on_serial, which has read all octets or dropped them */
 
 /* ---- The medium task ---- */
 
-void hal_request_medium(void); /* from on_sample: on_medium follows; once, however often it was requested */
-void hal_begin_medium(void);   /* first statement of on_medium: the others may interrupt it from here on */
-void hal_end_medium(void);     /* last statement of on_medium: interrupts are off until it has returned */
+void hal_request_medium(
+    void); /* from on_sample: requests one call of on_medium, also if called several times */
+void hal_begin_medium(void); /* first statement of on_medium: the others may interrupt it from here on */
+void hal_end_medium(void);   /* last statement of on_medium: interrupts are off until it has returned */
 
 /* ---- From the background ---- */
 
-/* Memory that is not written while the drive runs: a change of it is an error. */
+/* Memory that is not written while the drive runs. A change in it is an error. */
 typedef enum {
     HAL_PROGRAM,        /* the program in flash */
     HAL_INTERRUPT_CODE, /* its part that runs from RAM */
-    HAL_STACK_END,      /* the last words of the stack: changed if it came so near its end */
+    HAL_STACK_END,      /* the last words of the stack: they change if the stack has almost reached its end */
     HAL_REGIONS
 } hal_region_t;
 
@@ -134,17 +139,18 @@ typedef struct {
 
 hal_memory_t hal_memory(hal_region_t region);
 
-/* False, and nothing done, out of HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX or unless all gates are tripped. */
+/* False, and nothing is changed, if the value is outside HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX or a gate is
+ * not tripped. */
 bool hal_set_dead_band(uint16_t count);
 
-/* False, and nothing done, if not 4 x lines - 1 or unless all gates are tripped. A new value restarts the
- * position at 0 (samples show it one period later); the present value changes nothing. */
+/* False, and nothing is changed, if the value is not 4 x lines - 1 or a gate is not tripped. A new value
+ * restarts the position at 0 (samples show it one period later). The present value changes nothing. */
 bool hal_set_encoder(uint32_t count_max);
 
 void hal_watchdog_start(
-    void); /* from now on hal_watchdog_feed within 239 ms (279 at 30 MHz), else the chip resets */
+    void); /* from now on the chip resets unless hal_watchdog_feed is called within 239 ms (279 at 30 MHz) */
 void hal_watchdog_feed(void);  /* harmless while the watchdog is off */
-void hal_interrupts_off(void); /* brackets a change that the interrupt must not see half done; do not nest */
+void hal_interrupts_off(void); /* begins a change that an interrupt must not interrupt; do not nest */
 void hal_interrupts_on(void);
 uint32_t hal_time(
     void); /* [SYSCLK cycles] free-running since hal_init, counts up, wraps after 28.6 s at 150 MHz */
@@ -152,81 +158,83 @@ void hal_leds(bool run, bool fault); /* the board's two lights, if it has them *
 
 /* ---- The serial line ----
  *
- * 8 data bits, no parity, 1 stop bit, BOARD_SERIAL_BAUD. Octets stand one per word. Nothing here waits; both
- * directions have the chip's FIFO of 16 octets and nothing behind it. Without a line (BOARD_SERIAL_BAUD 0)
- * nothing comes and nothing is taken. */
+ * 8 data bits, no parity, 1 stop bit, BOARD_SERIAL_BAUD. Each word contains one octet. No function waits. The
+ * only buffer of each direction is the chip's FIFO of 16 octets. Without a line (BOARD_SERIAL_BAUD 0) nothing
+ * is received and nothing is accepted. */
 
-/* Octets that came since the last call, oldest first, at most `room` of them: how many. One that follows a
- * damaged frame is a whole one again; the damaged ones are left out and counted. */
+/* Reads the octets that have arrived since the last call, oldest first, at most `room`. Returns their number.
+ * Damaged frames are omitted and counted. */
 uint32_t hal_serial_read(uint16_t *octets, uint32_t room);
 
-/* Gives up the octets that have come, and counts an error if there are any. */
+/* Drops the octets that have arrived, and counts an error if there were any. */
 void hal_serial_drop(void);
 
-/* The first of `count` octets, as many as the transmitter has room for: how many it took. */
+/* Sends the first of `count` octets, as many as the transmitter has room for. Returns their number. */
 uint32_t hal_serial_write(const uint16_t *octets, uint32_t count);
 
-/* Times that the receiver lost octets since hal_init: break, a frame without its stop bit, or an overrun.
- * Each stands for one octet or more. */
+/* Number of receive errors since hal_init: break, a frame without stop bit, or an overrun. Each error is a
+ * loss of one or more octets. */
 uint32_t hal_serial_errors(void);
 
-/* ---- Memory that stays, from the background ----
+/* ---- Non-volatile memory, from the background ----
  *
- * Two pages of flash, each erased as a whole: then all its words are 0xFFFF, and programming turns ones into
- * zeros. A cut of the power in the midst leaves the words of that call anything. On silicon erasing takes up
- * to some seconds and programming 50 us a word; meanwhile no interrupt comes, so the gates must be tripped.
+ * Two pages of flash. A page is erased as a whole; then all its words are 0xFFFF. Programming changes ones to
+ * zeros. If the power fails during a call, the words of this call may have any value. On silicon erasing
+ * takes up to some seconds, and programming 50 us a word. No interrupt occurs meanwhile, so that the gates
+ * must be tripped.
  */
 #define HAL_STORE_PAGES 2u
 #define HAL_STORE_WORDS UINT32_C(0x8000) /* [16-bit words] of a page */
 
-/* Word `at` of page `page`; 0 beyond. */
+/* Word `at` of page `page`; 0 outside the page. */
 uint16_t hal_store_word(uint32_t page, uint32_t at);
 
-/* False, and nothing done, unless all gates are tripped and `page` is one; false as well if the flash did not
- * come to its erased state. The watchdog is fed before; longer than its time it would reset the chip, so it
- * is stopped meanwhile and runs again after, if it did. */
+/* Erases a page. False, and nothing is changed, if a gate is not tripped or the page does not exist. False as
+ * well if the flash did not reach its erased state. The watchdog is fed before. It is stopped during the
+ * operation, because this may last longer than its time, and runs again afterwards if it ran before. */
 bool hal_store_erase(uint32_t page);
 
-/* Words `at` to at + count - 1 of a page. False, and nothing done, unless all gates are tripped and all words
- * lie in the page; false as well if a word does not read as asked for, as one that would need a 1 where a 0
- * is programmed. */
+/* Programs the words `at` to at + count - 1 of a page. False, and nothing is changed, if a gate is not
+ * tripped or a word is outside the page. False as well if a word differs when it is read back, for example
+ * because it needs a 1 where a 0 is programmed. */
 bool hal_store_program(uint32_t page, uint32_t at, const uint16_t *words, uint32_t count);
 
 #if BOARD_STORE == BOARD_STORE_I2C
 /* ---- A memory on the I2C bus, from the background ----
  *
- * A 24xx EEPROM or an FRAM, as words with the lower octet first. One transfer at a time; nothing waits but
- * hal_eeprom_open and hal_eeprom_wait, and no call takes more than 40 accesses of registers. A transfer is
- * at most HAL_EEPROM_WORDS words, and none goes beyond a multiple of them: so it stays within a page of the
+ * A 24xx EEPROM or an FRAM, as words with the lower octet first. There is one transfer at a time. Only
+ * hal_eeprom_open and hal_eeprom_wait wait; a call needs at most 40 register accesses. A transfer has at most
+ * HAL_EEPROM_WORDS words and does not cross a multiple of this number, so that it stays within a page of the
  * memory. */
 #define HAL_EEPROM_WORDS UINT32_C(4)
 
 typedef enum {
     HAL_EEPROM_BUSY,
     HAL_EEPROM_DONE,
-    HAL_EEPROM_REFUSED, /* not acknowledged: the memory is writing, or it is not there */
+    HAL_EEPROM_REFUSED, /* not acknowledged: the memory is writing, or there is none */
     HAL_EEPROM_LOST     /* another driver on the bus, or octets are missing */
 } hal_eeprom_t;
 
-/* Before hal_init and any other call of these: clock of the chip, time, pins, module; interrupts and watchdog
- * are off from here to the end of hal_init. false: no clock, or a line of the bus stays low. */
+/* Call it before hal_init and before the other functions of this section. It initialises the clock of the
+ * chip, the time, pins and module. Interrupts and watchdog are off until the end of hal_init. false: there is
+ * no clock, or a line of the bus stays low. */
 bool hal_eeprom_open(void);
 
-/* Begins a transfer; the one before has come to its end, or was aborted. Words `at` to at + count - 1, or
- * HAL_EEPROM_WORDS words from `at` on. */
+/* Begins a transfer. The previous one must have ended or been aborted. Writes the words `at` to at + count -
+ * 1, or reads HAL_EEPROM_WORDS words from `at` on. */
 void hal_eeprom_write(uint32_t at, const uint16_t *words, uint32_t count);
 void hal_eeprom_read(uint32_t at);
 
-/* State of the transfer that was begun last; `words` after a read that is done. Once it is not BUSY, the next
- * call is a new transfer or an abort. */
+/* State of the last transfer; after a completed read `words` has the result. Once the state is not BUSY, the
+ * next call must be a new transfer or an abort. */
 hal_eeprom_t hal_eeprom_poll(uint16_t words[HAL_EEPROM_WORDS]);
 
-void hal_eeprom_abort(void); /* the transfer under way is given up */
-void hal_eeprom_wait(void);  /* 10 us pass; before hal_init only */
+void hal_eeprom_abort(void); /* aborts the present transfer */
+void hal_eeprom_wait(void);  /* waits 10 us; before hal_init only */
 #endif
 
-/* Gates off, then a reset of the chip by its watchdog: all begins anew, with what the flash holds. Does not
- * return on silicon. */
+/* Switches the gates off and resets the chip by its watchdog. The program begins again with the content of
+ * the flash. Does not return on silicon. */
 void hal_restart(void);
 
 #endif

@@ -27,7 +27,7 @@
  *   points = [["0 s", "1 N m"], ["2 s", "5 N m"]]   # times do not decrease; the same time twice is a step
  *   [[expect]]                             # any number of verdicts
  *   signal = "true_omega_m"                # a row of any table
- *   minus = "omega_m_ref"                  # optional: the difference counts
+ *   minus = "omega_m_ref"                  # optional: the difference of the two is judged
  *   statistic = "mean"                     # mean, min, max, peak (largest magnitude), sd, rms or last
  *   from = "1 s"                           # the samples of periods with from <= t_k < to; default the whole run
  *   to = "2 s"
@@ -51,13 +51,11 @@
  * Numbers are in the SI unit of their row; text has a unit that must fit it (host_sim/lab/units.h); rows with
  * choices take the choice's name; bool is wrong everywhere. A row name that two tables have is written
  * table.row.
- *
- * An expectation of a float row needs a drive that was on for a period at least, if `enable` commanded it:
- * otherwise it would be met because nothing happened, and it fails. Whole numbers and choices show the state of
- * the drive, and have no such condition.
- *
- * A run whose end is a latched fault or a lasting refusal fails unless an expectation names it: the rule is in
- * runner.h.
+ * If `enable` commands the drive on, an expectation of a float row fails unless the drive was on for at least one
+ * period; otherwise it could be met because nothing happened. Whole numbers and choices show the state of the drive,
+ * and have no such condition.
+ * A run that ends with a latched fault or a permanent refusal fails unless an expectation names it; runner.h has the
+ * rule.
  *
  * scenario_read judges everything that can be judged without running: names, types, units, ranges, the rules
  * between rows (on a rig that does not run, event by event; a ramp at its ends and at one point between),
@@ -91,7 +89,7 @@ typedef struct {
     scenario_place_t place;
     char name[96];     /* the offending name */
     char message[640]; /* one line: what is wrong, what is accepted */
-    char board[64];    /* nothing is wrong but the board: the scenario is for this one; "" otherwise */
+    char board[64];    /* set if only the board is wrong: the scenario is for this board; else "" */
 } scenario_error_t;
 
 typedef struct {
@@ -106,7 +104,7 @@ typedef struct {
     double ramp;                  /* [s] as written; 0: at once */
     uint32_t period;              /* [periods] before which it acts */
     uint32_t ramp_periods;        /* [periods] */
-    scenario_setting_t *settings; /* in an order that the rig accepts, parameters side by side */
+    scenario_setting_t *settings; /* in an order that the rig accepts; parameters follow each other */
     uint32_t count;               /* [-] */
     scenario_place_t time_place, ramp_place;
 } scenario_event_t;
@@ -131,7 +129,7 @@ typedef struct {
     double from, to;        /* [s] as written */
     bool to_the_end;        /* `to` was not given */
     bool measure;           /* of [[measure]]: no limits, nothing can fail */
-    bool needs_drive;       /* it fails if the drive never came on though it was asked to */
+    bool needs_drive;       /* it fails if the drive was commanded on and never came on */
     bool needs_none;        /* the file says needs_drive = "no": a drive that is never on is expected */
     uint32_t begin, end;    /* [periods] begin <= k < end */
     double at_least;        /* [unit of the row]; -INFINITY: no limit */
@@ -146,19 +144,19 @@ typedef struct {
     const char *source; /* the whole file, 0 at its end */
     const char *title;
     const char *text;     /* "" if there is none */
-    const char *unsuited; /* why the motor does not suit the board, with what suits; "" if it does, or there
-                             is none */
+    const char *unsuited; /* reason for which the motor does not suit the board, with suitable boards; "" if
+                             it suits, or without [motor] */
     double duration;      /* [s] as written */
     uint32_t periods;     /* [periods] >= 1 */
     uint64_t seed;
     uint32_t every;               /* [periods] of the recording, >= 1 */
     uint32_t record[RIG_TAP_MAX]; /* ids */
     uint32_t record_count;
-    bool has_start;             /* the rotor's motion is given */
-    bool has_start_speed;       /* its speed is */
+    bool has_start;             /* [start] is given */
+    bool has_start_speed;       /* start.speed is given */
     double start_angle;         /* [rad] mechanical */
     double start_speed;         /* [rad/s] mechanical */
-    scenario_event_t *events;   /* [0]: what is set before t = 0; the others in the order of time */
+    scenario_event_t *events;   /* [0]: settings before t = 0; the others in the order of time */
     uint32_t event_count;       /* [-] >= 1 */
     scenario_expect_t *expects; /* [[expect]], then [[measure]], in the order of the file */
     uint32_t expect_count;
@@ -166,15 +164,15 @@ typedef struct {
     struct scenario_memory *memory; /* of everything above */
 } scenario_t;
 
-/* Reads and judges a file. NULL: `error` says what is wrong with it. Some 0.2 ms. */
+/* Reads and judges a file. NULL: the file is wrong; `error` has the message. It takes about 0.2 ms. */
 scenario_t *scenario_read(const char *path, scenario_error_t *error);
 
 /* The same from memory; `path` is for messages. */
 scenario_t *scenario_read_text(const char *path, const char *text, size_t octets, scenario_error_t *error);
 
-/* The same, for scenario_override: what it can replace (values before t = 0, of [run] but record, of [start])
- * is kept as refused where it is wrong, and nothing is judged as a whole. scenario_check is due: it tells
- * what is still refused. */
+/* The same, if scenario_override follows. Wrong values that it can replace (before t = 0, of [run] except
+ * record, of [start]) are stored as refused, and the rules between rows are not judged. The caller must call
+ * scenario_check, which reports the values that are still wrong. */
 scenario_t *scenario_read_to_mend(const char *path, scenario_error_t *error);
 scenario_t *scenario_read_text_to_mend(const char *path, const char *text, size_t octets,
                                        scenario_error_t *error);
@@ -187,18 +185,18 @@ void scenario_free(scenario_t *scenario);
  * between rows by scenario_check: call it after the last override. */
 bool scenario_override(scenario_t *scenario, const char *assignment, scenario_error_t *error);
 
-/* Judges the scenario as a whole (scenario_read has done it) and puts the settings of each event in an order
- * that works. */
+/* Judges the rules between rows, as scenario_read does, and sorts the settings of each event into an order
+ * that the rig accepts. */
 bool scenario_check(scenario_t *scenario, scenario_error_t *error);
 
-/* A row of any table by "row" or "table.row". NULL: `error` says so, with the nearest name (place and file
- * are left empty). */
+/* A row of any table by "row" or "table.row". NULL: there is none; `error` has a message with the nearest
+ * name (place and file are empty). */
 const table_row_t *scenario_row(const char *name, scenario_error_t *error);
 
 /* "row", or "table.row" where two tables have the name. */
 void scenario_row_name(const table_row_t *row, char *to, size_t size);
 
-/* The name of a scenario or of a motor by its file: that of "folder/teknic.toml" is "teknic". */
+/* The name of a scenario or motor from its file: "teknic" for "folder/teknic.toml". */
 void scenario_file_name(const char *path, char *to, size_t size);
 
 /* Value at t = 0 [unit of the row] of a row of params, requests, plant or rig. */
@@ -211,7 +209,7 @@ bool scenario_set(rig_t *rig, const scenario_setting_t *settings, uint32_t count
 void scenario_refused(const scenario_t *scenario, rig_t *rig, const scenario_setting_t *settings,
                       uint32_t count, scenario_error_t *error);
 
-/* The rig's table that a row is in; NULL: none of them. */
+/* The table of the rig that contains the row; NULL: none. */
 const table_t *scenario_table_of(const table_row_t *row);
 bool scenario_is_param(const table_row_t *row);
 

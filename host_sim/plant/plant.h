@@ -7,60 +7,62 @@
  *   L_q di_q/dt = u_q - R i_q - omega_e L_d i_d - e_q,   e_q =  omega_e psi_f (1 + (k_7 - k_5) cos 6 theta_e)
  *   T = 1.5 p ((e_d i_d + e_q i_q)/omega_e + (L_d - L_q) i_d i_q)
  *
- * With saturation_d or saturation_q the flux of an axis is L i/sqrt(1 + (i/I_s)^2), its derivative by the
- * current L/(1 + (i/I_s)^2)^1.5, and omega_e L i above is omega_e times that flux; the axes do not act on
- * each other (magnetics.h). So the EMF of phase a is -omega_e psi_f (sin theta + k_5 sin 5 theta + k_7 sin 7
- * theta).
+ * The EMF of phase a is then -omega_e psi_f (sin theta + k_5 sin 5 theta + k_7 sin 7 theta). With
+ * saturation_d or saturation_q the flux of an axis is L i/sqrt(1 + (i/I_s)^2), and its derivative with
+ * respect to the current is L/(1 + (i/I_s)^2)^1.5. In the equations above omega_e L i is replaced by omega_e
+ * times this flux. The axes do not influence each other (magnetics.h).
  *
- * Shaft: J domega/dt = T - (T_c + T_passive) s(omega) - B omega - T_active, with a smooth sign that lets a
- * standstill rest: s = x (3 - x^2)/2, x = omega/w, limited to +-1 beyond w. w is PLANT_SHAFT_WIDTH, or
- * PLANT_SHAFT_FOLLOW (T_c + T_passive)/J where that is more (a lighter rotor than a step can follow). A
- * torque below T_c therefore makes the rotor creep, slower than w, where a real one would stick.
- * Of what drives the load, T_work = k omega |omega| + T_table(omega) + T_sine sin(n theta) + c theta comes on
- * top, theta being the angle of the end that the load is at; a rotor that stands is held while T - T_active -
- * T_work is not more than dry friction holds. With a break-away torque T_b or a brake, T_c + T_passive +
- * T_brake acts at once with the sign of the motion, and a rotor that stands is held, exactly, until |T -
- * T_active| exceeds max(T_b, T_c) + T_passive + T_brake. It comes to rest and breaks loose at a tick.
+ * Shaft: J domega/dt = T - (T_c + T_passive) s(omega) - B omega - T_active, with a smooth sign s = x (3 -
+ * x^2)/2, x = omega/w, limited to +-1. w is PLANT_SHAFT_WIDTH, or PLANT_SHAFT_FOLLOW (T_c + T_passive)/J if
+ * that is more, for rotors that are too light for the step of the integration. With a torque below T_c this
+ * rotor turns slowly, below w, while a real rotor does not turn. The driven machine adds T_work = k omega
+ * |omega| + T_table(omega) + T_sine sin(n theta) + c theta, where theta is the angle of the load. Dry
+ * friction holds a rotor at standstill while T - T_active - T_work does not exceed it. With a break-away
+ * torque T_b or a brake, T_c + T_passive + T_brake acts with the exact sign of the motion. A rotor at
+ * standstill is then held exactly until |T - T_active| exceeds max(T_b, T_c) + T_passive + T_brake. It stops
+ * and starts at a tick.
  *
  * With load_inertia and shaft_stiffness there are two masses, twist' = omega - omega_load:
  *
  *   J domega/dt = T - T_friction - T_brake - T_s,   T_s = k twist + c (omega - omega_load)
  *   J_load domega_load/dt = T_s - T_passive s(omega_load) - T_active
  *
- * Friction and brake act at the motor, the load at the far end. Without stiffness J + J_load turn as one.
+ * Friction and brake act at the motor, and the load acts at the other end. Without stiffness J + J_load are
+ * one mass.
  *
- * Inverter (docs/theory.md, 12): a leg's pole voltage follows from its two gates and
- * the sign of its current. Upper on: V_dc - V_ce(i) or V_dc + V_f(|i|). Lower on: -V_f(i) or +V_ce(|i|).
- * Both off: lower diode for i > 0, upper diode for i < 0. Between -current_zone and +current_zone each of
- * these goes linearly from the one value to the other: for both gates off this stands for the charge of the
- * node, for the others it rounds the knee of the drops. The zone is never narrower than
- * (V_dc/2 + V_f) 1 us/min(L_d, L_q), which is as stiff as the steps resolve.
- * Command edges act after turn_on_delay or turn_off_delay. A pulse or gap whose end would overtake its
- * beginning vanishes, and so does one that would be the fifth edge of its gate within a delay.
- * All three legs off, all currents inside the zone for PLANT_IDLE_TICKS and the EMF between lines below
- * V_dc + 2 V_f: no current flows at all until a gate turns on or the EMF rises.
- * Both on: shoot-through, counted; the pole voltage is V_dc/2 as long as the protection leaves it so.
- * An open switch is one whose gate is never on, a shorted one is always on and nothing shuts it: its
- * partner's turning on is a shoot-through. Both act on edges, in averaged mode not. DC link: stiff, or a
- * capacitor behind a resistance and a rectifier (nothing flows back to the source), with a chopper across it.
- * The source: a constant and a sine.
+ * Inverter (docs/theory.md, 12): the pole voltage of a leg follows from its two gates and the sign of its
+ * current. Upper on: V_dc - V_ce(i) or V_dc + V_f(|i|). Lower on: -V_f(i) or +V_ce(|i|). Both off: lower
+ * diode for i > 0, upper diode for i < 0. Between -current_zone and +current_zone each of these voltages
+ * changes linearly from one value to the other. With both gates off this models the charge of the node,
+ * otherwise it rounds the knee of the voltage drops. The zone is never narrower than (V_dc/2 + V_f) 1
+ * us/min(L_d, L_q), because the steps of the integration cannot resolve less. Command edges act after
+ * turn_on_delay or turn_off_delay. A pulse or gap whose end would occur before its beginning is omitted, and
+ * so is one that would be the fifth edge of its gate within a delay. If all three legs are off, all currents
+ * are inside the zone for PLANT_IDLE_TICKS and the EMF between lines is below V_dc + 2 V_f, the currents are
+ * zero until a gate turns on or the EMF rises. Both on: shoot-through, counted; the pole voltage is V_dc/2
+ * until the protection acts. An open switch never conducts. A shorted switch always conducts, and is not
+ * switched off by the protection; when the other switch of the leg turns on, this is a shoot-through. Both
+ * have an effect with gate edges only, not in averaged mode. DC link: constant voltage, or a capacitor behind
+ * a resistance and a rectifier (no current to the source), with a chopper across it. The source is a constant
+ * voltage plus a sine.
  *
- * Protection of the module (as Mitsubishi's L series has it, PM50B5LA060's data sheet for one; when a shut
- * gate obeys again is assumed): an arm whose IGBT carries more than short_circuit_current, or that takes part
- * in a shoot-through, shuts; a lower one takes its two neighbours with it (one common driver supply and fault
- * output), the others keep obeying. The fault line is active for fault_pulse; a shut gate obeys again after
- * the pulse and a fresh off-on edge. force_fault shuts all and holds the line. In averaged mode any trip
- * shuts all arms, and the first carrier period after the pulse resumes.
+ * Protection of the module, as in Mitsubishi's L series (data sheet of PM50B5LA060; the return to operation
+ * is assumed): a switch with more than short_circuit_current, or with a shoot-through, is switched off. A
+ * lower switch also switches off the other two lower ones, which share its driver supply and fault output.
+ * The fault line is active for fault_pulse. A switch follows its commands again after the pulse and a new
+ * off-on edge. force_fault switches off all switches and keeps the line active. In averaged mode any trip
+ * switches off all switches until the first carrier period after the pulse.
  *
- * Averaged mode: one mean pole voltage per leg and carrier period, what its two edges, dead time, delays and
- * drops make of V_dc high/period, each edge with the current that it meets, ripple included (averaged.h).
+ * Averaged mode: one mean pole voltage per leg and carrier period. It follows from V_dc high/period, dead
+ * time, delays and drops, with the current at each of the two edges, including the ripple (averaged.h).
  *
  * Time: ticks of 1/150 MHz. Bits are the same on every machine (IEEE double, no contraction; of libm only
  * sqrt, fabs, floor, ceil, ldexp).
  *
- * Not handled: cross saturation, iron loss, switching energy, warming (temperatures are parameters), the
- * current of a shoot-through in the IGBTs, the 0.2 us until a short circuit is shut off, over-temperature, a
- * floating node when only one or two legs are off (the zone leaks up to its width). */
+ * Not handled: cross saturation, iron loss, switching energy, heating (temperatures are parameters), the
+ * current of a shoot-through in the IGBTs, the 0.2 us until a short circuit is switched off,
+ * over-temperature, a floating node when only one or two legs are off (a current up to the zone's width
+ * flows). */
 #ifndef HOST_SIM_PLANT_PLANT_H
 #define HOST_SIM_PLANT_PLANT_H
 
@@ -71,9 +73,10 @@
 
 #define PLANT_TICKS_PER_SECOND UINT64_C(150000000)
 #define PLANT_NEVER            UINT64_MAX
-#define PLANT_SHAFT_WIDTH      0.2            /* [rad/s] mechanical, least half width of the smooth sign */
-#define PLANT_SHAFT_FOLLOW     2e-4           /* [s] keeps the sign's slope stable: 0.75 per step of 100 us */
-#define PLANT_IDLE_TICKS       UINT64_C(7500) /* 50 us */
+#define PLANT_SHAFT_WIDTH      0.2 /* [rad/s] mechanical, least half width of the smooth sign */
+#define PLANT_SHAFT_FOLLOW                                                                                   \
+    2e-4 /* [s] keeps the integration with the smooth sign stable: 0.75 per step of 100 us */
+#define PLANT_IDLE_TICKS UINT64_C(7500) /* 50 us */
 
 /* Gate bits, as in plant_gates(). */
 #define PLANT_UPPER(leg) (UINT32_C(1) << (2u * (uint32_t)(leg)))
@@ -88,9 +91,9 @@ typedef enum {
     PLANT_MOTOR
 } plant_channel_t;
 
-/* Who carries a leg's current. */
+/* The device that carries a leg's current. */
 typedef enum {
-    PLANT_LEG_OPEN, /* nobody: idle, or the phase is broken */
+    PLANT_LEG_OPEN, /* none: no current, or the phase is broken */
     PLANT_LEG_UPPER_IGBT,
     PLANT_LEG_UPPER_DIODE,
     PLANT_LEG_LOWER_IGBT,
@@ -100,7 +103,7 @@ typedef enum {
     PLANT_LEG_AVERAGED       /* averaged mode: upper and lower share the period */
 } plant_leg_t;
 
-/* What really is; never seen by the drive. */
+/* The true values, which the drive does not get. */
 typedef struct {
     double theta_e;         /* [rad] electrical, in [-pi, pi) */
     double omega_e;         /* [rad/s] electrical */
@@ -115,83 +118,87 @@ typedef struct {
     double flux_beta;  /* [V s] integral of u_beta since init */
     double dc_voltage; /* V_dc [V] */
     double leg_a, leg_b, leg_c;  /* plant_leg_t [-] */
-    double shoot_throughs;       /* [-] how often both switches of a leg were on */
-    double shoot_through_second; /* [s] when last; -1: never */
-    double shoot_through_leg;    /* [-] which leg last, 0..2; -1: none */
+    double shoot_throughs;       /* [-] number of times that both switches of a leg were on */
+    double shoot_through_second; /* [s] time of the last one; -1: none */
+    double shoot_through_leg;    /* [-] leg of the last one, 0..2; -1: none */
     double fault_line;           /* [-] 1: fault output active */
-    double shut_gates;           /* [-] gates shut by the module, bits as in plant_gates() */
+    double shut_gates;           /* [-] gates that the module has switched off, bits as in plant_gates() */
     double energy_dc;            /* [J] from the link into the inverter, since metering was switched on */
     double energy_copper;        /* [J] into R, since then */
     double energy_inverter;      /* [J] conduction losses, since then */
     double energy_mechanical;    /* [J] into friction, load, brake and dynamometer, since then */
     double energy_magnetic; /* [J] stored in the field of the currents; without saturation 0.75 (L_d i_d^2 +
                                L_q i_q^2) */
-    double energy_kinetic;  /* [J] stored now, J omega_m^2/2; of both masses and in the twist */
-    double omega_load;      /* [rad/s] mechanical, of the far end of the shaft; omega_m if it is rigid */
+    double energy_kinetic;  /* [J] stored now, J omega_m^2/2 of both masses, and energy of the twist */
+    double omega_load;      /* [rad/s] mechanical speed of the load; omega_m if the shaft is rigid */
     double twist;           /* [rad] of an elastic shaft, the motor ahead */
     double shaft_torque;    /* [N m] from the motor into an elastic shaft */
 } plant_truth_t;
 
-/* The whole plant: copyable with memcpy, no pointers, no padding. Fields are for the debugger. */
+/* The whole plant: it can be copied with memcpy, and has no pointers and no padding. The fields are visible
+ * for the debugger. */
 #include "host_sim/plant/plant_state.h"
 
-/* At tick 0: all gates off, no current, rotor at angle 0 at rest (or at the locked speed), link charged,
- * metering off. params must pass plant_params_check (asserted). The seed fixes every noise sample. */
+/* Sets the state of tick 0: all gates off, no current, rotor at angle 0 and at standstill (or at the locked
+ * speed), link charged, metering off. params must pass plant_params_check (asserted). The seed determines
+ * every noise sample. */
 void plant_init(plant_t *plant, const plant_params_t *params, uint64_t seed);
 
-/* New parameters from now on, state kept. A locked shaft jumps to its speed; a phase that breaks loses its
- * current; a stiff link jumps to its voltage. Delays count for edges commanded from now on. In averaged mode
- * what a leg has of its own counts from the next carrier period on. Encoder: a change of slip, stuck tracks
- * or direction makes no step but the one edge that a track's level makes when it sticks; another offset is a
+/* Changes the parameters and keeps the state. A locked shaft jumps to its speed, a phase that breaks loses
+ * its current, a constant link voltage jumps. Delays act on edges that are commanded from now on. In averaged
+ * mode differences of a leg act from the next carrier period on. Encoder: a change of slip, stuck tracks or
+ * direction makes no step, except for the edge of a track that sticks at its other level. A new offset is a
  * step, as of a disc that slips. */
 void plant_set_params(plant_t *plant, const plant_params_t *params);
 
-/* Turns the rotor: angle [rad] and speed [rad/s], mechanical; currents in the phases stay. A locked shaft
+/* Sets angle [rad] and speed [rad/s] of the rotor, mechanical; the phase currents remain. A locked shaft
  * keeps its speed. */
 void plant_set_motion(plant_t *plant, double theta_m, double omega_m);
 
-/* A brake on the shaft: holds and slows it like dry friction of this torque [N m], >= 0 (asserted); 0:
- * released. A locked shaft feels none of it. */
+/* Sets the torque [N m] of a brake on the shaft, >= 0 (asserted); 0: released. The brake acts like dry
+ * friction. It has no effect on a locked shaft. */
 void plant_set_brake(plant_t *plant, double torque);
 
-/* Counts energies from zero (on), or stops counting. Costs time; off after init. While counting,
- * dc = copper + inverter + mechanical + change of magnetic + change of kinetic, unless motion or parameters
- * are set from outside. */
+/* on: counts the energies from zero, which takes computing time; off after init. The energies satisfy dc =
+ * copper + inverter + mechanical + change of magnetic + change of kinetic, unless motion or parameters are
+ * set from outside. */
 void plant_set_metering(plant_t *plant, bool on);
 
-/* Six switch commands from this tick on: PLANT_UPPER(n), PLANT_LOWER(n), n = 0..2. Ticks of calls ascend.
- * State and everything read from it stay behind, at the last edge that mattered, until plant_advance.
- * Ends averaged mode; the commands that end it act without delay. */
+/* Six switch commands from this tick on: PLANT_UPPER(n), PLANT_LOWER(n), n = 0..2. The ticks of the calls
+ * must ascend. The state remains at the last edge that changed a voltage until plant_advance. The call ends
+ * averaged mode; its commands then act without delay. */
 void plant_gates(plant_t *plant, uint64_t tick, uint32_t on);
 
-/* Averaged mode from this tick on: high[n] ticks of each `period` ticks the upper command of leg n would be
- * on without dead band, `dead` ticks of dead band at each rising edge. high 0 or period: no edges, no error.
- * upper: on at both ends of the period and off around its middle; otherwise on around its middle. Holds for
- * all periods from here until the next call of this or plant_gates. period > 0 (asserted). Advances to tick;
- * pending edges are void. */
+/* Averaged mode from this tick on. In each `period` ticks the upper command of leg n is on for high[n] ticks,
+ * before the dead band of `dead` ticks at each rising edge. high = 0 or period: no edges and no error. upper:
+ * the command is on at both ends of the period, otherwise around its middle. The values are valid until the
+ * next call of this function or of plant_gates. period > 0 (asserted). The call advances the plant to the
+ * tick, and cancels pending edges. */
 void plant_carrier(plant_t *plant, uint64_t tick, uint32_t period, const uint32_t high[3], uint32_t dead,
                    bool upper);
 
-/* Lets time pass until tick; a tick in the past does nothing. Some 40 ns per interval between edges that
- * change a voltage, or per 100 us. Within 1 mA of the exact solution while omega_e 100 us < 0.3. */
+/* Advances the plant to the tick; a tick in the past has no effect. It takes about 40 ns for each interval
+ * between edges that change a voltage, or for 100 us. The currents are within 1 mA of the exact solution for
+ * omega_e 100 us < 0.3. */
 void plant_advance(plant_t *plant, uint64_t tick);
 
-/* Volts at the ADC pin at the present tick, 0..3, noise included (each call draws anew). Does not advance:
- * channels that are sampled within a microsecond may share one plant_advance. */
+/* Voltage at the ADC pin at the present tick, 0..3 V, with noise that is new in each call. The call does not
+ * advance the plant: channels that are sampled within a microsecond may share one plant_advance. */
 double plant_analog(plant_t *plant, plant_channel_t channel);
 
-/* Quadrature counts, free-running, at the present tick: floor(4 lines (theta_m + offset)/(2 pi)), less what
- * the encoder misses, as its tracks tell it. */
+/* Free-running quadrature counts at the present tick: floor(4 lines (theta_m + offset)/(2 pi)) minus the
+ * counts that the encoder misses, with the faults of its tracks. */
 int64_t plant_encoder(const plant_t *plant);
 
-/* The same at a tick near the present one, the angle carried on at the present speed: to look without letting
- * time pass. Within a period off by less than a twentieth of a count of 10000 at 4000 rad/s^2. */
+/* The same at a tick near the present one, without advancing the plant: the angle is extrapolated with the
+ * present speed. Within a period the error is less than 0.05 counts, for 10000 counts a turn and 4000
+ * rad/s^2. */
 int64_t plant_encoder_at(const plant_t *plant, uint64_t tick);
 
 /* true while the module's fault output is active (the wired-OR of all of them). */
 bool plant_fault_line(const plant_t *plant);
 
-/* Everything at the present tick. Not for every period: some 100 ns. */
+/* Reads all true values at the present tick. It takes about 100 ns, which is too slow for every period. */
 void plant_truth(const plant_t *plant, plant_truth_t *truth);
 
 const char *plant_leg_text(plant_leg_t leg); /* "upper diode" */

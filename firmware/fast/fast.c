@@ -1,4 +1,4 @@
-#include "fast/fast_parts.h"
+#include "fast/fast_trips.h"
 
 #include <string.h>
 
@@ -155,21 +155,9 @@ static void estimate(fast_t *fast, fast_orders_t orders)
     } else if (voltage_uncertain(fast, orders, acted)) {
         (void)chosen_coast(&fast->estimator, voltage, measured->current);
     } else {
-        (void)chosen_track(&fast->estimator, voltage, measured->current);
+        chosen_track(&fast->estimator, voltage, measured->current);
     }
     estimate_load(fast, orders.setpoint);
-}
-
-/* The estimated rotor, and its speed for the parts that need little noise: the estimate without the
- * proportional part of the loop, because the speed control would amplify the noise of that part. */
-void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning)
-{
-    const estimate_t *estimate = &fast->estimator.estimate;
-    const reference_t *reference = &fast->reference;
-    fast->rotor = reference_rotor(reference, &fast->shaft.frame, estimate);
-    const bool smooth = tuning->limits.smooth != 0u && reference_tracks(reference);
-    fast->omega_m =
-        (smooth ? estimate->omega_smooth : fast->rotor.omega_e) * tuning->limits.pole_pairs_inverse;
 }
 
 /* While the bridge is off, the voltage is unknown and the estimator does not run. */
@@ -393,7 +381,7 @@ void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *sample
     } else {
         fast_rest(fast, orders, samples);
     }
-    inverter_remember(&fast->inverter, fast->command.duty, fast->measure.measured.current,
+    inverter_remember(&fast->inverter, &fast->command.duty, fast->measure.measured.current,
                       fast->measure.measured.u_dc);
     *command = fast->command;
 }

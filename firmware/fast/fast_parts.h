@@ -10,11 +10,15 @@
 static inline void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning)
 {
     const estimate_t *estimate = &fast->estimator.estimate;
-    const reference_t *reference = &fast->reference;
-    fast->rotor = reference_rotor(reference, &fast->shaft.frame, estimate);
-    const bool smooth = tuning->limits.smooth != 0u && reference_tracks(reference);
-    fast->omega_m =
-        (smooth ? estimate->omega_smooth : fast->rotor.omega_e) * tuning->limits.pole_pairs_inverse;
+    float omega_e;
+    if (reference_tracks(&fast->reference)) {
+        fast->rotor = estimate->frame;
+        omega_e = tuning->limits.smooth != 0u ? estimate->omega_smooth : estimate->frame.omega_e;
+    } else {
+        fast->rotor = reference_rotor(&fast->reference, &fast->shaft.frame);
+        omega_e = fast->rotor.omega_e;
+    }
+    fast->omega_m = omega_e * tuning->limits.pole_pairs_inverse;
 }
 
 /* A period with the bridge off. */

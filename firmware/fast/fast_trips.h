@@ -41,7 +41,7 @@ static inline guard_input_t fast_trip_input(const fast_t *fast, const setpoint_t
         .measured = &fast->measure.measured,
         .omega_m = fast->omega_m,
         .encoder_wrong = encoder_wrong,
-        .medium_late = fast->given.late >= FAST_LATE_WINDOWS ? 1u : 0u,
+        .medium_late = fast->given.overdue,
         .now = fast_moments(&fast->bridge, setpoint),
         .found = NULL,
     };
@@ -51,9 +51,12 @@ static inline guard_input_t fast_trip_input(const fast_t *fast, const setpoint_t
 static inline bool fast_trip(fast_t *fast, fast_orders_t orders)
 {
     const fast_tuning_t *tuning = orders.tuning;
-    const int32_t left = fast->report.left;
-    const uint32_t encoder_wrong =
-        fast->reference.source == (int32_t)SOURCE_ENCODER ? fast_watch_jump(fast, orders) : 0u;
+    uint32_t encoder_wrong = 0u;
+    bool left = false;
+    if (fast->reference.source == (int32_t)SOURCE_ENCODER) {
+        encoder_wrong = fast_watch_jump(fast, orders);
+        left = fast->reference.source != (int32_t)SOURCE_ENCODER;
+    }
     fast_find_gates_on(&fast->bridge, fast->measure.measured.flags);
     const guard_input_t input = fast_trip_input(fast, orders.setpoint, encoder_wrong);
     if (!guard_is_calm(&fast->trips, &tuning->guard, &input, FAULT_EACH)) {
@@ -63,7 +66,7 @@ static inline bool fast_trip(fast_t *fast, fast_orders_t orders)
     if (still_watch_count(&fast->still_watch, &tuning->still_watch, &fast->measure.measured.current_abc)) {
         fast_judge_still(fast, orders);
     }
-    return fast->report.left != left;
+    return left;
 }
 
 #endif

@@ -98,4 +98,5 @@ void fast_miss(fast_t *fast)
 {
     begin_sums(&fast->sum);
     fast->given.late++;
+    fast->given.overdue = fast->given.late >= FAST_LATE_WINDOWS ? UINT32_C(1) : UINT32_C(0);
 }

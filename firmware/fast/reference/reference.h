@@ -106,32 +106,28 @@ static inline frame_t reference_stationary(float omega_e)
     return (frame_t){0.0f, omega_e, {0.0f, 1.0f}};
 }
 
-/* The rotor at t_k: from the encoder, from the estimate while it tracks, else from the frame. */
-static inline frame_t reference_rotor(const reference_t *reference, const frame_t *encoder,
-                                      const estimate_t *estimate)
-{
-    switch ((frame_source_t)reference->source) {
-    case SOURCE_ENCODER:
-        return *encoder;
-    case SOURCE_NONE:
-        return reference_stationary(0.0f);
-    case SOURCE_ESTIMATE:
-    case SOURCE_FORCED:
-    case SOURCE_CATCH:
-        break;
-    }
-    if (reference->tracking != 0u) {
-        return estimate->frame;
-    }
-    return reference->source == (int32_t)SOURCE_FORCED ? reference->forced.frame
-                                                       : reference_stationary(reference->catching.omega_e);
-}
-
-/* true: the speed is that of the tracking loop. */
+/* true: the rotor at t_k is that of the tracking loop. */
 static inline bool reference_tracks(const reference_t *reference)
 {
     return reference->tracking != 0u && reference->source != (int32_t)SOURCE_ENCODER &&
            reference->source != (int32_t)SOURCE_NONE;
+}
+
+/* The rotor at t_k while reference_tracks() is false: from the encoder, or from the frame. */
+static inline frame_t reference_rotor(const reference_t *reference, const frame_t *encoder)
+{
+    switch ((frame_source_t)reference->source) {
+    case SOURCE_ENCODER:
+        return *encoder;
+    case SOURCE_FORCED:
+        return reference->forced.frame;
+    case SOURCE_NONE:
+        return reference_stationary(0.0f);
+    case SOURCE_ESTIMATE:
+    case SOURCE_CATCH:
+        break;
+    }
+    return reference_stationary(reference->catching.omega_e);
 }
 
 /* ---- the parts of a step that run rarely ---- */

@@ -30,7 +30,7 @@ typedef fixed_tuning_t chosen_tuning_t;
 #define chosen_set_load     fixed_set_load
 #define chosen_reset        fixed_reset
 #define chosen_step         fixed_step
-#define chosen_track        fixed_step /* includes the judgement */
+#define chosen_track        (void)fixed_step /* includes the judgement */
 #define chosen_coast        fixed_coast
 #define chosen_observe      fixed_observe
 #define chosen_lock         fixed_lock

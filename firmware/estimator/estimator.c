@@ -78,84 +78,86 @@ static inline void rested(estimator_t *est, bool good, ab_t emf)
     estimate->coasted = 1u;
 }
 
-/* Changes the voltage [V] so that the winding with L_q acts like one with L_d in every direction. */
-static inline void at_rest(const estimator_t *est, ab_t current, ab_t *voltage)
+/* The voltage [V] with which the winding with L_q acts like one with L_d in every direction. */
+static inline ab_t at_rest(const estimator_t *est, ab_t current, ab_t voltage)
 {
     const float rate = est->tracker.saliency_rate;
-    voltage->alpha += rate * (current.alpha - est->current.alpha);
-    voltage->beta += rate * (current.beta - est->current.beta);
+    return (ab_t){voltage.alpha + rate * (current.alpha - est->current.alpha),
+                  voltage.beta + rate * (current.beta - est->current.beta)};
 }
 
 /* One period, with the lag of this speed [rad/s]. */
-static position_t one_period(estimator_t *est, ab_t voltage, ab_t current, float omega_e, tracking_t tracking)
+static void one_period(estimator_t *est, ab_t voltage, ab_t current, float omega_e, tracking_t tracking)
 {
     tracker_t *tracker = &est->tracker;
     estimate_t *estimate = &est->estimate;
     const bool salient = tracker_is_salient(tracker);
     const dq_t current_loop = frames_park(current, tracker->pll.rotation);
     if (salient) {
-        if (tracking == REST) {
-            at_rest(est, current, &voltage);
-        } else {
-            tracker_transient(tracker, current_loop, &voltage);
-        }
+        voltage = tracking == REST ? at_rest(est, current, voltage)
+                                   : tracker_transient(tracker, current_loop, voltage);
     }
     ab_t emf;
     float error_square;
     const bool good = observer_step(&est->observer, voltage, current, omega_e, &emf, &error_square);
     if (good) {
-        est->current = current;
+        est->current = (ab_t){current.alpha, current.beta};
         show_observer(est);
         estimate->emf = emf;
     }
     if (tracking == REST) {
         rested(est, good, emf);
-        return (position_t){estimate->frame.theta_e, estimate->frame.omega_e};
+        return;
     }
     if (salient && good) {
         tracker_follow(tracker, current_loop);
         if (saturation_is_on(&tracker->saturation)) {
-            tracker_straighten(tracker, &emf);
+            emf = tracker_straighten(tracker, emf);
         }
     }
     /* the last step has turned it to t_k */
     estimate->frame.rotation = (rotation_t){tracker->pll.rotation.sin, tracker->pll.rotation.cos};
     if (good && tracking == TRACK) {
-        const position_t position = tracker_step(tracker, emf, current_loop.q);
-        show_tracker(est, position);
+        show_tracker(est, tracker_step(tracker, emf, current_loop.q));
         estimate->coasted = 0u;
-        return position;
+        return;
     }
     const position_t position = good ? tracker_watch(tracker, emf, current_loop.q) : tracker_coast(tracker);
     show_tracker(est, position);
     estimate->invalid |= good ? 0u : ESTIMATOR_SAMPLE;
     estimate->coasted = 1u;
-    return position;
 }
 
-position_t estimator_track(estimator_t *est, ab_t voltage, ab_t current)
+/* The result of a step. */
+static inline position_t shown(const estimator_t *est)
 {
-    return one_period(est, voltage, current, est->tracker.pll.omega_e, TRACK);
+    return (position_t){est->estimate.frame.theta_e, est->estimate.frame.omega_e};
+}
+
+void estimator_track(estimator_t *est, ab_t voltage, ab_t current)
+{
+    one_period(est, voltage, current, est->tracker.pll.omega_e, TRACK);
 }
 
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current)
 {
-    const position_t position = estimator_track(est, voltage, current);
+    estimator_track(est, voltage, current);
     if (est->estimate.coasted == 0u) {
         tracker_judge(&est->tracker, smo_error_square(&est->observer.smo));
         est->estimate.invalid = est->tracker.validity.debounce.invalid;
     }
-    return position;
+    return shown(est);
 }
 
 position_t estimator_coast(estimator_t *est, ab_t voltage, ab_t current)
 {
-    return one_period(est, voltage, current, est->tracker.pll.omega_e, COAST);
+    one_period(est, voltage, current, est->tracker.pll.omega_e, COAST);
+    return shown(est);
 }
 
 void estimator_observe(estimator_t *est, ab_t voltage, ab_t current, float omega_e)
 {
-    (void)one_period(est, voltage, current, omega_e, REST);
+    one_period(est, voltage, current, omega_e, REST);
 }
 
 void estimator_lock(estimator_t *est, position_t start, float amplitude)

@@ -135,8 +135,9 @@ void estimator_reset(estimator_t *est, position_t start, ab_t current);
  * vector form with exact lag. */
 position_t estimator_step(estimator_t *est, ab_t voltage, ab_t current);
 
-/* The same without a judgement, for a caller that judges by the estimate, and less often. */
-position_t estimator_track(estimator_t *est, ab_t voltage, ab_t current);
+/* The same without a judgement, for a caller that judges by the estimate, and less often; the result is in
+ * est->estimate only. */
+void estimator_track(estimator_t *est, ab_t voltage, ab_t current);
 
 /* A period in which the loop does not track: only the observer runs, with the lag of this speed [rad/s]. EMF
  * and amplitude are those of t_k; frame, speed and validity stay. A sample that is not finite changes

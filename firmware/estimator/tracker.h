@@ -164,9 +164,9 @@ static inline float tracker_cross(const tracker_t *tracker, float i_q)
                                                   : 0.0f;
 }
 
-/* Adds to the voltage [V] the part that the change of psi_a and c since t_k-1 causes, with this current [A]
- * at t_k: along the axes of the magnet in the middle of the period. For a salient rotor. */
-void tracker_transient(const tracker_t *tracker, dq_t current, ab_t *voltage);
+/* This voltage [V] with the part that the change of psi_a and c since t_k-1 causes, with this current [A] at
+ * t_k: along the axes of the magnet in the middle of the period. For a salient rotor. */
+ab_t tracker_transient(const tracker_t *tracker, dq_t current, ab_t voltage);
 
 /* Updates the motor with this current [A] in the frame of the loop at t_k. For a salient rotor. */
 void tracker_follow(tracker_t *tracker, dq_t current);
@@ -179,13 +179,12 @@ static inline float tracker_acceleration(const tracker_t *tracker, float i_q)
            (motor->flux * i_q - motor->cross * motor->i_d - tracker->flux_linkage * tracker->load);
 }
 
-/* Adds to the EMF [V] the part omega c that the saturation takes from it, along the magnet. */
-static inline void tracker_straighten(const tracker_t *tracker, ab_t *emf)
+/* This EMF [V] with the part omega c that the saturation takes from it, along the magnet. */
+static inline ab_t tracker_straighten(const tracker_t *tracker, ab_t emf)
 {
     const pll_t *pll = &tracker->pll;
     const float missing = pll->omega_e * tracker->motor.cross;
-    emf->alpha += missing * pll->rotation.cos;
-    emf->beta += missing * pll->rotation.sin;
+    return (ab_t){emf.alpha + missing * pll->rotation.cos, emf.beta + missing * pll->rotation.sin};
 }
 
 /* Position at t_k from the EMF [V] and the i_q [A] at t_k, with the motor of tracker_follow(). */

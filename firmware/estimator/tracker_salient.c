@@ -10,21 +10,22 @@ static inline float tracker_reciprocal(float value, float last)
     return last * (2.0f - (product < 1.5f ? product : 1.5f));
 }
 
-void tracker_transient(const tracker_t *tracker, dq_t current, ab_t *voltage)
+ab_t tracker_transient(const tracker_t *tracker, dq_t current, ab_t voltage)
 {
     const pll_t *pll = &tracker->pll;
     const float taken = tracker->saliency_rate * (current.d - tracker->motor.i_d);
     const float back = 0.5f * pll->tuning.period * pll->omega_e;
     const float cosine = pll->rotation.cos + back * pll->rotation.sin;
     const float sine = pll->rotation.sin - back * pll->rotation.cos;
-    voltage->alpha += taken * cosine;
-    voltage->beta += taken * sine;
+    voltage.alpha += taken * cosine;
+    voltage.beta += taken * sine;
     if (saturation_is_on(&tracker->saturation)) {
         const float change = tracker_cross(tracker, current.q) - tracker->motor.cross;
         const float across = -tracker->frequency * change;
-        voltage->alpha -= across * sine;
-        voltage->beta += across * cosine;
+        voltage.alpha -= across * sine;
+        voltage.beta += across * cosine;
     }
+    return voltage;
 }
 
 /* Where the q axis saturates: t [-] and c [Wb], and for f what the motion of the loop adds to the error of

@@ -1,4 +1,4 @@
-#include "fast/fast_parts.h"
+#include "fast/fast_trips.h"
 
 #include <string.h>
 
@@ -66,6 +66,7 @@ void fast_turn(fast_t *fast, fast_orders_t orders, fast_orders_t before, uint32_
 {
     const setpoint_t *setpoint = orders.setpoint;
     fast->given.late = 0u;
+    fast->given.overdue = 0u;
     fast->given.fresh = FAST_FRESH_SETPOINT;
     if (orders.tuning != before.tuning) {
         fast->given.fresh |= FAST_FRESH_TUNING;
@@ -130,16 +131,13 @@ static inline bool voltage_uncertain(fast_t *fast, fast_orders_t orders, const i
  * the frame at t_k, as the loop uses it: in the frame of t_k-1 it would contain a part of i_d. */
 static void estimate_load(fast_t *fast, const setpoint_t *setpoint)
 {
-    if (fast->reference.tracking == 0u) {
-        fast->load_current = 0.0f;
-    } else {
-        const estimate_t *estimate = &fast->estimator.estimate;
-        const dq_t current = frames_park(fast->measure.measured.current, estimate->frame.rotation);
-        const float torque = (current.q * estimate->flux - current.d * estimate->cross) *
-                             setpoint->models.speed_per_volt; /* as a current of psi_f */
-        fast->load_current = lowpass_step(fast->load_current, setpoint->models.load_share, torque);
-    }
-    chosen_set_load(&fast->estimator, fast->load_current);
+    const estimate_t *estimate = &fast->estimator.estimate;
+    const dq_t current = frames_park(fast->measure.measured.current, estimate->frame.rotation);
+    const float torque = (current.q * estimate->flux - current.d * estimate->cross) *
+                         setpoint->models.speed_per_volt; /* as a current of psi_f */
+    const float load = lowpass_step(fast->load_current, setpoint->models.load_share, torque);
+    fast->load_current = load;
+    chosen_set_load(&fast->estimator, load);
 }
 
 static void estimate(fast_t *fast, fast_orders_t orders)
@@ -152,24 +150,16 @@ static void estimate(fast_t *fast, fast_orders_t orders)
     const ab_t voltage = {acted->voltage.alpha - spared.alpha, acted->voltage.beta - spared.beta};
     if (fast->reference.tracking == 0u) {
         chosen_observe(&fast->estimator, voltage, measured->current, reference_speed(&fast->reference));
-    } else if (voltage_uncertain(fast, orders, acted)) {
+        fast->load_current = 0.0f;
+        chosen_set_load(&fast->estimator, 0.0f);
+        return;
+    }
+    if (voltage_uncertain(fast, orders, acted)) {
         (void)chosen_coast(&fast->estimator, voltage, measured->current);
     } else {
-        (void)chosen_track(&fast->estimator, voltage, measured->current);
+        chosen_track(&fast->estimator, voltage, measured->current);
     }
     estimate_load(fast, orders.setpoint);
-}
-
-/* The estimated rotor, and its speed for the parts that need little noise: the estimate without the
- * proportional part of the loop, because the speed control would amplify the noise of that part. */
-void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning)
-{
-    const estimate_t *estimate = &fast->estimator.estimate;
-    const reference_t *reference = &fast->reference;
-    fast->rotor = reference_rotor(reference, &fast->shaft.frame, estimate);
-    const bool smooth = tuning->limits.smooth != 0u && reference_tracks(reference);
-    fast->omega_m =
-        (smooth ? estimate->omega_smooth : fast->rotor.omega_e) * tuning->limits.pole_pairs_inverse;
 }
 
 /* While the bridge is off, the voltage is unknown and the estimator does not run. */
@@ -247,17 +237,12 @@ static void limit_by_link(fast_t *fast, fast_orders_t orders)
     }
 }
 
-/* The current reference in the frame of the rotor, limited by heat and DC link. */
-static void limit_reference(const bounds_t *bounds, dq_t *current)
+/* The current reference in the frame of the rotor, limited by heat and DC link, with the dither, from whose
+ * response L is identified. */
+static dq_t limited_reference(const fast_t *fast, const setpoint_t *setpoint)
 {
-    current->q = bounds_between(current->q, *bounds);
-}
-
-/* Adds the dither, from whose response L is identified. */
-static void inject_dither(const setpoint_t *setpoint, dq_t *current)
-{
-    current->d += setpoint->dither.d;
-    current->q += setpoint->dither.q;
+    const dq_t asked = fast->demand.current;
+    return (dq_t){asked.d + setpoint->dither.d, bounds_between(asked.q, fast->bounds) + setpoint->dither.q};
 }
 
 /* Field-oriented control: demand to duties. */
@@ -329,8 +314,7 @@ static void run(fast_t *fast, fast_orders_t orders, bool left)
     demand(fast, orders, left);
     limit_by_link(fast, orders);
     if (reference_in_rotor(&fast->reference)) {
-        limit_reference(&fast->bounds, &fast->demand.current);
-        inject_dither(orders.setpoint, &fast->demand.current);
+        fast->demand.current = limited_reference(fast, orders.setpoint);
     }
     if (fast->bridge.charging != 0u) {
         fast->command.duty = (abc_t){0.0f, 0.0f, 0.0f};
@@ -393,7 +377,7 @@ void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *sample
     } else {
         fast_rest(fast, orders, samples);
     }
-    inverter_remember(&fast->inverter, fast->command.duty, fast->measure.measured.current,
+    inverter_remember(&fast->inverter, &fast->command.duty, fast->measure.measured.current,
                       fast->measure.measured.u_dc);
     *command = fast->command;
 }

@@ -4,11 +4,22 @@
 
 #include "fast/fast.h"
 
-/* Updates the rotor's position and speed from the present source. */
-void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning);
-
-/* Evaluates the rows of the fault table of each period. true: control has left the encoder. */
-bool fast_trip(fast_t *fast, fast_orders_t orders);
+/* Updates the rotor's position and speed from the present source. The speed is that for the parts that need
+ * little noise: the estimate without the proportional part of the loop, because the speed control would
+ * amplify the noise of that part. */
+static inline void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning)
+{
+    const estimate_t *estimate = &fast->estimator.estimate;
+    float omega_e;
+    if (reference_tracks(&fast->reference)) {
+        fast->rotor = estimate->frame;
+        omega_e = tuning->limits.smooth != 0u ? estimate->omega_smooth : estimate->frame.omega_e;
+    } else {
+        fast->rotor = reference_rotor(&fast->reference, &fast->shaft.frame);
+        omega_e = fast->rotor.omega_e;
+    }
+    fast->omega_m = omega_e * tuning->limits.pole_pairs_inverse;
+}
 
 /* A period with the bridge off. */
 void fast_rest(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples);

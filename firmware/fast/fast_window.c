@@ -20,23 +20,34 @@ static void begin_sums(window_sums_t *sum)
     sum->reference = (dq_t){0.0f, 0.0f};
 }
 
+static inline dq_t pair_dq(const dq_t *pair)
+{
+    return (dq_t){pair->d, pair->q};
+}
+
+static inline ab_t pair_ab(const ab_t *pair)
+{
+    return (ab_t){pair->alpha, pair->beta};
+}
+
 /* The state at the last period, assigned field by field, because the compiler would clear a whole struct
- * first or copy it twice. */
+ * first or copy it twice; and the structs of two numbers number by number, because it would compute the
+ * addresses of all of them first. */
 static void snapshot(const fast_t *fast, window_t *window)
 {
     window->measured = fast->measure.measured;
     window->estimate = fast->estimator.estimate;
-    window->current_err = fast->estimator.observed.current_err;
-    window->encoder = fast->shaft.position;
+    window->current_err = pair_ab(&fast->estimator.observed.current_err);
+    window->encoder = (position_t){fast->shaft.position.theta_e, fast->shaft.position.omega_e};
     window->frame = fast->demand.frame;
     window->rotor = fast->rotor;
     window->omega_m = fast->omega_m;
-    window->current = fast->control.current;
-    window->reference = fast->demand.current;
-    window->voltage = fast->current_control.voltage_ref;
+    window->current = pair_dq(&fast->control.current);
+    window->reference = pair_dq(&fast->demand.current);
+    window->voltage = pair_dq(&fast->current_control.voltage_ref);
     window->omega_m_ref = fast->demand.omega_m_ref;
     window->link.mean = fast->acted.link;
-    window->bounds = fast->bounds;
+    window->bounds = (bounds_t){fast->bounds.lower, fast->bounds.upper};
     window->link.slow = fast->link.slow;
     window->link.limits = fast->link.limits;
 }
@@ -48,7 +59,7 @@ static void snapshot_catch(const reference_t *reference, window_catch_t *seen)
     seen->turning = catching->turning;
     seen->periods_beyond = catching->periods_beyond;
     seen->length = catching->length;
-    seen->emf = catching->emf;
+    seen->emf = pair_ab(&catching->emf);
     seen->cross = catching->cross;
     seen->cross_min = catching->cross_min;
 }
@@ -87,4 +98,5 @@ void fast_miss(fast_t *fast)
 {
     begin_sums(&fast->sum);
     fast->given.late++;
+    fast->given.overdue = fast->given.late >= FAST_LATE_WINDOWS ? UINT32_C(1) : UINT32_C(0);
 }

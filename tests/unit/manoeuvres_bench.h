@@ -226,7 +226,7 @@ static inline void step(void)
     observe();
     const frame_t encoder = true_frame();
     const position_t position = {encoder.theta_e, encoder.omega_e};
-    const frame_t rotor = reference_rotor(&fast, &encoder, &estimate);
+    const frame_t rotor = reference_tracks(&fast) ? estimate.frame : reference_rotor(&fast, &encoder);
     const reference_input_t input = {
         .u_dc = U_DC,
         .estimate = &estimate,

@@ -175,7 +175,7 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
         turn(20, 1);
         const ab_t sampled = to_ab(current);
         const ab_t expected = inverter_acted(&beside, tuning, sampled, samples.u_dc).voltage;
-        inverter_remember(&beside, command.duty, sampled, samples.u_dc);
+        inverter_remember(&beside, &command.duty, sampled, samples.u_dc);
         if (!before_start) {
             TEST_ASSERT_DOUBLE_WITHIN(2e-4, 0.0, cabs(of_ab(drive.fast.acted.voltage) - of_ab(expected)));
         }

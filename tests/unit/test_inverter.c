@@ -208,7 +208,7 @@ static period_t period_of(int k)
 
 static void remember(const period_t *period)
 {
-    inverter_remember(&inverter, period->duty, to_ab(period->current), (float)period->u_dc);
+    inverter_remember(&inverter, &period->duty, to_ab(period->current), (float)period->u_dc);
 }
 
 /* Whatever share of it is compensated, all of the loss is lost. */

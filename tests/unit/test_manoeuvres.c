@@ -351,7 +351,7 @@ static void test_reference_too_slow_to_track_is_forced(void)
         EXPECT_TRACE(MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_FORCED);
         TEST_ASSERT_DOUBLE_WITHIN(0.02, way * 3.0, machine.omega_m);
         TEST_ASSERT_EQUAL_UINT32(0u, m.tracking);
-        const frame_t rotor = reference_rotor(&fast, &estimate.frame, &estimate);
+        const frame_t rotor = reference_tracks(&fast) ? estimate.frame : reference_rotor(&fast, &estimate.frame);
         TEST_ASSERT_EQUAL_MEMORY(&fast.forced.frame, &rotor, sizeof rotor);
         wish.omega_m_ref = (float)way * 40.0f;
         steps(3.0);
@@ -634,7 +634,7 @@ static void test_with_the_encoder_there_is_nothing_but_run(void)
         lost = n == 5000;
         step();
         const frame_t encoder = true_frame();
-        const frame_t rotor = reference_rotor(&fast, &encoder, &estimate);
+        const frame_t rotor = reference_tracks(&fast) ? estimate.frame : reference_rotor(&fast, &encoder);
         TEST_ASSERT_EQUAL_INT32(MANOEUVRE_RUN, m.now);
         TEST_ASSERT_FALSE(manoeuvres_judged(&m));
         TEST_ASSERT_EQUAL_MEMORY(&encoder, &demand.frame, sizeof encoder);

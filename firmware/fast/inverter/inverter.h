@@ -139,10 +139,10 @@ static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const 
 }
 
 /* The end of a period: stores its duties, its current [A] and its DC link [V] for the next periods. */
-static inline void inverter_remember(inverter_t *inverter, abc_t duty, ab_t current, float u_dc)
+static inline void inverter_remember(inverter_t *inverter, const abc_t *duty, ab_t current, float u_dc)
 {
     inverter->duty_prev[1] = inverter->duty_prev[0];
-    inverter->duty_prev[0] = duty;
+    inverter->duty_prev[0] = *duty;
     inverter->current_prev = current;
     inverter->u_dc_prev = u_dc;
 }

@@ -45,11 +45,16 @@ typedef struct {
 /* Computes the coefficients. One division. */
 still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params);
 
-/* One period of sensor `n`, with its current [A]. */
-static inline void still_watch_one(still_watch_t *watch, uint32_t n, float current)
+/* One period of sensor `n`, with its current [A]. true: it has not changed for some periods. */
+static inline bool still_watch_one(still_watch_t *watch, uint32_t n, float current)
 {
-    watch->still[n] = current == watch->value[n] ? watch->still[n] + 1u : 0u;
-    watch->value[n] = current;
+    if (current != watch->value[n]) {
+        watch->value[n] = current;
+        watch->still[n] = 0u;
+        return false;
+    }
+    watch->still[n]++;
+    return watch->still[n] >= STILL_SOME;
 }
 
 /* Counts in each period, with the current [A]. true: a value has not changed for some periods. */
@@ -59,12 +64,10 @@ static inline bool still_watch_count(still_watch_t *watch, const still_watch_tun
     if (tuning->sensors == 0u) {
         return false;
     }
-    still_watch_one(watch, 0u, current->a);
-    still_watch_one(watch, 1u, current->b);
-    if (tuning->sensors == 3u) {
-        still_watch_one(watch, 2u, current->c);
-    }
-    return watch->still[0] >= STILL_SOME || watch->still[1] >= STILL_SOME || watch->still[2] >= STILL_SOME;
+    const bool a = still_watch_one(watch, 0u, current->a);
+    const bool b = still_watch_one(watch, 1u, current->b);
+    const bool c = tuning->sensors == 3u && still_watch_one(watch, 2u, current->c);
+    return a || b || c;
 }
 
 /* Bits of the judged sensors whose value has changed in the last `periods`. */

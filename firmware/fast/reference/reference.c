@@ -1,5 +1,6 @@
 #include "fast/reference/reference.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "math/angle.h"
@@ -76,10 +77,9 @@ static void lock_to(reference_t *reference, position_t position, float emf)
     reference->tracking = 1u;
 }
 
-/* Executes the orders of the setpoint for its first period. */
-static void obey(reference_t *reference, const setpoint_t *setpoint, const reference_input_t *input)
+void reference_obey(reference_t *reference, const setpoint_t *setpoint, const estimate_t *estimate,
+                    const position_t *encoder)
 {
-    const estimate_t *estimate = input->estimate;
     const float forced = reference->forced.frame.omega_e;
     if (setpoint->enter != 0u) {
         reference->outcome = (int32_t)CATCH_GOES_ON;
@@ -100,7 +100,7 @@ static void obey(reference_t *reference, const setpoint_t *setpoint, const refer
         lock_to(reference, (position_t){catch_angle(estimate->emf, forced), forced}, estimate->amplitude);
         break;
     case LOCK_TO_ENCODER:
-        lock_to(reference, *input->position, estimate->amplitude);
+        lock_to(reference, *encoder, estimate->amplitude);
         break;
     case LOCK_FOLLOWS:
         reference->tracking = 1u;
@@ -110,13 +110,12 @@ static void obey(reference_t *reference, const setpoint_t *setpoint, const refer
     }
 }
 
-static void force(reference_t *reference, const reference_tuning_t *tuning, const reference_input_t *input,
-                  demand_t *demand)
+void reference_force(reference_t *reference, const reference_tuning_t *tuning, ab_t observed, demand_t *demand)
 {
     forced_t *forced = &reference->forced;
     forced->frame.omega_e += reference->forced_slope;
     forced->current += reference->rise;
-    const dq_t emf = frames_park(input->estimate->emf, forced->frame.rotation);
+    const dq_t emf = frames_park(observed, forced->frame.rotation);
     demand->frame = forced->frame;
     demand->current = forced_step(forced, &tuning->forced, emf);
     const float share = tuning->forced.emf_share;
@@ -142,11 +141,10 @@ static void caught(reference_t *reference, const reference_tuning_t *tuning, dem
     demand->emf = frames_park(reference->catching.emf, demand->frame.rotation);
 }
 
-static void follow_catch(reference_t *reference, const reference_tuning_t *tuning,
-                         const reference_input_t *input, demand_t *demand)
+void reference_follow_catch(reference_t *reference, const reference_tuning_t *tuning,
+                            const estimate_t *estimate, float u_dc, demand_t *demand)
 {
     catch_t *catching = &reference->catching;
-    const estimate_t *estimate = input->estimate;
     if (catching->found != 0u && reference->outcome == (int32_t)CATCH_GOES_ON) {
         caught(reference, tuning, demand);
         return;
@@ -155,7 +153,7 @@ static void follow_catch(reference_t *reference, const reference_tuning_t *tunin
     demand->frame = reference_stationary(0.0f);
     demand->current = (dq_t){current.alpha, current.beta};
     demand->emf = (dq_t){0.0f, 0.0f};
-    if (input->estimating == 0u) {
+    if (estimate == NULL) {
         return;
     }
     const ab_t voltage = catch_voltage(catching, &tuning->catching, estimate->emf);
@@ -164,78 +162,17 @@ static void follow_catch(reference_t *reference, const reference_tuning_t *tunin
         return; /* the medium task sets the next step */
     }
     const catch_outcome_t outcome = catch_step(catching, &tuning->catching, estimate->emf,
-                                               estimate->amplitude, FRAMES_ONE_OVER_SQRT_3 * input->u_dc);
+                                               estimate->amplitude, FRAMES_ONE_OVER_SQRT_3 * u_dc);
     if (outcome != CATCH_TURNING) { /* else in the next period, because finding and locking are both long */
         reference->outcome = (int32_t)outcome;
     }
 }
 
-/* Run in the frame of the rotor, with its mechanical speed [rad/s] and the known EMF [V] for the
- * feed-forward. The reference keeps its last value if no other setpoint takes over. */
-static void run(reference_t *reference, const setpoint_t *setpoint, const frame_t *rotor, float omega_m,
-                dq_t emf, demand_t *demand)
+void reference_run_locked(reference_t *reference, const reference_tuning_t *tuning,
+                          const setpoint_t *setpoint, demand_t *demand)
 {
-    reference->left -= reference->left > 0.0f ? 1.0f : 0.0f;
-    reference->current.d = setpoint->current.d - reference->left * reference->slope.d;
-    reference->current.q = setpoint->current.q - reference->left * reference->slope.q;
-    reference->omega_m = omega_m;
-    demand->frame = *rotor;
-    demand->current.d = reference->current.d;
-    demand->current.q = reference->current.q - reference->stiffness * omega_m;
-    demand->emf = emf;
-}
-
-/* Run with the observed EMF, as the loop filters it: after one or two periods it is correct for any angle, so
- * that a lost angle causes no large current. For a salient rotor it is the EMF of the active flux, beside
- * omega L_q i_d; current control uses omega L_d i_d, and the term with D is added; so is the EMF of a
- * saturated q axis beyond omega L_q i_q, which the estimator has taken out. */
-static void run_on_estimate(reference_t *reference, const reference_tuning_t *tuning,
-                            const setpoint_t *setpoint, const reference_input_t *input, demand_t *demand)
-{
-    const estimate_t *estimate = input->estimate;
-    if (reference->locking != 0u) {
-        const position_t at = reference->locked;
-        const frame_t frame = {at.theta_e, at.omega_e, trig_turn(at.theta_e)};
-        run(reference, setpoint, &frame, at.omega_e * tuning->pole_pairs_inverse,
-            (dq_t){0.0f, at.omega_e * setpoint->models.flux_linkage}, demand); /* the origin stays */
-    } else {
-        const float of_axes = estimate->frame.omega_e * tuning->saliency * reference->current.d;
-        run(reference, setpoint, &estimate->frame, input->omega_m,
-            (dq_t){estimate->emf_loop.d - estimate->frame.omega_e * estimate->cross,
-                   estimate->emf_loop.q + of_axes},
-            demand);
-        demand->origin = (int32_t)EMF_OBSERVED;
-    }
-}
-
-void reference_step(reference_t *reference, const reference_tuning_t *tuning, const setpoint_t *setpoint,
-                    const reference_input_t *input, demand_t *demand)
-{
-    reference->locking = 0u;
-    demand->change = (int32_t)FRAME_GOES_ON;
-    if (reference->fresh != 0u) {
-        demand->change = setpoint->change;
-        obey(reference, setpoint, input);
-        reference->fresh = 0u;
-    }
-    switch ((frame_source_t)reference->source) {
-    case SOURCE_ENCODER:
-        run(reference, setpoint, input->encoder, input->omega_m,
-            (dq_t){0.0f, input->encoder->omega_e * tuning->flux_linkage}, demand);
-        demand->origin = (int32_t)EMF_MODEL;
-        break;
-    case SOURCE_ESTIMATE:
-        run_on_estimate(reference, tuning, setpoint, input, demand);
-        break;
-    case SOURCE_FORCED:
-        demand->origin = (int32_t)EMF_OTHER;
-        force(reference, tuning, input, demand);
-        break;
-    case SOURCE_NONE:
-    case SOURCE_CATCH:
-        demand->origin = (int32_t)EMF_OTHER;
-        follow_catch(reference, tuning, input, demand);
-        break;
-    }
-    demand->omega_m_ref = setpoint->omega_m_ref;
+    const position_t at = reference->locked;
+    const frame_t frame = {at.theta_e, at.omega_e, trig_turn(at.theta_e)};
+    reference_run(reference, setpoint, &frame, at.omega_e * tuning->pole_pairs_inverse,
+                  (dq_t){0.0f, at.omega_e * setpoint->models.flux_linkage}, demand);
 }

@@ -15,6 +15,7 @@
 #define FAST_REFERENCE_REFERENCE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "estimator/estimate.h"
@@ -105,36 +106,117 @@ static inline frame_t reference_stationary(float omega_e)
     return (frame_t){0.0f, omega_e, {0.0f, 1.0f}};
 }
 
-/* The rotor at t_k: from the encoder, from the estimate while it tracks, else from the frame. */
-static inline frame_t reference_rotor(const reference_t *reference, const frame_t *encoder,
-                                      const estimate_t *estimate)
-{
-    switch ((frame_source_t)reference->source) {
-    case SOURCE_ENCODER:
-        return *encoder;
-    case SOURCE_NONE:
-        return reference_stationary(0.0f);
-    case SOURCE_ESTIMATE:
-    case SOURCE_FORCED:
-    case SOURCE_CATCH:
-        break;
-    }
-    if (reference->tracking != 0u) {
-        return estimate->frame;
-    }
-    return reference->source == (int32_t)SOURCE_FORCED ? reference->forced.frame
-                                                       : reference_stationary(reference->catching.omega_e);
-}
-
-/* true: the speed is that of the tracking loop. */
+/* true: the rotor at t_k is that of the tracking loop. */
 static inline bool reference_tracks(const reference_t *reference)
 {
     return reference->tracking != 0u && reference->source != (int32_t)SOURCE_ENCODER &&
            reference->source != (int32_t)SOURCE_NONE;
 }
 
+/* The rotor at t_k while reference_tracks() is false: from the encoder, or from the frame. */
+static inline frame_t reference_rotor(const reference_t *reference, const frame_t *encoder)
+{
+    switch ((frame_source_t)reference->source) {
+    case SOURCE_ENCODER:
+        return *encoder;
+    case SOURCE_FORCED:
+        return reference->forced.frame;
+    case SOURCE_NONE:
+        return reference_stationary(0.0f);
+    case SOURCE_ESTIMATE:
+    case SOURCE_CATCH:
+        break;
+    }
+    return reference_stationary(reference->catching.omega_e);
+}
+
+/* ---- the parts of a step that run rarely ---- */
+
+/* Executes the orders of the setpoint for its first period; `encoder`: its position at t_k. */
+void reference_obey(reference_t *reference, const setpoint_t *setpoint, const estimate_t *estimate,
+                    const position_t *encoder);
+
+/* A period of a forced frame, with the observed EMF [V] at t_k. */
+void reference_force(reference_t *reference, const reference_tuning_t *tuning, ab_t observed, demand_t *demand);
+
+/* A period of a catch, at this link voltage [V]; `estimate`: NULL while the observer does not run. */
+void reference_follow_catch(reference_t *reference, const reference_tuning_t *tuning,
+                            const estimate_t *estimate, float u_dc, demand_t *demand);
+
+/* The period in which the loop is locked; the origin of the EMF does not change. */
+void reference_run_locked(reference_t *reference, const reference_tuning_t *tuning,
+                          const setpoint_t *setpoint, demand_t *demand);
+
+/* ---- the step ---- */
+
+/* Run in the frame of the rotor, with its mechanical speed [rad/s] and the known EMF [V] for the
+ * feed-forward. The reference keeps its last value if no other setpoint takes over. */
+static inline void reference_run(reference_t *reference, const setpoint_t *setpoint, const frame_t *rotor,
+                                 float omega_m, dq_t emf, demand_t *demand)
+{
+    reference->left -= reference->left > 0.0f ? 1.0f : 0.0f;
+    reference->current.d = setpoint->current.d - reference->left * reference->slope.d;
+    reference->current.q = setpoint->current.q - reference->left * reference->slope.q;
+    reference->omega_m = omega_m;
+    demand->frame = *rotor;
+    demand->current.d = reference->current.d;
+    demand->current.q = reference->current.q - reference->stiffness * omega_m;
+    demand->emf = emf;
+}
+
+/* Run with the observed EMF, as the loop filters it: after one or two periods it is correct for any angle, so
+ * that a lost angle causes no large current. For a salient rotor it is the EMF of the active flux, beside
+ * omega L_q i_d; current control uses omega L_d i_d, and the term with D is added; so is the EMF of a
+ * saturated q axis beyond omega L_q i_q, which the estimator has taken out. */
+static inline void reference_run_on_estimate(reference_t *reference, const reference_tuning_t *tuning,
+                                             const setpoint_t *setpoint, const estimate_t *estimate,
+                                             float omega_m, demand_t *demand)
+{
+    const float of_axes = estimate->frame.omega_e * tuning->saliency * reference->current.d;
+    const dq_t emf = {estimate->emf_loop.d - estimate->frame.omega_e * estimate->cross,
+                      estimate->emf_loop.q + of_axes};
+    reference_run(reference, setpoint, &estimate->frame, omega_m, emf, demand);
+    demand->origin = (int32_t)EMF_OBSERVED;
+}
+
 /* Computes `demand` and reference->locking of this period. */
-void reference_step(reference_t *reference, const reference_tuning_t *tuning, const setpoint_t *setpoint,
-                    const reference_input_t *input, demand_t *demand);
+static inline void reference_step(reference_t *reference, const reference_tuning_t *tuning,
+                                  const setpoint_t *setpoint, const reference_input_t *input,
+                                  demand_t *demand)
+{
+    const estimate_t *estimate = input->estimate;
+    reference->locking = 0u;
+    demand->change = (int32_t)FRAME_GOES_ON;
+    if (reference->fresh != 0u) {
+        demand->change = setpoint->change;
+        reference_obey(reference, setpoint, estimate, input->position);
+        reference->fresh = 0u;
+    }
+    switch ((frame_source_t)reference->source) {
+    case SOURCE_ENCODER:
+        reference_run(reference, setpoint, input->encoder, input->omega_m,
+                      (dq_t){0.0f, input->encoder->omega_e * tuning->flux_linkage}, demand);
+        demand->origin = (int32_t)EMF_MODEL;
+        break;
+    case SOURCE_ESTIMATE:
+        if (reference->locking != 0u) {
+            reference_run_locked(reference, tuning, setpoint, demand);
+        } else {
+            reference_run_on_estimate(reference, tuning, setpoint, estimate, input->omega_m, demand);
+        }
+        break;
+    case SOURCE_FORCED:
+        demand->origin = (int32_t)EMF_OTHER;
+        reference_force(reference, tuning, estimate->emf, demand);
+        break;
+    case SOURCE_NONE:
+    case SOURCE_CATCH:
+        demand->origin = (int32_t)EMF_OTHER;
+        reference_follow_catch(reference, tuning, input->estimating != 0u ? estimate : NULL, input->u_dc,
+                               demand);
+        break;
+    }
+    demand->omega_m_ref = setpoint->omega_m_ref;
+}
 
 #endif

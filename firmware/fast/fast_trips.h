@@ -1,0 +1,72 @@
+/* Reactions that do not wait for a setpoint: the rows of the fault table with the rate EACH, a step of the
+ * encoder's angle, a current sensor whose value does not change. The tests of each period are inline. */
+#ifndef FAST_FAST_TRIPS_H
+#define FAST_FAST_TRIPS_H
+
+#include <stddef.h>
+
+#include "fast/fast_parts.h"
+#include "guard/guard_quantities.h"
+
+/* While control uses the encoder. Its angle has moved faster than any rotor: its row opens the bridge, which
+ * the returned ENCODER_WATCH_... bits state, or control leaves the encoder in this period. */
+uint32_t fast_watch_jump(fast_t *fast, fast_orders_t orders);
+
+/* Judges the rows of the fault table of each period, in a period in which one of them holds or has held. */
+void fast_judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wrong);
+
+/* Judges a current sensor whose value does not change while control requires another current. The medium task
+ * would detect it too late. */
+void fast_judge_still(fast_t *fast, fast_orders_t orders);
+
+/* Finds whether a sample shows that the gates are on and the charging has ended. */
+static inline void fast_find_gates_on(fast_bridge_t *bridge, uint32_t flags)
+{
+    if (bridge->runs == 0u && bridge->on >= FAST_ON && bridge->charging == 0u &&
+        (flags & DRIVE_SAMPLE_TRIPPED) == 0u) {
+        bridge->runs = 1u;
+    }
+}
+
+/* The moments in which the fast rows count. Those of a bridge that is on begin with the first sample that
+ * shows the gates on, independent of the medium task. The sequence detects gates that never come on. */
+static inline uint32_t fast_moments(const fast_bridge_t *bridge, const setpoint_t *setpoint)
+{
+    return bridge->runs == 0u || bridge->open != 0u ? GUARD_ALWAYS : setpoint->moments;
+}
+
+static inline guard_input_t fast_trip_input(const fast_t *fast, const setpoint_t *setpoint, uint32_t encoder_wrong)
+{
+    return (guard_input_t){
+        .measured = &fast->measure.measured,
+        .omega_m = fast->omega_m,
+        .encoder_wrong = encoder_wrong,
+        .medium_late = fast->given.overdue,
+        .now = fast_moments(&fast->bridge, setpoint),
+        .found = NULL,
+    };
+}
+
+/* Evaluates the rows of the fault table of each period. true: control has left the encoder. */
+static inline bool fast_trip(fast_t *fast, fast_orders_t orders)
+{
+    const fast_tuning_t *tuning = orders.tuning;
+    uint32_t encoder_wrong = 0u;
+    bool left = false;
+    if (fast->reference.source == (int32_t)SOURCE_ENCODER) {
+        encoder_wrong = fast_watch_jump(fast, orders);
+        left = fast->reference.source != (int32_t)SOURCE_ENCODER;
+    }
+    fast_find_gates_on(&fast->bridge, fast->measure.measured.flags);
+    const guard_input_t input = fast_trip_input(fast, orders.setpoint, encoder_wrong);
+    if (!guard_is_calm(&fast->trips, &tuning->guard, &input, FAULT_EACH)) {
+        fast_judge_trips(fast, orders,
+                         encoder_wrong); /* builds the input again: a kept one would be stored in each period */
+    }
+    if (still_watch_count(&fast->still_watch, &tuning->still_watch, &fast->measure.measured.current_abc)) {
+        fast_judge_still(fast, orders);
+    }
+    return left;
+}
+
+#endif

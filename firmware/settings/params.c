@@ -201,13 +201,15 @@ float params_torque_most(const params_t *params, const believed_t *believed)
 #define WITHIN_MADE 0.98f       /* [-] of the inverter's largest voltage that field weakening may use */
 
 /* Share of the link that field_weakening uses in every direction [-]: voltage_use, or the share that duties
- * and dead time leave to the inverter, if that is smaller. */
+ * and dead time leave to the inverter, if that is smaller; with over-modulation, of its fundamental. */
 static float voltage_used(const params_t *params)
 {
     const float effective = params->dead_time + params->turn_on_delay - params->turn_off_delay;
     const float lost = params->compensation_gain * effective / DRIVE_PERIOD;
     const float range = params_duty_max(params) - params_duty_min(params);
-    const float made = WITHIN_MADE * (FRAMES_ONE_OVER_SQRT_3 * range - FUNDAMENTAL * lost);
+    const bool over = params->over_modulation == (int32_t)OVER_MODULATION_ON;
+    const float most = over ? 0.5f * FUNDAMENTAL : FRAMES_ONE_OVER_SQRT_3;
+    const float made = WITHIN_MADE * (most * range - FUNDAMENTAL * lost);
     const float wished = FRAMES_ONE_OVER_SQRT_3 * params->voltage_use;
     return wished < made ? wished : made;
 }

@@ -53,6 +53,7 @@ typedef enum { CURRENT_NOT_JUDGED, CURRENT_JUDGED } current_judged_t;
 typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
 typedef enum { MTPA_OFF, MTPA_ON } mtpa_t;
 typedef enum { WEAKENING_OFF, WEAKENING_ON } field_weakening_t;
+typedef enum { OVER_MODULATION_OFF, OVER_MODULATION_ON } over_modulation_t;
 typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNORED } encoder_fault_reaction_t;
 
 /* The default motor at the default overspeed_trip has 279 V between two phases: on a board with a smaller
@@ -210,9 +211,12 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "motor_inductance_d: i_d_request alone")                                                               \
     E(85, field_weakening, "off|on", DRIVE_WEAKENING, TABLE_LIVE,                                            \
       "negative i_d where the DC link limits the voltage, for any rotor; off: the speed is limited there")   \
-    F(86, voltage_use, "-", 0.93f, 0.5f, 1.0f, TABLE_LIVE,                                                   \
+    F(86, voltage_use, "-", 0.93f, 0.5f, 1.1f, TABLE_LIVE,                                                   \
       "share of U_dc/sqrt3 that field_weakening uses, within duties and dead time; the rest is for the "     \
       "current control")                                                                                     \
+    E(165, over_modulation, "off|on", OVER_MODULATION_OFF, TABLE_LIVE,                                       \
+      "on: the voltage may exceed that of a sinusoidal modulation, up to six-step within duties and dead "   \
+      "time; off: up to U_dc/sqrt3 within them")                                                              \
     F(87, torque_slew, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                                   \
       "time in which the torque may grow to that of current_limit; 0: 10 ms for a salient rotor, else no "   \
       "limit")                                                                                               \

@@ -183,6 +183,7 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .duty_min = params_duty_min(params),
         .duty_max = params_duty_max(params),
         .duty_counts = DRIVE_DUTY_COUNTS,
+        .over_modulation = params->over_modulation == (int32_t)OVER_MODULATION_ON,
     };
     tuning->fast.inverter = inverter_prepare(&inverter);
     const dead_time_learn_params_t learn = {

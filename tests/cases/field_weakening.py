@@ -16,6 +16,7 @@ from long_runs import DEVICE, LINK, VOLTAGE, at, column, first, mean, peak, reco
 
 FLUX, P, R, J, CURRENT = 0.1, 4, 0.95, 0.01, 15.0
 FAMILY = {1.0: 8e-3, 2.0: 20e-3, 3.0: 20e-3, 4.0: 20e-3}
+SIX_STEP = 0.98 * (0.92 * 2 / math.pi - 4 / math.pi * 0.023) * LINK
 TOP = {1.0: 2.4, 2.0: 3.0, 3.0: 3.0, 4.0: 3.0}  # of the base speed; the link stands no more at L_q = L_d
 NAMES = ("true_omega_m", "theta_hat_err", "i_alpha", "i_beta", "true_torque", "u_d_ref", "u_q_ref", "u_dc", "omega_m_ref", "lock_losses",
          "fault_reason")
@@ -48,31 +49,32 @@ class Motor:
     def torque(self, i_d, i_q):
         return 1.5 * self.data.p * (self.data.flux - self.saliency * i_d) * i_q
 
-    def most(self, omega_m):
+    def most(self, omega_m, volts=VOLTAGE):
         """The most driving torque [N m] at this speed, of every i_d from 0 to -I and the largest i_q that circle and voltage leave."""
         omega, r, best = self.data.p * omega_m, self.data.r + DEVICE, 0.0
         a = (omega * self.l_q) ** 2 + r * r
         for i_d in (-self.data.current * n / 200 for n in range(201)):
             flux = self.data.flux + self.l_d * i_d
             b = omega * r * (flux - self.l_q * i_d)
-            c = (r * i_d) ** 2 + (omega * flux) ** 2 - VOLTAGE ** 2
+            c = (r * i_d) ** 2 + (omega * flux) ** 2 - volts ** 2
             if b * b > a * c:
                 room = math.sqrt(self.data.current ** 2 - i_d ** 2)
                 best = max(best, self.torque(i_d, min((math.sqrt(b * b - a * c) - b) / a, room)))
         return best
 
-    def steady(self, share, current):
+    def steady(self, share, current, *settings):
         """Mean and standard deviation of the angle's error [mrad] at this share of the base speed, with this current at most torque per
-        ampere. The rotor is caught at half of the base speed and brought there by the shaft."""
+        ampere, losses and mean torque [N m]. The rotor is caught at half of the base speed and brought there by the shaft."""
         i_d, i_q = self.mtpa(current)
-        text = self.text("steady", 3.6, at(0.8, f"requests.torque_request = {self.torque(i_d, i_q)}", 'requests.mode = "torque"') +
+        text = self.text("steady", 3.6, at(0.8, f"requests.torque_request = {0.999 * self.torque(i_d, i_q)}", 'requests.mode = "torque"') +
                          at(1.0, f"plant.shaft_locked_speed = {share * self.base}", ramp=0.8),
                          f"shaft_locked = 1\nshaft_locked_speed = {0.5 * self.base}")
         text = text.replace(f"[start]\nspeed = {0.3 * self.base}\n", "").replace("[plant]", f"fallback_speed = {0.03 * self.base}\n[plant]")
-        rows = recorded(NAMES, f"steady_{share}", text)
+        rows = recorded(NAMES, f"steady_{share}", text, *settings)
         errors = column(rows, "theta_hat_err", 2.6)
         middle = mean(errors)
-        return 1e3 * middle, 1e3 * math.sqrt(mean([(e - middle) ** 2 for e in errors])), max(column(rows, "lock_losses"))
+        scatter = 1e3 * math.sqrt(mean([(e - middle) ** 2 for e in errors]))
+        return 1e3 * middle, scatter, max(column(rows, "lock_losses")), mean(column(rows, "true_torque", 2.6))
 
     def time(self, begin, end, parts=20):
         """In which the most torque takes the rotor from one speed to the other [s]."""
@@ -173,6 +175,21 @@ class FieldWeakening(unittest.TestCase):
                     voltage = mean(list(map(math.hypot, column(near, "u_d_ref"), column(near, "u_q_ref"))))
                     self.assertLess(abs(voltage - VOLTAGE), 0.005 * LINK / math.sqrt(3), (times, voltage, VOLTAGE))
 
+    def test_over_modulation(self):
+        """Up to six-step the angle stays, since the observer has the voltage of the duties. Of the most torque at this voltage the answer of
+        current control to the sixfold current takes up to 7 %."""
+        cells = [(ratio, times, use) for ratio, use in itertools.product(FAMILY, (0.93, 1.1)) for times in (1.5, 2.0)]
+        for ratio, times, use in share(cells, 1):
+            with self.subTest(ratio=ratio, times=times, use=use):
+                motor = Motor(ratio)
+                error, scatter, losses, torque = motor.steady(times, CURRENT, "over_modulation=on", f"voltage_use={use}")
+                most = motor.most(times * motor.base, min(use * LINK / math.sqrt(3), SIX_STEP))
+                self.assertEqual(losses, 0)
+                self.assertLess(abs(error), 2.0)
+                self.assertLess(scatter, 5.0)
+                self.assertLess(abs(torque - most), 0.07 * most)
+                self.assertGreater(torque, 1.025 * motor.most(times * motor.base))
+
     def test_a8_with_wrong_data(self):
         """L_q 10 %, L_d 20 %, psi_f 10 %, R 30 %, J 20 %, dead time compensated by 0.8. L_q stays within 4 L_d."""
         def wrong(motor):
@@ -246,7 +263,7 @@ class FieldWeakening(unittest.TestCase):
                 self.assertLess(seen["down"], 1.5 * down, seen)
             for part, (middle, deviation) in zip((0.05, 0.1, 0.3, 0.8), steady):
                 with self.subTest(motor=name, part=part):
-                    error, scatter, losses = motor.steady(part, 0.66 * data.current)
+                    error, scatter, losses, _ = motor.steady(part, 0.66 * data.current)
                     self.assertEqual(losses, 0)
                     self.assertLess(abs(error), max(1.2, 1.5 * middle))
                     self.assertLess(scatter, max(2.0, 1.5 * deviation))

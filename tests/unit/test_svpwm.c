@@ -10,7 +10,7 @@
 
 static svpwm_t modulate(ab_t voltage, float u_dc, float duty_min, float duty_max)
 {
-    const svpwm_tuning_t tuning = svpwm_prepare(duty_min, duty_max);
+    const svpwm_tuning_t tuning = svpwm_prepare(duty_min, duty_max, false);
     return svpwm_modulate(&tuning, voltage, u_dc);
 }
 
@@ -123,8 +123,79 @@ static void test_extremes_inside_the_range_stay_finite_and_inside(void)
                                      {1.0f, 1.0f, 1e30f}};
     for (unsigned k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         ab_t voltage = {cases[k][0], cases[k][1]};
-        svpwm_t result = modulate(voltage, cases[k][2], 0.04f, 0.96f);
-        TEST_ASSERT_TRUE(highest_of(result.duty) <= (double)0.96f && lowest_of(result.duty) >= (double)0.04f);
-        TEST_ASSERT_TRUE(isfinite(result.voltage.alpha) && isfinite(result.voltage.beta));
+        for (int over = 0; over < 2; over++) {
+            const svpwm_tuning_t tuning = svpwm_prepare(0.04f, 0.96f, over != 0);
+            svpwm_t result = svpwm_modulate(&tuning, voltage, cases[k][2]);
+            TEST_ASSERT_TRUE(highest_of(result.duty) <= (double)0.96f &&
+                             lowest_of(result.duty) >= (double)0.04f);
+            TEST_ASSERT_TRUE(isfinite(result.voltage.alpha) && isfinite(result.voltage.beta));
+        }
+    }
+}
+
+/* ---- over-modulation ---- */
+
+static svpwm_t over(double share, double angle)
+{
+    const svpwm_tuning_t tuning = svpwm_prepare(0.04f, 0.96f, true);
+    return svpwm_modulate(&tuning, polar(share * 0.92 * 311.0, angle), 311.0f);
+}
+
+/* Fundamental over range u_dc of legs that a sine of the amplitude a range u_dc, less the mean of the two
+ * extreme legs, drives beyond their range: by integration, up to 2/3 with one clipped interval of +-d around 30
+ * degrees, cos d = 1/(sqrt(3) a), beyond with one from zero to acos(1/(3 a)). Six-step has 2/pi. */
+static double clipped(double a)
+{
+    if (a <= 1.0 / sqrt(3.0)) {
+        return a;
+    }
+    if (a <= 2.0 / 3.0) {
+        const double half = acos(1.0 / (sqrt(3.0) * a));
+        return a - 3.0 * a / PI * half + sqrt(3.0) / PI * sin(half);
+    }
+    const double c = 1.0 / (3.0 * a);
+    return (sqrt(1.0 - c * c) + asin(c) / c) / PI;
+}
+
+#define ANGLES 3600
+
+/* The fundamental that these requests of one length make over a turn [-] of range u_dc. */
+static double complex fundamental(double share)
+{
+    double complex sum = 0.0;
+    for (int k = 0; k < ANGLES; k++) {
+        const double angle = 2.0 * PI * (k + 0.5) / ANGLES;
+        const svpwm_t made = over(share, angle);
+        TEST_ASSERT_TRUE(highest_of(made.duty) <= (double)0.96f && lowest_of(made.duty) >= (double)0.04f);
+        const double complex voltage = vector_of(made.duty, 311.0);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * VOLT_TOLERANCE, 0.0, cabs(voltage - of_ab(made.voltage)));
+        sum += voltage * cexp(-J * angle);
+    }
+    return sum / (ANGLES * 0.92 * 311.0);
+}
+
+/* A leg that is neither the highest nor the lowest has 3/2 of its phase's voltage: its duty shows the
+ * amplitude that the request has become. */
+static void test_overmodulation_follows_the_known_curve_up_to_six_step(void)
+{
+    for (double share = 0.5; share < 0.99 * 2.0 / PI; share += 0.001 * SWEEP_FEW) {
+        const double angle = 89.9 * PI / 180.0;
+        const double a = ((double)over(share, angle).duty.a - 0.5) / (1.5 * 0.92 * cos(angle));
+        const double complex made = fundamental(share);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-4, clipped(a), creal(made));
+        TEST_ASSERT_DOUBLE_WITHIN(5e-3 * share, share, creal(made));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5, 0.0, cimag(made));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.003, 0.9985 * 2.0 / PI, creal(fundamental(1.0)));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 2.0 / PI, creal(fundamental(10.0)));
+}
+
+static void test_overmodulation_leaves_the_linear_range_as_requested(void)
+{
+    for (double angle = -3.1; angle < 3.2; angle += 0.1) {
+        const ab_t wanted = polar(0.99999 / sqrt(3.0) * 0.92 * 311.0, angle);
+        const svpwm_t made = over(0.99999 / sqrt(3.0), angle);
+        TEST_ASSERT_TRUE(made.voltage.alpha == wanted.alpha && made.voltage.beta == wanted.beta && !made.cut);
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * VOLT_TOLERANCE, 0.0, cabs(vector_of(made.duty, 311.0) - of_ab(wanted)));
     }
 }

@@ -8,7 +8,7 @@ inverter_tuning_t inverter_prepare(const inverter_params_t *params)
         .compensated = dead_time_prepare(&params->dead_time),
         .lost = dead_time_prepare(&all),
         .edges = edges_prepare(params->dead_time.period, params->inductance, params->sampled_upper),
-        .modulation = svpwm_prepare(params->duty_min, params->duty_max),
+        .modulation = svpwm_prepare(params->duty_min, params->duty_max, params->over_modulation),
         .gain = params->dead_time.gain,
         .duty_counts = params->duty_counts,
         .per_count = 1.0f / params->duty_counts,

@@ -24,6 +24,7 @@ typedef struct {
     bool sampled_upper;           /* the currents are sampled while the upper switches are on */
     float duty_min, duty_max;     /* [-] smallest and largest duty of a leg */
     float duty_counts;            /* [-] steps of a duty from 0 to 1 */
+    bool over_modulation;         /* up to six-step */
 } inverter_params_t;
 
 typedef struct {

@@ -8,8 +8,15 @@
  * u_dc/sqrt(3) in every direction (180 V at 311 V and 0..1), and up to 2/sqrt(3) times that in the corners of
  * the hexagon. A longer vector keeps its direction and is shortened to the edge of the hexagon.
  *
- * No state; the duties act one period later (docs/theory.md, 2). Does not handle: overmodulation beyond the
- * hexagon, minimum pulses other than by duty_min and duty_max. */
+ * With over-modulation the legs of a longer vector are limited one by one instead,
+ *
+ *     duty_x = middle + clamp(gain (v_x - (max(v) + min(v))/2)/u_dc, +-range/2)
+ *
+ * with the gain that keeps the fundamental equal to the request, up to six-step: 2/pi range u_dc. The result
+ * leaves the direction of the request by up to 30 degrees, sixfold per turn (docs/theory.md, 16).
+ *
+ * No state; the duties act one period later (docs/theory.md, 2). Does not handle: minimum pulses other than
+ * by duty_min and duty_max. */
 #ifndef FAST_INVERTER_SVPWM_H
 #define FAST_INVERTER_SVPWM_H
 
@@ -39,13 +46,16 @@ typedef struct {
 typedef struct {
     float middle; /* of the range [-] */
     float range;  /* width of the used part [-] */
+    float inside; /* span of the phase voltages over u_dc that needs no change of the vector [-] */
+    bool over;    /* over-modulation */
 } svpwm_tuning_t;
 
 /* The duties of a leg from duty_min to duty_max, 0 <= duty_min <= duty_max <= 1 [-]. */
-static inline svpwm_tuning_t svpwm_prepare(float duty_min, float duty_max)
-{
-    return (svpwm_tuning_t){0.5f * (duty_min + duty_max), SVPWM_SHARE * (duty_max - duty_min)};
-}
+svpwm_tuning_t svpwm_prepare(float duty_min, float duty_max, bool over);
+
+/* The rest of svpwm_modulate() where the span exceeds `inside` u_dc. `phases`: the voltage of each leg [V]. One
+ * division, and one for a vector that is shortened. */
+svpwm_t svpwm_beyond(const svpwm_tuning_t *tuning, ab_t voltage, abc_t phases, float u_dc);
 
 /* Duties for `voltage` [V] at the DC link `u_dc` [V], each within the range of this tuning. If no voltage can
  * be made (u_dc <= 0 or below 1e-37 V, one of the three not finite, or their amounts together above 1e30 V),
@@ -58,18 +68,17 @@ static inline svpwm_t svpwm_modulate(const svpwm_tuning_t *tuning, ab_t voltage,
     }
     const abc_t phases = frames_inverse_clarke(voltage);
     const bounds_span_t ends = bounds_span(phases.a, phases.b, phases.c);
-    const float span = ends.largest - ends.smallest;
-    const float range = tuning->range;
-    const float middle = tuning->middle;
-    const bool cut = span > range * u_dc;
-    const float per_volt = cut ? range / span : 1.0f / u_dc;
-    const float share = cut ? per_volt * u_dc : 1.0f;
+    if (ends.largest - ends.smallest > tuning->inside * u_dc) {
+        return svpwm_beyond(tuning, voltage, phases, u_dc);
+    }
+    const float per_volt = 1.0f / u_dc;
     const float centre = 0.5f * (ends.largest + ends.smallest);
+    const float middle = tuning->middle;
     return (svpwm_t){
         {middle + (phases.a - centre) * per_volt, middle + (phases.b - centre) * per_volt,
          middle + (phases.c - centre) * per_volt},
-        {share * voltage.alpha, share * voltage.beta},
-        cut,
+        voltage,
+        false,
     };
 }
 

@@ -167,6 +167,8 @@
     F(2155, commission_inductance_q, medium.commission.results.inductance_q, "H", "measured L_q")            \
     F(2200, commission_saturation_current, medium.commission.results.saturation_current, "A",                \
       "measured i_q at which the flux of the q axis is 1/sqrt 2 of L_q i_q; 1e6: none is seen")              \
+    F(2221, commission_loop_gain, medium.commission.results.loop_gain, "-",                                  \
+      "measured gain of the current loop over its design")                                                   \
     F(2156, commission_flux_first, medium.commission.results.flux_first, "Wb",                               \
       "first value of psi_f, by a swing of the rotor")                                                       \
     F(2157, commission_inertia_first, medium.commission.results.inertia_first, "kg m^2",                     \

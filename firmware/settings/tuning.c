@@ -332,6 +332,7 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         .saturation = params->motor_saturation_current,
         .flux_linkage = params->motor_flux_linkage,
         .inertia = params->motor_inertia,
+        .loop_gain = params->current_bandwidth * DRIVE_PERIOD,
     };
     const link_limit_params_t limit = {
         .overvoltage = params->dc_overvoltage,

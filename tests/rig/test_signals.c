@@ -129,6 +129,7 @@
     X(commission_inductance_d)                                                                               \
     X(commission_inductance_q)                                                                               \
     X(commission_saturation_current)                                                                         \
+    X(commission_loop_gain)                                                                                  \
     X(commission_flux_first)                                                                                 \
     X(commission_inertia_first)                                                                              \
     X(commission_flux_linkage)                                                                               \
@@ -535,6 +536,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(commission_inductance_d, 0.0, 0.0)
     EXPECT(commission_inductance_q, 0.0, 0.0)
     EXPECT(commission_saturation_current, 0.0, 0.0)
+    EXPECT(commission_loop_gain, 0.0, 0.0)
     EXPECT(commission_flux_first, 0.0, 0.0)
     EXPECT(commission_inertia_first, 0.0, 0.0)
     EXPECT(commission_flux_linkage, 0.0, 0.0)

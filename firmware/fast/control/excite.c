@@ -111,6 +111,34 @@ ab_t excite_step(excite_t *excite, const excite_order_t *order, ab_t current, ab
     return frames_inverse_park(voltage, order->axis);
 }
 
+dq_t excite_loop(excite_t *excite, const excite_order_t *order, dq_t current)
+{
+    if (order->serial != excite->seen.serial) {
+        begin(excite, order, (ab_t){0.0f, 0.0f});
+        excite->reference = order->current - order->step;
+    }
+    excite_seen_t *seen = &excite->seen;
+    const uint32_t count = excite->count;
+    const float error = excite->reference - current.d;
+    /* the reference has stepped in period 0; the voltage of period k - 2 changes the current up to period k */
+    if (count >= 2u && count < EXCITE_FITTED) {
+        seen->voltage_cos.d += (excite->before.alpha - error) * excite->before.beta;
+        seen->current_cos.d += excite->before.beta * excite->before.beta;
+    }
+    seen->periods++;
+    add(&seen->current, 1.0f, current);
+    excite->before = (ab_t){error, excite->before.alpha};
+    excite->count = count + 1u;
+    if (excite->count >= order->periods) {
+        /* the next sample is the first one of the next step */
+        const float high = order->current + order->step;
+        excite->count = 0u;
+        excite->reference = excite->reference < order->current ? high : order->current - order->step;
+    }
+    const float beyond = current.q - bounds_clamp(current.q, order->across_from);
+    return (dq_t){excite->reference, -order->across * current.q - order->across_hard * beyond};
+}
+
 void excite_close(excite_t *excite, excite_seen_t *seen)
 {
     const dq_t none = {0.0f, 0.0f};

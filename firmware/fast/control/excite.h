@@ -6,6 +6,15 @@
  *             across the axis a resistance only, u = -r i, so that a rotor that swings is braked; a larger
  *             resistance for the part of the whole current that exceeds a length, because the EMF of a light
  *             rotor that swings drives more current than the trip accepts
+ *     loop    along the axis the current control of the drive itself, with a reference that steps to and fro;
+ *             across the axis the same resistance
+ *
+ * With e the distance of the current from the reference after a step, the loop obeys (current_control.h)
+ *
+ *     e_k - e_k+1 = K e_k-1,   so that   K = sum (e_k - e_k+1) e_k-1 / sum e_k-1^2
+ *
+ * over the first EXCITE_FITTED periods after each step: these two sums are in voltage_cos and current_cos along
+ * the axis.
  *
  * The loss of the dead time is not compensated, because its size is not known yet. The sums contain the
  * voltage of the duties that acted in the period that ends with the sample, and the current of the sample:
@@ -23,10 +32,14 @@
 #define EXCITE_STILL         0.06f
 #define EXCITE_STILL_PERIODS 10u
 
+/* Up to this period after a step of the loop's reference its sums are taken [periods]. */
+#define EXCITE_FITTED 24u
+
 typedef enum {
     EXCITE_NONE,  /* current control works */
     EXCITE_PULSE, /* one pulse along the axis */
-    EXCITE_HOLD   /* current along the axis, and a sine of voltage */
+    EXCITE_HOLD,  /* current along the axis, and a sine of voltage */
+    EXCITE_LOOP   /* the current control of the drive, with a stepping reference */
 } excite_kind_t;
 
 typedef struct {
@@ -34,9 +47,10 @@ typedef struct {
     uint32_t serial;      /* [-] another number begins it again: a new pulse, or a current from zero */
     rotation_t axis;      /* direction of pulse or current [-] */
     float voltage;        /* of the pulse, or amplitude of the sine [V] */
-    uint32_t periods;     /* [periods] of each half of a pulse */
+    uint32_t periods;     /* [periods] of each half of a pulse, or from one step of the reference to the next */
     float current_max;    /* the pulse ends above this current [A] */
     float current;        /* along the axis [A] */
+    float step;           /* of the reference to either side of it, loop [A] */
     float slew;           /* largest change of the current reference per period [A] */
     float kp;             /* of the control along the axis [V/A] */
     float ki;             /* the same, of the integral per period [V/A] */
@@ -72,7 +86,7 @@ typedef struct {
     float phase;        /* of the sine [rad] */
     uint32_t count;     /* [periods] since the pulse began */
     uint32_t still;     /* [periods] consecutive, without a current after it */
-    ab_t before;        /* current before the pulse [A] */
+    ab_t before;        /* current before the pulse; loop: e of the last two periods [A] */
 } excite_t;
 
 /* No excitation has begun. */
@@ -81,6 +95,9 @@ void excite_init(excite_t *excite);
 /* The voltage [V] that is to act, in the stationary frame, from the current [A] at t_k; `acted` [V]: what the
  * duties made of the period that ends at t_k, without a loss. */
 ab_t excite_step(excite_t *excite, const excite_order_t *order, ab_t current, ab_t acted);
+
+/* The same for EXCITE_LOOP: along the axis the reference [A] of the current control, across it the voltage [V]. */
+dq_t excite_loop(excite_t *excite, const excite_order_t *order, dq_t current);
 
 /* The end of a window: its sums, and the sums begin again. */
 void excite_close(excite_t *excite, excite_seen_t *seen);

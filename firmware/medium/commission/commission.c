@@ -58,6 +58,12 @@ static void begin_work(commission_t *commission)
     case COMMISSION_INDUCTANCE:
         sine_step_begin(&work->sine);
         break;
+    case COMMISSION_CURRENT_LOOP:
+        loop_step_begin(&work->loop);
+        break;
+    case COMMISSION_TURN:
+        turn_step_begin(&work->turn);
+        break;
     case COMMISSION_SWING:
         swing_step_begin(&work->swing);
         break;
@@ -140,6 +146,10 @@ static commission_verdict_t work(commission_t *commission, const commission_wind
         return resistance_step(&work->resistance, tuning, &input->standing, order, results);
     case COMMISSION_INDUCTANCE:
         return sine_step(&work->sine, tuning, &input->standing, order, results);
+    case COMMISSION_CURRENT_LOOP:
+        return loop_step(&work->loop, tuning, &input->standing, order, results);
+    case COMMISSION_TURN:
+        return turn_step(&work->turn, tuning, &input->standing, order, results);
     case COMMISSION_SWING:
         return swing_step(&work->swing, tuning, &input->standing, order, results);
     case COMMISSION_FLUX:

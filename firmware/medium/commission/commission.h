@@ -7,6 +7,8 @@
  *     wiring       pulses that move no rotor (wiring_step.h)
  *     resistance   R and the loss of the legs (resistance_step.h)
  *     inductance   L_d, L_q (sine_step.h)
+ *     current_loop the current control with the measured R and L (loop_step.h)
+ *     turn         one turn of the shaft, which the user watches (turn_step.h)
  *     swing        first values of psi_f and J (swing_step.h)
  *     flux         psi_f (turning_steps.h), with the parameters that follow from the steps before
  *     inertia      J and friction (turning_steps.h)
@@ -18,13 +20,15 @@
 #define MEDIUM_COMMISSION_COMMISSION_H
 
 #include "medium/commission/commission_types.h"
+#include "medium/commission/loop_step.h"
 #include "medium/commission/resistance_step.h"
 #include "medium/commission/sine_step.h"
 #include "medium/commission/swing_step.h"
+#include "medium/commission/turn_step.h"
 #include "medium/commission/turning_steps.h"
 #include "medium/commission/wiring_step.h"
 
-/* The steps, in their order: S(NAME, "|name", largest time [s], kind of motion). Append only. */
+/* The steps: S(NAME, "|name", largest time [s], kind of motion). Append only. */
 #define COMMISSION_STEPS(S)                                                                                  \
     S(OFF, "off", 0.0f, BRIDGE_OFF)                                                                          \
     S(BOARD, "|board", 3.0f, BRIDGE_OFF)                                                                     \
@@ -33,7 +37,9 @@
     S(INDUCTANCE, "|inductance", 15.0f, STANDS)                                                              \
     S(SWING, "|swing", 40.0f, STANDS)                                                                        \
     S(FLUX, "|flux", 60.0f, TURNS)                                                                           \
-    S(INERTIA, "|inertia", 120.0f, TURNS)
+    S(INERTIA, "|inertia", 120.0f, TURNS)                                                                    \
+    S(CURRENT_LOOP, "|current_loop", 15.0f, STANDS)                                                          \
+    S(TURN, "|turn", 140.0f, STANDS)
 
 typedef enum {
 #define COMMISSION_STEP(NAME, name, seconds, kind) COMMISSION_##NAME,
@@ -60,6 +66,8 @@ typedef union {
     wiring_step_t wiring;
     resistance_step_t resistance;
     sine_step_t sine;
+    loop_step_t loop;
+    turn_step_t turn;
     swing_step_t swing;
     flux_test_t flux;
     torque_test_t torque;

@@ -54,7 +54,9 @@
     R(EARLIER_STEP, "|earlier_step", "the step needs the result of an earlier one",                          \
       "run the steps in their order")                                                                        \
     R(BRIDGE_OPENED, "|bridge_opened", "the bridge was switched off during the step",                        \
-      "read fault_reason; then repeat the step")
+      "read fault_reason; then repeat the step")                                                             \
+    R(CURRENT_LOOP, "|current_loop", "the gain of the current loop differs from its design by more than 12 %", \
+      "repeat the step inductance; check the gains of the current sensors")
 
 typedef enum {
 #define COMMISSION_REASON(NAME, name, text, remedy) COMMISSION_REASON_##NAME,
@@ -101,6 +103,7 @@ typedef struct {
     float saturation;   /* I_s of the q axis; 0: none [A] */
     float flux_linkage; /* [Wb] */
     float inertia;      /* [kg m^2] */
+    float loop_gain;    /* K_0 of the current loop: its bandwidth times T [-] */
 } commission_tuning_t;
 
 /* The results; 0: not measured yet. */
@@ -116,6 +119,7 @@ typedef struct {
     float inductance_d_least; /* the same at I_h [H] */
     float inductance_q;       /* without current [H] */
     float saturation_current; /* I_s of the q axis; SINE_LINEAR: it does not saturate [A] */
+    float loop_gain;          /* gain of the current loop over its design [-] */
     float flux_first;         /* first value of psi_f, by the swing [Wb] */
     float inertia_first;      /* first value of J, by the swing [kg m^2] */
     float flux_linkage;       /* psi_f [Wb] */

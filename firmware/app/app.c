@@ -32,22 +32,61 @@ static float current_of(uint16_t code)
 #define MOTOR_OF(code) TEMPERATURE_OF(code, BOARD_MOTOR_AT_0V, BOARD_MOTOR_AT_3V)
 #endif
 
+static inline void convert(const hal_samples_t *counts, drive_samples_t *samples)
+{
+    samples->i_a = current_of(counts->current_a);
+    samples->i_b = current_of(counts->current_b);
+#if BOARD_CURRENT_SENSORS == 3
+    samples->i_c = current_of(counts->current_c);
+#else
+    samples->i_c = -(samples->i_a + samples->i_b);
+#endif
+    samples->u_dc = ((float)counts->dc_link + BOARD_HALF_CODE) * BOARD_DC_PER_CODE;
+    samples->sink_temperature = SINK_OF(counts->sink_temperature);
+    samples->motor_temperature = MOTOR_OF(counts->motor_temperature);
+    samples->encoder = counts->encoder;
+    samples->flags = drive_flags(counts->flags);
+}
+
+#define CODE_BITS  12u
+#define FLAGS_AT   24u
+#define COUNT_AT   24u
+#define CODE_MASK  UINT32_C(0xFFF)
+#define COUNT_MASK UINT32_C(0xFF)
+#define FLAGS_MASK UINT32_C(0x1F)
+
+/* The slots of drive/record.h. */
+static inline void pack(const hal_samples_t *counts, uint32_t codes[RECORD_CODES])
+{
+    codes[0] =
+        counts->current_a | (uint32_t)counts->current_b << CODE_BITS | (uint32_t)counts->flags << FLAGS_AT;
+    codes[1] = counts->current_c | (uint32_t)counts->dc_link << CODE_BITS | counts->encoder << COUNT_AT;
+    codes[2] = counts->sink_temperature | (uint32_t)counts->motor_temperature << CODE_BITS |
+               counts->encoder >> 8 << COUNT_AT;
+}
+
 void app_read(drive_samples_t *samples)
 {
     hal_samples_t counts;
     hal_read(&counts);
-    samples->i_a = current_of(counts.current_a);
-    samples->i_b = current_of(counts.current_b);
-#if BOARD_CURRENT_SENSORS == 3
-    samples->i_c = current_of(counts.current_c);
-#else
-    samples->i_c = -(samples->i_a + samples->i_b);
-#endif
-    samples->u_dc = ((float)counts.dc_link + BOARD_HALF_CODE) * BOARD_DC_PER_CODE;
-    samples->sink_temperature = SINK_OF(counts.sink_temperature);
-    samples->motor_temperature = MOTOR_OF(counts.motor_temperature);
-    samples->encoder = counts.encoder;
-    samples->flags = drive_flags(counts.flags);
+    convert(&counts, samples);
+    pack(&counts, samples->codes);
+}
+
+void app_read_again(const uint32_t codes[RECORD_CODES], drive_samples_t *samples)
+{
+    const hal_samples_t counts = {
+        .current_a = (uint16_t)(codes[0] & CODE_MASK),
+        .current_b = (uint16_t)(codes[0] >> CODE_BITS & CODE_MASK),
+        .current_c = (uint16_t)(codes[1] & CODE_MASK),
+        .dc_link = (uint16_t)(codes[1] >> CODE_BITS & CODE_MASK),
+        .sink_temperature = (uint16_t)(codes[2] & CODE_MASK),
+        .motor_temperature = (uint16_t)(codes[2] >> CODE_BITS & CODE_MASK),
+        .flags = (uint16_t)(codes[0] >> FLAGS_AT & FLAGS_MASK),
+        .encoder = codes[1] >> COUNT_AT | (codes[2] >> COUNT_AT & COUNT_MASK) << 8,
+    };
+    convert(&counts, samples);
+    pack(&counts, samples->codes);
 }
 
 static uint16_t compare_of(float duty)

@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "app/keeping.h"
+#include "app/recording.h"
 #include "app/self_watch.h"
 #include "app/services.h"
 #include "app/talk.h"
@@ -36,6 +37,7 @@ typedef struct {
     uint32_t fed_period;  /* [periods] time of the drive when the watchdog was last served */
     uint32_t watched_at;  /* [periods] time of the drive when memory was last checked */
     self_watch_t watch;
+    recording_t recording;
     services_t services;
     talk_t talk;
 #if BOARD_STORE == BOARD_STORE_I2C
@@ -71,6 +73,9 @@ HAL_INTERRUPT void app_serial(void);
  * the interrupt, so it comes last. */
 void app_read(drive_samples_t *samples);
 void app_write(const drive_command_t *command);
+
+/* The sample of a recorded period (drive/record.h), converted as app_read does it. For a replay. */
+void app_read_again(const uint32_t codes[RECORD_CODES], drive_samples_t *samples);
 
 /* From the background: judges the staged set, prepares its tuning and offers that to the interrupt, which
  * takes it over at the end of its window. Interrupts are off only for the offer. false: the old set stays

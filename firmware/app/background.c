@@ -26,6 +26,7 @@ void app_start(void)
     app->believed = params_believed(&app->active);
     self_watch_accept(&app->watch, &app->active);
     drive_init(&app->drive, &app->active);
+    capturing_start();
     if (!trusted) { /* latched: the bridge stays off until a user has reset the fault */
         drive_stop(&app->drive, REASON_STORE_CORRUPT);
     }
@@ -50,6 +51,7 @@ void app_start(void)
 
 static void look(void)
 {
+    const uint32_t reported = app->watch.found | (app->talk.silent != 0u ? GUARD_MASTER_SILENT : 0u);
     hal_interrupts_off();
     app->seen = (app_seen_t){
         .period = app->drive.fast.period,
@@ -58,7 +60,10 @@ static void look(void)
         .learnt = drive_learnt(&app->drive),
         .bridge_on = drive_bridge_on(&app->drive) ? 1u : 0u,
     };
-    drive_heartbeat(&app->drive, app->watch.found | (app->talk.silent != 0u ? GUARD_MASTER_SILENT : 0u));
+    if (reported != app->drive.medium.background.reported) {
+        recording_event(RECORDING_REPORTED, reported);
+    }
+    drive_heartbeat(&app->drive, reported);
     hal_interrupts_on();
 }
 
@@ -68,8 +73,19 @@ static void tune(const params_t *params, const believed_t *believed)
 {
     app->believed = *believed;
     app->believed_at = app->seen.period;
-    drive_withdraw(&app->drive); /* a single store: from here on the interrupt ignores the offer */
+    hal_interrupts_off();
+    recording_event(RECORDING_WITHDRAWN, 0u);
+    drive_withdraw(&app->drive); /* from here on the interrupt ignores the offer */
+    hal_interrupts_on();
+    recording_offer(params, believed);
     drive_prepare(drive_idle_tuning(&app->drive), params, believed);
+}
+
+/* The tuning is complete: the interrupt takes it over. With interrupts off. */
+static void offer(void)
+{
+    recording_event(RECORDING_OFFERED, 0u);
+    drive_offer(&app->drive);
 }
 
 /* The assumed values for a set: the learnt ones, or the set's own if it cannot run with the learnt ones. */
@@ -87,7 +103,7 @@ static void learn(void)
         drive_may_believe(&app->active, &next)) {
         tune(&app->active, &next);
         hal_interrupts_off();
-        drive_offer(&app->drive);
+        offer();
         hal_interrupts_on();
     }
 }
@@ -118,9 +134,9 @@ static void feed(void)
 void app_background(void)
 {
 #if BOARD_STORE == BOARD_STORE_I2C
-    static void (*const tasks[])(void) = {look, learn, watch, show, parameters_step, feed};
+    static void (*const tasks[])(void) = {look, learn, watch, show, recording_step, parameters_step, feed};
 #else
-    static void (*const tasks[])(void) = {look, learn, watch, show, feed};
+    static void (*const tasks[])(void) = {look, learn, watch, show, recording_step, feed};
 #endif
     tasks[app->task]();
     app->task = (app->task + 1u) % (uint32_t)(sizeof tasks / sizeof tasks[0]);
@@ -148,7 +164,7 @@ bool app_apply(params_error_t *why)
     const bool bridge_on = drive_bridge_on(&app->drive);
     const bool taken = live || !bridge_on;
     if (taken) {
-        drive_offer(&app->drive);
+        offer();
         if (!bridge_on) { /* values in registers change only while the bridge is off */
             (void)hal_set_dead_band(dead_band);
             (void)hal_set_encoder(encoder_max);
@@ -156,12 +172,18 @@ bool app_apply(params_error_t *why)
     }
     hal_interrupts_on();
     if (taken) {
+        const bool other = next->fault_record != app->active.fault_record;
         app->active = *next;
         self_watch_accept(&app->watch, &app->active);
+        if (other) {
+            capturing_restart();
+        }
     } else {
         const believed_t before = belief(&app->active);
         tune(&app->active, &before); /* offers the active set again: an earlier offer may be withdrawn */
-        drive_offer(&app->drive);
+        hal_interrupts_off();
+        offer();
+        hal_interrupts_on();
     }
     return taken;
 }
@@ -172,6 +194,7 @@ bool app_request(const requests_t *requests, params_error_t *why)
         return false;
     }
     hal_interrupts_off();
+    recording_requests(requests);
     drive_request(&app->drive, requests);
     hal_interrupts_on();
     return true;

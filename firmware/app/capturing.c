@@ -42,6 +42,7 @@ bool capturing_arm(params_error_t *why)
         return refuse(refusal, &wish, why);
     }
     hal_interrupts_off();
+    app->drive.record.on = 0u;
     capture_arm(&app->drive.capture, &tuning);
     hal_interrupts_on();
     capturing_show();
@@ -56,12 +57,47 @@ void capturing_trigger(void)
     capturing_show();
 }
 
-void capturing_release(void)
+/* The content that fault_record selects. */
+static capture_tuning_t usual(void)
 {
+    if (app->active.fault_record == (int32_t)FAULT_RECORD_REPLAY) {
+        return recording_tuning();
+    }
     capture_tuning_t tuning = app->drive.capture.tuning;
     (void)capture_prepare(&signals_history, &signals_table, &tuning);
+    return tuning;
+}
+
+static void begin(const capture_tuning_t *tuning)
+{
+    app->recording.whole[0] = 0u;
+    app->recording.whole[1] = 0u;
+    app->drive.record.on =
+        app->active.fault_record == (int32_t)FAULT_RECORD_REPLAY ? UINT32_C(1) : UINT32_C(0);
+    capture_release(&app->drive.capture, tuning);
+}
+
+void capturing_start(void)
+{
+    const capture_tuning_t tuning = usual();
+    begin(&tuning);
+}
+
+void capturing_restart(void)
+{
+    const capture_tuning_t tuning = usual();
+    if (app->drive.capture.asked == 0u) {
+        hal_interrupts_off();
+        begin(&tuning);
+        hal_interrupts_on();
+    }
+}
+
+void capturing_release(void)
+{
+    const capture_tuning_t tuning = usual();
     hal_interrupts_off();
-    capture_release(&app->drive.capture, &tuning);
+    begin(&tuning);
     hal_interrupts_on();
     for (uint32_t id = FIRST_ROW; id <= LAST_ROW; id++) {
         table_default(table_by_id(&services_table, id), &app->services);
@@ -76,12 +112,16 @@ void capturing_show(void)
     services->capture_state = (int32_t)capture->state; /* first: after "held" the others are final */
     services->capture_periods = capture_count(capture);
     services->capture_at = capture->at;
+    services->capture_content = (int32_t)app->drive.record.on;
 }
 
 bool capturing_slot(uint32_t number, uint32_t *bits)
 {
     const capture_t *capture = &app->drive.capture;
     const uint32_t columns = capture->tuning.columns;
+    if (capture->state == (uint32_t)CAPTURE_HELD && app->drive.record.on != 0u) {
+        return recording_slot(number, bits);
+    }
     if (capture->state != (uint32_t)CAPTURE_HELD || number >= columns * capture_count(capture)) {
         return false;
     }

@@ -12,6 +12,8 @@
 
 #define CAPTURING_LEVEL_MAX 1e9f
 
+#define CAPTURING_CONTENT_NAMES "signals|replay"
+
 #define CAPTURING_COLUMN(U, id, name, signal, text)                                                          \
     U(id, name, "-", SIGNAL_ID_##signal, 2000, 2999, TABLE_LIVE, text)
 
@@ -45,7 +47,9 @@
     CAPTURING_COLUMN(U, 1927, capture_12, sample_flags, "id of the signal in the twelfth column")            \
     U(1928, capture_periods, "periods", 0, 0, 0, TABLE_READ,                                                 \
       "number of periods in the buffer, the oldest first")                                                   \
-    U(1929, capture_at, "periods", 0, 0, 0, TABLE_READ, "period of the last trigger, as `period` shows it")
+    U(1929, capture_at, "periods", 0, 0, 0, TABLE_READ, "period of the last trigger, as `period` shows it")  \
+    E(2481, capture_content, CAPTURING_CONTENT_NAMES, TABLE_READ,                                            \
+      "what is in the buffer: signals, or a record for `lagless replay` (fault_record)")
 
 /* From the background: the buffer restarts with the configuration of the rows. false: `why` names the
  * row; the active capture continues. */
@@ -55,8 +59,12 @@ bool capturing_arm(params_error_t *why);
  * capture has triggered already. */
 void capturing_trigger(void);
 
-/* Restores the capture that explains a fault, with an empty buffer. */
+/* Restores the capture that explains a fault, with an empty buffer. capturing_start: at the start of the
+ * program, before the interrupts; capturing_restart: fault_record has changed, and no client uses the buffer
+ * unless it is armed. */
 void capturing_release(void);
+void capturing_start(void);
+void capturing_restart(void);
 
 /* Updates the rows that are only shown. */
 void capturing_show(void);

@@ -95,6 +95,9 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
         show_fault(drive, &drive->medium.fault);
     }
     const bool due = drive->fast.sum.periods >= DRIVE_WINDOW && turn_window(drive, orders, samples->encoder);
+    if (drive->record.on != 0u) { /* a window that is handed over now has found the medium task ready */
+        record_step(&drive->record, samples->codes, due || drive->done == drive->handed, command);
+    }
     capture_step(&drive->capture, drive, drive->fast.period);
     return due;
 }
@@ -185,6 +188,7 @@ void drive_stop(drive_t *drive, int32_t reason)
 
 void drive_trip(drive_t *drive)
 {
+    drive->record.came |= RECORD_CAME_TRIP;
     if (drive_bridge_on(drive)) {
         fast_stop(&drive->fast, REASON_MODULE_FAULT);
         show_stop(drive);

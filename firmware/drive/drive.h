@@ -30,6 +30,7 @@
 #include <stdint.h>
 
 #include "contract/capture.h"
+#include "drive/record.h"
 #include "fast/fast.h"
 #include "medium/medium.h"
 #include "settings/requests.h"
@@ -70,12 +71,15 @@ typedef struct {
     drive_duration_t fast_took;   /* the sample interrupt, from its entry until its writes */
     drive_duration_t medium_took; /* the medium task, with the interrupts during it */
 
+    drive_record_t record; /* of the newest period, for a replay */
+
     /* inputs */
     requests_t requests;
     uint32_t offered;  /* [-] 1: the background offers a tuning, taken over at the end of the window */
     uint32_t taken;    /* [-] 1: the medium task has not used the active tuning yet */
     uint32_t in_force; /* [-] index of the active tuning, by the fast task */
-    drive_tuning_t tunings[2];
+
+    drive_tuning_t tunings[2]; /* all before this one is the state that a replay begins with */
 
     drive_fault_log_t log;
     capture_t capture; /* by default the rows of signals_history; a fault stops it, with the period of the
@@ -104,6 +108,7 @@ learnt_t drive_learnt(const drive_t *drive);
 static inline void drive_heartbeat(drive_t *drive, uint32_t reported)
 {
     drive->medium.background.unattended = 1u;
+    drive->record.came |= RECORD_CAME_BACKGROUND;
     drive->medium.background.reported = reported;
 }
 

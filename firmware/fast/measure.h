@@ -37,6 +37,7 @@ typedef struct {
     float motor_temperature; /* [degC] */
     uint32_t encoder;        /* [counts] 0 .. 4 encoder_lines - 1, at t_k */
     uint32_t flags;          /* [-] DRIVE_SAMPLE_... */
+    uint32_t codes[3];       /* [-] all of them as the converter gave them, for the record (drive/record.h) */
 } drive_samples_t;
 
 /* A current sensor that is less than half a per cent of its range from its limit is saturated or broken

@@ -54,6 +54,7 @@ typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
 typedef enum { MTPA_OFF, MTPA_ON } mtpa_t;
 typedef enum { WEAKENING_OFF, WEAKENING_ON } field_weakening_t;
 typedef enum { OVER_MODULATION_OFF, OVER_MODULATION_ON } over_modulation_t;
+typedef enum { FAULT_RECORD_SIGNALS, FAULT_RECORD_REPLAY } fault_record_t;
 typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNORED } encoder_fault_reaction_t;
 
 /* The default motor at the default overspeed_trip has 279 V between two phases: on a board with a smaller
@@ -260,6 +261,9 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(124, motor_data_uncertainty, "-", 0.1f, 0.0f, 1.0f, TABLE_LIVE,                                        \
       "standard uncertainty of the configured R, L and dead time, relative to their values, for "            \
       "theta_sigma")                                                                                         \
+    E(205, fault_record, "signals|replay", FAULT_RECORD_SIGNALS, TABLE_LIVE,                                 \
+      "what the drive keeps of the time before a fault: 12 signals of 341 periods, or the raw samples and "  \
+      "the state from which `lagless replay` runs the drive's tasks again")                                  \
     I(91, module_fault_retries, "-", 0, 0, 100, TABLE_LIVE,                                                  \
       "number of faults of the power module that the drive resets by itself: after a second it starts the "  \
       "motor again if `enable` is still on")

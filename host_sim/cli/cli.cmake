@@ -28,6 +28,7 @@ add_library(lagless_cli OBJECT
     cli/output.c
     cli/paper.c
     cli/plot.c
+    cli/replay.c
     cli/run.c
     cli/scope.c
     cli/serve.c
@@ -50,7 +51,7 @@ execute_process(COMMAND git describe --always --dirty WORKING_DIRECTORY ${CMAKE_
 if(NOT LAGLESS_COMMIT)
     set(LAGLESS_COMMIT "unknown")
 endif()
-set_source_files_properties(cli/library.c cli/run.c cli/paper.c cli/connect_record.c PROPERTIES COMPILE_DEFINITIONS
+set_source_files_properties(cli/library.c cli/replay.c cli/run.c cli/paper.c cli/connect_record.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_SCENARIOS=\"${CMAKE_SOURCE_DIR}/host_sim/scenarios\";LAGLESS_COMMIT=\"${LAGLESS_COMMIT}\"")
 # The folder of the libraries of FMUs, which host_sim/fmu makes; the environment variable LAGLESS_FMU names another library.
 set_source_files_properties(cli/fmu.c PROPERTIES COMPILE_DEFINITIONS

@@ -40,11 +40,15 @@ int command_paper(int argc, char **argv);
 int command_params(int argc, char **argv);
 int command_plot(int argc, char **argv);
 int command_reference(int argc, char **argv);
+int command_replay(int argc, char **argv);
 int command_run(int argc, char **argv);
 int command_scenarios(int argc, char **argv);
 int command_scope(int argc, char **argv);
 int command_serve(int argc, char **argv);
 int command_signals(int argc, char **argv);
 int command_tune(int argc, char **argv);
+
+/* Prints what `lagless explain` says about a fault or refusal (explain.c). */
+void explain_reason(int number);
 
 #endif

@@ -57,11 +57,12 @@ const connect_command_t connect_commands[] = {
      "records every period of the signals into CSV and MAT files"},
     {"capture",
      "[on ... | signals NAME... | after TIME | arm | trigger | wait [TIME] | read --out FOLDER " WHERE
-     " | release]",
+     " | save FILE | release]",
      COMPLETE_SIGNALS,
-     "on signals after arm trigger wait read release fault command above below --out --name --format",
+     "on signals after arm trigger wait read save release fault command above below --out --name --format",
      connect_capture,
-     "the drive's own buffer: `on fault`, `on command`, `on SIGNAL above VALUE`, `on SIGNAL below VALUE`"},
+     "the drive's own buffer: `on fault`, `on command`, `on SIGNAL above VALUE`, `on SIGNAL below VALUE`; "
+     "save: the record for lagless replay"},
     {"faults", "", 0u, "", connect_faults, "prints the drive's last faults, newest first"},
     {"explain", "[REASON]", COMPLETE_REASONS, "", connect_explain,
      "explains a fault or refusal and its remedy"},

@@ -9,10 +9,12 @@
 #include "host_sim/cli/output.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/recorder.h"
+#include "host_sim/lab/replay_file.h"
 #include "host_sim/lab/scenario_parts.h"
 #include "host_sim/lab/times.h"
 #include "host_sim/lab/units.h"
 #include "host_sim/rig/rig.h"
+#include "settings/reasons.h"
 
 #define WAIT_TIMEOUT   10.0 /* [s] of `wait until`, if none is given */
 #define WATCH_EVERY    0.5  /* [s] */
@@ -608,6 +610,43 @@ static bool capture_read(session_t *session, uint32_t count, char **words)
     return good;
 }
 
+/* The record for `lagless replay`. */
+static bool capture_save(session_t *session, uint32_t count, char **words)
+{
+    uint32_t slot_count;
+    if (count != 1u) {
+        return connect_fail(session, "capture save: accepted is one file name; write: capture save FILE");
+    }
+    if (!output_allowed(words[0])) {
+        return connect_fail(session, "%s: give another name, or start lagless connect with --force",
+                            words[0]);
+    }
+    uint32_t *slots = master_record(session->master, &slot_count, &session->error);
+    if (slots == NULL) {
+        return false;
+    }
+    FILE *file = output_open(words[0]);
+    if (file != NULL) {
+        replay_file_write(file, master_epk(session->master), slots, slot_count);
+    }
+    rig_record_t record;
+    rig_record_head(slots, &record);
+    free(slots);
+    if (!output_close(file, words[0])) {
+        return connect_fail(session, "%s: the record was not written; the drive still holds it", words[0]);
+    }
+    if (session->json) {
+        connect_json_text("file", words[0]);
+        printf(", \"periods\": %u, \"period\": %u", (unsigned)record.rows, (unsigned)record.at);
+    } else {
+        const reason_row_t *reason = reason_by_number(record.reason);
+        printf("%u periods up to %s in period %u in %s\n", (unsigned)record.rows,
+               record.reason != REASON_NONE && reason != NULL ? reason->name : "the trigger",
+               (unsigned)record.at, words[0]);
+    }
+    return true;
+}
+
 bool connect_capture(session_t *session, uint32_t count, char **words)
 {
     static const struct {
@@ -619,6 +658,7 @@ bool connect_capture(session_t *session, uint32_t count, char **words)
                  {"after", capture_after, NULL},
                  {"wait", capture_wait, NULL},
                  {"read", capture_read, NULL},
+                 {"save", capture_save, NULL},
                  {"arm", NULL, "capture_arm"},
                  {"trigger", NULL, "capture_trigger"},
                  {"release", NULL, "capture_release"}};
@@ -635,7 +675,8 @@ bool connect_capture(session_t *session, uint32_t count, char **words)
     return count == 0u
                ? capture_show(session)
                : connect_fail(session,
-                              "capture %s: accepted: on, signals, after, arm, trigger, wait, read, release; "
+                              "capture %s: accepted: on, signals, after, arm, trigger, wait, read, save, "
+                              "release; "
                               "alone it shows the buffer",
                               words[0]);
 }

@@ -66,6 +66,14 @@ static void print_text(const reason_row_t *row, const fault_row_t *fault)
            fault_table_reaction(fault));
 }
 
+void explain_reason(int number)
+{
+    const reason_row_t *row = reason_by_number(number);
+    if (row != NULL) {
+        print_text(row, fault_table_row(row->number));
+    }
+}
+
 static void print(const reason_row_t *row, bool json)
 {
     const fault_row_t *fault = fault_table_row(row->number);

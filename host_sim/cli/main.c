@@ -27,6 +27,7 @@ const cli_command_t cli_commands[] = {
     {"explain", command_explain, "explain a fault, warning or refusal: what happened, what to do"},
     {"connect", command_connect,
      "talk to a drive over TCP or a serial link: run it, set and save parameters, record"},
+    {"replay", command_replay, "run the drive's tasks again on the samples that it recorded before a fault"},
     {"map", command_map, "measure the error of the sensorless angle over speed, load and wrong motor data"},
     {"campaign", command_campaign, "do thousands of random runs, each judged by rules that must always hold"},
     {"matrix", command_matrix,

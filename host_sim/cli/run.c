@@ -17,6 +17,7 @@
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/names.h"
 #include "host_sim/lab/recorder.h"
+#include "host_sim/lab/replay_file.h"
 #include "host_sim/lab/runner.h"
 #include "host_sim/lab/scenario.h"
 #include "host_sim/lab/times.h"
@@ -285,7 +286,8 @@ static bool is_allowed(const options_t *options, const recording_t *recording)
     char fault[272];
     bool good = output_allowed_recording(recording->folder, recording->name, recording->formats);
     snprintf(fault, sizeof fault, "%s_fault", recording->name);
-    good = good && output_allowed_in(recording->folder, fault, ".csv");
+    good = good && output_allowed_in(recording->folder, fault, ".csv") &&
+           output_allowed_in(recording->folder, recording->name, ".replay");
     return good && (options->plot == NULL ||
                     (output_allowed_pictures(recording->folder, recording->name, options->plot) &&
                      output_allowed_pictures(recording->folder, fault, options->plot)));
@@ -384,6 +386,28 @@ static bool write_history(recording_t *recording, recorder_error_t *error)
         recorder_sink(recorder, slots[0] - 1u, slots, 1u + columns);
     }
     return recorder_close(recorder, "fault", error);
+}
+
+/* NAME.replay: the record of the run's last fault, for `lagless replay`. */
+static bool write_record(const recording_t *recording)
+{
+    const runner_history_t *history = &recording->history;
+    char file[300];
+    char path[PATH_SIZE];
+    char tables[24];
+    snprintf(file, sizeof file, "%s.replay", recording->name);
+    if (!output_path(path, recording->folder, file)) {
+        return false;
+    }
+    if (history->record_count == 0u) {
+        (void)remove(path);
+        return true;
+    }
+    FILE *to = output_open(path);
+    if (to != NULL) {
+        replay_file_write(to, replay_file_tables(tables), history->record, history->record_count);
+    }
+    return output_close(to, path);
 }
 
 /* ---- results ---- */
@@ -573,6 +597,12 @@ static void print_json(const scenario_t *scenario, const runner_result_t *result
         json_text(stdout, path);
         separator = ", ";
     }
+    if (recording->history.record_count > 0u) {
+        snprintf(path, sizeof path, "%.3800s/%.200s.replay", recording->folder, recording->name);
+        printf("%s", separator);
+        json_text(stdout, path);
+        separator = ", ";
+    }
     for (const char *word = recording->pictures; word != NULL && *word != '\0'; word += strspn(word, ",")) {
         const int length = (int)strcspn(word, ",");
         snprintf(path, sizeof path, "%.3800s/%.200s.%.*s", recording->folder, recording->name, length, word);
@@ -640,6 +670,8 @@ static int close_recording(const options_t *options, const runner_result_t *resu
         fprintf(stderr, "lagless run: %s\n", error.text);
         exit_code = EXIT_INTERNAL;
     }
+    const bool recorded = write_record(recording);
+    exit_code = recorded ? exit_code : EXIT_INTERNAL;
 
     const uint64_t samples = recorder_samples(recording->recorder);
     (void)note_verdicts(recording->recorder, result);
@@ -653,6 +685,10 @@ static int close_recording(const options_t *options, const runner_result_t *resu
                 times_text(when, result->periods), samples, recording->folder, recording->name);
     } else if (!options->quiet) {
         fprintf(stderr, "%" PRIu64 " samples in %s/%s.*\n", samples, recording->folder, recording->name);
+    }
+    if (recorded && history->record_count > 0u && !options->quiet) {
+        fprintf(stderr, "the record of the fault for `lagless replay` in %s/%s.replay\n", recording->folder,
+                recording->name);
     }
     if (kept && history->periods > 0u && !options->quiet) {
         fprintf(stderr, "the last %" PRIu32 " periods up to fault %s at %s s in %s/%s.csv\n",

@@ -97,6 +97,7 @@ add_library(lagless_lab_shared OBJECT
     lab/paper_theory.c
     lab/pool.c
     lab/recorder.c
+    lab/replay_file.c
     lab/recorder_csv.c
     lab/recorder_mdf.c
     lab/recorder_text.c

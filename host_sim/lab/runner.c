@@ -30,7 +30,8 @@ typedef struct {
     window_t *tallies;     /* those to come, then those that count; in no order of their own */
     uint32_t tally_count;
     course_t course;
-    bool was_held; /* the drive's history, by a fault */
+    bool was_held;     /* the drive's history, by a fault */
+    bool was_recorded; /* its record for a replay */
     /* until the bridge has been on */
     bool was_on, was_asked;
     uint32_t state, enable; /* [-] ids */
@@ -166,8 +167,20 @@ static void keep_history(rig_t *rig, runner_history_t *history)
     }
 }
 
+/* The record for a replay is held some periods after the fault. */
+static void keep_record(rig_t *rig, runner_history_t *history)
+{
+    history->record_count = rig_record_count(rig);
+    rig_record(rig, history->record, history->record_count);
+}
+
 static void look_for_fault(run_t *run)
 {
+    const bool recorded = rig_record_count(run->rig) != 0u;
+    if (recorded && !run->was_recorded) {
+        keep_record(run->rig, run->options->history);
+    }
+    run->was_recorded = recorded;
     const bool held = rig_history_held(run->rig);
     if (held && !run->was_held) {
         keep_history(run->rig, run->options->history);

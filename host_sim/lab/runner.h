@@ -36,6 +36,9 @@ typedef struct {
     uint32_t columns;      /* [-] of a row */
     uint32_t rows[CAPTURE_COLUMNS]; /* [-] their ids */
     uint32_t slots[CAPTURE_SLOTS];  /* row after row, oldest first */
+    /* with fault_record = replay, in their place: */
+    uint32_t record_count;                            /* [slots] 0: none */
+    uint32_t record[CAPTURE_SLOTS + RIG_RECORD_HEAD]; /* of rig_record */
 } runner_history_t;
 
 /* All zero: the scenario as it is, nothing recorded, nobody watching. */

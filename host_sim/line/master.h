@@ -165,6 +165,10 @@ typedef struct {
 bool master_capture_head(master_t *master, master_capture_t *capture, master_error_t *error);
 bool master_capture(master_t *master, master_capture_t *capture, master_error_t *error);
 
+/* The record for a replay, which the drive keeps with fault_record = replay: slots as rig_record gives them;
+ * free(). NULL: none is held, or `error`. */
+uint32_t *master_record(master_t *master, uint32_t *count, master_error_t *error);
+
 typedef struct {
     int32_t reason;  /* [-] */
     uint32_t period; /* [periods] by the drive's count */

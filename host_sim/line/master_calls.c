@@ -588,6 +588,24 @@ static bool capture_columns(master_t *master, master_capture_t *capture, master_
     return true;
 }
 
+/* Is the content of the buffer the one that the call needs? */
+static bool judge_content(master_t *master, bool replay, master_error_t *error)
+{
+    double content;
+    if (!get_service(master, "capture_content", &content, error)) {
+        return false;
+    }
+    const table_row_t *row = rig_row_by_name("capture_content");
+    if (((int32_t)content == table_choice(row, "replay")) == replay) {
+        return true;
+    }
+    return master_fail(error,
+                       replay ? "the capture buffer contains signals: accepted is a record for a replay; set "
+                                "fault_record replay, apply, and wait for a fault or trigger the buffer"
+                              : "the capture buffer contains a record for a replay: `capture save FILE` "
+                                "writes it; `capture arm` records signals instead");
+}
+
 bool master_capture_head(master_t *master, master_capture_t *capture, master_error_t *error)
 {
     double state;
@@ -595,7 +613,7 @@ bool master_capture_head(master_t *master, master_capture_t *capture, master_err
     double at;
     double after;
     *capture = (master_capture_t){0};
-    if (!get_service(master, "capture_state", &state, error) ||
+    if (!judge_content(master, false, error) || !get_service(master, "capture_state", &state, error) ||
         !get_service(master, "capture_periods", &periods, error) ||
         !get_service(master, "capture_at", &at, error) ||
         !get_service(master, "capture_after", &after, error) || !capture_columns(master, capture, error)) {
@@ -632,6 +650,41 @@ bool master_capture(master_t *master, master_capture_t *capture, master_error_t 
         capture->slots = NULL;
     }
     return good;
+}
+
+uint32_t *master_record(master_t *master, uint32_t *count, master_error_t *error)
+{
+    double state;
+    uint8_t head[4];
+    if (!judge_content(master, true, error) || !get_service(master, "capture_state", &state, error)) {
+        return NULL;
+    }
+    if ((int32_t)state != table_choice(rig_row_by_name("capture_state"), "held")) {
+        master_fail(error, "no record is held yet: it is held after a fault, or after `capture trigger`");
+        return NULL;
+    }
+    if (!master_read(master, MASTER_CAPTURE, 4u, head, sizeof head, error)) { /* slot 1 is their number */
+        return NULL;
+    }
+    *count = master_take(head, 4u);
+    if (*count < RIG_RECORD_HEAD || *count > CAPTURE_SLOTS + RIG_RECORD_HEAD) {
+        master_fail(error, "a record of %u slots: accepted are %u to %u", (unsigned)*count, RIG_RECORD_HEAD,
+                    (unsigned)(CAPTURE_SLOTS + RIG_RECORD_HEAD));
+        return NULL;
+    }
+    uint8_t *data = malloc((size_t)4u * *count);
+    uint32_t *slots = malloc((size_t)4u * *count);
+    const bool good =
+        data != NULL && slots != NULL && master_read(master, MASTER_CAPTURE, 0u, data, 4u * *count, error);
+    for (uint32_t n = 0; good && n < *count; n++) {
+        slots[n] = master_take(data + (size_t)4u * n, 4u);
+    }
+    free(data);
+    if (!good) {
+        free(slots);
+        slots = NULL;
+    }
+    return slots;
 }
 
 bool master_faults(master_t *master, master_fault_t faults[MASTER_FAULTS_MAX], uint32_t *count,

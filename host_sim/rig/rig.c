@@ -281,8 +281,8 @@ bool rig_tap(rig_t *rig, const uint32_t *ids, uint32_t count, uint32_t every, ri
 bool rig_history_held(const rig_t *rig)
 {
     const drive_t *drive = &rig->state.app.drive;
-    return drive->state == (int32_t)DRIVE_FAULT && drive->capture.state == (uint32_t)CAPTURE_HELD &&
-           drive->capture.at == drive->fault.period;
+    return drive->state == (int32_t)DRIVE_FAULT && drive->record.on == 0u &&
+           drive->capture.state == (uint32_t)CAPTURE_HELD && drive->capture.at == drive->fault.period;
 }
 
 uint32_t rig_history_count(const rig_t *rig)

@@ -157,6 +157,52 @@ uint32_t rig_history_columns(const rig_t *rig);
 const uint32_t *rig_history_rows(const rig_t *rig);
 const uint32_t *rig_history(const rig_t *rig, uint32_t ago, uint32_t *period);
 
+/* The record for a replay, which the drive keeps instead if its parameter fault_record is replay
+ * (firmware/app/recording.h): as slots, the same as over the serial line.
+ * rig_record_count: how many; 0: none is held. rig_record: that many, which the caller provides.
+ * rig_record_head: what the first RIG_RECORD_HEAD of them contain. */
+#define RIG_RECORD_HEAD 20u
+typedef struct {
+    uint32_t format;
+    uint32_t slots;        /* [-] of all */
+    uint32_t version;      /* of the firmware: major << 16 | minor << 8 | patch */
+    uint32_t layout;       /* hash of the layout of its structs */
+    uint32_t rows;         /* [periods] recorded */
+    uint32_t newest;       /* [periods] the last of them, by the drive's count */
+    uint32_t at;           /* [periods] of the trigger */
+    int32_t reason;        /* [-] of the fault; 0: another trigger */
+    uint32_t fault_period; /* [periods] */
+    uint32_t carrier_ns;   /* [ns] period of the carrier */
+    char board[25];
+} rig_record_t;
+uint32_t rig_record_count(rig_t *rig);
+void rig_record(rig_t *rig, uint32_t *slots, uint32_t count);
+void rig_record_head(const uint32_t *slots, rig_record_t *record);
+
+/* The parameter with which a replay of these slots begins. false: no parameter, the secret line_key, or a
+ * record with which no replay of this program can begin. */
+bool rig_record_value(const uint32_t *slots, uint32_t count, const table_row_t *row, double *value);
+
+/* Runs the drive's two tasks on the samples of such a record, from the older of its snapshots on. The slots
+ * must stay. rig_replay_begin: false: the record is of another firmware or board, or damaged (see rig_error).
+ * rig_replay_step: one period in the place of rig_step; false: there are no more samples. The tap, the tables
+ * and the stop hook act as in a run; truth and plant have no meaning. */
+bool rig_replay_begin(rig_t *rig, const uint32_t *slots, uint32_t count);
+bool rig_replay_step(rig_t *rig);
+
+typedef struct {
+    uint32_t begin;        /* [periods] of the snapshot, by the drive's count */
+    uint32_t periods;      /* [periods] run */
+    uint32_t windows;      /* [windows] run: calls of the medium task */
+    uint32_t tunings;      /* [-] new tunings meanwhile */
+    uint32_t requests;     /* [-] requests changed meanwhile */
+    bool differs;          /* duties or gates were not those of the record */
+    uint32_t wrong;        /* [periods] the first of them */
+    int32_t reason;        /* [-] of the drive's last fault; 0: none */
+    uint32_t fault_period; /* [periods] */
+} rig_replayed_t;
+rig_replayed_t rig_replayed(const rig_t *rig);
+
 /* Connects the drive's serial line directly, without the chip's transmitter and receiver: octets need no time
  * on the line. Both functions return at once with the number of octets that they read or wrote; they are
  * called within rig_step. NULL: the chip's own line. The octets of this connection are not part of the rig's

@@ -13,8 +13,24 @@ typedef struct {
     const char *base; /* struct that holds the slot */
 } place_t;
 
+/* A replay under way (rig_replay.c). */
+typedef struct {
+    bool on;
+    const uint32_t *slots; /* of the record */
+    rig_record_t record;
+    uint32_t event;          /* [-] number of the next one */
+    drive_samples_t samples; /* of the coming interrupt */
+    bool due;                /* that interrupt has handed a window over */
+    uint32_t done;           /* [windows] drive_t.done and opens when the medium task is seen to be done */
+    int32_t opens;
+    uint32_t begin, periods, windows, tunings, requests;
+    bool differs;
+    uint32_t wrong;
+} rig_replay_t;
+
 struct rig {
     rig_state_t state;
+    rig_replay_t replay;
     chip_world_t world;
     /* onlookers; none of this changes what happens */
     size_t tap_offsets[RIG_TAP_MAX]; /* [octets] in the state */

@@ -118,6 +118,10 @@ void desk_drive_medium_took(drive_t *drive, uint32_t cycles)
 bool desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command)
 {
     rig_state_t *state = &bound->state;
+    if (bound->replay.on) {
+        bound->replay.due = drive_step(drive, &bound->replay.samples, command);
+        return false;
+    }
     drive_samples_t taken = *samples;
     end_medium(state);
     if (state->conditions.sensors != 0) {

@@ -131,8 +131,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "phase self-compensation: paper eq. (14) as printed, as corrected, or the lag of the sampled "         \
       "observer")                                                                                            \
     F(35, pll_bandwidth, "rad/s", 0.0f, 0.0f, 5000.0f, TABLE_LIVE,                                           \
-      "-3 dB bandwidth of the closed tracking loop; 0 together with feedforward_cutoff 0: four times the "   \
-      "cutoff of its rule")                                                                                  \
+      "-3 dB bandwidth of the closed tracking loop; 0, together with feedforward_cutoff = 0: by rule, four " \
+      "times the cutoff that the rule computes")                                                             \
     F(36, pll_damping, "-", 1.0f, 0.5f, 5.0f, TABLE_LIVE, "damping of the tracking loop")                    \
     F(37, feedforward_cutoff, "rad/s", 0.0f, 0.0f, 5000.0f, TABLE_LIVE,                                      \
       "omega_c of the speed feed-forward; 0: conventional PLL, or with pll_bandwidth 0 by rule from "        \
@@ -154,8 +154,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(45, estimate_speed_min, "rad/s", 3.0f, 0.0f, 10000.0f, TABLE_LIVE,                                     \
       "least mechanical speed of a valid estimate; 0: not judged")                                           \
     F(46, estimate_time, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                                 \
-      "an estimate is lost when the time for which a criterion fails exceeds the time for which it is met "  \
-      "by this value")                                                                                       \
+      "time for which a criterion must fail before the estimate counts as lost; time for which it is met "   \
+      "is subtracted")                                                                                       \
     F(47, doubtful_current, "A", 0.1f, 0.0f, 2.0f, TABLE_LIVE,                                               \
       "phase current below which a leg's dead-time loss is uncertain: zone and sensor error; 0: none")       \
     F(48, offset_trim, "A/V", 0.05f, 0.0f, 0.1f, TABLE_LIVE,                                                 \
@@ -166,7 +166,7 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(50, start_current, "A", 0.0f, 0.0f, DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                               \
       "length of the current vector of a start; 0: current_limit")                                           \
     F(51, start_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                               \
-      "mechanical acceleration of the start; 0: 15 % of the largest that start_current allows, but at "      \
+      "mechanical acceleration of the start; 0: 15 % of the acceleration that start_current allows, at "     \
       "least 0.3 s to handover_speed")                                                                       \
     F(52, handover_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
       "mechanical speed above which the control uses the estimated angle; 0: by rule, where the EMF "        \
@@ -200,8 +200,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "on: without encoder the drive learns J from steps of the speed reference; the torque feed-forward "   \
       "then excludes the load's current")                                                                    \
     E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
-      "estimated speed in the speed control: without the loop's proportional part, or with it, as in the "   \
-      "paper")                                                                                               \
+      "speed for the speed control; smooth: the estimate without the loop's proportional part; whole: with " \
+      "it, as in the paper")                                                                                 \
     E(65, lock_judged, "off|on", LOCK_JUDGED, TABLE_LIVE,                                                    \
       "on: the drive reports a lost rotor at once (unlocked), also if the criteria estimate_... are off, "   \
       "and catches it again; off: for the paper's loop, whose lag is larger than this check accepts")        \

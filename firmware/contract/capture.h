@@ -3,10 +3,12 @@
  * of the speed of the serial link.
  *
  * Each period is one row of the ring. The number of slots of a row is a multiple of four, which makes the
- * copy short. With few columns the ring is long: up to CAPTURE_PERIODS for up to eight columns. States: idle
- * no client has armed the capture: the default columns are stored until a fault armed       the columns of
- * the client are stored, and the capture waits for the trigger triggered   the periods after the trigger are
- * stored held        nothing more is stored, so that the ring can be read without a change
+ * copy short. With few columns the ring is long: up to CAPTURE_PERIODS for up to eight columns. States:
+ *
+ *     idle        no client has armed the capture: the default columns are stored until a fault
+ *     armed       the columns of the client are stored, and the capture waits for the trigger
+ *     triggered   the periods after the trigger are stored
+ *     held        nothing more is stored, so that the ring can be read without a change
  *
  * A fault always triggers, unless the ring is already held or waits for its last periods. */
 #ifndef CONTRACT_CAPTURE_H

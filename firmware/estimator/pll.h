@@ -21,6 +21,7 @@
  * the incremental gain from speed to w_emf (erratum 10). I compensates any constant error of w_emf in F.
  *
  * |e| is the amplitude of this sample without another filter, because a filter would make the speed lag.
+ *
  * Resolution: in the conventional loop the integrator contains the whole speed. It stops when ki T eps is
  * below half of the last digit of the speed, and eps may keep this value. It is 0.1 mrad for ki 1624 at 335
  * rad/s, in proportion to speed/(ki T). F stops in the same way before it reaches w_emf; the integrator then

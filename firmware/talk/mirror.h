@@ -1,6 +1,7 @@
 /* The two pages of the store (store.h) in a memory on a slow bus, with a copy in RAM, the mirror. At the
  * start the mirror is filled from the memory. Then the store reads, erases and programs only the mirror,
  * without waiting. mirror_step() makes the same changes in the memory, in the same order, in short steps.
+ *
  * After a loss of power the memory contains the old set or the new one, as with flash. The order ensures
  * this: a page is erased from its beginning; words are written in ascending groups that never cross a group
  * of the memory; the last word, which commits a record, is written alone; and every group is read back before

@@ -1,5 +1,6 @@
 /* ADC: simultaneous pairs ADCINAn and ADCINBn, once a carrier period, SPRU812 and data manual SPRS439
  * (simultaneous sampling timing).
+ *
  *   pair 0     as the last pair; dropped, because the first conversion after a pause may be wrong (SPRZ272)
  *
  *   pair 1     phase currents a and b, sampled exactly at t_k
@@ -12,7 +13,9 @@
  * down, starts the conversion by this time before counter zero. A carrier period is a whole number of ADCCLK
  * (board.h), so that ADCCLK keeps its phase to the carrier. The interrupt occurs at the end of the last pair,
  * with four pairs about 0.8 us after t_k. Current c, if it has a sensor, is sampled one pair after t_k, 0.28
- * us. Calibration: TI has stored two constants of each chip in its OTP. The boot ROM copies them, but not if
+ * us.
+ *
+ * Calibration: TI has stored two constants of each chip in its OTP. The boot ROM copies them, but not if
  * a debugger starts the program. Therefore this module copies them. ADCTRL1[RESET], which would undo this, is
  * never used. */
 #ifndef HAL_F28335_ADC_H

@@ -12,6 +12,7 @@
  * A new CMPA acts from counter zero on in both cases. The first module leads. Its sync pulse takes two cycles
  * to the other two; they load 2 counting up, so that all counters are equal. The leader also starts the ADC
  * (adc.h).
+ *
  * Trip zone: the fault line of the power module (TZ1 = GPIO12 ...), active low, switches off all six outputs
  * without a clock, until software enables them again. TZFRC does the same on command. The trip interrupt is
  * enabled only while the gates are on, because a forced trip is no event. In addition, clearing TZFLG[INT]

@@ -1,7 +1,8 @@
 /* Data of the matrix: faults, manoeuvres and promises of the drive. To change a promise, edit only this file;
- * `lagless matrix --cell FAULT/MANOEUVRE` shows the result. A cell whose promise the drive does not keep is
- * red, and is listed at the end of this file. A promise is reduced only if it is physically impossible to
- * keep; its row then contains the reason. */
+ * `lagless matrix --cell FAULT/MANOEUVRE` shows the result.
+ *
+ * A cell whose promise the drive does not keep is red, and is listed at the end of this file. A promise is
+ * reduced only if it is physically impossible to keep; its row then contains the reason. */
 #ifndef HOST_SIM_LAB_MATRIX_TABLE_H
 #define HOST_SIM_LAB_MATRIX_TABLE_H
 
@@ -17,7 +18,7 @@
 /* ---- faults ----
  *
  * F(NAME, "name", when, watch [s], lasts [s], what, "text")
- * when LATER: the fault occurs in the manoeuvre; FIRST: it exists from the beginning, before the bridge comes on
+ *   when   LATER: the fault occurs in the manoeuvre; FIRST: it exists from the beginning, before the bridge comes on
  *   watch  from the injection to the end; a cell ends 0.3 s after a fault is latched
  *   lasts  after this time the changes end; FOR_GOOD: permanent
  *   what   SET(row, value), TIMES(row, factor), ADD(row, step); NOTHING; WITH_CAPACITOR(row, value): before the change

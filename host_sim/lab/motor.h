@@ -15,6 +15,7 @@
  *   psi_f = Kt/(p 3 sqrt 3/pi)              per ampere through two phases, the mean of a block of 60 degrees:
  *                                           what makers of brushless DC motors print
  *   psi_f = (V/Hz)/(2 pi)                   peak of a phase per electrical hertz
+ *
  * Does not handle: saturation along the magnets, iron loss, an EMF that is not a sine. */
 #ifndef HOST_SIM_LAB_MOTOR_H
 #define HOST_SIM_LAB_MOTOR_H

@@ -111,7 +111,7 @@ void runner_result_free(runner_result_t *result);
 
 /* A complete run fails, whatever its limits are, if at its end
  *   - a fault is latched, or
- * - the bridge is commanded on and has been off for RUNNER_LASTING,
+ *   - the bridge is commanded on and has been off for RUNNER_LASTING,
  * unless an expectation names that end:
  *   - one of `fault_reason` (a fault) or `refusal` (a refusal) whose limits include the reason and exclude 0,
  *   - one of `state` whose limits include the state at the end and exclude operation_enabled,

@@ -1,14 +1,17 @@
 /* Computes the parameters of the drive for a motor. Each rule is in one place and has a reason. Warnings
- * report before a run what will not work on this board. current_limit        2 I_rated, limited by the board:
- * a start needs more current than the load overcurrent_trip     1.5 current_limit, at least 1.2 current_limit
- * plus the ripple dc_overvoltage       1.286 U_dc, dc_undervoltage 0.643 U_dc: the shares of the board
- *   overspeed_trip       1.4 omega_top, 0.5 rad a period at most; the drive hands over at 0.3 of it at most
- * start_current 0 (current_limit), or the continuous current of a leg of the board's module
- *   feedforward_cutoff   1.6 sqrt(p T/J), 50 rad/s at least; pll_bandwidth 4 times it        theory, 7
- * speed_ramp acceleration that the tracking loop follows with a wrong J, if the motor can do more
- *   position_source      sensorless; encoder for L_q above 1.2 L_d                            theory, 6
- *   omega_free           the rated speed, or the largest speed without load at this link
- *   omega_top            the rated speed, or less if link, current or sampling limit it
+ * report before a run what will not work on this board.
+ *
+ *     current_limit        2 I_rated, limited by the board: a start needs more current than the load
+ *     overcurrent_trip     1.5 current_limit, at least 1.2 current_limit plus the ripple
+ *     dc_overvoltage       1.286 U_dc, dc_undervoltage 0.643 U_dc: the shares of the board
+ *     overspeed_trip       1.4 omega_top, at most 0.5 rad a period; the hand-over is at most at 0.3 of it
+ *     start_current        0 (current_limit), or the continuous current of a leg of the board's module
+ *     feedforward_cutoff   1.6 sqrt(p T/J), at least 50 rad/s; pll_bandwidth is 4 times this    theory, 7
+ *     speed_ramp           acceleration that the tracking loop follows with a wrong J, if the motor can do
+ * more position_source      sensorless; encoder for L_q above 1.2 L_d                            theory, 6
+ *     omega_free           the rated speed, or the largest speed without load at this link
+ *     omega_top            the rated speed, or less if link, current or sampling limit it
+ *
  * Parameters that the drive computes by its own rules remain 0: observer, hand-over, ramp and damping of a
  * start, speed control. The firmware accepts the rows (params_check); a motor without accepted rows is an
  * error. */

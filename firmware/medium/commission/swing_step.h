@@ -11,6 +11,7 @@
  * Psi - L_q i, which lies on its d axis for every current, and L_d i is taken out on that axis alone.
  * The current is so small that it takes at most half of psi_f from the active flux; beyond psi_f it would
  * turn the rotor away.
+ *
  * The circle does not depend on the final angle of the rotor, which friction may keep away from the axis. The
  * resistance across the axis brakes the rotor. If the torque hardly accelerates the rotor for this reason,
  * the jumps are repeated with a larger resistance, which brakes less; J may remain unknown. The regression

@@ -6,6 +6,7 @@
  *     i_d               the requested one, and the larger of two: the remaining one of a hand-over, fading;
  *                       the one that keeps i_d + |i_q| at `low_current` at low speed, where the loss of a
  *                       leg without current is an unknown voltage (docs/theory.md, 23)
+ *
  * For a salient rotor, D = L_q - L_d above 0, i_d is negative. This increases the active flux psi_a = psi_f -
  * D i_d, and with it EMF and torque. i_d is that of most torque per ampere, or that of the low speed if this
  * is larger. The output of the speed control is the torque as a current with psi_f; i_q is this current times

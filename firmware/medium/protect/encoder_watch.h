@@ -11,6 +11,7 @@
  *     e turns at omega_emf - omega  wrong lines or pole pairs, lost lines, an encoder that does not turn
  *     omega_emf against omega       swapped phases or tracks: the encoder counts the other way round
  *     e = 0 at a speed              an encoder that turns without the rotor
+ *
  * The judgement is made at the end of each window. e is the value of the window if it is above the noise.
  * Otherwise e is the mean of the last two windows, in which only the noise of the two ends remains.
  *
@@ -19,6 +20,7 @@
  *                 and |e - psi_f omega| > psi_f omega_least   a smaller difference may be a voltage error
  *     direction   the same, and LP(omega + (e_last x e)/(|e_last||e| T_j)), the EMF's speed, is against omega
  *                 with at least half of its amount
+ *
  * A sign must last for at least three judgements, and until the integral of the wrong or missing EMF reaches
  * psi_f omega_least ENCODER_WATCH_TIME. A larger EMF reaches this sooner, because voltage errors have less
  * effect on it. A judgement without the sign halves the integral. The EMF is doubtful while a wire or a

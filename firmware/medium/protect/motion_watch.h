@@ -4,6 +4,7 @@
  * The load that explains the motion, in amperes of i_q, as in a disturbance observer,
  *
  *     i_L = LP(i_q) - (J/K_t) (omega - LP(omega))/tau          K_t = 1.5 p psi_f
+ *
  * LP are sampled low-passes with the time constant tau. The bracket divided by tau, or more exactly by the
  * delay of the low-pass, is LP(domega/dt). If i_L exceeds MOTION_LOAD_MOST of the current limit and the shaft
  * accelerates against a large current, there is no such load: the torque has the wrong sign, and the drive
@@ -11,15 +12,20 @@
  *
  *     runaway     |i_L| > 1.3 i_max,  i_L i_q > 0,  |i_q| > 0.6 i_max,  |omega| grows, against i_q,
  *                 for MOTION_RUNAWAY_TIME, and beyond its largest amount before by a tenth
+ *
  * An elastic shaft also accelerates against the current, but by less than this tenth, or the back-EMF
  * confirms the angle of the encoder meanwhile; the torque then has the commanded sign. A shaft that the
  * current has slowed down swings back to its previous speed. Therefore the stored largest speed decreases
- * with MOTION_SWING, half a period of 15 Hz, the lowest natural frequency that is expected. An impact on the
- * shaft is no runaway. The acceleration in i_L is limited to 2 (K_t/J) i_max and decreases to 0.3 (K_t/J)
- * i_max within 1.9 tau, while a runaway must last for at least 2.2 tau. tau = max(5 ms, 5 (J/K_t) n/i_max),
- * so that the noise n of the speed makes at most a fifth of i_max. Progress towards the reference: the
- * current is at its limit, and the speed has approached its reference by less than `progress` for this time:
- * stalled for stall_time, and the shaft is at standstill
+ * with MOTION_SWING, half a period of 15 Hz, the lowest natural frequency that is expected.
+ *
+ * An impact on the shaft is no runaway. The acceleration in i_L is limited to 2 (K_t/J) i_max and decreases
+ * to 0.3 (K_t/J) i_max within 1.9 tau, while a runaway must last for at least 2.2 tau. tau = max(5 ms, 5
+ * (J/K_t) n/i_max), so that the noise n of the speed makes at most a fifth of i_max.
+ *
+ * Progress towards the reference: the current is at its limit, and the speed has approached its reference by
+ * less than `progress` for this time:
+ *
+ *     stalled      for stall_time, and the shaft is at standstill
  *     speed error  for speed_error_time; or for MOTION_OVERRUN_TIME, while a load drives the shaft: it is
  *                  faster than the reference by a tenth, the current brakes at its limit, and the speed has
  *                  grown in this time by `progress`

@@ -10,8 +10,7 @@
  * - if stdout could not accept all output (full disk, closed stream), the exit code becomes 3;
  * - with --json among the arguments, an exit code of 2 or 3 without any output prints
  *
- *     {"error": {"exit_code": 2, "message": "...", "file": "a.toml", "line": 5, "column": 1, "name":
- * "inerta"}}
+ *     {"error": {"exit_code": 2, "message": "...", "file": "a.toml", "line": 5, "column": 1, "name": ".."}}
  *
  *   on stdout. `message` is the text of stderr; the other four are null if the error has no place in a file.
  *

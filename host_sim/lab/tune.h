@@ -7,8 +7,8 @@
  *     overspeed_trip       1.4 omega_top, at most 0.5 rad a period; the hand-over is at most at 0.3 of it
  *     start_current        0 (current_limit), or the continuous current of a leg of the board's module
  *     feedforward_cutoff   1.6 sqrt(p T/J), at least 50 rad/s; pll_bandwidth is 4 times this    theory, 7
- *     speed_ramp           acceleration that the tracking loop follows with a wrong J, if the motor can do
- * more position_source      sensorless; encoder for L_q above 1.2 L_d                            theory, 6
+ *     speed_ramp           what the tracking loop follows with a wrong J, if the motor can do more
+ *     position_source      sensorless; encoder for L_q above 1.2 L_d                            theory, 6
  *     omega_free           the rated speed, or the largest speed without load at this link
  *     omega_top            the rated speed, or less if link, current or sampling limit it
  *

@@ -200,8 +200,8 @@ typedef struct {
 } manoeuvres_input_t;
 
 /* Computes the coefficients; parameters that are 0 are replaced by their rules. For the background. */
-manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t *believed);
-reference_tuning_t reference_prepare(const params_t *params, const believed_t *believed);
+manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const assumed_t *assumed);
+reference_tuning_t reference_prepare(const params_t *params, const assumed_t *assumed);
 
 /* Takes these coefficients; off. */
 void manoeuvres_init(manoeuvres_t *m, const manoeuvres_tuning_t *tuning);

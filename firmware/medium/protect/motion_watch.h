@@ -105,7 +105,7 @@ typedef struct {
     float limit;       /* present limit of |i_q| [A] */
     float omega_m;     /* assumed speed of the shaft, mechanical [rad/s] */
     float omega_m_ref; /* [rad/s] */
-    bool believed;     /* the speed comes from a sensor: a runaway is judged ... */
+    bool measured;     /* the speed comes from a sensor: a runaway is judged ... */
     bool confirmed;    /* ... unless the back-EMF agrees with the angle of that sensor */
     bool asked;        /* a speed is requested, not a current */
 } motion_watch_input_t;

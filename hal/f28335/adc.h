@@ -23,7 +23,7 @@
 
 #include "hal/board.h"
 
-#define ADC_ACQ_PS            4u /* window of 5 ADCCLK = 200 ns; simultaneous mode asks for 160 ns or more */
+#define ADC_ACQ_PS            4u /* window of 5 ADCCLK = 200 ns; simultaneous mode needs 160 ns or more */
 #define ADC_CYCLES_HALF_CLOCK ((uint16_t)BOARD_ADC_PRESCALE) /* [SYSCLK cycles] half an ADCCLK */
 
 /* Start to hold of pair 1, in half ADCCLK: 5 to the window, the window, one pair. */

@@ -133,7 +133,7 @@
  * P(FAULT, manoeuvres, places, reactions, "reasons", within [s], current [A], rotor, "because")
  *   The last row that speaks of a cell counts: the rule first, exceptions below it.
  *   manoeuvres  AT(NAME), or sets of them; places ENCODER, SENSORLESS, BOTH, or one of MATRIX_ENCODER_H ...
- *   reactions   a set: any of them will do; NEVER: the cell cannot occur, `because` says why
+ *   reactions   a set: any of them will do; NEVER: the cell cannot occur, `because` has the reason
  *   reasons     any of these; none for RIDES and CATCHES
  *   within      SOON: 20 ms or a third of a turn of the currents; AT_ONCE; or a time; ANY_TIME
  *   rotor       a set; OUT: gates off, it coasts or stands */

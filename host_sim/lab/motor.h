@@ -3,7 +3,7 @@
  *   title = "Teknic M-2310P-LN-04K"     # one line
  *   source = "..."                      # where the numbers are from
  *   pole_pairs = 4
- *   resistance_line = "0.72 ohm"        # the name of each key says what the number means: MOTOR_KEYS
+ *   resistance_line = "0.72 ohm"        # the name of each key defines the meaning of the number: MOTOR_KEYS
  *
  * Keys of one quantity exclude each other (`resistance` and `resistance_line`), except for those of the flux
  * linkage: the first of the list is used, and a contradiction of another one is reported with both

@@ -132,7 +132,7 @@ typedef struct {
     bool to_the_end;        /* `to` was not given */
     bool measure;           /* of [[measure]]: no limits, nothing can fail */
     bool needs_drive;       /* it fails if the drive was commanded on and never came on */
-    bool needs_none;        /* the file says needs_drive = "no": a drive that is never on is expected */
+    bool needs_none;        /* the file has needs_drive = "no": a drive that is never on is expected */
     uint32_t begin, end;    /* [periods] begin <= k < end */
     double at_least;        /* [unit of the row]; -INFINITY: no limit */
     double at_most;         /* [unit of the row]; INFINITY: no limit */

@@ -7,7 +7,7 @@
  * locale.
  *
  * A speed in r/min is a mechanical one, and so is an acceleration in r/min/s: those spellings hold only for
- * rows whose text says "mechanical", and Hz only for the others (a filter, an electrical speed), where it
+ * rows whose text contains "mechanical", and Hz only for the others (a filter, an electrical speed), where it
  * means 2 pi rad/s.
  *
  * Spellings of data sheets, as a PDF gives them: both characters for micro, the middle dot, N.m and kg-cm2,

@@ -136,7 +136,7 @@ plant_params_t plant_params_default(void);
 /* true if every value is in its range, whole where it counts something, and the cross-rules hold (a passive
  * load is not negative; break-away is 0 or no less than dry friction; no switch is open and shorted at once;
  * a lost supply leaves a capacitor; flux_linkage is that of a flux map, within 1 %; an elastic shaft is no
- * faster than PLANT_SHAFT_FASTEST). Otherwise false and *why says what is wrong; why may be NULL. Not a
+ * faster than PLANT_SHAFT_FASTEST). Otherwise false and *why has the message; why may be NULL. Not a
  * number is out of range. */
 bool plant_params_check(const plant_params_t *params, plant_params_error_t *why);
 

@@ -128,7 +128,7 @@ void run_calm(run_t *run, bool whole);
  * reference starts from the speed. */
 void run_enter(run_t *run, dq_t current, float omega_m);
 
-/* The next speed reference on its way to the requested one [rad/s]. */
+/* The next speed reference of the ramp to the requested one [rad/s]. */
 static inline float run_reference(const run_t *run, float wanted, float ramp)
 {
     return ramp > 0.0f ? run->omega_m_ref + bounds_clamp(wanted - run->omega_m_ref, ramp) : wanted;

@@ -122,7 +122,7 @@ typedef struct {
     uint32_t count;      /* judgements with the sign [-] */
     uint32_t windows;    /* since a rest [-], up to the number that a judgement needs */
     uint32_t waited;     /* postponed judgements [-]; each one without the sign halves them */
-    ab_t off;            /* EMF less the rotor's, mean of the wrong windows in a row [V] */
+    ab_t off;            /* EMF less the rotor's, mean of the wrong windows in succession [V] */
     ab_t axis;           /* the same when it first lay along the axis of a phase [V] */
     uint32_t wrong;      /* windows in this mean, at most [-] */
     uint32_t along;      /* windows for which it has stayed on one axis, less those beside it [-] */

@@ -30,8 +30,8 @@
 
 /* ---- The board file ---- */
 
-/* LAGLESS_ANY_BOARD: a source of the desk that is compiled once for all boards. It has the words above only:
- * a number of a board does not compile there. */
+/* LAGLESS_ANY_BOARD: a source of the simulation that is compiled once for all boards. It has only the words
+ * above: a number of a board does not compile there. */
 #if !defined(LAGLESS_ANY_BOARD)
 #if defined(LAGLESS_BOARD_FILE)
 #include LAGLESS_BOARD_FILE
@@ -140,8 +140,8 @@
 
 /* ---- Line 3: carrier ---- */
 
-/* Counts of half a carrier period: the next to what was asked for with which a whole period is a whole number
- * of ADC clocks, so that the ADC samples at the same count in every period. */
+/* Counts of half a carrier period: the nearest to the requested carrier for which a whole period is a whole
+ * number of ADC clocks, so that the ADC samples at the same count in every period. */
 #define BOARD_PERIOD_COUNT                                                                                   \
     (BOARD_ADC_PRESCALE * ((BOARD_SYSCLK_HZ + BOARD_ADC_PRESCALE * BOARD_CARRIER_HZ) /                       \
                            (2 * BOARD_ADC_PRESCALE * BOARD_CARRIER_HZ)))
@@ -154,8 +154,8 @@
     (BOARD_LEG_A < BOARD_LEG_B ? (BOARD_LEG_A < BOARD_LEG_C ? BOARD_LEG_A : BOARD_LEG_C)                     \
                                : (BOARD_LEG_B < BOARD_LEG_C ? BOARD_LEG_B : BOARD_LEG_C))
 
-/* Level of a gate pin that turns its switch on: the board file says it, or, where the stage in front of the
- * module is the user's, the build: -DLAGLESS_GATES=active_high or active_low. */
+/* Level of a gate pin that turns its switch on: the board file defines it, or the build if the stage in front
+ * of the module is the user's: -DLAGLESS_GATES=active_high or active_low. */
 #if defined(BOARD_GATE_ACTIVE_HIGH) && defined(HAL_GATE_ACTIVE_HIGH)
 #if BOARD_GATE_ACTIVE_HIGH != HAL_GATE_ACTIVE_HIGH
 #error "docs/board.md, line 5: LAGLESS_GATES contradicts BOARD_GATE_ACTIVE_HIGH of the board file"
@@ -182,7 +182,7 @@
 
 #define BOARD_CURRENT_SENSORS (BOARD_CURRENT_C_INPUT == BOARD_NONE ? 2 : 3)
 
-/* Of the ADC: 0 to 3 V are 4096 codes; a code stands for the middle of its step. */
+/* Of the ADC: 0 to 3 V are 4096 codes; a code means the middle of its step. */
 #define BOARD_ADC_FULL  4096
 #define BOARD_HALF_CODE 0.5f
 #define BOARD_PIN_MV    3000.0f
@@ -210,7 +210,7 @@
 #define BOARD_DC_AT_3V    (BOARD_VOLTS(BOARD_DC_STEP_MV) * BOARD_PIN_MV / (float)BOARD_DC_PIN_MV) /* [V] */
 #define BOARD_DC_PER_CODE (BOARD_DC_AT_3V / (float)BOARD_ADC_FULL)                                /* [V] */
 
-/* For the desk, whose plant has both temperatures whether or not somebody looks: any line does. */
+/* For the simulation, whose plant always has both temperatures: any law is sufficient. */
 #if !defined(BOARD_SINK_AT_0V)
 #define BOARD_SINK_AT_0V (-50)
 #define BOARD_SINK_AT_3V 150
@@ -220,8 +220,8 @@
 #define BOARD_MOTOR_AT_3V 150
 #endif
 
-/* A trip above the end of its sensor's scale would never come; 2 % of it are left to the sensor. Hottest that
- * may be asked for [degC]: the smaller of this end and what switches and windings stand anyway. */
+/* A trip above the end of its sensor's scale would never come; 2 % of it are left to the sensor. Largest
+ * accepted temperature limit [degC]: the smaller of this end and the limit of switches and windings. */
 #define BOARD_HOTTER(x, y) ((x) > (y) ? (x) : (y))
 #define BOARD_COLDER(x, y) ((x) < (y) ? (x) : (y))
 #define BOARD_HOT_END(at_0v, at_3v)                                                                          \

@@ -29,8 +29,8 @@ typedef struct {
     drive_t drive;
     params_t staged;      /* clients write single values into it; app_apply makes it the active set */
     params_t active;      /* the set in use, or the one that the drive takes over at the end of its window */
-    believed_t believed;  /* assumed values of motor and inverter with which the newest tuning was made */
-    uint32_t believed_at; /* [periods] time of the drive when `believed` was made */
+    assumed_t assumed;    /* assumed values of motor and inverter with which the newest tuning was made */
+    uint32_t assumed_at;  /* [periods] time of the drive when `assumed` was made */
     int32_t board_status; /* [-] hal_status_t of the board's start */
     app_seen_t seen;      /* at the last copy */
     uint32_t task;        /* [-] number of the next task in the background list */

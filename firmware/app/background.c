@@ -23,7 +23,7 @@ void app_start(void)
     services_defaults(&app->services);
     const bool trusted = parameters_start();
     app->active = app->staged;
-    app->believed = params_believed(&app->active);
+    app->assumed = params_configured(&app->active);
     self_watch_accept(&app->watch, &app->active);
     drive_init(&app->drive, &app->active);
     capturing_start();
@@ -69,16 +69,16 @@ static void look(void)
 
 /* Computes the tuning of a set with the assumed values and offers it: the only function that writes it. An
  * earlier tuning that has not been taken over yet is withdrawn. */
-static void tune(const params_t *params, const believed_t *believed)
+static void tune(const params_t *params, const assumed_t *assumed)
 {
-    app->believed = *believed;
-    app->believed_at = app->seen.period;
+    app->assumed = *assumed;
+    app->assumed_at = app->seen.period;
     hal_interrupts_off();
     recording_event(RECORDING_WITHDRAWN, 0u);
     drive_withdraw(&app->drive); /* from here on the interrupt ignores the offer */
     hal_interrupts_on();
-    recording_offer(params, believed);
-    drive_prepare(drive_idle_tuning(&app->drive), params, believed);
+    recording_offer(params, assumed);
+    drive_prepare(drive_idle_tuning(&app->drive), params, assumed);
 }
 
 /* The tuning is complete: the interrupt takes it over. With interrupts off. */
@@ -89,18 +89,18 @@ static void offer(void)
 }
 
 /* The assumed values for a set: the learnt ones, or the set's own if it cannot run with the learnt ones. */
-static believed_t belief(const params_t *params)
+static assumed_t assumption(const params_t *params)
 {
-    const believed_t learnt = drive_believed(params, &app->seen.learnt);
-    return drive_may_believe(params, &learnt) ? learnt : params_believed(params);
+    const assumed_t learnt = drive_assumed(params, &app->seen.learnt);
+    return drive_may_assume(params, &learnt) ? learnt : params_configured(params);
 }
 
 /* Makes a tuning from the learnt values if they have changed enough, and not too often. */
 static void learn(void)
 {
-    const believed_t next = drive_believed(&app->active, &app->seen.learnt);
-    if (app->seen.period - app->believed_at >= LEARN_PERIODS && believed_moved(&app->believed, &next) &&
-        drive_may_believe(&app->active, &next)) {
+    const assumed_t next = drive_assumed(&app->active, &app->seen.learnt);
+    if (app->seen.period - app->assumed_at >= LEARN_PERIODS && assumed_moved(&app->assumed, &next) &&
+        drive_may_assume(&app->active, &next)) {
         tune(&app->active, &next);
         hal_interrupts_off();
         offer();
@@ -158,8 +158,8 @@ bool app_apply(params_error_t *why)
     const uint16_t dead_band = dead_band_of(next);
     const uint32_t encoder_max = encoder_max_of(next);
 
-    const believed_t believed = belief(next);
-    tune(next, &believed);
+    const assumed_t assumed = assumption(next);
+    tune(next, &assumed);
     hal_interrupts_off();
     const bool bridge_on = drive_bridge_on(&app->drive);
     const bool taken = live || !bridge_on;
@@ -179,7 +179,7 @@ bool app_apply(params_error_t *why)
             capturing_restart();
         }
     } else {
-        const believed_t before = belief(&app->active);
+        const assumed_t before = assumption(&app->active);
         tune(&app->active, &before); /* offers the active set again: an earlier offer may be withdrawn */
         hal_interrupts_off();
         offer();

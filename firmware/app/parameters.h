@@ -41,7 +41,7 @@ typedef enum {
 
 /* At the start, before hal_init: loads the stored set into app->staged, or the defaults. false: the stored
  * data cannot be trusted, or its values break a rule; then app->staged has the defaults. A memory that does
- * not answer gives the defaults as well, with store_error, and true: nothing says that a set was there. */
+ * not answer gives the defaults as well, with store_error, and true: nothing shows that there was a set. */
 bool parameters_start(void);
 
 /* From the background: loads the stored set into app->staged, to be applied; the defaults if none is stored.

@@ -140,8 +140,8 @@ void drive_init(drive_t *drive, const params_t *params)
     params_error_t why;
     CHECK(params_check(params, &why));
     memset(drive, 0, sizeof *drive);
-    const believed_t believed = params_believed(params);
-    drive_prepare(&drive->tunings[0], params, &believed);
+    const assumed_t assumed = params_configured(params);
+    drive_prepare(&drive->tunings[0], params, &assumed);
     start(drive);
     requests_defaults(&drive->requests);
     capture_tuning_t history;

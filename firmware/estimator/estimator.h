@@ -5,9 +5,9 @@
  *
  * The compensation acts on the EMF, not on the tracked angle: the input of the PLL is the EMF at t_k in angle
  * and length, so its angle is that of the rotor and its amplitude psi_f |omega_e|. The lag is computed for
- * the whole frequency of the loop in the last period. With the speed of the integrator alone, a loop that
- * lags by a/ki would also lag by the lag of its missing kp a/ki. As the frequency is fed back, kp and ki act
- * as if divided by 1 - kp times the lag per speed (1 % at a bandwidth of 200 rad/s).
+ * the whole frequency of the loop in the last period. The speed of the integrator alone is too small by kp
+ * a/ki while the loop has the error a/ki, and would add the lag of this difference. As the frequency is fed
+ * back, kp and ki act as if divided by 1 - kp times the lag per speed (1 % at a bandwidth of 200 rad/s).
  *
  * With LAG_EXACT the EMF filter (11) acts in the frame of the loop (pll.h), with the paper's modes in the
  * stationary frame (smo.h).

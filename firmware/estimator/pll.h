@@ -17,14 +17,14 @@
  *
  * For small errors the loop is type III with Phi_1 = (22), error function (23) (erratum 7: the denominator of
  * (21) is s^3); without feed-forward it is the type-II loop (19). With a constant electrical acceleration a
- * [rad/s^2] the angle lags by asin(a/ki) without and by (1 - gamma) a/ki with feed-forward, gamma being the
- * incremental gain from speed to w_emf (erratum 10); I compensates any constant error of w_emf in F.
+ * [rad/s^2] the angle lags by asin(a/ki) without and by (1 - gamma) a/ki with feed-forward, where gamma is
+ * the incremental gain from speed to w_emf (erratum 10). I compensates any constant error of w_emf in F.
  *
  * |e| is the amplitude of this sample without another filter, because a filter would make the speed lag.
  *
- * Resolution: where the integrator contains the whole speed (conventional), it stops when ki T eps is below
- * half of the last digit of the speed, and eps may stay at this value: 0.1 mrad for ki 1624 at 335 rad/s, in
- * proportion to speed/(ki T). F stops in the same way before it reaches w_emf, and the integrator then
+ * Resolution: in the conventional loop the integrator contains the whole speed. It stops when ki T eps is
+ * below half of the last digit of the speed, and eps may keep this value. It is 0.1 mrad for ki 1624 at 335
+ * rad/s, in proportion to speed/(ki T). F stops in the same way before it reaches w_emf; the integrator then
  * compensates the difference without an angle error.
  *
  * Does not handle: a lag or an attenuation of the EMF (estimator/lag.h, speed_per_volt); the search for the

@@ -79,7 +79,7 @@ static uint32_t watch_shaft(medium_t *medium, const window_t *window, const requ
         .limit = run_room(&m->run),
         .omega_m = window->omega_m,
         .omega_m_ref = window->omega_m_ref,
-        .believed = m->sensorless == 0u,
+        .measured = m->sensorless == 0u,
         .confirmed = medium->encoder_watch.confirmed != 0u,
         .asked = requests->mode == (int32_t)MODE_SPEED || medium->sequence.state == (int32_t)DRIVE_QUICK_STOP,
     };

@@ -81,8 +81,8 @@ static int32_t estimator_blames(const params_t *params, param_t *param, params_e
         {"speed_max", PARAM_overspeed_trip},
     };
     estimator_params_t estimator;
-    const believed_t believed = params_believed(params);
-    params_estimator(params, &believed, &estimator);
+    const assumed_t assumed = params_configured(params);
+    params_estimator(params, &assumed, &estimator);
     if (chosen_params_check(&estimator, why)) {
         return 0;
     }
@@ -179,10 +179,10 @@ static float thumb(const params_t *params, param_t param)
         param != PARAM_estimate_current_max) {
         return 0.0f;
     }
-    const believed_t believed = params_believed(params);
+    const assumed_t assumed = params_configured(params);
     params_t by_rule = *params;
     table_set(row_of(param), &by_rule, 0.0f);
-    const observer_rows_t observer = params_observer(&by_rule, &believed);
+    const observer_rows_t observer = params_observer(&by_rule, &assumed);
     return param == PARAM_observer_gain    ? observer.gain
            : param == PARAM_observer_slope ? observer.slope
                                            : observer.current_max;

@@ -35,30 +35,30 @@ static float within(float value, float least, float most)
 /* Share of the EMF at the encoder's speed that is fed forward [-]: all of it, except for a rotor so light
  * that an assumed flux which is too large by EMF_WRONG would make the current accelerate it without a torque
  * reference (docs/theory.md, 15). */
-static float known_emf(const params_t *params, const believed_t *believed)
+static float known_emf(const params_t *params, const assumed_t *assumed)
 {
-    const float flux = (float)params->motor_pole_pairs * believed->flux_linkage;
-    const float holds = params->current_bandwidth * believed->resistance * believed->inertia;
+    const float flux = (float)params->motor_pole_pairs * assumed->flux_linkage;
+    const float holds = params->current_bandwidth * assumed->resistance * assumed->inertia;
     const float drives = 1.5f * flux * flux;
     return within((1.0f + EMF_HELD * EMF_WRONG * EMF_WRONG * holds / drives) / EMF_WRONG, 1.0f / EMF_WRONG,
                   1.0f);
 }
 
 /* Largest growth of a torque per window, as a current of psi_f [A]. */
-static float torque_slew(const params_t *params, const believed_t *believed)
+static float torque_slew(const params_t *params, const assumed_t *assumed)
 {
-    const float by_rule = params_salient(believed) ? SALIENT_SLEW : 0.0f;
+    const float by_rule = params_salient(assumed) ? SALIENT_SLEW : 0.0f;
     const float time = params->torque_slew > 0.0f ? params->torque_slew : by_rule;
-    const float most = params_torque_most(params, believed) /
-                       (1.5f * (float)params->motor_pole_pairs * believed->flux_linkage);
+    const float most = params_torque_most(params, assumed) /
+                       (1.5f * (float)params->motor_pole_pairs * assumed->flux_linkage);
     return time > 0.0f ? most * DRIVE_WINDOW_PERIOD / time : 0.0f;
 }
 
-static run_tuning_t prepare_run(const params_t *params, const believed_t *believed, float handover_speed)
+static run_tuning_t prepare_run(const params_t *params, const assumed_t *assumed, float handover_speed)
 {
-    const float fast = params_loop(params, believed).speed;
+    const float fast = params_loop(params, assumed).speed;
     const float per_ampere =
-        1.5f * (float)params->motor_pole_pairs * believed->flux_linkage / believed->inertia;
+        1.5f * (float)params->motor_pole_pairs * assumed->flux_linkage / assumed->inertia;
     const float kp = params->speed_kp > 0.0f ? params->speed_kp : fast / per_ampere;
     const speed_control_params_t speed = {
         .kp = kp,
@@ -67,8 +67,8 @@ static run_tuning_t prepare_run(const params_t *params, const believed_t *believ
         .current_limit = params->current_limit,
         .period = DRIVE_WINDOW_PERIOD,
     };
-    const weakening_params_t weakening = params_weakening(params, believed);
-    const saturation_params_t saturation = params_saturation(params, believed);
+    const weakening_params_t weakening = params_weakening(params, assumed);
+    const saturation_params_t saturation = params_saturation(params, assumed);
     return (run_tuning_t){
         .speed = speed_control_prepare(&speed),
         .ramp = params->speed_ramp * DRIVE_WINDOW_PERIOD,
@@ -77,27 +77,27 @@ static run_tuning_t prepare_run(const params_t *params, const believed_t *believ
         .low_inverse = LOW_CURRENT_LOSS / handover_speed,
         .low_share = lowpass_share(LOW_CURRENT_CUTOFF, DRIVE_WINDOW_PERIOD),
         .fade = exponential(-DRIVE_WINDOW_PERIOD / FADE_TIME),
-        .saliency = params_salient(believed)
-                        ? (believed->inductance_q - believed->inductance_d) / believed->flux_linkage
+        .saliency = params_salient(assumed)
+                        ? (assumed->inductance_q - assumed->inductance_d) / assumed->flux_linkage
                         : 0.0f,
         .saturation = saturation_prepare(&saturation),
         .mtpa = params->mtpa == (int32_t)MTPA_ON,
-        .per_torque = 1.0f / (1.5f * (float)params->motor_pole_pairs * believed->flux_linkage),
-        .slew = torque_slew(params, believed),
+        .per_torque = 1.0f / (1.5f * (float)params->motor_pole_pairs * assumed->flux_linkage),
+        .slew = torque_slew(params, assumed),
         .weakening = weakening_prepare(&weakening),
     };
 }
 
-static forced_params_t forced_of(const params_t *params, const believed_t *believed,
+static forced_params_t forced_of(const params_t *params, const assumed_t *assumed,
                                  const start_params_t *start)
 {
     return (forced_params_t){
-        .resistance = believed->resistance,
-        .inductance = believed->inductance_q,
-        .saliency = params_salient(believed) ? believed->inductance_q - believed->inductance_d : 0.0f,
-        .flux_linkage = believed->flux_linkage,
+        .resistance = assumed->resistance,
+        .inductance = assumed->inductance_q,
+        .saliency = params_salient(assumed) ? assumed->inductance_q - assumed->inductance_d : 0.0f,
+        .flux_linkage = assumed->flux_linkage,
         .pole_pairs = (float)params->motor_pole_pairs,
-        .inertia = believed->inertia,
+        .inertia = assumed->inertia,
         .dead_voltage = start->dead_voltage,
         .current = start->current,
         .current_max = params->current_limit,
@@ -109,30 +109,30 @@ static forced_params_t forced_of(const params_t *params, const believed_t *belie
 /* Longest EMF beside which the voltage of the inverter can hold a caught rotor, over U_dc/sqrt3 [-]: that of
  * the speed at which the voltage that weakens the field needs CATCH_WEAKENS of current_limit along -d;
  * without weakening 1. The rest of the current is for the first periods of a catch (docs/theory.md, 23). */
-static float catch_reach(const params_t *params, const believed_t *believed)
+static float catch_reach(const params_t *params, const assumed_t *assumed)
 {
-    const weakening_params_t weakening = params_weakening(params, believed);
+    const weakening_params_t weakening = params_weakening(params, assumed);
     const float weakened = CATCH_WEAKENS * weakening.current_max * weakening.inductance_d;
     const float left = within(1.0f - weakened / weakening.flux_linkage, 1.0f / CATCH_REACH_MOST, 1.0f);
     return within(weakening.use / (FRAMES_ONE_OVER_SQRT_3 * left), 1.0f, CATCH_REACH_MOST);
 }
 
-reference_tuning_t reference_prepare(const params_t *params, const believed_t *believed)
+reference_tuning_t reference_prepare(const params_t *params, const assumed_t *assumed)
 {
-    const start_params_t start = params_start(params, believed);
-    const forced_params_t forced = forced_of(params, believed, &start);
-    const catch_params_t catching = {believed->flux_linkage,
+    const start_params_t start = params_start(params, assumed);
+    const forced_params_t forced = forced_of(params, assumed, &start);
+    const catch_params_t catching = {assumed->flux_linkage,
                                      (float)params->motor_pole_pairs * start.catch_speed,
                                      params->doubtful_current,
                                      params->low_speed_current,
-                                     params_salient(believed),
-                                     catch_reach(params, believed),
+                                     params_salient(assumed),
+                                     catch_reach(params, assumed),
                                      DRIVE_PERIOD};
     return (reference_tuning_t){
         .forced = forced_prepare(&forced),
         .catching = catch_prepare(&catching),
-        .flux_linkage = known_emf(params, believed) * believed->flux_linkage,
-        .saliency = believed->inductance_q - believed->inductance_d,
+        .flux_linkage = known_emf(params, assumed) * assumed->flux_linkage,
+        .saliency = assumed->inductance_q - assumed->inductance_d,
         .pole_pairs_inverse = 1.0f / (float)params->motor_pole_pairs,
         .periods = (float)DRIVE_WINDOW,
         .per_period = 1.0f / (float)DRIVE_WINDOW,
@@ -140,33 +140,33 @@ reference_tuning_t reference_prepare(const params_t *params, const believed_t *b
 }
 
 /* Coefficients of the modules of the manoeuvres. */
-static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, const believed_t *believed,
+static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, const assumed_t *assumed,
                           const start_params_t *start)
 {
-    const float psi_f = believed->flux_linkage;
+    const float psi_f = assumed->flux_linkage;
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const handover_params_t handover = {start->current, params_salient(believed), DRIVE_WINDOW_PERIOD};
+    const handover_params_t handover = {start->current, params_salient(assumed), DRIVE_WINDOW_PERIOD};
     const lock_params_t lock = {psi_f, pole_pairs * start->fallback_speed,
                                 SLOW_ASKED * pole_pairs * start->fallback_speed, DRIVE_WINDOW_PERIOD};
     tuning->handover = handover_prepare(&handover);
     tuning->lock = lock_prepare(&lock);
     tuning->proof = proof_prepare(DRIVE_WINDOW_PERIOD);
-    tuning->run = prepare_run(params, believed, pole_pairs * start->handover_speed);
+    tuning->run = prepare_run(params, assumed, pole_pairs * start->handover_speed);
 }
 
-manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t *believed)
+manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const assumed_t *assumed)
 {
-    const start_params_t start = params_start(params, believed);
+    const start_params_t start = params_start(params, assumed);
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const forced_params_t forced = forced_of(params, believed, &start);
+    const forced_params_t forced = forced_of(params, assumed, &start);
     const float natural = forced_natural(&forced);
     const float align = params->start_align_time > 0.0f
                             ? params->start_align_time
                             : within(ALIGN_NATURAL / natural, ALIGN_TIME_MIN, ALIGN_TIME_MAX);
     const float slowly = 2.0f * ANGLE_PI / align;
     const float fallback_speed = pole_pairs * start.fallback_speed;
-    const float torque = 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
-    const float passing = FALLBACK_MARGIN * 2.0f * start.fallback_speed * believed->inertia / torque;
+    const float torque = 1.5f * pole_pairs * assumed->flux_linkage * params->current_limit;
+    const float passing = FALLBACK_MARGIN * 2.0f * start.fallback_speed * assumed->inertia / torque;
     const bool gentler = params->speed_ramp > 0.0f && params->speed_ramp < start.ramp;
 
     manoeuvres_tuning_t tuning;
@@ -176,16 +176,16 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .pole_pairs_inverse = 1.0f / pole_pairs,
         .handover_speed = pole_pairs * start.handover_speed,
         .fallback_speed = fallback_speed,
-        .flux_linkage = believed->flux_linkage,
-        .speed_per_volt = 1.0f / believed->flux_linkage,
+        .flux_linkage = assumed->flux_linkage,
+        .speed_per_volt = 1.0f / assumed->flux_linkage,
         .ramp = pole_pairs * (gentler ? params->speed_ramp : start.ramp) * DRIVE_WINDOW_PERIOD,
         .ease_share = lowpass_share(FORCED_EASE_CUTOFF, DRIVE_WINDOW_PERIOD),
         .current_start = start.current,
         .current_inverse = 1.0f / start.current,
         .current_rise = start.current * DRIVE_WINDOW_PERIOD / RISE_TIME,
         .current_retry = start.current_most,
-        .current_caught = catch_current_along(params->doubtful_current, params->low_speed_current,
-                                              params_salient(believed)),
+        .current_caught =
+            catch_current_along(params->doubtful_current, params->low_speed_current, params_salient(assumed)),
         .doubtful = params->doubtful_current < DOUBT_SHARE * start.current ? params->doubtful_current : 0.0f,
         .align_speed = slowly < fallback_speed ? slowly : fallback_speed,
         .swing_square = SWING_SPEED * SWING_SPEED * natural * natural / start.current,
@@ -194,10 +194,10 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t 
         .start_tries = (uint32_t)params->start_tries,
         .smooth = params->speed_feedback == (int32_t)SPEED_SMOOTH,
         .slow_loop =
-            params->position_source == (int32_t)POSITION_SENSORLESS && params_loop(params, believed).slow,
+            params->position_source == (int32_t)POSITION_SENSORLESS && params_loop(params, assumed).slow,
         .judging = params->lock_judged == (int32_t)LOCK_JUDGED,
         .encoder_fault = params->encoder_fault_reaction,
     };
-    prepare_rooms(&tuning, params, believed, &start);
+    prepare_rooms(&tuning, params, assumed, &start);
     return tuning;
 }

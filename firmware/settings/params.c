@@ -44,24 +44,24 @@ float params_duty_max(const params_t *params)
 #define SATURATION_AT  0.8f  /* [-] of current_limit: i_q at which the constant L_q is that of the table */
 #define SATURATION_END 1.25f /* [-] of current_limit: end of the table */
 
-saturation_params_t params_saturation(const params_t *params, const believed_t *believed)
+saturation_params_t params_saturation(const params_t *params, const assumed_t *assumed)
 {
     if (params->motor_saturation_current == 0.0f) {
         return (saturation_params_t){.current = 0.0f};
     }
     return (saturation_params_t){
-        .inductance = believed->inductance_q,
-        .bend = believed->bend,
+        .inductance = assumed->inductance_q,
+        .bend = assumed->bend,
         .current = params->motor_saturation_current,
         .current_max = SATURATION_END * params->current_limit,
     };
 }
 
-believed_t params_believed(const params_t *params)
+assumed_t params_configured(const params_t *params)
 {
     const saturation_params_t law = {.current = params->motor_saturation_current};
     const float share = saturation_share(&law, SATURATION_AT * params->current_limit);
-    return (believed_t){
+    return (assumed_t){
         .resistance = params->motor_resistance + params->device_resistance,
         .inductance_d = params->motor_inductance_d,
         .inductance_q = share * params->motor_inductance_q,
@@ -94,11 +94,11 @@ static float salient_cutoff(float bandwidth, float omega_max)
 }
 
 /* Cutoff of the feed-forward for half of this torque at current_limit [N m], at most LOOP_MOST [rad/s]. */
-static float loop_cutoff(const params_t *params, const believed_t *believed, float torque)
+static float loop_cutoff(const params_t *params, const assumed_t *assumed, float torque)
 {
     const float half = LOOP_TORQUE * torque;
     const float square =
-        LOOP_CUTOFF * LOOP_CUTOFF * (float)params->motor_pole_pairs * half / believed->inertia;
+        LOOP_CUTOFF * LOOP_CUTOFF * (float)params->motor_pole_pairs * half / assumed->inertia;
     const float cutoff = square * inverse_root(square);
     const float most = LOOP_MOST / DRIVE_PERIOD;
     return cutoff < most ? cutoff : most;
@@ -112,14 +112,14 @@ static float at_least(float cutoff)
 /* The loop of a salient rotor is designed for all of its torque, that of the reluctance among it, because a
  * load step of it moves the rotor as much, and in a weakened field an angle error does (docs/theory.md, 30).
  * The speed control keeps to the torque of the magnets. */
-loop_params_t params_loop(const params_t *params, const believed_t *believed)
+loop_params_t params_loop(const params_t *params, const assumed_t *assumed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const float magnets = 1.5f * pole_pairs * believed->flux_linkage * params->current_limit;
-    const bool salient = params_salient(believed);
-    const float by_magnets = loop_cutoff(params, believed, magnets);
+    const float magnets = 1.5f * pole_pairs * assumed->flux_linkage * params->current_limit;
+    const bool salient = params_salient(assumed);
+    const float by_magnets = loop_cutoff(params, assumed, magnets);
     const float within =
-        salient ? loop_cutoff(params, believed, params_torque_most(params, believed)) : by_magnets;
+        salient ? loop_cutoff(params, assumed, params_torque_most(params, assumed)) : by_magnets;
     if (params->pll_bandwidth == 0.0f && params->feedforward_cutoff == 0.0f) {
         const float by_rule = at_least(within);
         const float bandwidth = LOOP_BANDWIDTHS * by_rule;
@@ -140,16 +140,16 @@ typedef struct {
     float apparent, incremental;
 } apart_t;
 
-static apart_t apart_at(const params_t *params, const believed_t *believed, float i_q)
+static apart_t apart_at(const params_t *params, const assumed_t *assumed, float i_q)
 {
-    const saturation_params_t saturation = params_saturation(params, believed);
-    const float apparent = believed->inductance_q * saturation_share(&saturation, i_q);
+    const saturation_params_t saturation = params_saturation(params, assumed);
+    const float apparent = assumed->inductance_q * saturation_share(&saturation, i_q);
     float incremental = apparent;
     if (saturation.current > 0.0f) {
         const float x = i_q / saturation.current;
         incremental = apparent / (1.0f + x * x);
     }
-    return (apart_t){apparent - believed->inductance_d, incremental - believed->inductance_d};
+    return (apart_t){apparent - assumed->inductance_d, incremental - assumed->inductance_d};
 }
 
 #define MTPA_HALVINGS 20 /* of the current limit */
@@ -157,43 +157,43 @@ static apart_t apart_at(const params_t *params, const believed_t *believed, floa
 /* i_d of most torque per ampere with a current of this length [A], where the q axis saturates: between zero
  * and -`current` the sign of D_i i_d^2 - psi_f i_d - D_a i_q^2 changes there, D_a and D_i of the apparent and
  * the incremental L_q (docs/theory.md, 30). */
-static float most_per_ampere(const params_t *params, const believed_t *believed, float current)
+static float most_per_ampere(const params_t *params, const assumed_t *assumed, float current)
 {
     float low = -current;
     float high = 0.0f;
     for (int n = 0; n < MTPA_HALVINGS; n++) {
         const float i_d = 0.5f * (low + high);
         const float square = current * current - i_d * i_d;
-        const apart_t apart = apart_at(params, believed, root_or_none(square));
+        const apart_t apart = apart_at(params, assumed, root_or_none(square));
         const bool beyond =
-            apart.incremental * i_d * i_d - believed->flux_linkage * i_d - apart.apparent * square > 0.0f;
+            apart.incremental * i_d * i_d - assumed->flux_linkage * i_d - apart.apparent * square > 0.0f;
         low = beyond ? i_d : low;
         high = beyond ? high : i_d;
     }
     return 0.5f * (low + high);
 }
 
-float params_mtpa(const params_t *params, const believed_t *believed)
+float params_mtpa(const params_t *params, const assumed_t *assumed)
 {
-    const float psi_f = believed->flux_linkage;
-    const float taken = (believed->inductance_q - believed->inductance_d) * params->current_limit;
-    if (!params_salient(believed) || params->mtpa == (int32_t)MTPA_OFF) {
+    const float psi_f = assumed->flux_linkage;
+    const float taken = (assumed->inductance_q - assumed->inductance_d) * params->current_limit;
+    if (!params_salient(assumed) || params->mtpa == (int32_t)MTPA_OFF) {
         return 0.0f;
     }
-    if (believed->bend > 0.0f) {
-        return most_per_ampere(params, believed, params->current_limit);
+    if (assumed->bend > 0.0f) {
+        return most_per_ampere(params, assumed, params->current_limit);
     }
     const float square = psi_f * psi_f + 8.0f * taken * taken;
     return -2.0f * taken * params->current_limit / (psi_f + square * inverse_root(square));
 }
 
-float params_torque_most(const params_t *params, const believed_t *believed)
+float params_torque_most(const params_t *params, const assumed_t *assumed)
 {
-    const float i_d = params_mtpa(params, believed);
+    const float i_d = params_mtpa(params, assumed);
     const float square = params->current_limit * params->current_limit - i_d * i_d;
     const float root = root_or_none(square);
-    const float saliency = params_salient(believed) ? apart_at(params, believed, root).apparent : 0.0f;
-    return 1.5f * (float)params->motor_pole_pairs * (believed->flux_linkage - saliency * i_d) * square *
+    const float saliency = params_salient(assumed) ? apart_at(params, assumed, root).apparent : 0.0f;
+    return 1.5f * (float)params->motor_pole_pairs * (assumed->flux_linkage - saliency * i_d) * square *
            inverse_root(square);
 }
 
@@ -214,30 +214,30 @@ static float voltage_used(const params_t *params)
     return wished < made ? wished : made;
 }
 
-weakening_params_t params_weakening(const params_t *params, const believed_t *believed)
+weakening_params_t params_weakening(const params_t *params, const assumed_t *assumed)
 {
-    const bool salient = params_salient(believed);
-    const float mean = 0.5f * (believed->inductance_d + believed->inductance_q);
+    const bool salient = params_salient(assumed);
+    const float mean = 0.5f * (assumed->inductance_d + assumed->inductance_q);
     return (weakening_params_t){
-        .flux_linkage = believed->flux_linkage,
-        .inductance_d = salient ? believed->inductance_d : mean,
-        .inductance_q = salient ? believed->inductance_q : mean,
-        .resistance = believed->resistance,
+        .flux_linkage = assumed->flux_linkage,
+        .inductance_d = salient ? assumed->inductance_d : mean,
+        .inductance_q = salient ? assumed->inductance_q : mean,
+        .resistance = assumed->resistance,
         .current_max = params->current_limit,
-        .i_d_mtpa = params_mtpa(params, believed),
+        .i_d_mtpa = params_mtpa(params, assumed),
         .use = params->field_weakening == (int32_t)WEAKENING_ON ? voltage_used(params) : 0.0f,
         .period = DRIVE_WINDOW_PERIOD,
     };
 }
 
-float params_flux_most(const params_t *params, const believed_t *believed)
+float params_flux_most(const params_t *params, const assumed_t *assumed)
 {
-    const float psi_f = believed->flux_linkage;
-    const float saliency = believed->inductance_q - believed->inductance_d;
-    if (!params_salient(believed)) {
+    const float psi_f = assumed->flux_linkage;
+    const float saliency = assumed->inductance_q - assumed->inductance_d;
+    if (!params_salient(assumed)) {
         return psi_f;
     }
-    const weakening_params_t weakening = params_weakening(params, believed);
+    const weakening_params_t weakening = params_weakening(params, assumed);
     const weakening_tuning_t tuning = weakening_prepare(&weakening);
     weakening_t most;
     weakening_init(&most, &tuning);
@@ -258,14 +258,14 @@ static float by_rule(float value, float least, param_t param)
     return upper > least ? upper : least;
 }
 
-observer_rows_t params_observer(const params_t *params, const believed_t *believed)
+observer_rows_t params_observer(const params_t *params, const assumed_t *assumed)
 {
-    const believed_t configured = params_believed(params);
+    const assumed_t configured = params_configured(params);
     const float omega_most = (float)params->motor_pole_pairs * params->overspeed_trip;
     observer_rows_t in_force = {
         .gain = params->observer_gain,
         /* a configured slope is scaled with L: the gain of the observer's loop is kept */
-        .slope = params->observer_slope * (believed->inductance_q / configured.inductance_q),
+        .slope = params->observer_slope * (assumed->inductance_q / configured.inductance_q),
         .current_max = params->estimate_current_max,
     };
     if (in_force.gain == 0.0f) {
@@ -273,7 +273,7 @@ observer_rows_t params_observer(const params_t *params, const believed_t *believ
                                 PARAMS_OBSERVER_GAIN_LEAST, PARAM_observer_gain);
     }
     if (in_force.slope == 0.0f) {
-        in_force.slope = by_rule(OBSERVER_SLOPE * believed->inductance_q / (in_force.gain * DRIVE_PERIOD),
+        in_force.slope = by_rule(OBSERVER_SLOPE * assumed->inductance_q / (in_force.gain * DRIVE_PERIOD),
                                  PARAMS_OBSERVER_SLOPE_LEAST, PARAM_observer_slope);
     }
     if (in_force.current_max == 0.0f) {
@@ -282,16 +282,16 @@ observer_rows_t params_observer(const params_t *params, const believed_t *believ
     return in_force;
 }
 
-void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator)
+void params_estimator(const params_t *params, const assumed_t *assumed, estimator_params_t *estimator)
 {
-    const observer_rows_t observer = params_observer(params, believed);
+    const observer_rows_t observer = params_observer(params, assumed);
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const float psi_f = believed->flux_linkage;
+    const float psi_f = assumed->flux_linkage;
     *estimator = (estimator_params_t){
         .smo =
             {
-                .resistance = believed->resistance,
-                .inductance = believed->inductance_q,
+                .resistance = assumed->resistance,
+                .inductance = assumed->inductance_q,
                 .gain = observer.gain,
                 .slope = observer.slope,
                 .emf_cutoff = params->observer_emf_cutoff,
@@ -301,12 +301,12 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
         .lag = (lag_mode_t)params->lag_compensation,
         .pll = {.amplitude_floor = psi_f * FLOOR_SPEED},
         .flux_linkage = psi_f,
-        .saliency = believed->inductance_q - believed->inductance_d,
-        .flux_most = params_flux_most(params, believed),
+        .saliency = assumed->inductance_q - assumed->inductance_d,
+        .flux_most = params_flux_most(params, assumed),
         .flux_adaptation = params->flux_adaptation,
-        .saturation = params_saturation(params, believed),
+        .saturation = params_saturation(params, assumed),
         .torque_feedforward =
-            params->torque_feedforward * 1.5f * pole_pairs * pole_pairs * psi_f / believed->inertia,
+            params->torque_feedforward * 1.5f * pole_pairs * pole_pairs * psi_f / assumed->inertia,
         .validity =
             {
                 .amplitude_min = params->estimate_amplitude_min,
@@ -322,7 +322,7 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
                 .speed_time = params->estimate_time,
             },
     };
-    const loop_params_t loop = params_loop(params, believed);
+    const loop_params_t loop = params_loop(params, assumed);
     (void)pll_design(&estimator->pll, loop.bandwidth, params->pll_damping, loop.cutoff, DRIVE_PERIOD);
 }
 
@@ -336,18 +336,18 @@ void params_estimator(const params_t *params, const believed_t *believed, estima
 
 /* The largest current of a start [A]. Above psi_f/D a salient rotor no longer rests on the current's axis,
  * and on that axis it has no EMF. */
-static float start_most(const params_t *params, const believed_t *believed)
+static float start_most(const params_t *params, const assumed_t *assumed)
 {
-    const float saliency = (1.0f + believed->bend) * believed->inductance_q - believed->inductance_d;
-    const float most = START_SALIENT * believed->flux_linkage;
-    const bool less = params_salient(believed) && most < saliency * params->current_limit;
+    const float saliency = (1.0f + assumed->bend) * assumed->inductance_q - assumed->inductance_d;
+    const float most = START_SALIENT * assumed->flux_linkage;
+    const bool less = params_salient(assumed) && most < saliency * params->current_limit;
     return less ? most / saliency : params->current_limit;
 }
 
-start_params_t params_start(const params_t *params, const believed_t *believed)
+start_params_t params_start(const params_t *params, const assumed_t *assumed)
 {
-    const float emf_per_speed = believed->flux_linkage * (float)params->motor_pole_pairs;
-    const float most = start_most(params, believed);
+    const float emf_per_speed = assumed->flux_linkage * (float)params->motor_pole_pairs;
+    const float most = start_most(params, assumed);
     start_params_t start = {
         .current = params->start_current > 0.0f ? params->start_current : most,
         .current_most = most,
@@ -357,7 +357,7 @@ start_params_t params_start(const params_t *params, const believed_t *believed)
         .dead_voltage = params->dead_time / DRIVE_PERIOD * params->dc_overvoltage,
     };
     if (start.handover_speed == 0.0f) {
-        const float resistive = believed->resistance * start.current;
+        const float resistive = assumed->resistance * start.current;
         const float largest = start.dead_voltage > resistive ? start.dead_voltage : resistive;
         const float needed = HANDOVER_EMF * largest / emf_per_speed;
         const float fastest = HANDOVER_SPEED_MAX * params->overspeed_trip;
@@ -368,22 +368,22 @@ start_params_t params_start(const params_t *params, const believed_t *believed)
     }
     start.catch_speed = params->start_speed > 0.0f ? params->start_speed : CATCH_SHARE * start.handover_speed;
     if (start.ramp == 0.0f) {
-        const float able = START_ACCELERATION * 1.5f * emf_per_speed * start.current / believed->inertia;
+        const float able = START_ACCELERATION * 1.5f * emf_per_speed * start.current / assumed->inertia;
         const float fastest = start.handover_speed / START_TIME;
         start.ramp = able < fastest ? able : fastest;
     }
     return start;
 }
 
-params_in_force_t params_in_force(const params_t *params, const believed_t *believed)
+params_in_force_t params_in_force(const params_t *params, const assumed_t *assumed)
 {
-    const observer_rows_t observer = params_observer(params, believed);
-    const loop_params_t loop = params_loop(params, believed);
+    const observer_rows_t observer = params_observer(params, assumed);
+    const loop_params_t loop = params_loop(params, assumed);
     return (params_in_force_t){
         .observer_gain = observer.gain,
         .observer_slope = observer.slope,
         .pll_bandwidth = loop.bandwidth,
         .feedforward_cutoff = loop.cutoff,
-        .handover_speed = params_start(params, believed).handover_speed,
+        .handover_speed = params_start(params, assumed).handover_speed,
     };
 }

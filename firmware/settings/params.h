@@ -13,7 +13,7 @@
 #include "estimator/estimator.h"
 #include "fast/protect/link_limit.h"
 #include "hal/board.h"
-#include "medium/adapt/believed.h"
+#include "medium/adapt/assumed.h"
 #include "medium/manoeuvre/weakening.h"
 
 /* Constants of the board: fixed by hardware, not parameters. The firmware below the app uses no
@@ -133,8 +133,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "phase self-compensation: paper eq. (14) as printed, as corrected, or the lag of the sampled "         \
       "observer")                                                                                            \
     F(35, pll_bandwidth, "rad/s", 0.0f, 0.0f, 5000.0f, TABLE_LIVE,                                           \
-      "-3 dB bandwidth of the closed tracking loop; 0 together with feedforward_cutoff 0: four times the "   \
-      "cutoff of its rule")                                                                                  \
+      "-3 dB bandwidth of the closed tracking loop; 0, together with feedforward_cutoff = 0: by rule, four " \
+      "times the cutoff that the rule computes")                                                             \
     F(36, pll_damping, "-", 1.0f, 0.5f, 5.0f, TABLE_LIVE, "damping of the tracking loop")                    \
     F(37, feedforward_cutoff, "rad/s", 0.0f, 0.0f, 5000.0f, TABLE_LIVE,                                      \
       "omega_c of the speed feed-forward; 0: conventional PLL, or with pll_bandwidth 0 by rule from "        \
@@ -156,8 +156,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(45, estimate_speed_min, "rad/s", 3.0f, 0.0f, 10000.0f, TABLE_LIVE,                                     \
       "least mechanical speed of a valid estimate; 0: not judged")                                           \
     F(46, estimate_time, "s", 0.1f, 0.0f, 10.0f, TABLE_LIVE,                                                 \
-      "an estimate is lost when the time for which a criterion fails exceeds the time for which it is met "  \
-      "by this value")                                                                                       \
+      "time for which a criterion must fail before the estimate counts as lost; time for which it is met "   \
+      "is subtracted")                                                                                       \
     F(47, doubtful_current, "A", 0.1f, 0.0f, 2.0f, TABLE_LIVE,                                               \
       "phase current below which a leg's dead-time loss is uncertain: zone and sensor error; 0: none")       \
     F(48, offset_trim, "A/V", 0.05f, 0.0f, 0.1f, TABLE_LIVE,                                                 \
@@ -168,7 +168,7 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     F(50, start_current, "A", 0.0f, 0.0f, DRIVE_CURRENT_LIMIT_MAX, TABLE_LIVE,                               \
       "length of the current vector of a start; 0: current_limit")                                           \
     F(51, start_ramp, "rad/s^2", 0.0f, 0.0f, 1e6f, TABLE_LIVE,                                               \
-      "mechanical acceleration of the start; 0: 15 % of the largest that start_current allows, but at "      \
+      "mechanical acceleration of the start; 0: 15 % of the acceleration that start_current allows, at "     \
       "least 0.3 s to handover_speed")                                                                       \
     F(52, handover_speed, "rad/s", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                         \
       "mechanical speed above which the control uses the estimated angle; 0: by rule, where the EMF "        \
@@ -202,8 +202,8 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "on: without encoder the drive learns J from steps of the speed reference; the torque feed-forward "   \
       "then excludes the load's current")                                                                    \
     E(64, speed_feedback, "smooth|whole", SPEED_SMOOTH, TABLE_LIVE,                                          \
-      "estimated speed in the speed control: without the loop's proportional part, or with it, as in the "   \
-      "paper")                                                                                               \
+      "speed for the speed control; smooth: the estimate without the loop's proportional part; whole: with " \
+      "it, as in the paper")                                                                                 \
     E(65, lock_judged, "off|on", LOCK_JUDGED, TABLE_LIVE,                                                    \
       "on: the drive reports a lost rotor at once (unlocked), also if the criteria estimate_... are off, "   \
       "and catches it again; off: for the paper's loop, whose lag is larger than this check accepts")        \
@@ -296,7 +296,7 @@ bool params_check_live(const params_t *active, const params_t *next, params_erro
 
 /* The estimator's part of a set that is in its ranges. A tracking loop exists for each such set; a
  * feedforward_cutoff that is not below pll_bandwidth, which params_check refuses, is left out. */
-void params_estimator(const params_t *params, const believed_t *believed, estimator_params_t *estimator);
+void params_estimator(const params_t *params, const assumed_t *assumed, estimator_params_t *estimator);
 
 /* Bandwidth of the tracking loop over that of the speed control, by the rule [-]. */
 #define PARAMS_SPEED_BELOW_LOOP 14.0f
@@ -309,7 +309,7 @@ typedef struct {
     bool slow;       /* true: a torque step of the current limit exceeds the range of the loop */
 } loop_params_t;
 
-loop_params_t params_loop(const params_t *params, const believed_t *believed);
+loop_params_t params_loop(const params_t *params, const assumed_t *assumed);
 
 /* The observer: configured rows, or their rules where they are 0 (docs/theory.md, 3). */
 typedef struct {
@@ -321,39 +321,39 @@ typedef struct {
 #define PARAMS_OBSERVER_GAIN_LEAST  0.1f  /* [V] of k_s */
 #define PARAMS_OBSERVER_SLOPE_LEAST 1e-3f /* [1/A] of a_f */
 
-observer_rows_t params_observer(const params_t *params, const believed_t *believed);
+observer_rows_t params_observer(const params_t *params, const assumed_t *assumed);
 
 /* Above this L_q/L_d a rotor counts as salient [-]: its i_d is below zero, and L is not learnt. */
 #define PARAMS_SALIENT 1.1f
 
-static inline bool params_salient(const believed_t *believed)
+static inline bool params_salient(const assumed_t *assumed)
 {
-    return believed->inductance_q > PARAMS_SALIENT * believed->inductance_d;
+    return assumed->inductance_q > PARAMS_SALIENT * assumed->inductance_d;
 }
 
 /* The largest active flux [Wb]: with the longest current at most torque per ampere, or that
  * of field_weakening at overspeed_trip with the least link voltage without link control.
  * For a round rotor it is psi_f. */
-float params_flux_most(const params_t *params, const believed_t *believed);
+float params_flux_most(const params_t *params, const assumed_t *assumed);
 
 /* The least link voltage without link control, over dc_undervoltage [-]: ride-through begins there. */
 #define PARAMS_LINK_LEAST (LINK_HOLD + LINK_HOLD_BAND)
 
 /* The parameters of field weakening. */
-weakening_params_t params_weakening(const params_t *params, const believed_t *believed);
+weakening_params_t params_weakening(const params_t *params, const assumed_t *assumed);
 
 /* i_d of most torque per ampere at current_limit [A], not above zero; 0 for a
  * round rotor, and without mtpa. */
-float params_mtpa(const params_t *params, const believed_t *believed);
+float params_mtpa(const params_t *params, const assumed_t *assumed);
 
 /* The largest torque at current_limit [N m]. */
-float params_torque_most(const params_t *params, const believed_t *believed);
+float params_torque_most(const params_t *params, const assumed_t *assumed);
 
 /* The saturation of the q axis, for its table; all zero without. */
-saturation_params_t params_saturation(const params_t *params, const believed_t *believed);
+saturation_params_t params_saturation(const params_t *params, const assumed_t *assumed);
 
 /* The assumed values that a set of parameters gives for all values that can be learnt. */
-believed_t params_believed(const params_t *params);
+assumed_t params_configured(const params_t *params);
 
 /* Parameters of a start and of the change to a forced frame: configured rows, or their rules where
  * they are 0 (docs/theory.md, 23). */
@@ -367,7 +367,7 @@ typedef struct {
     float dead_voltage;   /* [V] largest effect of the dead time, at the largest link voltage */
 } start_params_t;
 
-start_params_t params_start(const params_t *params, const believed_t *believed);
+start_params_t params_start(const params_t *params, const assumed_t *assumed);
 
 /* Values in use of the rows that have a rule: the configured value, or the rule where it is 0. */
 typedef struct {
@@ -378,7 +378,7 @@ typedef struct {
     float handover_speed;     /* [rad/s] mechanical */
 } params_in_force_t;
 
-params_in_force_t params_in_force(const params_t *params, const believed_t *believed);
+params_in_force_t params_in_force(const params_t *params, const assumed_t *assumed);
 
 /* Smallest duty of a leg: it contains the dead time and the shortest pulse. */
 float params_duty_min(const params_t *params);

@@ -49,14 +49,14 @@ static bool refuse(const table_row_t *row, const requests_t *requests, const lim
 
 bool requests_check(const requests_t *requests, const params_t *params, params_error_t *why)
 {
-    const believed_t believed = params_believed(params);
+    const assumed_t assumed = params_configured(params);
     const limit_t limits[] = {
         {offsetof(requests_t, speed_request), "|speed_request| <= 0.95 overspeed_trip",
          0.95f * params->overspeed_trip},
         {offsetof(requests_t, i_d_request), "|i_d_request| <= current_limit", params->current_limit},
         {offsetof(requests_t, i_q_request), "|i_q_request| <= current_limit", params->current_limit},
         {offsetof(requests_t, torque_request), "|torque_request| <= the torque of current_limit",
-         params_torque_most(params, &believed)},
+         params_torque_most(params, &assumed)},
     };
     for (uint32_t n = 0; n < requests_table.count; n++) {
         const table_row_t *row = &rows[n];

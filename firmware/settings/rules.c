@@ -195,8 +195,8 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     estimator_params_t all;
     estimator_params_t alone = harmless();
     smo_params_t *observer = &alone.smo;
-    const believed_t believed = params_believed(params);
-    params_estimator(params, &believed, &all);
+    const assumed_t assumed = params_configured(params);
+    params_estimator(params, &assumed, &all);
     const smo_params_t *of_all = &all.smo;
     switch (rule) {
     case RULE_WINDING:
@@ -255,16 +255,16 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
 /* The rules of the speeds and of the ramp (RULE_RAMP), with the values that a start uses. */
 static bool start_takes(rule_number_t rule, const params_t *params)
 {
-    const believed_t believed = params_believed(params);
-    const start_params_t start = params_start(params, &believed);
-    const float per_ampere = 1.5f * (float)params->motor_pole_pairs * believed.flux_linkage;
+    const assumed_t assumed = params_configured(params);
+    const start_params_t start = params_start(params, &assumed);
+    const float per_ampere = 1.5f * (float)params->motor_pole_pairs * assumed.flux_linkage;
     if (rule == RULE_FALLBACK) {
         return start.fallback_speed < start.handover_speed;
     }
     if (rule == RULE_CATCH) {
         return params->start_speed <= start.handover_speed;
     }
-    return params->start_ramp * believed.inertia <= RAMP_SHARE * per_ampere * start.current;
+    return params->start_ramp * assumed.inertia <= RAMP_SHARE * per_ampere * start.current;
 }
 
 static bool saturation_takes(const params_t *params)
@@ -278,8 +278,8 @@ static bool salient_takes(const params_t *params)
 {
     const bool estimated = params->position_source == (int32_t)POSITION_SENSORLESS ||
                            params->encoder_fault_reaction == (int32_t)ENCODER_FAULT_SENSORLESS;
-    const believed_t believed = params_believed(params);
-    return !estimated || believed.inductance_q <= CHOSEN_SALIENT_MAX * believed.inductance_d * ROUNDING;
+    const assumed_t assumed = params_configured(params);
+    return !estimated || assumed.inductance_q <= CHOSEN_SALIENT_MAX * assumed.inductance_d * ROUNDING;
 }
 
 /* True if the board's link withstands the EMF of a rotor at its trip speed,

@@ -27,34 +27,34 @@
  * dead time is learnt from its EMF. */
 #define SWING_MAX 0.05f
 
-believed_t drive_believed(const params_t *params, const learnt_t *learnt)
+assumed_t drive_assumed(const params_t *params, const learnt_t *learnt)
 {
-    believed_t believed = params_believed(params);
-    if (learnt->resistance.from == believed.resistance) {
-        believed.resistance = learnt->resistance.value;
+    assumed_t assumed = params_configured(params);
+    if (learnt->resistance.from == assumed.resistance) {
+        assumed.resistance = learnt->resistance.value;
     }
     if (learnt->inductance_q.from == params->motor_inductance_q && params->motor_saturation_current == 0.0f) {
         /* exactly 1 for a round rotor, which then stays round: the estimator
          * has more work for a salient one */
         const float ratio = params->motor_inductance_d / params->motor_inductance_q;
-        believed.inductance_d = ratio * learnt->inductance_q.value;
-        believed.inductance_q = learnt->inductance_q.value;
+        assumed.inductance_d = ratio * learnt->inductance_q.value;
+        assumed.inductance_q = learnt->inductance_q.value;
     }
     if (learnt->inertia.from == params->motor_inertia) {
-        believed.inertia = learnt->inertia.value;
+        assumed.inertia = learnt->inertia.value;
     }
-    return believed;
+    return assumed;
 }
 
-bool drive_may_believe(const params_t *params, const believed_t *believed)
+bool drive_may_assume(const params_t *params, const assumed_t *assumed)
 {
     params_error_t ignored;
     estimator_params_t estimator;
-    params_estimator(params, believed, &estimator);
+    params_estimator(params, assumed, &estimator);
     return chosen_params_check(&estimator, &ignored);
 }
 
-static void prepare_position(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+static void prepare_position(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
     const encoder_params_t encoder = {
         .count_per_turn = 4.0f * (float)params->encoder_lines,
@@ -66,21 +66,21 @@ static void prepare_position(drive_tuning_t *tuning, const params_t *params, con
     encoder_prepare(&tuning->fast.encoder, &encoder);
 
     estimator_params_t estimator;
-    params_estimator(params, believed, &estimator);
+    params_estimator(params, assumed, &estimator);
     chosen_prepare(&tuning->fast.estimator, &estimator);
     validity_prepare(&tuning->medium.validity, &estimator.validity, DRIVE_WINDOW_PERIOD);
 }
 
-static void prepare_sigma(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+static void prepare_sigma(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
     estimator_params_t estimator;
-    params_estimator(params, believed, &estimator);
+    params_estimator(params, assumed, &estimator);
     const pll_params_t loop = estimator.pll;
     const angle_sigma_params_t sigma = {
         .data = params->motor_data_uncertainty,
-        .resistance = believed->resistance,
-        .inductance_d = believed->inductance_d,
-        .inductance_q = believed->inductance_q,
+        .resistance = assumed->resistance,
+        .inductance_d = assumed->inductance_d,
+        .inductance_q = assumed->inductance_q,
         .kp = loop.kp,
         .ki = loop.ki,
         .band = params->dead_time / DRIVE_PERIOD,
@@ -94,10 +94,10 @@ static void prepare_sigma(drive_tuning_t *tuning, const params_t *params, const 
     tuning->medium.angle_sigma = angle_sigma_prepare(&sigma);
 }
 
-static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
     const flux_params_t flux = {
-        .flux_linkage = believed->flux_linkage,
+        .flux_linkage = assumed->flux_linkage,
         .adaptation = params->flux_adaptation,
         .period = DRIVE_WINDOW_PERIOD,
     };
@@ -105,12 +105,12 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
     const offset_trim_params_t trim = {.gain = params->offset_trim, .period = DRIVE_WINDOW_PERIOD};
     tuning->medium.offset_trim = offset_trim_prepare(&trim);
     const inductance_params_t inductance = {
-        .inductance_d = believed->inductance_d,
-        .inductance_q = believed->inductance_q,
+        .inductance_d = assumed->inductance_d,
+        .inductance_q = assumed->inductance_q,
         .from = params->motor_inductance_q,
-        .resistance = believed->resistance,
-        .resistance_from = params_believed(params).resistance,
-        .flux_linkage = believed->flux_linkage,
+        .resistance = assumed->resistance,
+        .resistance_from = params_configured(params).resistance,
+        .flux_linkage = assumed->flux_linkage,
         .current_max = params->current_limit,
         .rate = params->motor_saturation_current == 0.0f ? params->inductance_adaptation : 0.0f,
         .period = DRIVE_PERIOD,
@@ -120,52 +120,52 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
     tuning->medium.inductance = inductance_prepare(&inductance);
     const inertia_params_t inertia = {
         .from = params->motor_inertia,
-        .inertia = believed->inertia,
-        .flux_linkage = believed->flux_linkage,
+        .inertia = assumed->inertia,
+        .flux_linkage = assumed->flux_linkage,
         .pole_pairs = (float)params->motor_pole_pairs,
         .current_max = params->current_limit,
         .period = DRIVE_WINDOW_PERIOD,
         .on = params->inertia_adaptation == (int32_t)INERTIA_ON,
     };
     tuning->medium.inertia = inertia_prepare(&inertia);
-    prepare_sigma(tuning, params, believed);
+    prepare_sigma(tuning, params, assumed);
 }
 
 /* True if the rotor swings little with the sixth harmonic of the torque at the current limit, at the speed
  * whose EMF is the dead band's voltage: the angle of the swing over the share of that harmonic is below
  * SWING_MAX. The swing of a light rotor is neither a shape of its EMF, nor an effect of unequal legs. */
-static bool is_heavy(const params_t *params, const believed_t *believed)
+static bool is_heavy(const params_t *params, const assumed_t *assumed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
     const float acceleration =
-        1.5f * pole_pairs * pole_pairs * believed->flux_linkage * params->current_limit / believed->inertia;
+        1.5f * pole_pairs * pole_pairs * assumed->flux_linkage * params->current_limit / assumed->inertia;
     const float sixth =
-        6.0f * params->dead_time / DRIVE_PERIOD * params->dc_overvoltage / believed->flux_linkage;
+        6.0f * params->dead_time / DRIVE_PERIOD * params->dc_overvoltage / assumed->flux_linkage;
     return acceleration < SWING_MAX * sixth * sixth;
 }
 
-static void prepare_shape_and_legs(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+static void prepare_shape_and_legs(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
-    const float rate = is_heavy(params, believed) ? params->dead_time_adaptation : 0.0f;
+    const float rate = is_heavy(params, assumed) ? params->dead_time_adaptation : 0.0f;
     const float per_rate = rate > 0.0f ? 1.0f / rate : 0.0f;
     const float band = params->dead_time / DRIVE_PERIOD * params->dc_overvoltage;
     tuning->medium.emf_shape = (emf_shape_tuning_t){
         .rate = EMF_SHAPE_RATE * rate,
         .per_rate = per_rate / EMF_SHAPE_RATE,
-        .flux_linkage = believed->flux_linkage,
+        .flux_linkage = assumed->flux_linkage,
     };
     tuning->medium.unequal_legs = (unequal_legs_tuning_t){
         .rate = LEGS_RATE * rate,
         .per_rate = per_rate / LEGS_RATE,
         .voltage_max = LEGS_VOLTAGE_MAX * band,
         .voltage_chance = LEGS_VOLTAGE_CHANCE * band,
-        .resistance_max = LEGS_RESISTANCE_MAX * believed->resistance,
-        .resistance_chance = LEGS_RESISTANCE_CHANCE * believed->resistance,
+        .resistance_max = LEGS_RESISTANCE_MAX * assumed->resistance,
+        .resistance_chance = LEGS_RESISTANCE_CHANCE * assumed->resistance,
         .per_zone = tuning->fast.inverter.lost.per_zone,
     };
 }
 
-static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
     const inverter_params_t inverter = {
         .dead_time =
@@ -178,7 +178,7 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
                 .gain = params->compensation_gain,
                 .period = DRIVE_PERIOD,
             },
-        .inductance = 0.5f * (believed->inductance_d + believed->inductance_q),
+        .inductance = 0.5f * (assumed->inductance_d + assumed->inductance_q),
         .sampled_upper = BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR,
         .duty_min = params_duty_min(params),
         .duty_max = params_duty_max(params),
@@ -190,21 +190,21 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .rate = params->dead_time_adaptation,
         .effective = tuning->fast.inverter.lost.volt_per_volt,
         .band = params->dead_time / DRIVE_PERIOD,
-        .flux_linkage = believed->flux_linkage,
+        .flux_linkage = assumed->flux_linkage,
         .zone = params->current_zone,
-        .inductance = believed->inductance_q,
+        .inductance = assumed->inductance_q,
         .period = DRIVE_PERIOD,
         .every = DRIVE_WINDOW,
     };
     tuning->medium.dead_time_learn = dead_time_learn_prepare(&learn);
-    prepare_shape_and_legs(tuning, params, believed);
+    prepare_shape_and_legs(tuning, params, assumed);
     const float pole_pairs = (float)params->motor_pole_pairs;
     const doubt_params_t doubt = {
         .current = params->doubtful_current,
         .emf_cutoff = params->observer_emf_cutoff,
         .acceleration_known = params->torque_feedforward > 0.0f,
-        .acceleration = 1.5f * pole_pairs * pole_pairs * believed->flux_linkage * params->current_limit /
-                        believed->inertia,
+        .acceleration =
+            1.5f * pole_pairs * pole_pairs * assumed->flux_linkage * params->current_limit / assumed->inertia,
         .current_max = params->current_limit,
         .period = DRIVE_PERIOD,
     };
@@ -213,31 +213,31 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
     tuning->medium.load_follows = lowpass_share(INERTIA_LOAD_CUTOFF, DRIVE_PERIOD);
 }
 
-static void prepare_control(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+static void prepare_control(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
     const current_control_params_t current = {
-        .resistance = believed->resistance,
-        .inductance_d = believed->inductance_d,
-        .inductance_q = believed->inductance_q,
+        .resistance = assumed->resistance,
+        .inductance_d = assumed->inductance_d,
+        .inductance_q = assumed->inductance_q,
         .bandwidth = params->current_bandwidth,
         .period = DRIVE_PERIOD,
     };
     tuning->fast.current_control = current_control_prepare(&current);
-    tuning->medium.manoeuvres = manoeuvres_prepare(params, believed);
-    tuning->fast.reference = reference_prepare(params, believed);
+    tuning->medium.manoeuvres = manoeuvres_prepare(params, assumed);
+    tuning->fast.reference = reference_prepare(params, assumed);
 }
 
 /* Speed noise of the encoder: 0.75 times its bandwidth times the half step,
  * mechanical (docs/theory.md, 18). */
-static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
     const float step = 2.0f * ANGLE_PI / (4.0f * (float)params->encoder_lines);
-    const start_params_t start = params_start(params, believed);
+    const start_params_t start = params_start(params, assumed);
     const encoder_watch_params_t encoder = {
-        .resistance = believed->resistance,
-        .inductance = believed->inductance_q,
-        .flux_linkage = believed->flux_linkage,
+        .resistance = assumed->resistance,
+        .inductance = assumed->inductance_q,
+        .flux_linkage = assumed->flux_linkage,
         .speed_least = pole_pairs * ENCODER_JUDGED_FROM * start.handover_speed,
         .noise = CURRENT_NOISE * DRIVE_CURRENT_RANGE,
         .doubtful = 2.0f * MEASURE_MOVED,
@@ -248,7 +248,7 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
     };
     tuning->medium.encoder_watch = encoder_watch_prepare(&encoder);
     const motion_watch_params_t motion = {
-        .per_ampere = 1.5f * pole_pairs * believed->flux_linkage / believed->inertia,
+        .per_ampere = 1.5f * pole_pairs * assumed->flux_linkage / assumed->inertia,
         .current_limit = params->current_limit,
         .noise = 0.75f * params->encoder_bandwidth * 0.5f * step,
         .standing = SEQUENCE_STANDSTILL,
@@ -258,7 +258,7 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .every = DRIVE_WINDOW,
     };
     tuning->medium.motion_watch = motion_watch_prepare(&motion);
-    const loop_params_t loop = params_loop(params, believed);
+    const loop_params_t loop = params_loop(params, assumed);
     const oscillation_watch_params_t oscillation = {
         .slow = loop.speed,
         .fast = loop.bandwidth,
@@ -281,7 +281,7 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
     const current_watch_params_t current = {
         .resistance = params->motor_resistance + params->device_resistance,
         .inductance_d = params->motor_inductance_d,
-        .inductance_q = params_believed(params).inductance_q,
+        .inductance_q = params_configured(params).inductance_q,
         .flux_linkage = params->motor_flux_linkage,
         .per_ampere = 1.5f * (float)params->motor_pole_pairs * (float)params->motor_pole_pairs *
                       params->motor_flux_linkage / params->motor_inertia,
@@ -304,7 +304,7 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
     tuning->fast.still_watch = still_watch_prepare(&still);
 }
 
-static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
     const thermal_params_t thermal = {
         .current_max = params->current_limit,
@@ -328,7 +328,7 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         .window = DRIVE_WINDOW_PERIOD,
         .inductance_d = params->motor_inductance_d,
         .inductance_q = params->motor_inductance_q,
-        .observed_q = believed->inductance_q,
+        .observed_q = assumed->inductance_q,
         .saturation = params->motor_saturation_current,
         .flux_linkage = params->motor_flux_linkage,
         .inertia = params->motor_inertia,
@@ -339,8 +339,8 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         .undervoltage = params->dc_undervoltage,
         .rides = periods_of(params->ride_through_time, DRIVE_WINDOW_PERIOD) != 0u,
         .current_max = params->current_limit,
-        .resistance = believed->resistance,
-        .torque = 1.5f * (float)params->motor_pole_pairs * believed->flux_linkage,
+        .resistance = assumed->resistance,
+        .torque = 1.5f * (float)params->motor_pole_pairs * assumed->flux_linkage,
     };
     tuning->fast.link = link_limit_prepare(&limit);
     const link_watch_params_t watch = {
@@ -354,7 +354,7 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
     tuning->medium.link = link_watch_prepare(&watch);
 }
 
-void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+void drive_prepare(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
     tuning->fast.measure = measure_prepare(params);
     tuning->medium.guard = guard_prepare(params);
@@ -362,12 +362,12 @@ void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believe
     tuning->medium.unattended_max =
         params->background_time_max > 0.0f ? DRIVE_PERIODS(params->background_time_max) : UINT32_MAX;
     tuning->medium.sequence = sequence_prepare(params);
-    prepare_position(tuning, params, believed);
-    prepare_adaptation(tuning, params, believed);
-    prepare_inverter(tuning, params, believed);
-    prepare_control(tuning, params, believed);
-    prepare_motion(tuning, params, believed);
+    prepare_position(tuning, params, assumed);
+    prepare_adaptation(tuning, params, assumed);
+    prepare_inverter(tuning, params, assumed);
+    prepare_control(tuning, params, assumed);
+    prepare_motion(tuning, params, assumed);
     prepare_current_watch(tuning, params);
-    prepare_limits(tuning, params, believed);
-    tuning->medium.in_force = params_in_force(params, believed);
+    prepare_limits(tuning, params, assumed);
+    tuning->medium.in_force = params_in_force(params, assumed);
 }

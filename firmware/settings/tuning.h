@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #include "fast/fast.h"
-#include "medium/adapt/believed.h"
+#include "medium/adapt/assumed.h"
 #include "medium/medium.h"
 #include "settings/params.h"
 
@@ -18,14 +18,14 @@ typedef struct {
 
 /* The assumed values: each learnt value while its parameter is still the one from which learning
  * started; all others from the set. */
-believed_t drive_believed(const params_t *params, const learnt_t *learnt);
+assumed_t drive_assumed(const params_t *params, const learnt_t *learnt);
 
 /* True if the drive may run with a set that params_check has accepted, with these
  * assumed values in place of its own. */
-bool drive_may_believe(const params_t *params, const believed_t *believed);
+bool drive_may_assume(const params_t *params, const assumed_t *assumed);
 
-/* Coefficients of a set that params_check has accepted, with `believed`, accepted by drive_may_believe(), in
+/* Coefficients of a set that params_check has accepted, with `assumed`, accepted by drive_may_assume(), in
  * place of the set's values of motor and sensors. For the background. */
-void drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed);
+void drive_prepare(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed);
 
 #endif

@@ -1,13 +1,13 @@
-/* A memory that is reached over a slow bus, as the two pages of the store (store.h): they are mirrored in
- * RAM. At the start the mirror is filled; from then on the store reads, erases and programs the mirror at
- * once, and mirror_step() brings the same changes to the memory, in the same order, in short steps.
+/* The two pages of the store (store.h) in a memory on a slow bus, with a copy in RAM, the mirror. At the
+ * start the mirror is filled from the memory. Then the store reads, erases and programs only the mirror,
+ * without waiting. mirror_step() makes the same changes in the memory, in the same order, in short steps.
  *
- * The order keeps the old set or the new one at a loss of power, as the store's own order does above flash:
- * a page is erased from its beginning; words are written in ascending groups that never cross a group of the
- * memory; the last word, which commits a record, is written alone; and every group is read back before the
- * next one is written. A memory that does not acknowledge is asked again until its time for writing has
- * passed several times; a group that does not read as written is written again twice. Then the mirror stops
- * with an error, and nothing more is written until the next start.
+ * After a loss of power the memory contains the old set or the new one, as with flash. The order ensures
+ * this: a page is erased from its beginning; words are written in ascending groups that never cross a group
+ * of the memory; the last word, which commits a record, is written alone; and every group is read back before
+ * the next one is written. If the memory does not acknowledge, the transfer is repeated for several times its
+ * writing time. If a group differs when it is read back, it is written again, at most twice. After that the
+ * mirror stops with an error, and nothing more is written until the next start.
  *
  * Erased words are 0xFFFF. */
 #ifndef TALK_MIRROR_H
@@ -28,17 +28,17 @@ typedef struct {
     mirror_reply_t (*poll)(uint16_t words[MIRROR_GROUP]);
     void (*give_up)(void);  /* the transfer under way */
     uint32_t (*time)(void); /* [ticks] wraps */
-    uint32_t refusals_last; /* [ticks] so long a memory may refuse: several times what writing takes */
-    uint32_t transfer_last; /* [ticks] so long a transfer may take */
+    uint32_t refusals_last; /* [ticks] time for which a memory may refuse, several times its writing time */
+    uint32_t transfer_last; /* [ticks] longest duration of a transfer */
     uint32_t words;         /* [16-bit words] of a page of the store, in the mirror */
     uint32_t stride;        /* [16-bit words] from one page to the next in the memory */
 } mirror_bus_t;
 
 typedef enum {
     MIRROR_GOOD,
-    MIRROR_NO_ANSWER, /* nobody acknowledges at the address */
+    MIRROR_NO_ANSWER, /* no memory acknowledges at the address */
     MIRROR_BUS_STUCK, /* the bus is not free, or a transfer does not end */
-    MIRROR_NOT_TAKEN  /* the memory does not hold what was written */
+    MIRROR_NOT_TAKEN  /* the memory differs from the written words */
 } mirror_error_t;
 #define MIRROR_ERROR_NAMES "none|no_answer|bus_stuck|not_taken"
 
@@ -51,7 +51,7 @@ typedef struct {
     uint32_t flying;             /* [-] 1: a transfer is under way */
     uint32_t tries;              /* [-] times that this group was written */
     uint32_t begun;              /* [ticks] when the transfer began */
-    uint32_t asked;              /* [ticks] when the memory was asked first */
+    uint32_t asked;              /* [ticks] time of the first try of this transfer */
     uint32_t refused;            /* [-] 1: it has refused since `asked` */
     uint32_t erases;             /* [-] pages that wait to be erased, */
     uint32_t erase[STORE_PAGES]; /* [-] and these */

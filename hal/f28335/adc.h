@@ -1,26 +1,29 @@
 /* ADC: simultaneous pairs ADCINAn and ADCINBn, once a carrier period, SPRU812 and data manual SPRS439
  * (simultaneous sampling timing).
  *
- *   pair 0    dropped: the first conversion after a pause may be wrong (SPRZ272); the last pair, converted
- * once more pair 1    phase currents a and b, held exactly at t_k pair 2..  current c, DC link, heat sink,
- * motor, as far as the board has them; what shares a pair is converted once
+ *   pair 0     as the last pair; dropped, because the first conversion after a pause may be wrong (SPRZ272)
+ *
+ *   pair 1     phase currents a and b, sampled exactly at t_k
+ *
+ *   pair 2..   current c, DC link, heat sink, motor, if the board has them; each input is converted once
  *
  * ADCCLK is SYSCLK/(2n), 25 MHz at most: 6 cycles of 150 MHz. Sampling begins 2.5 ADCCLK after the start, the
- * window is ACQ_PS + 1 ADCCLK, a pair follows the one before by 3 + ACQ_PS ADCCLK. So pair 1 is held 2.5 + 5
- * + 7 = 14.5 ADCCLK after the start, 87 cycles of 150 MHz, which therefore comes so many counts before
- * counter zero, by CMPB of the leading ePWM counting down. A carrier period is a whole number of ADCCLK
- * (board.h), so ADCCLK keeps its phase to the carrier. The interrupt comes at the end of the last pair, with
- * four of them about 0.8 us after t_k. Current c, where it has a sensor, is held one pair after t_k, 0.28 us.
+ * window is ACQ_PS + 1 ADCCLK, a pair follows the one before by 3 + ACQ_PS ADCCLK. Pair 1 is therefore
+ * sampled 2.5 + 5 + 7 = 14.5 ADCCLK after the start, 87 cycles of 150 MHz. CMPB of the leading ePWM, counting
+ * down, starts the conversion by this time before counter zero. A carrier period is a whole number of ADCCLK
+ * (board.h), so that ADCCLK keeps its phase to the carrier. The interrupt occurs at the end of the last pair,
+ * with four pairs about 0.8 us after t_k. Current c, if it has a sensor, is sampled one pair after t_k, 0.28
+ * us.
  *
- * Calibration: TI has stored two constants of this very chip in its OTP. The boot ROM copies them, but not
- * where a debugger starts the program; so they are copied here. ADCTRL1[RESET], which would undo it, is never
- * used. */
+ * Calibration: TI has stored two constants of each chip in its OTP. The boot ROM copies them, but not if
+ * a debugger starts the program. Therefore this module copies them. ADCTRL1[RESET], which would undo this, is
+ * never used. */
 #ifndef HAL_F28335_ADC_H
 #define HAL_F28335_ADC_H
 
 #include "hal/board.h"
 
-#define ADC_ACQ_PS            4u /* window of 5 ADCCLK = 200 ns; simultaneous mode asks for 160 ns or more */
+#define ADC_ACQ_PS            4u /* window of 5 ADCCLK = 200 ns; simultaneous mode needs 160 ns or more */
 #define ADC_CYCLES_HALF_CLOCK ((uint16_t)BOARD_ADC_PRESCALE) /* [SYSCLK cycles] half an ADCCLK */
 
 /* Start to hold of pair 1, in half ADCCLK: 5 to the window, the window, one pair. */

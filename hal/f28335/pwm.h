@@ -1,18 +1,22 @@
 /* Three ePWMs: three legs on one centre-aligned carrier, SPRUG04.
  *
  * TBCLK = SYSCLK, up-down to HAL_PERIOD_COUNT (7500 at 150 MHz and 10 kHz). Output A of a leg is its upper
- * switch, B its complement, and each turn-on comes later by the dead band. What counter zero = t_k is, the
- * board decides by where its current sensors see (board.h, line 10): upper zero vector   A is on while the
- * counter is below CMPA = count: duty CMPA/period, centred on t_k lower zero vector   A is on while the
- * counter is above CMPA = period - count: the same duty, centred half a period after t_k, and at t_k all
- * lower switches are on CMPA is taken over at counter zero either way. The first module leads, the other two
- * follow by its sync pulse, which takes two cycles: they load 2 counting up and so stand equal. The leader
- * also starts the ADC (adc.h).
+ * switch, B its complement, and each turn-on is delayed by the dead band. The board selects the zero vector
+ * at counter zero, t_k, by the position of its current sensors (board.h, line 10):
  *
- * Trip zone: the power module's fault line (TZ1 = GPIO12 ...), active low, without any clock in its way,
- * shuts all six outputs until software lets them on again. TZFRC does the same on command. The trip interrupt
- * is armed only while the gates are on: a forced trip is no event, and clearing TZFLG[INT] while OST stands
- * would bring the next interrupt at once. */
+ *   upper zero vector   A is on while the counter is below CMPA = count: duty CMPA/period, centred on t_k
+ *
+ *   lower zero vector   A is on while the counter is above CMPA = period - count: the same duty, centred
+ *                       half a period after t_k; at t_k all lower switches are on
+ *
+ * A new CMPA acts from counter zero on in both cases. The first module leads. Its sync pulse takes two cycles
+ * to the other two; they load 2 counting up, so that all counters are equal. The leader also starts the ADC
+ * (adc.h).
+ *
+ * Trip zone: the fault line of the power module (TZ1 = GPIO12 ...), active low, switches off all six outputs
+ * without a clock, until software enables them again. TZFRC does the same on command. The trip interrupt is
+ * enabled only while the gates are on, because a forced trip is no event. In addition, clearing TZFLG[INT]
+ * while OST is set would cause the next interrupt at once. */
 #ifndef HAL_F28335_PWM_H
 #define HAL_F28335_PWM_H
 

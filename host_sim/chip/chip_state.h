@@ -10,7 +10,7 @@
 #define CHIP_MEMORY_REGIONS 3u
 #define CHIP_MEMORY_WORDS   128u
 #define CHIP_LINE_FRAMES    128u  /* on the serial line towards the chip */
-#define CHIP_LINE_SENT      512u  /* octets that nobody outside has taken yet */
+#define CHIP_LINE_SENT      512u  /* octets that have not been read outside yet */
 #define CHIP_FLASH_PAGES    2u    /* sectors that the drive writes itself: C and B */
 #define CHIP_FLASH_KEPT     2048u /* [words] of each that can be programmed */
 #define CHIP_I2C_PAGE       128u  /* [octets] largest page of a memory on the I2C bus */
@@ -50,7 +50,7 @@ typedef struct {
     uint64_t end;       /* [cycle] begin of the next one */
     uint64_t soc;       /* [cycle] start of conversion within this period */
     uint32_t active;    /* [-] */
-    uint32_t lazy;      /* [-] nobody sees the edges of this period: legs are still as of `zero` */
+    uint32_t lazy;      /* [-] the edges of this period are not reported: the legs have the state at `zero` */
     uint32_t half;      /* [-] TBPRD */
     uint32_t soc_event; /* [-] ET_... of SOCA, 0 = none */
     uint32_t polarity;  /* [-] DBCTL POLSEL if averaged mode may describe the legs, 0 = it may not */
@@ -72,7 +72,7 @@ typedef struct {
     uint32_t gpio_level;   /* [-] */
     uint32_t level;        /* [-] as last reported */
     uint32_t driven;       /* [-] as last reported */
-    uint32_t hidden;       /* [-] the world has been told an average since */
+    uint32_t hidden;       /* [-] an average has been reported to the world since */
     uint32_t first;        /* [-] module of the first leg: 3 if only pins of ePWM4..6 are connected, else 0 */
     uint32_t spare;        /* fills the struct to a multiple of 64 bits */
 } chip_pins_t;
@@ -90,7 +90,7 @@ typedef struct {
     uint32_t spacing;    /* [cycles] between sample windows, of the running sequence */
     uint32_t states;     /* [-] states of the sequencer, of the running sequence */
     uint32_t adjust;     /* [-] results are not the plain ones, of the running sequence */
-    uint32_t missing;    /* [-] injected: so many coming starts of conversion are lost */
+    uint32_t missing;    /* [-] injected: number of coming starts of conversion that are lost */
     uint32_t pending;    /* [-] one more start of conversion waits */
     uint32_t state;      /* [-] SEQ1_STATE: next conversion */
     uint32_t remaining;  /* [-] conversions to hold yet */
@@ -123,7 +123,7 @@ typedef struct {
     uint32_t off;   /* [-] WDDIS */
 } chip_watchdog_t;
 
-/* What is on the line towards the chip: so many bits one after the other, lowest first. */
+/* Bits on the line towards the chip, lowest first. */
 typedef struct {
     uint64_t start;  /* [tick] */
     uint32_t levels; /* [-] 1 high */
@@ -153,15 +153,15 @@ typedef struct {
 } chip_sci_t;
 
 /* The sectors that the drive writes itself. A page is erased in two passes, first all words to 0, then all to
- * 0xFFFF, a word at a time; what is behind the kept words goes in one piece. */
+ * 0xFFFF, a word at a time; the part after the stored words is erased in one step. */
 typedef struct {
     uint64_t busy_until; /* [tick] the last operation took until here */
     uint32_t operations; /* [-] words touched since power-on */
     uint32_t cut_after;  /* [-] operations until the power is cut, if it is to be */
     uint32_t cut;        /* [-] it is to be */
     uint32_t spare;      /* fills the struct to a multiple of 64 bits */
-    uint16_t word[CHIP_FLASH_PAGES]
-                 [CHIP_FLASH_KEPT + 4u]; /* the last four: what is behind, in the first of them */
+    uint16_t word[CHIP_FLASH_PAGES][CHIP_FLASH_KEPT + 4u]; /* the last four: the part after the stored words,
+                                                              in the first of them */
 } chip_flash_t;
 
 /* A memory on the I2C bus: EEPROM with pages, or FRAM. */
@@ -174,8 +174,8 @@ typedef struct {
     uint32_t state;                     /* [-] what its next octet is: i2c_memory.c */
     uint32_t place;                     /* [octets] where the next octet goes, or comes from */
     uint32_t buffered;                  /* [-] 1: octets wait for STOP */
-    uint32_t held;                      /* [-] clock pulses until it lets go of the data line */
-    uint32_t broken;                    /* [-] injected: it acknowledges and keeps what it had */
+    uint32_t held;                      /* [-] clock pulses until it releases the data line */
+    uint32_t broken;                    /* [-] injected: it acknowledges and keeps its content */
     uint32_t sent[CHIP_I2C_PAGE / 32u]; /* [-] octets of the page that were sent, a bit each */
     uint32_t spare;                     /* fills the struct to a multiple of 64 bits */
     uint8_t buffer[CHIP_I2C_PAGE];
@@ -186,7 +186,7 @@ typedef struct {
     uint64_t due;           /* [tick] what is under way is complete */
     uint32_t phase;         /* [-] of the transfer: i2c.c */
     uint32_t left;          /* [octets] of its count */
-    uint32_t shifted;       /* [-] octet that is on its way out */
+    uint32_t shifted;       /* [-] octet that is being sent */
     uint32_t waiting;       /* [-] octets in `out` */
     uint32_t waiting_first; /* [-] */
     uint32_t received;      /* [-] octets in `in` */
@@ -219,13 +219,13 @@ typedef struct {
     uint32_t resets;         /* [-] watchdog resets so far */
     uint32_t dbgm;           /* [-] DBGM: a debugger may not look while the CPU runs */
     uint32_t dbgier;         /* [-] interrupts that are served in a real-time halt */
-    uint32_t asked;          /* [-] the last reset was a wrong WDCHK: software's own wish */
+    uint32_t asked;          /* [-] software requested the last reset by a wrong WDCHK */
     uint32_t section;        /* [-] 1: INTM was set by software, not by an interrupt: its end takes time */
 } chip_cpu_t;
 
 /* A debugger's halt. */
 typedef struct {
-    uint64_t since;            /* [tick] the CPU stands since */
+    uint64_t since;            /* [tick] beginning of the halt */
     uint64_t cycle;            /* [cycle] the same */
     uint64_t stop[CHIP_EPWMS]; /* [cycle] the counter of a module stops here */
     uint32_t halted;           /* [-] */
@@ -259,13 +259,13 @@ typedef struct {
     chip_sci_t sci;
     chip_flash_t flash;
     chip_i2c_t i2c;
-    uint32_t gpio_input[3];                   /* [-] what the board puts on the pins */
+    uint32_t gpio_input[3];                   /* [-] levels that the board applies to the pins */
     uint32_t gpio_latch[3];                   /* [-] output latches */
     uint32_t averaged;                        /* [-] */
     uint32_t report_total;                    /* [-] */
     uint32_t report_count[CHIP_REPORT_KINDS]; /* [-] */
     uint32_t entries[128];                    /* [-] interrupts taken per vector */
-    uint32_t tripped;                         /* [-] legs held off by their trip zone, as last told */
+    uint32_t tripped;                         /* [-] legs that their trip zone holds off, as last reported */
     uint16_t memory[CHIP_MEMORY_REGIONS][CHIP_MEMORY_WORDS]; /* flash, code in RAM, end of the stack */
     chip_report_t reports[CHIP_REPORTS];                     /* ring, last one at (report_total - 1) mod 16 */
 } chip_t;

@@ -79,7 +79,7 @@ uint16_t sci_read(chip_t *chip, uint32_t address);
 void sci_write(chip_t *chip, uint32_t address, uint16_t value);
 void sci_refresh(chip_t *chip); /* before clock, pins or a debugger's halt change what the line does */
 void sci_event(chip_t *chip);
-void sci_go(chip_t *chip); /* a debugger's halt ends: chip->debug still says since when */
+void sci_go(chip_t *chip); /* a debugger's halt ends: chip->debug still has its beginning */
 
 /* sysctrl.c: clocks, flash */
 void sysctrl_crystal(chip_t *chip, uint32_t hz);
@@ -94,7 +94,7 @@ bool watchdog_write(chip_t *chip, uint32_t address, uint16_t value); /* false: n
 void watchdog_overflow(chip_t *chip);                                /* event */
 void watchdog_refresh(chip_t *chip);
 void watchdog_halt(chip_t *chip); /* a debugger's halt begins */
-void watchdog_go(chip_t *chip);   /* it ends: chip->debug still says since when */
+void watchdog_go(chip_t *chip);   /* it ends: chip->debug still has its beginning */
 
 /* timer.c */
 void timer_reset(chip_t *chip);
@@ -143,7 +143,7 @@ void adc_event(chip_t *chip);    /* event */
 void adc_refresh(chip_t *chip);
 void adc_schedule(chip_t *chip);
 void adc_halt(chip_t *chip); /* a debugger's halt begins */
-void adc_go(chip_t *chip);   /* it ends: chip->debug still says since when */
+void adc_go(chip_t *chip);   /* it ends: chip->debug still has its beginning */
 
 /* epwm.c: registers */
 void epwm_reset(chip_t *chip);
@@ -213,7 +213,7 @@ static inline void chip_plan(chip_t *chip, source_t source, uint64_t tick)
     chip->limit = earlier(chip->limit, tick);
 }
 
-/* So many cycles of the crystal, in ticks, up to the next whole one. */
+/* The duration of these cycles of the crystal, in ticks, up to the next whole one. */
 static inline uint64_t crystal_ticks(const chip_t *chip, uint64_t cycles)
 {
     const chip_clock_t *clock = &chip->clock;

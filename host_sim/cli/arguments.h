@@ -16,7 +16,7 @@ bool arguments_parse(const struct argp *argp, int argc, char **argv, void *input
 typedef void (*arguments_show_t)(const struct argp *argp, void *context);
 void arguments_show(int (*run)(int argc, char **argv), arguments_show_t show, void *context);
 
-/* A command without options and arguments; `doc` is what --help says. false as above. */
+/* A command without options and arguments; `doc` is the text of --help. false as above. */
 bool arguments_none(int argc, char **argv, const char *doc);
 
 /* A command whose one option is --json. */
@@ -39,7 +39,7 @@ typedef struct {
     const char *folder; /* NULL: none is given */
 } arguments_output_t;
 
-/* For argp's parser: takes these keys; 0, or what argp wants for another key. */
+/* For argp's parser: takes these keys; 0, or the code of argp for an unknown key. */
 int arguments_output(int key, const char *argument, arguments_output_t *output);
 
 /* A scenario and what changes it: rows for a table of options. */
@@ -65,7 +65,7 @@ typedef struct {
     const char *seed; /* NULL: none is given */
 } arguments_scenario_t;
 
-/* For argp's parser: takes these two keys and the scenario; 0, or what argp wants for another key. */
+/* For argp's parser: takes these two keys and the scenario; 0, or the code of argp for an unknown key. */
 struct argp_state;
 int arguments_scenario(int key, char *argument, struct argp_state *state, arguments_scenario_t *of);
 

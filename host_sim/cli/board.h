@@ -15,12 +15,12 @@
 void board_begin(int argc, char **argv);
 
 /* The board of --board. Returns true in the program of this board; in another one it does not return. false:
- * `why` says what is wrong. */
+ * `why` has the message. */
 bool board_choose(const char *name, char why[BOARD_WHY_SIZE]);
 
 /* The board that a scenario names, and its text where that came from stdin (NULL: from a file). It does not
  * return if that board's program starts. false: `why` has the reason, "" if --board has chosen another board,
- * which the reader's error tells. */
+ * which the reader's error reports. */
 bool board_of_scenario(const char *name, const char *text, size_t octets, char why[BOARD_WHY_SIZE]);
 
 #endif

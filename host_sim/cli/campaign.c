@@ -182,7 +182,7 @@ static reading_t read_results(FILE *file, const char *path, campaign_t *campaign
         *results = calloc(head.runs, sizeof **results);
     }
     if (*results == NULL) {
-        return bad_file(path, 1u, "no memory for so many runs");
+        return bad_file(path, 1u, "no memory for this number of runs");
     }
     if (head.seed != campaign->seed || head.runs != campaign->runs || head.seconds != campaign->seconds) {
         return bad_file(path, 1u, "another campaign: seed, runs and seconds must be the same");
@@ -409,7 +409,7 @@ static int run(options_t *options)
     int exit_code = EXIT_INTERNAL;
     if (results == NULL || (options->output.folder == NULL && keeper.texts == NULL)) {
         fprintf(stderr,
-                "lagless campaign: there is not enough memory for so many runs; divide them with --shard\n");
+                "lagless campaign: there is not enough memory for this number of runs; divide them with --shard\n");
     } else {
         exit_code = options->output.folder != NULL ? open_results(options, &keeper, results) : EXIT_DONE;
         exit_code = exit_code == EXIT_DONE ? run_with(options, &keeper, results) : exit_code;

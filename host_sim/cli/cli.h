@@ -1,4 +1,4 @@
-/* `lagless`: one command line for the desk. Data on stdout, messages on stderr. */
+/* `lagless`: the command line of the simulation. Data on stdout, messages on stderr. */
 #ifndef HOST_SIM_CLI_CLI_H
 #define HOST_SIM_CLI_CLI_H
 

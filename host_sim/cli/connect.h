@@ -1,4 +1,4 @@
-/* `lagless connect`: the inside. A session, its commands from one table, and what they share. */
+/* `lagless connect`: a session, the table of its commands, and functions that they share. */
 #ifndef HOST_SIM_CLI_CONNECT_H
 #define HOST_SIM_CLI_CONNECT_H
 
@@ -20,13 +20,13 @@ typedef struct {
 typedef struct {
     master_t *master;
     bool json, keep_going, quit;
-    bool terminal; /* somebody types: what has no end may go on until he stops it */
-    bool steers;   /* has switched the bridge on, and not off again */
+    bool terminal; /* input from a terminal: commands without an end run until Ctrl-C */
+    bool steers;   /* this session has switched the bridge on, and not off again */
     uint32_t line; /* [-] of the script, from 1 */
     master_error_t error;
     connect_staged_t staged[CONNECT_STAGED]; /* by this session, not applied */
     uint32_t staged_count;
-    const char *staged_set; /* a whole one that an order staged before these; NULL: none */
+    const char *staged_set; /* set that an order has staged before these; NULL: none */
 } session_t;
 
 /* ---- the table of commands ---- */
@@ -43,7 +43,7 @@ typedef struct {
     const char *name;
     const char *arguments;
     uint32_t completes; /* COMPLETE_... */
-    const char *words;  /* that may follow, blank-separated */
+    const char *words;  /* words that may follow, separated by blanks */
     bool (*run)(session_t *session, uint32_t count,
                 char **words); /* words after the name; false: session->error */
     const char *text;          /* one line */
@@ -74,11 +74,11 @@ bool connect_record(session_t *session, uint32_t count, char **words);
 bool connect_capture(session_t *session, uint32_t count, char **words);
 bool connect_faults(session_t *session, uint32_t count, char **words);
 
-/* ---- what they share ---- */
+/* ---- shared functions ---- */
 
 bool connect_fail(session_t *session, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* Nobody presses Ctrl-C in vain: true once, then the next line is read. */
+/* Returns true once after Ctrl-C; then the next line is read. */
 bool connect_stopped(void);
 
 /* A row of the drive by "name" or "table.name"; NULL: session->error. */
@@ -91,7 +91,8 @@ uint32_t connect_rows(session_t *session, uint32_t count, char **words, const ta
 /* Words joined by blanks. */
 const char *connect_joined(char to[CONNECT_LINE], uint32_t count, char **words);
 
-/* What a text means for a row: with its unit, or a pure number in the row's unit; judged by the row alone. */
+/* Converts a text to the value of a row: with a unit, or a pure number in the row's unit. Only the range of
+ * the row is judged. */
 bool connect_value(session_t *session, const table_row_t *row, const char *text, double *value);
 
 /* A time: "2 s", "20 ms", a pure number in s; 0 < time <= 1 day. */
@@ -109,22 +110,22 @@ bool connect_clauses(session_t *session, uint32_t *count, char **words, connect_
 bool connect_get_row(session_t *session, const table_row_t *row, double *value);
 bool connect_get_named(session_t *session, const char *name, double *value);
 
-/* Sets a request or a service; a refusal is explained by the desk's own judgement. */
+/* Sets a request or a service. The message of a refusal uses the rules of this program. */
 bool connect_set_named(session_t *session, const char *name, double value);
 bool connect_set_choice(session_t *session, const char *name, const char *choice);
 
-/* Is it this choice of its row? */
+/* true: the value is this choice of the row. */
 bool connect_is(const char *row, double value, const char *choice);
 
 /* `, "name": value` of a row, for --json. */
 void connect_json(const table_row_t *row, double value);
 void connect_json_text(const char *key, const char *text);
 
-/* Of the drive's time. The predicate is asked again and again; it may fail with session->error. */
+/* Waits for a time of the drive. `until` is called repeatedly; it may fail with session->error. */
 typedef bool (*connect_until_t)(session_t *session, void *context, bool *met);
 bool connect_wait_for(session_t *session, double seconds, connect_until_t until, void *context, bool *met);
 
-/* Forgets what was staged, or that it was, by what the drive says. */
+/* Updates the list of staged values by the state of the drive. */
 bool connect_look_staged(session_t *session, bool *staged);
 
 #endif

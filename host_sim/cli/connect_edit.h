@@ -6,7 +6,7 @@
 
 bool connect_edit_has(void); /* false: the rest does nothing */
 
-/* Each whole line goes to `line`, which tells whether there shall be another one. `wait` lasts until a key is
+/* Each whole line goes to `line`, which returns whether another line follows. `wait` lasts until a key is
  * pressed; false: none will be. */
 void connect_edit_begin(bool (*line)(void *context, const char *line), bool (*wait)(void *context),
                         void *context);

@@ -1,4 +1,4 @@
-/* The drive's flash in a file: what is saved outlives the program. */
+/* The drive's flash in a file: saved parameters remain after the program ends. */
 #ifndef HOST_SIM_CLI_FLASH_FILE_H
 #define HOST_SIM_CLI_FLASH_FILE_H
 
@@ -8,8 +8,8 @@
 
 typedef struct flash_file flash_file_t;
 
-/* If the file is there the drive begins anew with its content; else it is made when there is something to
- * keep. NULL: said why on stderr. */
+/* If the file exists, the drive starts with its content. Otherwise the file is made when there is something
+ * to store. NULL: the message is on stderr. */
 flash_file_t *flash_file_open(const char *path, rig_t *rig);
 
 /* Writes the file if the flash has changed, as a whole or not at all. false: said why on stderr. NULL:

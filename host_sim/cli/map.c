@@ -1,4 +1,4 @@
-/* `lagless map`: how far the estimated angle is off when the drive believes something wrong, and whether that
+/* `lagless map`: how far the estimated angle is off when the drive assumes something wrong, and whether that
  * is what theory says. */
 #include <argp.h>
 #include <math.h>

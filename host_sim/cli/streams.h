@@ -5,23 +5,22 @@
 
 #include <stdint.h>
 
-/* To be called before anything is written. From here on, when the program ends:
+/* Call it before anything is written. It acts when the program ends:
  *
- * - what stdout was given and could not take (a full disk, a closed one) makes the exit code 3, whatever it
- * was;
+ * - if stdout could not accept all output (full disk, closed stream), the exit code becomes 3;
  * - with --json among the arguments, an exit code of 2 or 3 without any output prints
  *
- *       {"error": {"exit_code": 2, "message": "...", "file": "a.toml", "line": 5, "column": 1, "name":
- * "inertai"}}
+ *     {"error": {"exit_code": 2, "message": "...", "file": "a.toml", "line": 5, "column": 1, "name": ".."}}
  *
- *   on stdout, `message` what was said on stderr; the other four are null where no place in a file is at
- * fault.
+ *   on stdout. `message` is the text of stderr; the other four are null if the error has no place in a file.
  *
- * A standard stream that the caller has closed stays unusable: no file that is opened later takes its number.
+ * A standard stream that the caller has closed remains unusable: no file that is opened later gets its
+ * number.
  */
 void streams_begin(int argc, char **argv);
 
-/* What is wrong stands in a file: the place for the above. Line and column from 1; 0: the file as a whole. */
+/* Sets the place of an error in a file for this output. Line and column count from 1; 0: the file as a whole.
+ */
 void streams_at(const char *file, uint32_t line, uint32_t column, const char *name);
 
 #endif

@@ -16,7 +16,7 @@ typedef struct {
     uint32_t *slots;     /* samples one after the other: the period, then the rows */
     uint64_t samples, room;
     bool full;       /* memory was used up: the rest is missing */
-    rig_sink_t next; /* NULL: nobody else gets them */
+    rig_sink_t next; /* NULL: there is no other sink */
     void *next_context;
 } traces_t;
 

@@ -1,5 +1,5 @@
-/* What a board sees and stands, as its file says it: one constant per board between which the program
- * chooses, made by the build (lab.cmake), each seeing its own file. */
+/* Ranges and limits of a board from its file. The build (lab.cmake) makes one constant for each board that
+ * the program can choose. */
 #ifndef HOST_SIM_LAB_BOARD_FACTS_H
 #define HOST_SIM_LAB_BOARD_FACTS_H
 
@@ -10,13 +10,13 @@
 
 typedef struct {
     const char *name;
-    double current_range;    /* [A] seen in both directions */
+    double current_range;    /* [A] measured in both directions */
     double current_per_code; /* [A] */
-    double current_limit;    /* [A] default of the drive, as the next three */
+    double current_limit;    /* [A] default of the drive's parameter, as the next three */
     double current_trip;     /* [A] */
     double undervoltage;     /* [V] */
     double overvoltage;      /* [V] */
-    double overvoltage_max;  /* [V] of the link that may be asked for */
+    double overvoltage_max;  /* [V] largest accepted overvoltage trip */
     double nominal;          /* [V] */
     double period;           /* [s] of the carrier */
     double dead_time;        /* [s] */
@@ -39,8 +39,8 @@ typedef struct {
         .shunts = BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR                                                \
     }
 
-/* The boards of this build; the first is that of the program `lagless` itself, which acts if no other one is
- * chosen. NULL at its end. */
+/* The boards of this build, NULL at the end. The first one is the default board, that of the program
+ * `lagless` itself. */
 extern const board_facts_t *const board_facts[];
 
 #endif

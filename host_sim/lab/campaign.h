@@ -290,7 +290,7 @@ typedef struct {
 typedef struct {
     uint32_t kind; /* place in campaign_faults; 0: none */
     double time;   /* [s] */
-    double value;  /* as its row says */
+    double value;  /* [unit of its row] */
     double lasts;  /* [s] after this time the row returns to its previous value; 0: permanent */
 } campaign_injected_t;
 
@@ -387,7 +387,8 @@ bool campaign_all(const campaign_t *campaign, campaign_result_t *results, char w
 #define CAMPAIGN_ALARM_RATE 0.002
 
 /* Counts the calm runs, and those of them that ended in a fault. true: CAMPAIGN_ALARM_RATE explains this
- * number. false: with this rate at most one of a million campaigns would have so many faults by chance. */
+ * number. false: with this rate at most one of a million campaigns would have this number of faults by
+ * chance. */
 bool campaign_alarms(const campaign_t *campaign, const campaign_result_t *results, uint32_t *calm,
                      uint32_t *alarms);
 

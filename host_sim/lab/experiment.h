@@ -81,7 +81,9 @@
  * its value at the point with this name (quoted '5 N m' if it is not a plain word), and @before(SWEEP) its value at
  * the previous point of the sweep. sum, mean, max, min, worst and lowest_at combine points:
  * sum(lost for load, seed if load > 2). Without any point they are 0, none, -inf, inf, none, none.
+ *
  * A file without [run] contains only claims of theory.
+ *
  * The same file and seed give the same bits with any number of threads. */
 /* clang-format on */
 #ifndef HOST_SIM_LAB_EXPERIMENT_H

@@ -1,4 +1,4 @@
-/* What the files of experiment.h share. */
+/* Data and functions that the sources of experiment.h share. */
 #ifndef HOST_SIM_LAB_EXPERIMENT_PARTS_H
 #define HOST_SIM_LAB_EXPERIMENT_PARTS_H
 
@@ -10,10 +10,10 @@
 #define EACH_MAX    4u
 #define COLUMNS_MAX 16u
 #define NAME_MAX    96u
-#define WHY_MAX     400u /* [octets] of what is wrong with a text */
-#define TEXT_MAX    640u /* [octets] of a text that is filled in */
+#define WHY_MAX     400u /* [octets] of a message about a text */
+#define TEXT_MAX    640u /* [octets] of a text with its values */
 
-/* ---- what a file may name (experiment_functions.c) ---- */
+/* ---- names that a file may use (experiment_functions.c) ---- */
 
 typedef struct {
     const char *name;
@@ -25,7 +25,7 @@ extern const char *const experiment_set_names;            /* "paper|ideal" */
 
 struct experiment_run;
 
-/* Of a sample [SI] to a number [unit]; the run is that of the sample. */
+/* Function of a sample [SI] with a result [unit]; `run` is the run of the sample. */
 typedef struct {
     const char *name, *unit;
     double (*of)(double sample, const struct experiment_run *run);
@@ -33,19 +33,19 @@ typedef struct {
 const experiment_through_t *experiment_through(const char *name);
 extern const char *const experiment_through_names;
 
-/* Of numbers to a number; of those of many points, too: NAME(... for SWEEP). */
+/* Function of numbers, also of the numbers of several points: NAME(... for SWEEP). */
 #define ARGUMENTS_MAX 16u
 typedef struct {
     const char *name;
     uint32_t least, most; /* arguments */
     double (*of)(const double *arguments, uint32_t count);
-    uint32_t each; /* arguments of each point; 0: of no points */
-    double none;   /* of no point at all */
+    uint32_t each; /* arguments per point; 0: not a function of points */
+    double none;   /* result without any point */
 } experiment_function_t;
 const experiment_function_t *experiment_function(const char *name, size_t length);
 extern const char *const experiment_function_names;
 
-/* Curves of theory, as the whole of the CSV (experiment_curves.c). */
+/* Theoretical curves, which are the whole CSV (experiment_curves.c). */
 typedef struct {
     const char *name;
     void (*write)(FILE *file);
@@ -53,10 +53,10 @@ typedef struct {
 const experiment_curve_t *experiment_curve(const char *name);
 extern const char *const experiment_curve_names;
 
-/* What is claimed of them. Largest f(x)/x of sigmoid and sign over the inputs of the curve [1/A]; of loop
- * filters of this -3 dB bandwidth [rad/s]: at how many frequencies a larger omega_c of the curve has no less
- * gain; and by how much the one of this omega_c lies below the conventional one, at least [dB]. NAN: not a
- * bandwidth of the curve. */
+/* Values of these curves for claims. sigmoid_gain_most, sign_gain_most: largest f(x)/x over the inputs of the
+ * curve [1/A]. loop_filter_not_lower: number of frequencies at which a larger omega_c does not reduce the
+ * gain, for this -3 dB bandwidth [rad/s]. loop_filter_lower: least difference [dB] by which the gain with
+ * this omega_c is below that of the conventional loop. NAN: not a bandwidth of the curve. */
 double experiment_sigmoid_gain_most(const double *none, uint32_t count);
 double experiment_sign_gain_most(const double *none, uint32_t count);
 double experiment_loop_filter_not_lower(const double *bandwidth, uint32_t count);
@@ -72,8 +72,8 @@ typedef struct {
     uint32_t use_count;
     scenario_event_t ready; /* rows of its begin */
     double settle;          /* [s]; NAN: not given */
-    double number;          /* that it stands for in expressions; NAN: none */
-    bool *only[SWEEPS_MAX]; /* the points of another sweep that it goes with; NULL: all */
+    double number;          /* value of the point in expressions; NAN: none */
+    bool *only[SWEEPS_MAX]; /* points of another sweep with which it is combined; NULL: all */
 } point_t;
 
 typedef struct {
@@ -84,7 +84,7 @@ typedef struct {
     scenario_place_t place;
 } sweep_t;
 
-/* A signal as it is looked at. */
+/* A signal with the processing of its samples. */
 typedef struct {
     const char *name;
     const table_row_t *row, *minus; /* minus NULL: none */
@@ -111,8 +111,8 @@ typedef struct {
     statistic_t of;
     double printed, theory_number;
     double tolerance[EACH_MAX];
-    bool each[EACH_MAX];      /* judged of this one of the experiment's `each` */
-    uint32_t unsaid;          /* a bit a sweep that `at` says nothing of */
+    bool each[EACH_MAX];      /* judged for this entry of the experiment's `each` */
+    uint32_t unsaid;          /* one bit for each sweep that `at` does not contain */
     uint32_t *at[SWEEPS_MAX]; /* the points */
     uint32_t at_count[SWEEPS_MAX];
 } claim_t;
@@ -133,14 +133,14 @@ typedef struct {
 
 typedef struct experiment_run {
     uint32_t point[SWEEPS_MAX];
-    char name[NAME_MAX];    /* of the points but for the flavour */
+    char name[NAME_MAX];    /* names of the points without the flavour */
     const char *flavour;    /* "" if there is no `each` */
     uint64_t reseed;        /* added to the seed of the noise */
     scenario_t *scenario;   /* of this point */
     scenario_event_t ready; /* rows that change when the drive is ready */
     double settle;          /* [s] */
     double ki;              /* [rad/s^2] of its tracking loop, for theory; NAN: there is none */
-    double load;            /* [N m] of this moment */
+    double load;            /* [N m] present load */
     tally_t *tallies;       /* of the measures */
     bool lost;
     int32_t fault;
@@ -175,29 +175,30 @@ struct experiment {
     bool lines[SWEEPS_MAX];    /* the sweeps whose points make its lines */
     experiment_run_t *runs;
     uint32_t run_count;
-    uint32_t *run_of; /* by place in the grid, the first sweep the fastest; NO_RUN: none there */
-    bool idle;        /* nothing runs */
+    uint32_t
+        *run_of; /* index of the run by place in the grid, the first sweep varies fastest; NO_RUN: none */
+    bool idle;   /* nothing runs */
 };
 
 #define NO_RUN UINT32_MAX
 
 /* ---- values (experiment_value.c, experiment_expression.c) ---- */
 
-/* Of a row at t = 0 [unit of the row], as it is written: not rounded to what the drive has. */
+/* Value of a row at t = 0 [unit of the row] as it is written, not rounded to the type of the drive. */
 double experiment_initial(const experiment_run_t *run, const table_row_t *row);
 
 typedef struct {
     const experiment_t *experiment;
     const uint32_t *point; /* [sweep_count] */
     double own;            /* `value`; NAN: there is none yet */
-    bool unmeasured;       /* only the text is judged: nothing has run */
-    uint32_t nested;       /* texts of points in each other */
-    uint32_t ranged;       /* comes out: a bit a sweep that a `for` goes over */
-    bool lost;             /* comes out: a run that was needed is */
-    char why[WHY_MAX];     /* comes out: what is wrong with the text, "" if nothing is */
+    bool unmeasured;       /* only the text is checked, before the runs */
+    uint32_t nested;       /* nesting depth of texts of points */
+    uint32_t ranged;       /* result: one bit for each sweep that a `for` uses */
+    bool lost;             /* result: a needed run is lost */
+    char why[WHY_MAX];     /* result: error of the text; "": none */
 } value_t;
 
-/* The number of an expression; NAN if it is wrong, which `why` tells. */
+/* The number of an expression. NAN: the expression is wrong; value->why has the message. */
 double experiment_evaluate(value_t *value, const char *text);
 
 /* The run at these points; NULL: there is none. */
@@ -206,16 +207,18 @@ const experiment_run_t *experiment_run_at(const experiment_t *experiment, const 
 /* The measure of this name; measure_count: none. */
 uint32_t experiment_measure_of(const experiment_t *experiment, const char *name, size_t length);
 
-/* A text with its {...} filled in: {SWEEP} by the text of its point, {EXPRESSION} by its number. false:
- * value->why. */
+/* Replaces {SWEEP} in a text by the text of its point, and {EXPRESSION} by its number. false: value->why has
+ * the message. */
 bool experiment_text(value_t *value, const char *text, char *to, size_t size);
 
-/* The points of a claim for one of `each`, one after the other, the first sweep the fastest. */
+/* Number of points of a claim for one entry of `each`, and the n-th of them; the first sweep varies fastest.
+ */
 size_t experiment_claim_points(const experiment_t *experiment, const claim_t *claim);
 void experiment_claim_point(const experiment_t *experiment, const claim_t *claim, uint32_t each, size_t n,
                             uint32_t point[SWEEPS_MAX]);
 
-/* The next of the points of these sweeps, a bit a sweep, the first the fastest; false: that was the last. */
+/* Advances to the next point of these sweeps (one bit each); the first sweep varies fastest. false: it was
+ * the last point. */
 bool experiment_next(const experiment_t *experiment, uint32_t sweeps, uint32_t *point);
 
 #endif

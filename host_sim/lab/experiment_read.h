@@ -1,4 +1,4 @@
-/* What the files that read an experiment share. */
+/* Functions that the sources for reading an experiment share. */
 #ifndef HOST_SIM_LAB_EXPERIMENT_READ_H
 #define HOST_SIM_LAB_EXPERIMENT_READ_H
 
@@ -17,36 +17,38 @@ typedef struct {
     experiment_t *experiment;
 } file_t;
 
-/* ---- texts and names; each: false: the error says what is wrong and what is accepted ---- */
+/* ---- texts and names: each function returns false if the entry is wrong; the error has the accepted values
+ * ---- */
 
 const toml_entry_t *file_top(const file_t *file);
 bool file_fail(const file_t *file, const toml_entry_t *entry, const char *message);
 
-/* Zeroed memory of the experiment, room for one more; NULL: there is none, as the error says. */
+/* Zeroed memory that is freed with the experiment, with room for one more element; NULL: there is none, and
+ * the error reports it. */
 void *file_take(const file_t *file, size_t count, size_t size);
 
-/* An optional text in one line, and one that must be there. */
+/* Reads an optional, or a required, text of one line. */
 bool file_text(const file_t *file, const toml_entry_t *table, const char *key, const char **to);
 bool file_needed(const file_t *file, const toml_entry_t *table, const char *key, const char *example,
                  const char **to);
 
-/* A list of names, or one name: how many; 0: wrong. */
+/* Reads a list of names, or one name. Returns their number; 0: wrong. */
 uint32_t file_list(const file_t *file, const toml_entry_t *entry, const toml_entry_t **names, uint32_t most);
 
-/* A number, or an expression unless text is NULL. */
+/* Reads a number, or an expression if `text` is not NULL. */
 bool file_number(const file_t *file, const toml_entry_t *entry, double *number, const char **text);
 
-/* Returns false: none of these choices, "a|b", is called so. */
+/* Reports that no choice of "a|b", or no point of the sweep, has this name. Returns false. */
 bool file_no_such(const file_t *file, const toml_entry_t *entry, const char *what, const char *choices);
 bool file_no_point(const file_t *file, const toml_entry_t *entry, const sweep_t *sweep);
 
-/* May the text be part of the name of a file and of rows? */
+/* true: the text can be part of the names of files and rows. */
 bool file_is_name(const file_t *file, const toml_entry_t *entry);
 
-/* Can an expression have this name? */
+/* true: an expression can contain this name. */
 bool file_is_word(const file_t *file, const toml_entry_t *entry, const char *name);
 
-/* Is this the first table of the array with this text of the key? */
+/* true: no earlier table of the array has the same text of this key. */
 bool file_is_first(const file_t *file, const toml_entry_t *array, const toml_entry_t *table, const char *key);
 
 /* ---- parts of the file ---- */
@@ -61,12 +63,12 @@ bool file_read_lets(const file_t *file);
 bool file_read_claims(const file_t *file);
 bool file_read_runs(const file_t *file);
 
-/* Every expression and text, on runs that have not been made. */
+/* Check every expression and text before the runs. */
 bool file_check_lets(const file_t *file);
 bool file_check_claims(const file_t *file);
 bool file_check_table(const file_t *file);
 
-/* The point of this name; count: none. */
+/* Index of the point with this name; count: none. */
 uint32_t sweep_point(const sweep_t *sweep, const char *name);
 
 #endif

@@ -1,4 +1,4 @@
-/* The ring as a functional mock-up unit of FMI 2.0 for co-simulation: which variables it has, and its model
+/* The simulation as a functional mock-up unit of FMI 2.0 for co-simulation: its variables and its model
  * description. The library that computes them is host_sim/fmu/fmu.c; the archive is written by `lagless fmu`.
  *
  * A variable is a row of a table: its name is that of recordings, its value reference the row's permanent id.
@@ -19,20 +19,20 @@
 #define FMU_TIME       0u        /* value reference */
 #define FMU_ID_END     6000u     /* [-] every id is below this */
 
-/* NULL: no variable has this reference. */
+/* Row of a value reference; NULL: no variable has this reference. */
 const table_row_t *fmu_row(uint32_t reference);
 
-/* All variables but time in the order of the description; NULL: there are not so many. */
+/* The n-th variable in the order of the description, without time; NULL: n is too large. */
 const table_row_t *fmu_variable(uint32_t n);
 
 bool fmu_is_output(const table_row_t *row);
 bool fmu_is_real(const table_row_t *row);
 
-/* What the description and the library have in common: version and tables. Returns `to`. */
+/* Identifies version and tables; it must be the same in description and library. Returns `to`. */
 #define FMU_GUID_SIZE 64u
 const char *fmu_guid(char to[FMU_GUID_SIZE]);
 
-/* modelDescription.xml of this scenario; returns the number of variables, time included. */
+/* Writes modelDescription.xml of this scenario. Returns the number of variables, including time. */
 uint32_t fmu_describe(FILE *file, const scenario_t *scenario, const char *commit);
 
 #endif

@@ -1,7 +1,7 @@
-/* The files that this program has read as its input, so that none of them is written over by its output.
+/* The list of the files that this program has read, so that its output cannot overwrite one of them.
  *
- * A file is known by its place on the disk and not by its name: a link to an input is that input. What is
- * read more than once is kept once. From any thread. */
+ * A file is identified by its place on the disk, not by its name; a link to an input counts as this input. A
+ * file that is read several times is listed once. The functions may be called from any thread. */
 #ifndef HOST_SIM_LAB_INPUTS_H
 #define HOST_SIM_LAB_INPUTS_H
 
@@ -11,9 +11,9 @@
 extern "C" {
 #endif
 
-#define INPUTS_MAX 1024u /* [files] beyond it they are not kept */
+#define INPUTS_MAX 1024u /* [files] further ones are not listed */
 
-/* Plain files only; others cannot be written over. */
+/* Adds a plain file to the list; other files cannot be overwritten. */
 void inputs_note(const char *path);
 void inputs_note_descriptor(int descriptor);
 

@@ -7,7 +7,7 @@
 
 #define SURE 0.9 /* [-] confidence of an L that is learnt */
 /* [-] of what an i_d makes of a wrong R. It is there at low speed and load, where the dead time's zones leave
- * gaps in the voltages that are believed. */
+ * gaps in the voltages that are assumed. */
 #define OPEN 0.2
 
 static const double limits[MAP_CLAIMS] = {

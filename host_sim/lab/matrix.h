@@ -5,13 +5,16 @@
  * promises are data (matrix_table.h). The rig is brought into each manoeuvre once and its state is saved. The
  * state of the drive, not a fixed time, decides when the manoeuvre is reached. Each fault starts from the
  * saved state. From the injection on every period is observed for the time in the fault's row. The
- * observation is compared with the promise: reaction the last reaction of the drive, MATRIX_RIDES and the
- * following reason the latched reason, a warning, or the reason of the refusal time      from the injection
- * to the first reaction: gates off (all legs held by the trip zone, exact to the tick), begin of the quick
- * stop, a warning of these reasons, or the rotor caught again. In the manoeuvre "off" the time begins when
- * the bridge is commanded on. current the largest true phase current at the samples rotor     its state at
- * the end, over the last 50 ms or electrical turn; its speed never exceeds 1.2 times the initial or requested
- * speed plus 100 r/min (bare rotor: 400 r/min)
+ * observation is compared with the promise:
+ *
+ *     reaction  the last reaction of the drive, MATRIX_RIDES and the following
+ *     reason    the latched reason, a warning, or the reason of the refusal
+ *     time      from the injection to the first reaction: gates off (all legs held by the trip zone, exact to
+ *               the tick), begin of the quick stop, a warning of these reasons, or the rotor caught again. In
+ *               the manoeuvre "off" the time begins when the bridge is commanded on.
+ *     current   the largest true phase current at the samples
+ *     rotor     its state at the end, over the last 50 ms or electrical turn; its speed never exceeds 1.2
+ *               times the initial or requested speed plus 100 r/min (bare rotor: 400 r/min)
  *
  * A cell that keeps the whole promise is green, otherwise red. A cell that cannot occur is neither, and
  * contains the reason. Known red cells are listed beside the promises, each with its reason. Another red cell
@@ -30,9 +33,10 @@
 #include "host_sim/lab/scenario.h"
 
 /* The last reaction of the drive. An observation is one of these bits, a promise is a set of them. */
-#define MATRIX_RIDES   1u   /* the drive continues, without an effect */
-#define MATRIX_WARNS   2u   /* the drive continues, with a warning */
-#define MATRIX_CATCHES 4u   /* the drive continues; the rotor was lost and caught, or the start was repeated \
+#define MATRIX_RIDES 1u /* the drive continues, without an effect */
+#define MATRIX_WARNS 2u /* the drive continues, with a warning */
+#define MATRIX_CATCHES                                                                                       \
+    4u                      /* the drive continues; the rotor was lost and caught, or the start was repeated \
                              */
 #define MATRIX_REFUSES   8u /* the bridge never came on, no fault is latched */
 #define MATRIX_STOPS     16u /* the drive braked with a quick stop, then the fault was latched */

@@ -250,7 +250,7 @@ static bool warns_of(const watch_t *watch, uint64_t warnings)
 }
 
 /* How far the currents turn until the drive shows that it knows: with the rotor, in whose frame control runs,
- * wherever that is believed; or with a forced frame, about which the rotor swings. */
+ * wherever that is assumed; or with a forced frame, about which the rotor swings. */
 static void watch_turn(watch_t *watch, double rotor, double frame, int32_t manoeuvre)
 {
     if (isnan(watch->latched) && isnan(watch->lost) && isnan(watch->stopping)) {

@@ -1,8 +1,8 @@
-/* The matrix's data: what is injected, when, and what the drive promises. To promise otherwise, edit this
- * file and nothing else; `lagless matrix --cell FAULT/MANOEUVRE` shows what comes of it.
+/* Data of the matrix: faults, manoeuvres and promises of the drive. To change a promise, edit only this file;
+ * `lagless matrix --cell FAULT/MANOEUVRE` shows the result.
  *
- * A cell that the drive does not keep stays red here until it does, and stands in the list at the end. A
- * promise gives way only where physics says that it cannot be kept, and then its row says why. */
+ * A cell whose promise the drive does not keep is red, and is listed at the end of this file. A promise is
+ * reduced only if it is physically impossible to keep; its row then contains the reason. */
 #ifndef HOST_SIM_LAB_MATRIX_TABLE_H
 #define HOST_SIM_LAB_MATRIX_TABLE_H
 
@@ -18,11 +18,11 @@
 /* ---- faults ----
  *
  * F(NAME, "name", when, watch [s], lasts [s], what, "text")
- *   when   LATER: it comes in the manoeuvre; FIRST: wrong from the beginning, before the bridge comes on
+ *   when   LATER: the fault occurs in the manoeuvre; FIRST: it exists from the beginning, before the bridge comes on
  *   watch  from the injection to the end; a cell ends 0.3 s after a fault is latched
- *   lasts  then all of it is taken back; FOR_GOOD
- *   what   SET(row, value), TIMES(row, factor), ADD(row, step); NOTHING; WITH_CAPACITOR(row, value): the DC link
- *          gets one of 1 mF behind 0.2 ohm first */
+ *   lasts  after this time the changes end; FOR_GOOD: permanent
+ *   what   SET(row, value), TIMES(row, factor), ADD(row, step); NOTHING; WITH_CAPACITOR(row, value): before the change
+ *          the DC link gets a capacitor of 1 mF behind 0.2 ohm */
 
 #define LATER false
 #define FIRST true
@@ -34,7 +34,7 @@
 #define WITH_CAPACITOR(row, value) \
     {{"plant.dc_capacitance", 0.0, 1e-3}, {"plant.dc_resistance", 0.0, 0.2}, {row, 0.0, value}}
 
-/* The code that the ADC gives for so many amperes. */
+/* Code of the ADC for this current [A]. */
 #define CODE(amperes) (double)(int32_t)(((amperes) - (double)BOARD_CURRENT_AT_0V) / (double)BOARD_CURRENT_PER_CODE + 0.5)
 
 #define HALF_A_TURN 0.785398 /* [rad] electrical, of four pole pairs */
@@ -133,7 +133,7 @@
  * P(FAULT, manoeuvres, places, reactions, "reasons", within [s], current [A], rotor, "because")
  *   The last row that speaks of a cell counts: the rule first, exceptions below it.
  *   manoeuvres  AT(NAME), or sets of them; places ENCODER, SENSORLESS, BOTH, or one of MATRIX_ENCODER_H ...
- *   reactions   a set: any of them will do; NEVER: the cell cannot occur, `because` says why
+ *   reactions   a set: any of them will do; NEVER: the cell cannot occur, `because` has the reason
  *   reasons     any of these; none for RIDES and CATCHES
  *   within      SOON: 20 ms or a third of a turn of the currents; AT_ONCE; or a time; ANY_TIME
  *   rotor       a set; OUT: gates off, it coasts or stands */

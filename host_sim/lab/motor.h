@@ -3,12 +3,12 @@
  *   title = "Teknic M-2310P-LN-04K"     # one line
  *   source = "..."                      # where the numbers are from
  *   pole_pairs = 4
- *   resistance_line = "0.72 ohm"        # the name of each key says what the number means: MOTOR_KEYS
+ *   resistance_line = "0.72 ohm"        # the name of each key defines the meaning of the number: MOTOR_KEYS
  *
  * Keys of one quantity exclude each other (`resistance` and `resistance_line`), except for those of the flux
  * linkage: the first of the list is used, and a contradiction of another one is reported with both
- * numbers. Star connection is assumed: between two lines R and L are twice those of a phase; a
- * winding in delta has the same star as its equivalent, and data between lines hold for it as they are.
+ * numbers. Star connection is assumed: between two lines R and L are twice those of a phase. A
+ * winding in delta is described by its equivalent star; its data between lines are valid without a change.
  *
  *   psi_f = Ke/(sqrt 3 p 1000 pi/30)        Ke peak between lines, per 1000 r/min; phase: without sqrt 3
  *   psi_f = Kt/(1.5 p)                      Kt per ampere of the sine's peak; per ampere rms: /sqrt 2
@@ -16,7 +16,7 @@
  *                                           what makers of brushless DC motors print
  *   psi_f = (V/Hz)/(2 pi)                   peak of a phase per electrical hertz
  *
- * Does not handle: saturation along the magnets, iron loss, EMF that is no sine. */
+ * Does not handle: saturation along the magnets, iron loss, an EMF that is not a sine. */
 #ifndef HOST_SIM_LAB_MOTOR_H
 #define HOST_SIM_LAB_MOTOR_H
 
@@ -28,7 +28,7 @@
 #include "host_sim/lab/toml_reader.h"
 #include "host_sim/lab/units.h"
 
-/* What a motor has. Those of the flux stand in the order in which they count. */
+/* Quantities of a motor. */
 typedef enum {
     MOTOR_POLE_PAIRS,
     MOTOR_RESISTANCE,
@@ -62,7 +62,7 @@ typedef enum {
     K(inductance_q,           MOTOR_INDUCTANCE_Q, 1.0,                 "H",         1e-5,  1.0,   "of a phase, across them") \
     K(inductance,             MOTOR_INDUCTANCE_Q, 1.0,                 "H",         1e-5,  1.0,   "of a phase, both axes") \
     K(inductance_line,        MOTOR_INDUCTANCE_Q, 0.5,                 "H",         2e-5,  2.0,   "between two lines, both axes") \
-    K(saturation_current,     MOTOR_SATURATION,   1.0,                 "A",         1.0,   1e4,   "peak, across the magnets, at which saturation leaves 1/sqrt 2 of L_q i_q; inductance_q is then that without current") \
+    K(saturation_current,     MOTOR_SATURATION,   1.0,                 "A",         1.0,   1e4,   "peak current across the magnets at which saturation reduces the flux to 1/sqrt 2 of L_q i_q; inductance_q is then the value without current") \
     K(flux_linkage,           MOTOR_FLUX,         0.0,                 "Wb",        1e-4,  10.0,  "psi_f, peak of a phase") \
     K(flux_volts_per_hertz,   MOTOR_FLUX,         0.0,                 "V/Hz",      6e-4,  60.0,  "peak of a phase per electrical hertz") \
     K(ke_line_peak,           MOTOR_FLUX,         0.0,                 "V/krpm",    0.01,  1e4,   "EMF between lines, peak, per 1000 r/min") \
@@ -96,7 +96,7 @@ typedef enum {
         MOTOR_KEY_COUNT
 } motor_key_t;
 
-/* What is written, key by key. */
+/* The keys of a data sheet, as they are written. */
 typedef struct {
     char name[96];    /* of the library, or of the file */
     char title[200];  /* "" if there is none */
@@ -104,23 +104,23 @@ typedef struct {
     bool has[MOTOR_KEY_COUNT];
     double value[MOTOR_KEY_COUNT]; /* [unit of the key] */
     scenario_place_t place[MOTOR_KEY_COUNT];
-    scenario_place_t whole; /* of the table that it stands in */
+    scenario_place_t whole; /* of the table that contains it */
 } motor_sheet_t;
 
 #define MOTOR_NOTES     8u
 #define MOTOR_NOTE_SIZE 320u
 
-/* What it means. */
+/* The quantities that follow from the keys. */
 typedef struct {
     char name[96];
-    bool has[MOTOR_QUANTITIES];               /* false: not given, and where it must be known, assumed */
+    bool has[MOTOR_QUANTITIES];               /* false: not given; a required value is then assumed */
     double value[MOTOR_QUANTITIES];           /* [SI] per phase, amplitudes; MOTOR_CURRENT peak */
     char notes[MOTOR_NOTES][MOTOR_NOTE_SIZE]; /* contradictions and assumptions, one line each */
     uint32_t note_count;
 } motor_t;
 
-/* Keys of a table into the sheet, over what it has: a key replaces all others of its quantity. `others`
- * ("name|file") are keys that may stand there too and are left alone. */
+/* Reads the keys of a table into the sheet. A key replaces all other keys of its quantity. `others`
+ * ("name|file") are further keys that are accepted and ignored. */
 bool motor_read_table(const toml_file_t *file, const toml_entry_t *table, const char *others,
                       motor_sheet_t *sheet, scenario_error_t *error);
 
@@ -133,7 +133,7 @@ bool motor_read_library(const char *name, motor_sheet_t *sheet, scenario_error_t
 /* "name" of the library, or a path (it has a slash or ends in .toml). */
 bool motor_read(const char *what, motor_sheet_t *sheet, scenario_error_t *error);
 
-/* "KEY=VALUE" over the sheet. */
+/* Replaces a key of the sheet by "KEY=VALUE". */
 bool motor_override(motor_sheet_t *sheet, const char *assignment, scenario_error_t *error);
 
 /* Names in the library, alphabetically; the caller frees each and the list. -1: it cannot be read. */
@@ -150,7 +150,7 @@ bool motor_make(const motor_sheet_t *sheet, motor_t *motor, scenario_error_t *er
  * whose keys need other quantities. */
 double motor_given(const motor_sheet_t *sheet, motor_quantity_t quantity);
 
-/* Torque constant 1.5 p psi_f [N m/A], everything that turns [kg m^2]. */
+/* Torque constant 1.5 p psi_f [N m/A]; inertia of everything that turns [kg m^2]. */
 double motor_torque_constant(const motor_t *motor);
 double motor_inertia(const motor_t *motor);
 

@@ -21,7 +21,8 @@ typedef struct {
     char miss[480];     /* "" or the first expectation that failed, or the fault */
 } motor_trial_t;
 
-/* false: it can not be read, tuned or run; `error` says why. `trial` is large: not for the stack of a thread.
+/* false: it can not be read, tuned or run; `error` has the message. `trial` is large: not for the stack of a
+ * thread.
  */
 bool motor_trial(const motor_sheet_t *sheet, motor_trial_t *trial, scenario_error_t *error);
 

@@ -15,7 +15,7 @@ typedef struct {
 } setting_t;
 
 /* PI with 0.5 A s/rad and 2.5 A/rad, the reference whole in both parts, the speed as the loop has it, no
- * current but for torque; and the encoder: the paper says nothing of starting without one. */
+ * current but for torque; and the encoder: the paper does not describe a start without one. */
 extern const setting_t paper_drive[];
 extern const size_t paper_drive_count;
 

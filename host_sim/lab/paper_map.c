@@ -1,5 +1,5 @@
 /* The error map as a figure beyond the paper: runs, rows and data. It is no experiment's file, for its
- * machine differs from what the drive believes by a deviation that is measured against a run without it, on
+ * machine differs from what the drive assumes by a deviation that is measured against a run without it, on
  * gate edges, and in its second half the drive learns: host_sim/lab/map.h, which `lagless map` runs as well.
  */
 #include <math.h>

@@ -1,4 +1,4 @@
-/* What theory says of the paper's loops and observers: in double, from the equations, independent of the
+/* Theory of the paper's loops and observers: in double, from the equations, independent of the
  * firmware.
  *
  * The rig is Table I's, with the inertia and the friction that the paper's accelerations imply (erratum 13).

@@ -1,4 +1,4 @@
-/* The same work on several threads: a map or a page of figures is many rigs that know nothing of each other.
+/* The same work on several threads: a map or a report consists of many independent rigs.
  */
 #ifndef HOST_SIM_LAB_POOL_H
 #define HOST_SIM_LAB_POOL_H
@@ -10,7 +10,7 @@
 
 typedef struct {
     size_t count; /* [-] pieces */
-    /* Does piece n; false: says in `why`, one line, why it could not. */
+    /* Does piece n; false: `why` gets the message, one line. */
     bool (*piece)(void *work, size_t n, char why[POOL_WHY]);
     /* Called after each piece, by one thread at a time; may be NULL. */
     void (*progress)(void *work, size_t done);

@@ -116,7 +116,8 @@ typedef struct {
     char buffer[RECORDER_BUFFER];
 } recorder_out_t;
 
-/* Room for so many octets (at most RECORDER_BUFFER) in the buffer; the caller writes and adds to `used`. */
+/* Room for this number of octets (at most RECORDER_BUFFER) in the buffer; the caller writes and adds to
+ * `used`. */
 char *recorder_out_room(recorder_out_t *out, size_t octets);
 void recorder_out_flush(recorder_out_t *out);
 void recorder_out_text(recorder_out_t *out, const char *text);

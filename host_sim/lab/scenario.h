@@ -51,9 +51,11 @@
  * Numbers are in the SI unit of their row; text has a unit that must fit it (host_sim/lab/units.h); rows with
  * choices take the choice's name; bool is wrong everywhere. A row name that two tables have is written
  * table.row.
+ *
  * If `enable` commands the drive on, an expectation of a float row fails unless the drive was on for at least one
  * period; otherwise it could be met because nothing happened. Whole numbers and choices show the state of the drive,
  * and have no such condition.
+ *
  * A run that ends with a latched fault or a permanent refusal fails unless an expectation names it; runner.h has the
  * rule.
  *
@@ -130,7 +132,7 @@ typedef struct {
     bool to_the_end;        /* `to` was not given */
     bool measure;           /* of [[measure]]: no limits, nothing can fail */
     bool needs_drive;       /* it fails if the drive was commanded on and never came on */
-    bool needs_none;        /* the file says needs_drive = "no": a drive that is never on is expected */
+    bool needs_none;        /* the file has needs_drive = "no": a drive that is never on is expected */
     uint32_t begin, end;    /* [periods] begin <= k < end */
     double at_least;        /* [unit of the row]; -INFINITY: no limit */
     double at_most;         /* [unit of the row]; INFINITY: no limit */

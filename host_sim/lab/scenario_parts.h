@@ -1,4 +1,4 @@
-/* The scenario's inside: what reading a file and judging a scenario share. */
+/* Data and functions that the reading and the checking of a scenario share. */
 #ifndef HOST_SIM_LAB_SCENARIO_PARTS_H
 #define HOST_SIM_LAB_SCENARIO_PARTS_H
 
@@ -30,7 +30,7 @@ struct scenario_memory {
 extern const char *const scenario_settable[SCENARIO_SETTABLE];
 const table_t *scenario_table(const char *name); /* NULL: no such table */
 
-/* Zeroed memory that goes with the scenario; NULL: there is none. */
+/* Zeroed memory that is freed with the scenario; NULL: there is none. */
 void *scenario_take(scenario_t *scenario, size_t octets);
 
 /* Fills all but the file; returns false. Control characters become spaces. */
@@ -39,7 +39,7 @@ bool scenario_fail(scenario_error_t *error, scenario_place_t place, const char *
 
 bool scenario_no_memory(scenario_error_t *error);
 
-/* Rows that were meant and rows of other tables with this name: "; nearest: i_q". "" if nothing helps. */
+/* Rows with a similar name, or rows of other tables with this name: "; nearest: i_q". "": there are none. */
 typedef struct {
     char text[320];
 } scenario_hint_t;
@@ -51,11 +51,12 @@ typedef struct {
 } scenario_accepted_t;
 scenario_accepted_t scenario_accepted(const table_row_t *row);
 
-/* A row that a scenario may set, by "row" or "table.row". NULL: `error` says so (place and file are left). */
+/* A row that a scenario may set, by "row" or "table.row". NULL: there is none; `error` has a message (without
+ * place and file). */
 const table_row_t *scenario_settable_row(const char *name, scenario_error_t *error);
 
-/* What a text means for a row; false: not this row's kind of value (name and place are given for the
- * message). */
+/* Converts a text to the value of a row. false: the text is not a value of this row; name and place are for
+ * the message. */
 bool scenario_row_text_value(const table_row_t *row, const char *text, double *value, scenario_place_t place,
                              scenario_error_t *error);
 
@@ -65,26 +66,27 @@ static inline const char *scenario_not_finite(double value)
     return value != value ? "nan" : value < 0.0 ? "-inf" : "inf";
 }
 
-/* May the row have this value, as far as the row alone can say? */
+/* true: the row accepts this value; rules between rows are not judged. */
 bool scenario_row_accepts(const table_row_t *row, double value, scenario_place_t place,
                           scenario_error_t *error);
 
 /* ---- reading ---- */
 
-/* Rows that go over those of the file at t = 0, or under them: what the file sets stays. */
+/* Rows at t = 0 that replace those of the file, or with `under` are replaced by those of the file. */
 typedef struct {
     bool under;
-    uint32_t entry; /* a table of the file with sections and [[at]]; 0: these settings */
+    uint32_t entry; /* a table of the file with sections and [[at]]; 0: `settings` */
     const scenario_setting_t *settings;
     uint32_t count;
 } scenario_layer_t;
 
-/* A scenario that is a part of a file which says more: what else may stand at the top, and what goes over. */
+/* A scenario that is a part of a larger file: the other keys of the file, and rows that replace those of the
+ * scenario. */
 typedef struct {
-    const char *keys, *accepted; /* all of them; NULL: those of a scenario */
+    const char *keys, *accepted; /* all accepted keys; NULL: those of a scenario */
     const scenario_layer_t *layers;
     uint32_t layer_count;
-    bool unchecked; /* only read; scenario_check is due */
+    bool unchecked; /* only read; the caller must call scenario_check */
 } scenario_more_t;
 
 scenario_t *scenario_read_more(const char *path, const char *text, size_t octets, const scenario_more_t *more,
@@ -94,11 +96,11 @@ typedef struct {
     const toml_file_t *file;
     scenario_t *scenario;
     scenario_error_t *error;
-    bool to_mend; /* what an override can replace is refused later */
+    bool to_mend; /* wrong values that an override can replace are refused later */
     const scenario_more_t *more;
 } reading_t;
 
-/* Entries: NULL: there is none. */
+/* Entries of the file. NULL: there is none. */
 scenario_place_t reading_place(const toml_entry_t *entry);
 const toml_entry_t *reading_first(const reading_t *reading, const toml_entry_t *parent);
 const toml_entry_t *reading_next(const reading_t *reading, const toml_entry_t *parent,
@@ -107,7 +109,7 @@ uint32_t reading_count(const reading_t *reading, const toml_entry_t *parent);
 const toml_entry_t *reading_find(const reading_t *reading, const toml_entry_t *table, const char *key);
 const char *reading_key(const toml_entry_t *entry);
 
-/* Each: false: `error` says what is wrong and what is accepted. */
+/* Each function returns false if the entry is wrong; `error` has the cause and the accepted values. */
 bool reading_is_type(const reading_t *reading, const toml_entry_t *entry, toml_type_t type);
 bool reading_is_text(const reading_t *reading, const toml_entry_t *entry, bool lines);
 bool reading_is_whole(const reading_t *reading, const toml_entry_t *entry, int64_t min, int64_t max);

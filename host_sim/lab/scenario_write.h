@@ -1,6 +1,6 @@
-/* A scenario as it was resolved, written as a scenario again: without its motor's file, its profiles and what
- * the command line replaced, whose values stand in it as numbers. Read again it runs the same bits. Not
- * written: expectations, measures, what is recorded. */
+/* Writes a scenario with all its values as numbers: those of the motor's file, of the profiles and of the
+ * command line are included. Read again, it runs with the same bits. Expectations, measures and the recorded
+ * rows are not written. */
 #ifndef HOST_SIM_LAB_SCENARIO_WRITE_H
 #define HOST_SIM_LAB_SCENARIO_WRITE_H
 

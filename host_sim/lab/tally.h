@@ -1,6 +1,6 @@
-/* Statistics of samples as they come, in double: mean and deviation by Welford's recurrence (runner.h). All
- * kinds are kept: choosing costs as much as counting. A sample that is not a number makes each of them not a
- * number. */
+/* Running statistics of samples in double: mean and deviation by Welford's recurrence (runner.h). All
+ * statistics are updated with each sample, because selecting one costs as much. A sample that is NaN makes
+ * all of them NaN. */
 #ifndef HOST_SIM_LAB_TALLY_H
 #define HOST_SIM_LAB_TALLY_H
 

@@ -1,5 +1,5 @@
-/* A TOML file as a flat list in the order of the file; toml++ behind a C interface. Knows nothing of what the
- * keys mean.
+/* A TOML file as a flat list in the order of the file; toml++ behind a C interface. It does not know the
+ * meaning of the keys.
  *
  * Entries come parents first: those of a table or array follow it, up to its `end`. Entry 0 is the file's own
  * table. Siblings stand in the order of their places in the file; a table that is filled from several places
@@ -57,7 +57,7 @@ typedef struct {
     char message[256];     /* one line */
 } toml_error_t;
 
-/* Notes the file as an input (host_sim/lab/inputs.h). NULL: `error` says why. Every call owns what it
+/* Notes the file as an input (host_sim/lab/inputs.h). NULL: `error` has the message. Every call owns what it
  * returns; free with toml_free. */
 toml_file_t *toml_read(const char *path, toml_error_t *error);
 

@@ -1,19 +1,20 @@
-/* From a motor to the rows of the drive: every rule of thumb once, each with its reason; and what will not
- * work on this board, told before anything runs.
+/* Computes the parameters of the drive for a motor. Each rule is in one place and has a reason. Warnings
+ * report before a run what will not work on this board.
  *
- *   current_limit        2 I_rated, as far as the board goes: a start needs more than its load
- *   overcurrent_trip     1.5 current_limit, at least 1.2 of it and the ripple
- *   dc_overvoltage       1.286 U_dc, dc_undervoltage 0.643 U_dc: the board's own shares
- *   overspeed_trip       1.4 omega_top, 0.5 rad a period at most; the drive hands over at 0.3 of it at most
- *   start_current        0 (current_limit), or what a leg of the board's module stands
- *   feedforward_cutoff   1.6 sqrt(p T/J), 50 rad/s at least; pll_bandwidth 4 times it        theory, 7
- *   speed_ramp           what the tracking loop follows if J is wrong, where the motor could do more
- *   position_source      sensorless; encoder for L_q above 1.2 L_d                            theory, 6
- *   omega_free           the rated speed, or what the link lets it come to without load
- *   omega_top            the rated speed, or what link, current and sampling leave of it
+ *     current_limit        2 I_rated, limited by the board: a start needs more current than the load
+ *     overcurrent_trip     1.5 current_limit, at least 1.2 current_limit plus the ripple
+ *     dc_overvoltage       1.286 U_dc, dc_undervoltage 0.643 U_dc: the shares of the board
+ *     overspeed_trip       1.4 omega_top, at most 0.5 rad a period; the hand-over is at most at 0.3 of it
+ *     start_current        0 (current_limit), or the continuous current of a leg of the board's module
+ *     feedforward_cutoff   1.6 sqrt(p T/J), at least 50 rad/s; pll_bandwidth is 4 times this    theory, 7
+ *     speed_ramp           what the tracking loop follows with a wrong J, if the motor can do more
+ *     position_source      sensorless; encoder for L_q above 1.2 L_d                            theory, 6
+ *     omega_free           the rated speed, or the largest speed without load at this link
+ *     omega_top            the rated speed, or less if link, current or sampling limit it
  *
- * What the drive makes by its own rules stays 0: observer, hand-over, ramp and damping of a start, speed
- * control. The rows are accepted by the firmware (params_check): a motor whose rows are not has none. */
+ * Parameters that the drive computes by its own rules remain 0: observer, hand-over, ramp and damping of a
+ * start, speed control. The firmware accepts the rows (params_check); a motor without accepted rows is an
+ * error. */
 #ifndef HOST_SIM_LAB_TUNE_H
 #define HOST_SIM_LAB_TUNE_H
 
@@ -38,32 +39,33 @@ typedef struct {
 typedef struct {
     tune_row_t rows[TUNE_ROWS]; /* params first, then plant */
     uint32_t count;
-    char warnings[TUNE_WARNINGS][TUNE_TEXT_SIZE]; /* one line each; the motor's notes are among them */
+    char warnings[TUNE_WARNINGS][TUNE_TEXT_SIZE]; /* one line each, including the notes of the motor */
     uint32_t warning_count;
     double link;        /* [V] */
-    double speed_top;   /* [rad/s] mechanical, that this board turns the motor with under its load */
-    double torque_top;  /* [N m] rated, or what the board's current makes */
+    double speed_top;   /* [rad/s] mechanical, top speed under load on this board */
+    double torque_top;  /* [N m] rated torque, or less if the board's current limits it */
     double current;     /* [A] peak, for torque_top */
-    double handover;    /* [rad/s] mechanical, up to which a start forces the frame */
+    double handover;    /* [rad/s] mechanical, end of the forced frame in a start */
     bool needs_encoder; /* too salient for the estimator */
 } tune_t;
 
-/* false: the board can not run this motor; `error` says why, `tune` has the warnings so far. */
+/* false: the board cannot run this motor; `error` has the reason, `tune` the warnings until then. */
 bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error);
 
-/* The rows as TOML, [params] and [plant], a reason each; `comment` before each line ("" or "# "). */
+/* Prints the rows as TOML, [params] and [plant], each with its reason; `comment` is printed before each line
+ * ("" or "# "). */
 void tune_print(FILE *to, const tune_t *tune, const char *comment);
 
-/* A scenario ready to run: cold start, to the top speed with a part of the load, then all of it. The motor is
- * written as it was given: by its name of the library, or key by key. */
+/* Writes a scenario: cold start, acceleration to the top speed with a part of the load, then the whole load.
+ * The motor is written as it was given, by its name in the library or key by key. */
 void tune_scenario(FILE *to, const motor_sheet_t *sheet, const motor_t *motor, const tune_t *tune);
 
-/* In which time [s] a load [N m] may come that grows evenly, if the speed [rad/s] is to dip by no more than
- * 3 %: the speed control, 1/14 of the loop's bandwidth fast, lags a torque's rate by rate/(J w^2). */
+/* Time [s] in which a load [N m] may rise evenly without reducing the speed [rad/s] by more than 3 %. The
+ * speed control with the bandwidth w, 1/14 of the loop's, has a speed error of rate/(J w^2). */
 double tune_load_time(double torque, double speed, double inertia, double bandwidth);
 
-/* What a board would have to see and stand for this motor, and which boards do; several lines, each with
- * `comment` before it. */
+/* Prints the ranges and limits that a board needs for this motor, and the boards that have them; `comment` is
+ * printed before each line. */
 void tune_boards(FILE *to, const motor_t *motor, const char *comment);
 
 #endif

@@ -7,7 +7,7 @@
  * locale.
  *
  * A speed in r/min is a mechanical one, and so is an acceleration in r/min/s: those spellings hold only for
- * rows whose text says "mechanical", and Hz only for the others (a filter, an electrical speed), where it
+ * rows whose text contains "mechanical", and Hz only for the others (a filter, an electrical speed), where it
  * means 2 pi rad/s.
  *
  * Spellings of data sheets, as a PDF gives them: both characters for micro, the middle dot, N.m and kg-cm2,
@@ -26,24 +26,25 @@
 #define UNITS_SPEED        "rad/s mechanical"
 #define UNITS_ACCELERATION "rad/s^2 mechanical"
 
-#define UNITS_TEXT_SIZE 96u /* [chars] what units_text writes at most, with its closing 0 */
+#define UNITS_TEXT_SIZE 96u /* [chars] largest output of units_text, with its closing 0 */
 
 typedef struct {
     char text[320]; /* one line: what was given, what is accepted */
 } units_error_t;
 
-/* Which list of spellings goes with a row: its unit, UNITS_SPEED or UNITS_ACCELERATION. */
+/* The list of spellings of a row: its unit, UNITS_SPEED or UNITS_ACCELERATION. */
 const char *units_of_row(const table_row_t *row);
 
-/* The number [unit] that `text` means. false: `why` says what is wrong; *value is untouched. Units that have
- * no list are accepted as they are spelled. Numbers beyond the range of double are refused. */
+/* Converts `text` to a number [unit]. false: the text is wrong; `why` has the message, and *value is
+ * unchanged. Units without a list are accepted as they are spelled. Numbers outside the range of double are
+ * refused. */
 bool units_read(const char *text, const char *unit, double *value, units_error_t *why);
 
-/* The unit of a key that means the rms or the peak value ("rms", "peak"): it has the spellings of the unit
- * itself and those that say so, "3 Arms". The unit itself where none do. */
+/* The unit of a key for the rms or the peak value ("rms", "peak"). It has the spellings of the unit and
+ * special ones such as "3 Arms". Without special spellings it is the unit itself. */
 const char *units_variety(const char *unit, const char *which);
 
-/* Writes a value with the unit and prefix that reads best ("1500 r/min", "2.5 us", "12.3 mrad"), six digits;
+/* Writes a value with a suitable unit and prefix ("1500 r/min", "2.5 us", "12.3 mrad") and six digits;
  * returns `to`. A value that is not finite is written as such. */
 const char *units_text(char to[UNITS_TEXT_SIZE], double value, const char *unit);
 

@@ -1,4 +1,4 @@
-/* Why a drive refused a set or a request: judged again on the desk, by the same rules, so that the answer
+/* Why a drive refused a set or a request: judged again in this program, by the same rules, so that the answer
  * names rule and accepted range, which the drive does not send. */
 #ifndef HOST_SIM_LINE_JUDGE_H
 #define HOST_SIM_LINE_JUDGE_H

@@ -91,7 +91,7 @@ struct master {
     uint32_t step;   /* [-] packet of the first question that was asked */
     double due;      /* [s] end of patience */
     double patience; /* [s] of an ordinary question over this line */
-    uint32_t synchs; /* [-] in a row without an answer */
+    uint32_t synchs; /* [-] in succession without an answer */
 
     bool connected;
     uint32_t key;                    /* [-] of master_unlock; 0: none */

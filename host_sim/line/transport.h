@@ -20,7 +20,7 @@ typedef struct {
 } transport_target_t;
 
 /* "tcp://HOST:PORT", "tcp://[::1]:PORT", "DEVICE", "DEVICE:BAUD"; a device has a slash in its name. false:
- * `why` says what is wrong and what is accepted. */
+ * `why` has the cause and the accepted values. */
 bool transport_parse(const char *target, transport_target_t *parsed, char *why, size_t size);
 
 /* Opens it; the descriptor does not block. -1: `why`. A serial device is taken for this program alone. */

@@ -6,8 +6,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Number of the map in this file (plant/flux_map.h); 0: `why` says what is wrong, in which line and column,
- * and what is accepted. */
+/* Number of the map in this file (plant/flux_map.h); 0: `why` has the cause, line and column, and the
+ * accepted values. */
 uint32_t flux_map_file_read(const char *path, char *why, size_t size);
 
 #endif

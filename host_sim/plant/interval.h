@@ -1,16 +1,16 @@
 /* One interval of the plant in which nothing is switched: motor, legs, DC link, shaft and energies.
  *
- * Currents: the voltage vector stands still in the stationary frame; in the rotor frame it turns back at
- * omega_e. With constant speed the equations of plant.h are then linear, and their Taylor series is summed
- * to the fourth order. Where a current touches the zone around zero, the voltage of its leg is the mean over
- * the current's way, found by repetition; where that leg is too stiff (both gates off), or a phase is broken,
- * classical Runge-Kutta in sub-steps that end at the borders of the zone and are at most half its time
- * constant long; two of them where a fast rotor feeds the link by the diodes and the transient is over.
- * The ripple of a stiff link: as its value in the middle of the interval.
- * Shaft: constant mean torque of both ends, friction at the extrapolated middle speed (second order); the
- * currents and the angle see the speed extrapolated from one interval earlier. An elastic shaft: exact for
- * torques that are constant at both ends. An interval in which a shaft
- * with break-away or brake would come to rest or break loose ends at the tick of it. */
+ * Currents: the voltage vector is constant in the stationary frame; in the rotor frame it turns backwards
+ * with omega_e. With constant speed the equations of plant.h are linear, and their Taylor series is summed to
+ * the fourth order. If a current touches the zone around zero, the voltage of its leg is the mean over the
+ * change of the current, found by iteration. If this leg is too stiff (both gates off), or a phase is broken,
+ * the step is a classical Runge-Kutta method. Its sub-steps end at the borders of the zone and have at most
+ * half of its time constant. If a fast rotor feeds the link through the diodes in steady state, there are two
+ * sub-steps. Ripple of a constant link voltage: the value in the middle of the interval. Shaft: constant mean
+ * torque of both ends, friction at the extrapolated speed of the middle (second order). Currents and angle
+ * use the speed extrapolated from the previous interval. The solution of an elastic shaft is exact for
+ * torques that are constant at both ends. If a shaft with break-away or brake stops or starts, the interval
+ * ends at this tick. */
 #ifndef HOST_SIM_PLANT_INTERVAL_H
 #define HOST_SIM_PLANT_INTERVAL_H
 
@@ -19,18 +19,20 @@
 
 #include "host_sim/plant/plant.h"
 
-/* What the whole electrical turns and the offset are to the encoder; after a change of any of them. */
+/* Updates the counts of the encoder for whole electrical turns and for its offset. Call it after a change of
+ * these values. */
 void interval_count_turns(plant_t *plant);
 
-/* Advances by at most `ticks` (> 0) and returns by how many: no more than 100 us, less where
- * something changes faster (phase of omega_e, R/L, swing of rotor against currents: 0.1 of each). */
+/* Advances by at most `ticks` (> 0) and returns the number of ticks. The step is at most 100 us, and at most
+ * 0.1 of the time constants of omega_e, of R/L and of the oscillation of rotor and currents. */
 uint64_t interval_step(plant_t *plant, uint64_t ticks);
 
-/* The same after a change of angle, speed, currents or parameters from outside: also the extrapolation of the
- * speed. */
+/* The same after a change of angle, speed, currents or parameters from outside: also restarts the
+ * extrapolation of the speed. */
 void interval_restart(plant_t *plant);
 
-/* i_d, i_q, torque and the broken phases made consistent after a change of phase currents or angle. */
+/* Computes i_d, i_q, torque and the state of broken phases again after a change of phase currents or angle.
+ */
 void interval_refresh(plant_t *plant);
 
 /* true: dry friction holds the shaft, at speed 0. */

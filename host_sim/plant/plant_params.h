@@ -23,7 +23,7 @@
     P(flux_linkage,          "Wb",       0.183,   0.0,    10.0,   "flux of the magnets psi_f, peak, phase to star point") \
     P(emf_5th,               "-",        0.0,     -0.5,   0.5,    "5th harmonic of the phase EMF, relative to the fundamental") \
     P(emf_7th,               "-",        0.0,     -0.5,   0.5,    "7th harmonic of the phase EMF, relative to the fundamental") \
-    P(inertia,               "kg m^2",   0.0636,  1e-6,   1e3,    "everything that turns; 0.0636 the paper's rig, 0.003 the bare motor") \
+    P(inertia,               "kg m^2",   0.0636,  1e-6,   1e3,    "inertia of everything that turns; 0.0636: the paper's rig, 0.003: the bare motor") \
     P(friction_coulomb,      "N m",      1.32,    0.0,    1e3,    "dry friction") \
     P(friction_viscous,      "N m s/rad", 0.0,    0.0,    1e2,    "friction that grows with speed") \
     P(load_kind,             "-",        0.0,     0.0,    1.0,    "0 passive: load opposes motion; 1 active: load has a constant sign") \
@@ -45,8 +45,8 @@
     P(current_range,         "A",        BOARD_CURRENT_OVER(1500.0f), -1e4, 1e4, "current sensors: current that changes the pin by 1.5 V; negative: inverting") \
     P(current_gain_error_a,  "-",        0.0,     -2.0,   0.5,    "sensor of phase a reads (1 + this) times the current; -2: wired the wrong way") \
     P(current_gain_error_b,  "-",        0.0,     -2.0,   0.5,    "sensor of phase b reads (1 + this) times the current; -2: wired the wrong way") \
-    P(current_offset_a,      "A",        0.0,     -100.0, 100.0,  "added by the sensor of phase a") \
-    P(current_offset_b,      "A",        0.0,     -100.0, 100.0,  "added by the sensor of phase b") \
+    P(current_offset_a,      "A",        0.0,     -100.0, 100.0,  "offset of the current sensor of phase a") \
+    P(current_offset_b,      "A",        0.0,     -100.0, 100.0,  "offset of the current sensor of phase b") \
     P(current_noise,         "A",        0.01,    0.0,    10.0,   "noise of each current sample, rms") \
     P(current_bandwidth,     "rad/s",    0.0,     0.0,    1e8,    "first-order lag of the current sensors; 0: none") \
     P(dc_range,              "V",        BOARD_DC_AT_3V,   1.0,    1e4,    "DC-link sensor: 0 .. range is 0 .. 3 V") \
@@ -62,19 +62,19 @@
     P(force_fault,           "-",        0.0,     0.0,    1.0,    "1: control supply too low: all switches off, fault output active") \
     P(current_zero,          "V",        BOARD_CURRENT_ZERO_MV / 1e3, 0.0, 3.0, "pin voltage of the current sensors without current") \
     P(current_gain_error_c,  "-",        0.0,     -2.0,   0.5,    "sensor of phase c, where there is one, reads (1 + this) times the current; -2: wired the wrong way") \
-    P(current_offset_c,      "A",        0.0,     -100.0, 100.0,  "added by the sensor of phase c, where there is one") \
+    P(current_offset_c,      "A",        0.0,     -100.0, 100.0,  "offset of the current sensor of phase c, if there is one") \
     P(friction_breakaway,    "N m",      0.0,     0.0,    1e3,    "friction up to which the shaft stays at rest, plus a passive load; at least friction_coulomb; 0: off, friction is smooth about zero speed") \
     P(leg_a_drop,            "V",        0.0,     0.0,    50.0,   "added to the drops of both IGBTs and both diodes of leg a") \
     P(leg_b_drop,            "V",        0.0,     0.0,    50.0,   "added to the drops of both IGBTs and both diodes of leg b") \
     P(leg_c_drop,            "V",        0.0,     0.0,    50.0,   "added to the drops of both IGBTs and both diodes of leg c") \
-    P(leg_a_resistance,      "ohm",      0.0,     0.0,    10.0,   "in series with leg a: a bad contact, an unequal winding") \
-    P(leg_b_resistance,      "ohm",      0.0,     0.0,    10.0,   "in series with leg b") \
-    P(leg_c_resistance,      "ohm",      0.0,     0.0,    10.0,   "in series with leg c") \
+    P(leg_a_resistance,      "ohm",      0.0,     0.0,    10.0,   "resistance in series with leg a: a bad contact, an unequal winding") \
+    P(leg_b_resistance,      "ohm",      0.0,     0.0,    10.0,   "resistance in series with leg b") \
+    P(leg_c_resistance,      "ohm",      0.0,     0.0,    10.0,   "resistance in series with leg c") \
     P(leg_a_delay,           "s",        0.0,     0.0,    5e-6,   "added to the turn-on delay of both IGBTs of leg a") \
     P(leg_b_delay,           "s",        0.0,     0.0,    5e-6,   "added to the turn-on delay of both IGBTs of leg b") \
     P(leg_c_delay,           "s",        0.0,     0.0,    5e-6,   "added to the turn-on delay of both IGBTs of leg c") \
     P(open_switches,         "-",        0.0,     0.0,    63.0,   "IGBTs that never conduct, while their diodes do: sum of 1 upper a, 2 lower a, 4 upper b, 8 lower b, 16 upper c, 32 lower c") \
-    P(shorted_switches,      "-",        0.0,     0.0,    63.0,   "IGBTs that always conduct, whatever gate and protection command; sum as for open_switches") \
+    P(shorted_switches,      "-",        0.0,     0.0,    63.0,   "IGBTs that always conduct, independent of gate and protection; sum as for open_switches") \
     P(swap_phases,           "-",        0.0,     0.0,    3.0,    "motor wires exchanged behind the current sensors: 1 b with c, 2 c with a, 3 a with b") \
     P(swap_currents,         "-",        0.0,     0.0,    3.0,    "signals of the current sensors exchanged: 1 b with c, 2 c with a, 3 a with b") \
     P(encoder_reversed,      "-",        0.0,     0.0,    1.0,    "1: tracks A and B are exchanged; from then on the encoder counts the other way") \
@@ -136,7 +136,7 @@ plant_params_t plant_params_default(void);
 /* true if every value is in its range, whole where it counts something, and the cross-rules hold (a passive
  * load is not negative; break-away is 0 or no less than dry friction; no switch is open and shorted at once;
  * a lost supply leaves a capacitor; flux_linkage is that of a flux map, within 1 %; an elastic shaft is no
- * faster than PLANT_SHAFT_FASTEST). Otherwise false and *why says what is wrong; why may be NULL. Not a
+ * faster than PLANT_SHAFT_FASTEST). Otherwise false and *why has the message; why may be NULL. Not a
  * number is out of range. */
 bool plant_params_check(const plant_params_t *params, plant_params_error_t *why);
 

@@ -1,9 +1,9 @@
-/* What the Python package calls: plain functions and flat structs, nothing that a foreign-function interface
- * could not describe. These symbols are all that the shared library shows.
+/* Interface of the Python package: plain functions and flat structs, which a foreign-function interface can
+ * describe. The shared library exports only these symbols.
  *
- * The package's mirror of the structs is lagless/_library.py; binding_layout() lets it find out at once that
- * it is another program's. All values are in the SI unit of their row. A `why` is one line, cut at WHY_SIZE.
- * Calls on one object belong to one thread at a time; different objects do not disturb each other.
+ * lagless/_library.py describes the same structs; it compares binding_layout() to detect a library of another
+ * version. All values are in the SI unit of their row. A `why` is one line, cut at WHY_SIZE. Only one thread
+ * at a time may use an object; different objects are independent.
  *
  * Does not handle: files of recordings (host_sim/lab/recorder.h), printing. */
 #ifndef HOST_SIM_PYTHON_BINDING_H
@@ -34,36 +34,36 @@ typedef struct {
     const char *table, *name;
     const char *key; /* unique: "i_q", or "plant.inertia" where two tables have the name */
     const char *unit, *text, *choices;
-    double initial, min, max; /* [unit]; 0 of a row that is only shown */
+    double initial, min, max; /* [unit]; 0 for a row that cannot be set */
 } binding_row_t;
 
-/* Sizes of the structs below and hash of the tables, to be compared: one number. */
+/* One number from the sizes of the structs below and the hash of the tables, for comparison. */
 BINDING uint32_t binding_layout(void);
 BINDING double binding_period(void);       /* [s] */
 BINDING const char *binding_version(void); /* of the project in CMakeLists.txt */
 
-/* The board of this library; the n-th of all boards, NULL: there are not so many; and why there is none of
- * this name, "" if there is one. */
+/* binding_board: the board of this library. binding_boards: the n-th of all boards; NULL: n is too large.
+ * binding_no_board: message if no board has this name, else "". */
 BINDING const char *binding_board(void);
 BINDING const board_facts_t *binding_boards(uint32_t n);
 BINDING void binding_no_board(const char *name, char why[WHY_SIZE]);
 
-/* The n-th row of all tables; false: there are not so many. */
+/* The n-th row of all tables; false: n is too large. */
 BINDING bool binding_row(uint32_t n, binding_row_t *row);
 
-/* The number [unit of the row] that a text with a unit means. */
+/* Converts a text with a unit to a number [unit of the row]. */
 BINDING bool binding_value(uint32_t id, const char *text, double *value, char why[WHY_SIZE]);
 
 /* Name, text and remedy of a reason; false: no such number. */
 BINDING bool binding_reason(int32_t number, const char **name, const char **text, const char **remedy);
 
-/* Begin of each of these periods [s], as recordings have it. */
+/* Beginning of each of these periods [s], as in recordings. */
 BINDING void binding_seconds(const uint32_t *periods, double *seconds, uint64_t count);
 
 /* ---- samples ---- */
 
-/* Where a tap puts its samples: `slots` [room x columns], one sample after the other. What does not fit is
- * counted only. */
+/* Buffer for the samples of a tap: `slots` [room x columns], one sample after the other. Samples that do not
+ * fit are only counted. */
 typedef struct {
     uint32_t *slots;
     uint32_t *periods; /* [room] */
@@ -92,8 +92,9 @@ BINDING uint64_t binding_rig_hash(const rig_t *rig);
 
 /* ---- scenarios ---- */
 
-/* `text` NULL: the file of that path. What settings can mend is judged by binding_scenario_check alone, which
- * is due after the last of them. NULL: `why`, and `error` where in the file. */
+/* Reads a scenario from `text`, or from the file `path` if text is NULL. After the last override call
+ * binding_scenario_check, which judges everything that overrides can correct. Returns NULL for a wrong
+ * scenario; `why` has the message and `error` the place in the file. */
 BINDING scenario_t *binding_scenario_read(const char *path, const char *text, uint64_t octets,
                                           scenario_error_t *error, char why[WHY_SIZE]);
 BINDING void binding_scenario_free(scenario_t *scenario);
@@ -123,26 +124,27 @@ typedef struct {
     uint32_t record_count;  /* 0: no recording */
     uint32_t record_every;  /* [periods] */
     binding_samples_t *samples;
-    int (*progress)(double fraction); /* every RUNNER_PROGRESS_PERIODS; not 0: stop; NULL: nobody */
+    int (*progress)(
+        double fraction); /* called every RUNNER_PROGRESS_PERIODS, may be NULL; result not 0: stop */
 } binding_ask_t;
 
 typedef struct binding_run binding_run_t;
 
-/* NULL: refused, see `why` and `error`. The scenario must outlive the run. */
+/* NULL: refused, see `why` and `error`. The scenario must exist as long as the run. */
 BINDING binding_run_t *binding_run(scenario_t *scenario, const binding_ask_t *ask, scenario_error_t *error,
                                    char why[WHY_SIZE]);
 BINDING void binding_run_free(binding_run_t *run);
 
-/* What a run came to. */
+/* Result of a run. */
 typedef struct {
     uint64_t seed, hash;
-    double seconds;  /* [s] on the wall */
+    double seconds;  /* [s] real time of the run */
     uint32_t end;    /* runner_end_t */
     uint32_t failed; /* [-] expectations that are not met, and one more for an unexpected end */
     uint32_t periods, fault_period;
     int32_t state, fault_reason, refusal, not_on, manoeuvre;
 } binding_outcome_t;
-/* `unexpected`: what the unexpected end is, "" if there is none. */
+/* `unexpected`: text of an unexpected end, "" if there is none. */
 BINDING void binding_outcome(const binding_run_t *run, binding_outcome_t *outcome, char unexpected[WHY_SIZE]);
 
 typedef struct {
@@ -171,23 +173,24 @@ typedef struct binding_plant binding_plant_t;
 
 typedef struct {
     plant_truth_t truth;
-    double i_a, i_b, i_c; /* [A] as the sensors show them, noise and errors included */
-    double u_dc;          /* [V] as the sensor shows it */
+    double i_a, i_b, i_c; /* [A] measured by the sensors, with noise and errors */
+    double u_dc;          /* [V] measured by the sensor */
     int64_t encoder;      /* [counts] */
     double seconds;       /* [s] since creation */
 } binding_plant_now_t;
 
-/* NULL without memory. `ticks`: of a carrier period; `dead`: of the dead band [1/150 MHz]. */
+/* NULL: there is no memory. `ticks`: length of a carrier period; `dead`: length of the dead band [1/150 MHz].
+ */
 BINDING binding_plant_t *binding_plant_create(uint64_t seed, uint32_t ticks, uint32_t dead, bool averaged);
 BINDING void binding_plant_free(binding_plant_t *plant);
-/* Rows of the table `plant`; as a set. false: refused. */
+/* Sets rows of the table `plant`, as a set. false: refused. */
 BINDING bool binding_plant_set(binding_plant_t *plant, const uint32_t *ids, const double *values,
                                uint32_t count, char why[WHY_SIZE]);
 BINDING bool binding_plant_get(const binding_plant_t *plant, uint32_t id, double *value);
 BINDING void binding_plant_set_motion(binding_plant_t *plant, double theta_m, double omega_m);
 
 /* One carrier period with these duties, each limited to 0..1; NULL: all gates off. The period begins and ends
- * in the middle of the lower zero vector, where `now` is seen. */
+ * in the middle of the lower zero vector, at which binding_plant_now reads the values. */
 BINDING void binding_plant_step(binding_plant_t *plant, const double duties[3]);
 BINDING void binding_plant_now(binding_plant_t *plant, binding_plant_now_t *now);
 
@@ -197,14 +200,15 @@ typedef struct {
     uint64_t seed;
     commission_plate_t plate; /* a value of 0: that of the scenario's parameters */
     uint32_t skip;            /* bits of commission_do_t: steps that are not requested */
-    /* Before each try of a step (done 0), after it (1), and every 2.5 ms of it (2). 0: stop it. */
+    /* Called before each try of a step (done 0), after it (1), and every 2.5 ms during it (2). Result 0:
+     * stop. */
     uint32_t (*progress)(uint32_t step, uint32_t done);
 } binding_commission_t;
 
-/* Name and text of the n-th step of commissioning; NULL: there are not so many. */
+/* Name and text of the n-th step of commissioning; NULL: n is too large. */
 BINDING const char *binding_commission_step(uint32_t n, const char **text);
 
-/* Runs the steps on the scenario's motor. `how` has the plate in the end. false: see `why`. */
+/* Runs the steps on the scenario's motor. At the end `how` has the plate. false: see `why`. */
 BINDING bool binding_commission(const scenario_t *scenario, binding_commission_t *how,
                                 commission_result_t *result, char why[WHY_SIZE]);
 
@@ -214,16 +218,17 @@ typedef struct {
     uint64_t seed;
     double seconds; /* [s] of each run */
     uint32_t runs, shard, shards, threads;
-    /* Each finished run: its line, and the scenario of a violation, else NULL. Not 0: stop. Called from any
-     * thread, by one at a time. */
+    /* Receives each finished run: its line, and the scenario of a violation, else NULL. Result not 0: stop.
+     * Called from any thread, by one at a time. */
     int (*keep)(uint32_t run, const char *line, const char *scenario);
 } binding_campaign_t;
 
-/* The first line of its results, in `line`; false: out of range, and `line` says why. */
+/* Writes the first line of its results into `line`. false: a value is out of range; `line` has the message.
+ */
 BINDING bool binding_campaign_head(const binding_campaign_t *campaign, char line[WHY_SIZE]);
 BINDING bool binding_campaign(const binding_campaign_t *campaign, char why[WHY_SIZE]);
 
-/* The summary of lines, the head first; to be freed by binding_free. NULL: see `why`. */
+/* The summary of result lines, of which the first is the head. Free it with binding_free. NULL: see `why`. */
 BINDING char *binding_campaign_summary(const char *lines, bool json, char why[WHY_SIZE]);
 BINDING void binding_free(void *memory);
 

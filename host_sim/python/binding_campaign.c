@@ -77,7 +77,7 @@ bool binding_campaign(const binding_campaign_t *campaign, char why[WHY_SIZE])
     how.context = &keeper;
     campaign_result_t *results = calloc(campaign->runs, sizeof *results);
     if (results == NULL) {
-        return refuse(why, "no memory for so many runs");
+        return refuse(why, "no memory for this number of runs");
     }
     const bool good = campaign_all(&how, results, pool_why);
     free(results);
@@ -122,7 +122,7 @@ char *binding_campaign_summary(const char *lines, bool json, char why[WHY_SIZE])
     campaign_result_t *results = calloc(campaign.runs, sizeof *results);
     FILE *file = results != NULL ? open_memstream(&text, &size) : NULL;
     if (file == NULL) {
-        (void)refuse(why, "no memory for so many runs");
+        (void)refuse(why, "no memory for this number of runs");
     } else {
         const bool good = read_lines(lines + length, campaign.runs, results, why);
         if (good) {

@@ -68,7 +68,7 @@ const char *rig_advice_text(char to[RIG_NUMBER_SIZE], double advice, double min,
 
 /* rig_world.c */
 chip_world_t rig_world(rig_t *rig);
-void rig_drive_enable_input(rig_t *rig); /* the pin as its row says */
+void rig_drive_enable_input(rig_t *rig); /* the pin as its row requires */
 void rig_follow_fault_line(rig_t *rig);  /* the plant has changed beside a gate edge */
 
 /* rig_software.c */
@@ -76,7 +76,7 @@ void rig_software_bind(rig_t *rig);
 uint64_t rig_section(void *context);           /* [ticks] that a section with interrupts off takes */
 bool rig_background_is_free(const rig_t *rig); /* neither CPU nor background itself is busy */
 bool rig_background(rig_t *rig); /* its turn; false: the CPU or the background itself is not free */
-/* What app_interrupt and app_medium call on the desk in the place of drive_step, drive_medium_step and
+/* What app_interrupt and app_medium call in the simulation instead of drive_step, drive_medium_step and
  * drive_medium_took (rig.cmake). */
 bool desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
 void desk_drive_medium_step(drive_t *drive);

@@ -37,7 +37,7 @@ typedef struct {
 /* For tests that look into or sabotage the inside. */
 rig_state_t *rig_state(rig_t *rig);
 
-/* The first so many ticks of the coming period, at most all of them; the next rig_step runs the rest. For
+/* Runs the first ticks of the next period, at most all of them; the next rig_step runs the rest. For
  * what happens between two t_k. */
 void rig_step_part(rig_t *rig, uint64_t ticks);
 

@@ -1,5 +1,5 @@
-/* The desk's own tables, of the same shape as the drive's: truth (what the plant really does; the drive never
- * sees it), plant (what the plant is made of) and rig (fidelity and injected faults). */
+/* The tables of the simulation, with the same form as those of the drive: truth (true values of the plant,
+ * which the drive does not get), plant (what the plant is made of) and rig (fidelity and injected faults). */
 #ifndef HOST_SIM_RIG_RIG_TABLES_H
 #define HOST_SIM_RIG_RIG_TABLES_H
 

@@ -3,8 +3,8 @@
  *
  * Foreign pages in the same browser get nothing done and nothing shown. Every request, a GET too, must
  * - name this server as its host, which ends tricks with names that resolve to this machine,
- * - come from a page of this server, or from none, where it says so (Sec-Fetch-Site, Origin),
- * - begin its path with a token of 128 random bits, made anew by each http_open, which only the address has
+ * - come from a page of this server, or from none, if the browser states it (Sec-Fetch-Site, Origin),
+ * - begin its path with a token of 128 random bits, new in each http_open, which only the address has
  * that was printed for the user; else it is answered with 403. One that changes anything (POST) must carry
  * the header X-Lagless besides, which a browser lets no foreign page send without a permission that is never
  * given.
@@ -38,7 +38,7 @@ typedef struct {
 /* Must answer by http_answer or http_stream, once, before it returns. */
 typedef void (*http_handler_t)(void *context, uint32_t client, const http_request_t *request);
 
-/* At this port; 0: any that is free. NULL: *why says so, one line. */
+/* At this port; 0: any that is free. NULL: *why has the message, one line. */
 http_t *http_open(uint32_t port, http_handler_t handler, void *context, char *why, size_t size);
 void http_close(http_t *http); /* NULL: nothing */
 uint32_t http_port(const http_t *http);

@@ -1,4 +1,4 @@
-/* What the scope tells its pages, as JSON. */
+/* The messages of the scope to its pages, as JSON. */
 #ifndef HOST_SIM_SCOPE_SCOPE_TEXT_H
 #define HOST_SIM_SCOPE_SCOPE_TEXT_H
 
@@ -16,7 +16,7 @@ typedef struct {
     const char *tables[SCOPE_ROWS_MAX]; /* names of their tables */
     uint32_t bits[SCOPE_ROWS_MAX];
     bool known[SCOPE_ROWS_MAX];
-    bool news[SCOPE_ROWS_MAX]; /* not told yet */
+    bool news[SCOPE_ROWS_MAX]; /* not sent yet */
     uint32_t count;
 } scope_values_t;
 

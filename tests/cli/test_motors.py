@@ -64,10 +64,10 @@ class Motors(TestCase):
         head = 'schema = 1\ntitle = "t"\n[run]\nduration = "4 s"\n'
         blocks = ["".join(line[4:] for line in block.splitlines(True)) for block in re.findall(r"\n\n((?:    .+\n)+)", PAGE)]
         motor = next(block for block in blocks if block.startswith("[motor]"))
-        belief = next(block for block in blocks if block.startswith("[params]"))
+        assumption = next(block for block in blocks if block.startswith("[params]"))
         loads = next(block for block in blocks if block.startswith("load_torque"))
         profile = next(block for block in blocks if block.startswith("[[profile]]"))
-        path = self.write("page.toml", head + motor + belief + "[plant]\n" + loads + profile)
+        path = self.write("page.toml", head + motor + assumption + "[plant]\n" + loads + profile)
         self.expect(0, lagless("run", path, "--set", "run.duration=3.1"))
 
     def test_the_ripple_of_the_page_is_that_of_its_formula(self):

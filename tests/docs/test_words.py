@@ -73,7 +73,8 @@ def of_documents():
 
 
 def of_messages():
-    for folder in ("host_sim/cli", "host_sim/lab", "host_sim/line", "host_sim/rig", "host_sim/plant", "host_sim/scope", "host_sim/fmu", "hal", "firmware/drive", "firmware/app"):
+    for folder in ("host_sim/cli", "host_sim/lab", "host_sim/line", "host_sim/rig", "host_sim/plant", "host_sim/scope", "host_sim/fmu", "host_sim/python", "hal", "firmware/drive",
+                   "firmware/app", "firmware/settings"):
         for path in sorted((ROOT / folder).glob("*.[ch]")):
             yield path, messages(path.read_text(encoding="utf-8")), False
     for path in (*sorted((ROOT / "host_sim/scope/page").glob("*.html")), *sorted((ROOT / "tools/plot/page").glob("*.html"))):

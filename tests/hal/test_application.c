@@ -22,7 +22,7 @@ static uint32_t judged_off; /* [-] those of them while interrupts were off */
 bool noted_params_check(const params_t *params, params_error_t *why);
 bool noted_params_check_live(const params_t *now, const params_t *next, params_error_t *why);
 bool noted_requests_check(const requests_t *requests, const params_t *params, params_error_t *why);
-void noted_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed);
+void noted_drive_prepare(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed);
 
 static void note_judging(void)
 {
@@ -48,10 +48,10 @@ bool noted_requests_check(const requests_t *requests, const params_t *params, pa
     return requests_check(requests, params, why);
 }
 
-void noted_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+void noted_drive_prepare(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
     note_judging();
-    drive_prepare(tuning, params, believed);
+    drive_prepare(tuning, params, assumed);
 }
 
 /* ---- bench ---- */

@@ -147,8 +147,8 @@ static void expect_handover_of_the_drive(const char *name)
             table_set_whole(row, &params, (int64_t)tune.rows[k].value);
         }
     }
-    const believed_t believed = params_believed(&params);
-    const start_params_t start = params_start(&params, &believed);
+    const assumed_t assumed = params_configured(&params);
+    const start_params_t start = params_start(&params, &assumed);
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(1e-3 * tune.handover, tune.handover, (double)start.handover_speed,
                                       name);
     TEST_ASSERT_TRUE_MESSAGE(tune.handover < tune.speed_top, name);

@@ -397,7 +397,7 @@ class Scenarios(unittest.TestCase):
 
 
 class Motulator(unittest.TestCase):
-    def test_its_names_are_rows_of_plant_and_beliefs(self):
+    def test_its_names_are_rows_of_plant_and_assumptions(self):
         class Pars:
             n_p, R_s, L_d, L_q, psi_f = 3, 3.6, 0.036, 0.051, 0.545
 

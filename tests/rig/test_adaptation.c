@@ -56,9 +56,9 @@ typedef struct {
     double mean;       /* [mrad] */
 } other_t;
 
-/* L_d, L_q, R, psi_f, the delays and the drop are believed so much too small or too large, little by little.
+/* L_d, L_q, R, psi_f, the delays and the drop are assumed so much too small or too large, little by little.
  */
-static void believe_step(rig_t *rig, double step, double share)
+static void assume_step(rig_t *rig, double step, double share)
 {
     static const char *const rows[] = {"motor_inductance_d", "motor_inductance_q", "motor_resistance",
                                        "motor_flux_linkage", "device_drop"};
@@ -72,10 +72,10 @@ static void believe_step(rig_t *rig, double step, double share)
 }
 
 #define STEPS 20
-static void believe(rig_t *rig, double share)
+static void assume(rig_t *rig, double share)
 {
     for (int32_t n = 1; n <= STEPS; n++) {
-        believe_step(rig, pow(share, 1.0 / STEPS), pow(share, (double)n / STEPS));
+        assume_step(rig, pow(share, 1.0 / STEPS), pow(share, (double)n / STEPS));
     }
 }
 
@@ -107,7 +107,7 @@ static void expect_learnt(const other_t *o, double share, double direction)
     run_seconds(rig, 0.3);
     run_real(rig);
     run_load(rig, o->of->load, 1.5);
-    believe(rig, share);
+    assume(rig, share);
     run_speed(rig, 0.3 * full / RPM, o->slowest * full / RPM, 1.0);
     run_seconds(rig, 2.0);
     run_speed(rig, o->slowest * full / RPM, 0.5 * full / RPM, 1.0);
@@ -125,7 +125,7 @@ static void expect_learnt(const other_t *o, double share, double direction)
 }
 
 /* Down to where the loop, with all this wrong and nothing learnt, is not lost. Of two of them L is seen 2 %
- * too large, whatever it is believed to be at first. Limits: of 22 runs each the mean and four standard
+ * too large, whatever it is assumed to be at first. Limits: of 22 runs each the mean and four standard
  * deviations. Asked was a mean of 8 mrad, which the miniature keeps in 999 of a thousand. */
 static const other_t others[] = {{&spindle, 0.1, 0.036, 5.2},
                                  {&direct, 0.2, 0.0125, 5.2},

@@ -1,4 +1,4 @@
-/* The dead time is believed to be 40 % less or more than it is, of the drop as well, on the real inverter:
+/* The dead time is assumed to be 40 % less or more than it is, of the drop as well, on the real inverter:
  * what is learnt, how quickly, and what it is worth to the estimate. */
 #include <math.h>
 
@@ -18,8 +18,8 @@
 
 static const double factors[] = {0.6, 1.4};
 
-/* Believed is this share of the effective dead time, by its delays, and of the drop. Staged. */
-static void believe(rig_t *rig, double share)
+/* Assumed is this share of the effective dead time, by its delays, and of the drop. Staged. */
+static void assume(rig_t *rig, double share)
 {
     const double dead_time = rig_value(rig, "dead_time");
     const double effective =
@@ -73,10 +73,10 @@ static double until_known(rig_t *rig, double seconds)
     return since;
 }
 
-/* From one period to the next the belief is wrong, and learning begins. */
+/* From one period to the next the assumption is wrong, and learning begins. */
 static double learn(rig_t *rig, double share, double seconds)
 {
-    believe(rig, share);
+    assume(rig, share);
     run_parameter(rig, "dead_time_adaptation", 6.0);
     return until_known(rig, seconds);
 }
@@ -93,13 +93,13 @@ static void trim(rig_t *rig, double rpm)
 
 /* From 1.4 the EMF of 7.7 V at 100 r/min has 4.1 V less along the current: by the estimate the rotor is lost
  * there. From the speed on at which the drive itself would hand over, it is not: but without load the speed
- * may hunt about its reference, three times a second and with 300 mrad, until less than 1.2 is believed. The
+ * may hunt about its reference, three times a second and with 300 mrad, until less than 1.2 is assumed. The
  * current passes zero then and the speed is off, most of what is seen does not count, and what counts is of
  * little worth: half of 40 tries are through within 0.9 s, the worst after 1.4. At 50 r/min by the estimate
  * it would be lost before it is learnt; after that it is the estimate that turns the frame. The kit's mean
  * there is 2.2. */
 static const struct {
-    double share;       /* believed */
+    double share;       /* assumed */
     double rpm, source; /* while it learns */
     double within[2];   /* [s] without load and with */
     double mean, sd;    /* [mrad], after that by the estimate */
@@ -140,7 +140,7 @@ static void test_staircase_to_20_rpm(void)
     grid_t grid = grid_of("staircase", 2u);
     for (uint32_t n; grid_next(&grid, &n);) {
         rig_t *rig = running(150.0, RATED, SENSORLESS);
-        believe(rig, factors[n]);
+        assume(rig, factors[n]);
         run_put(rig, "estimate_speed_min", 1.0);
         run_put(rig, "fallback_speed", 1.0);
         run_parameter(rig, "dead_time_adaptation", 6.0);
@@ -200,7 +200,7 @@ static void start(rig_t *rig, double theta, double rpm, double load)
  * on the way, and there. Asked: within 5 % after 1.5 s, 1.1 being the worst of 58; a mean of 2, which is the
  * light rotor's rms without load; and an SD of 6 mrad.
  *
- * Not every try brings the rig's rotor up under the rated load with a dead time believed too large by so
+ * Not every try brings the rig's rotor up under the rated load with a dead time assumed too large by so
  * much, nor the kit's 6.3 A a light one: of 24 seeds 15 started at the first try, 7 at another, and 2 were
  * given up (docs/not_there.md). What is promised there is that it has learnt, or says that it stalled. */
 static void expect_started_or_given_up(rig_t *rig)
@@ -240,7 +240,7 @@ static void test_a_start_to_100_rpm_learns_it(void)
         const double rpm = grid_axis(&n, 2u) != 0u ? -100.0 : 100.0;
         const bool is_light = n != 0u;
         rig_t *rig = standing(is_light);
-        believe(rig, share);
+        assume(rig, share);
         start(rig, 0.0, rpm, load);
         printf("%s rotor, from %.1f, %g N m: ", is_light ? "light" : "rig's", share, load);
         if (share > 1.0 && load > 0.0 && (!is_light || BOARD_CURRENT_LIMIT_MA < 10000)) {

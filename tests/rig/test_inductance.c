@@ -1,4 +1,4 @@
-/* The inductance learnt in the closed loop, without encoder: believed a fifth too small or too large, beside
+/* The inductance learnt in the closed loop, without encoder: assumed a fifth too small or too large, beside
  * other values that are wrong, on a heavy and on a light rotor; what it costs in ripple; and what it must not
  * learn from. */
 #include <complex.h>
@@ -32,11 +32,11 @@ static void light_rotor(void)
 
 /* These values go wrong little by little, so that a light rotor does not lose the frame by it. */
 #define STEPS 20
-static void go_wrong(double believed, const wrong_t *wrong)
+static void go_wrong(double assumed, const wrong_t *wrong)
 {
     for (int n = 0; n < STEPS; n++) {
-        run_times(rig, "motor_inductance_d", pow(believed, 1.0 / STEPS));
-        run_times(rig, "motor_inductance_q", pow(believed, 1.0 / STEPS));
+        run_times(rig, "motor_inductance_d", pow(assumed, 1.0 / STEPS));
+        run_times(rig, "motor_inductance_q", pow(assumed, 1.0 / STEPS));
         for (const wrong_t *w = wrong; w != NULL && w->row != NULL; w++) {
             run_times(rig, w->row, pow(w->factor, 1.0 / STEPS));
         }
@@ -46,7 +46,7 @@ static void go_wrong(double believed, const wrong_t *wrong)
 }
 
 /* Under load at this speed, with these values wrong; it does not learn yet. */
-static void to_speed(bool light, double rpm, double believed, const wrong_t *wrong)
+static void to_speed(bool light, double rpm, double assumed, const wrong_t *wrong)
 {
     const double start = fabs(rpm) < 300.0 ? copysign(300.0, rpm) : rpm;
     rig_free(rig);
@@ -63,7 +63,7 @@ static void to_speed(bool light, double rpm, double believed, const wrong_t *wro
     run_load(rig, LOAD, 1.0);
     run_speed(rig, start, rpm, 1.0);
     run_seconds(rig, 0.5);
-    go_wrong(believed, wrong);
+    go_wrong(assumed, wrong);
     run_expect_no_fault(rig);
     TEST_ASSERT_EQUAL_DOUBLE((double)MANOEUVRE_RUN, rig_value(rig, "manoeuvre"));
 }
@@ -79,16 +79,16 @@ static double ratio(void)
 }
 
 /* So long after the learning was switched on: the angle's mean over half a second [mrad], and L. */
-static void expect_learnt(bool light, double rpm, double believed, const wrong_t *wrong, double seconds,
+static void expect_learnt(bool light, double rpm, double assumed, const wrong_t *wrong, double seconds,
                           double limit, double of_inductance)
 {
-    to_speed(light, rpm, believed, wrong);
+    to_speed(light, rpm, assumed, wrong);
     run_real(rig);
     learn();
     run_seconds(rig, seconds);
     const run_error_t err = run_error(rig, 0.5);
     printf("%s, %5.0f r/min, L x %.1f, %s: %+.2f mrad, SD %.2f, L %+.2f %%, confidence %.2f\n",
-           light ? "light" : "heavy", rpm, believed, wrong != NULL ? wrong->row : "all else right", err.mean,
+           light ? "light" : "heavy", rpm, assumed, wrong != NULL ? wrong->row : "all else right", err.mean,
            err.sd, 100.0 * (ratio() - 1.0), rig_value(rig, "inductance_confidence"));
     TEST_ASSERT_DOUBLE_WITHIN(limit, 0.0, err.mean);
     TEST_ASSERT_DOUBLE_WITHIN(of_inductance, 1.0, ratio());
@@ -104,14 +104,14 @@ static void test_l_a_fifth_wrong_is_put_right(void)
     static const double speeds[] = {100.0, 300.0, 600.0, 1000.0, 1500.0};
     grid_t grid = grid_of("a fifth wrong", 40u);
     for (uint32_t n; grid_next(&grid, &n);) {
-        const double believed = grid_axis(&n, 2u) ? 1.2 : 0.8;
+        const double assumed = grid_axis(&n, 2u) ? 1.2 : 0.8;
         const double way = grid_axis(&n, 2u) ? -1.0 : 1.0;
         const bool light = grid_axis(&n, 2u);
         const bool slow = n == 0u;
         if (light && slow && !LIGHT_AND_SLOW) {
             continue;
         }
-        expect_learnt(light, way * speeds[n], believed, NULL, slow ? 6.0 : 3.0, slow ? 10.4 : 2.9,
+        expect_learnt(light, way * speeds[n], assumed, NULL, slow ? 6.0 : 3.0, slow ? 10.4 : 2.9,
                       slow ? 0.036 : 0.012);
     }
 }
@@ -157,8 +157,8 @@ static void test_what_else_is_wrong_has_no_part_in_it(void)
     for (uint32_t n; grid_next(&grid, &n);) {
         const bool light = grid_axis(&n, 2u);
         const double rpm = grid_axis(&n, 2u) ? 1000.0 : 300.0;
-        const double believed = grid_axis(&n, 2u) ? 1.2 : 0.8;
-        expect_learnt(light, rpm, believed, cases[n].wrong, 3.0, cases[n].limit, 0.012);
+        const double assumed = grid_axis(&n, 2u) ? 1.2 : 0.8;
+        expect_learnt(light, rpm, assumed, cases[n].wrong, 3.0, cases[n].limit, 0.012);
     }
 }
 

@@ -40,7 +40,7 @@ typedef struct {
     double direction;         /* FORWARD, BACKWARD */
     double bandwidth, cutoff; /* -3 dB; omega_c [rad/s] */
     double torque_share;      /* torque_feedforward [-] */
-    double inertia_error;     /* believed minus true, relative [-] */
+    double inertia_error;     /* assumed minus true, relative [-] */
 } drive_case_t;
 
 /* Running slowly, in the direction of the case, the offset trim settled. The offsets that the sensors have

@@ -82,7 +82,7 @@ static const start_case_t cases[] = {
      STARTS},
 };
 
-/* What is believed, times these factors; of the dead time's voltage, T_e/T U_dc + V_0 with T_e the dead band
+/* What is assumed, times these factors; of the dead time's voltage, T_e/T U_dc + V_0 with T_e the dead band
  * and the difference of the delays (docs/theory.md, 12), this share. */
 static const struct {
     const char *name;

@@ -62,7 +62,7 @@ static void pass_over(uint32_t periods)
 {
     for (uint32_t n = 0; n < periods; n++) {
         if (take() != 0u) {
-            leave_out(params_table.count + RECORDING_BELIEVED);
+            leave_out(params_table.count + RECORDING_ASSUMED);
         }
         leave_out(requests_table.count + RECORDING_SAMPLES + signals_table.count + RECORDING_COMMAND);
     }
@@ -80,9 +80,9 @@ static void replay(uint32_t periods)
         uint32_t words[RECORDING_COMMAND];
         if (take() != 0u) { /* as app_apply does it */
             take_table(&params_table, &params);
-            believed_t believed;
-            take_words(&believed, RECORDING_BELIEVED);
-            drive_prepare(drive_idle_tuning(&drive), &params, &believed);
+            assumed_t assumed;
+            take_words(&assumed, RECORDING_ASSUMED);
+            drive_prepare(drive_idle_tuning(&drive), &params, &assumed);
             drive_offer(&drive);
         }
         take_table(&requests_table, &drive.requests);

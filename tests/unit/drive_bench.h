@@ -94,9 +94,9 @@ static inline void offer_params(void)
 {
     params_error_t why;
     TEST_ASSERT_TRUE(params_check(&params, &why));
-    const believed_t believed = params_believed(&params);
+    const assumed_t assumed = params_configured(&params);
     drive_withdraw(&drive);
-    drive_prepare(drive_idle_tuning(&drive), &params, &believed);
+    drive_prepare(drive_idle_tuning(&drive), &params, &assumed);
     drive_offer(&drive);
 }
 

@@ -54,9 +54,9 @@ static int traced;
 
 static inline void tune(void)
 {
-    const believed_t believed = params_believed(&params);
-    tuning = manoeuvres_prepare(&params, &believed);
-    fast_tuning = reference_prepare(&params, &believed);
+    const assumed_t assumed = params_configured(&params);
+    tuning = manoeuvres_prepare(&params, &assumed);
+    fast_tuning = reference_prepare(&params, &assumed);
 }
 
 /* Each is obeyed once. */

@@ -535,7 +535,7 @@ static void test_what_is_learnt_is_offered_where_it_has_moved(void)
 }
 
 /* The observer would ring: its slope goes with L, but not its resistance. */
-static void test_what_the_drive_cannot_run_on_is_not_believed(void)
+static void test_what_the_drive_cannot_run_on_is_not_assumed(void)
 {
     app->staged.motor_resistance = 40.0f;
     apply();
@@ -668,7 +668,7 @@ static void test_a_saved_set_runs_after_the_next_start(void)
     TEST_ASSERT_EQUAL_MEMORY(&saved, &app->active, sizeof saved);
     TEST_ASSERT_EQUAL_MEMORY(&saved, &app->staged, sizeof saved);
     TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.state);
-    TEST_ASSERT_EQUAL_FLOAT(0.5f + saved.device_resistance, app->believed.resistance);
+    TEST_ASSERT_EQUAL_FLOAT(0.5f + saved.device_resistance, app->assumed.resistance);
 }
 
 static void test_loading_stages_what_was_saved_and_defaults_what_the_program_has(void)

@@ -8,7 +8,7 @@
 #define WHOLE     200u  /* [periods] */
 #define LINK      1e4f  /* [V] more than any EMF here */
 #define EMF       600.0 /* [rad/s] cutoff of the EMF in its own frame */
-#define SETTLED   40u   /* [periods] 4 ms: the speed is believed */
+#define SETTLED   40u   /* [periods] 4 ms: the speed is assumed */
 #define SURE      100u  /* [periods] 10 ms */
 #define FAST      500.0 /* [rad/s] the turn of the EMF shows the speed from 0.6 ms on */
 #define EARLY     6u    /* [periods] 0.6 ms */
@@ -134,7 +134,7 @@ static void test_observer_that_arrives_does_not_make_the_speed_small(void)
 }
 
 /* What the slip leaves of a length that is wrong by `share` [rad/s]: the phase phi between the EMF and the
- * frame, and the frame's speed, in continuous time from where the speed is first believed,
+ * frame, and the frame's speed, in continuous time from where the speed is first assumed,
  *     phi' = d - w_c phi,  d' = -q^2 sin phi,  q = min(speed - 80, 430 rad/s) or 0, w_c = 600 rad/s */
 static double left_of(double omega, double share, double seconds)
 {
@@ -149,7 +149,7 @@ static double left_of(double omega, double share, double seconds)
     return missing;
 }
 
-/* psi_f of the motor a third larger than believed, or a fifth smaller. The slip of a rotor that seems fast is
+/* psi_f of the motor a third larger than assumed, or a fifth smaller. The slip of a rotor that seems fast is
  * known before the loop begins. */
 static void test_speed_becomes_that_of_the_turning_whatever_psi_f(void)
 {

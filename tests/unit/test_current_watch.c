@@ -17,7 +17,7 @@ static uint32_t ticks;              /* [periods] */
 static uint32_t seen;               /* [-] bits so far */
 static uint32_t periods;            /* [periods] until the first of them */
 static double per_ampere;           /* [rad/s^2 per A] of the rotor */
-static double salience;             /* [-] L_q over L_d, their mean as believed */
+static double salience;             /* [-] L_q over L_d, their mean as assumed */
 static bool forced;                 /* a forced frame takes the rotor along */
 static bool contradicted;           /* the EMF along a phase's axis is wrong */
 static bool elsewhere;              /* the EMF is wrong along no phase's axis */
@@ -34,12 +34,12 @@ static struct {
 static float u_dc;   /* [V] */
 static bool limited; /* control has not got the voltage that it asked for */
 
-static void prepare(bool three, double l_believed, double r_believed)
+static void prepare(bool three, double l_assumed, double r_assumed)
 {
     const current_watch_params_t params = {
-        .resistance = (float)(RESISTANCE * r_believed),
-        .inductance_d = (float)(INDUCTANCE * l_believed * 2.0 / (1.0 + salience)),
-        .inductance_q = (float)(INDUCTANCE * l_believed * 2.0 * salience / (1.0 + salience)),
+        .resistance = (float)(RESISTANCE * r_assumed),
+        .inductance_d = (float)(INDUCTANCE * l_assumed * 2.0 / (1.0 + salience)),
+        .inductance_q = (float)(INDUCTANCE * l_assumed * 2.0 * salience / (1.0 + salience)),
         .flux_linkage = 0.183f,
         .per_ampere = (float)per_ampere,
         .dead_time = 2.5e-6f,
@@ -237,7 +237,7 @@ static void test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck(void
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
 }
 
-/* Exact sensors on a current that stands: the voltage that holds it may be believed wrong by all of R/2 and
+/* Exact sensors on a current that stands: the voltage that holds it may be assumed wrong by all of R/2 and
  * of the dead time, for as long as one likes. */
 static void test_a_current_that_stands_still_is_no_stuck_sensor(void)
 {
@@ -263,16 +263,16 @@ static void test_a_single_bad_sample_raises_nothing(void)
     }
 }
 
-/* Sound sensors raise nothing, with L and R that are believed wrong. A gain is wrong where the range is
+/* Sound sensors raise nothing, with L and R that are assumed wrong. A gain is wrong where the range is
  * another, 15 and 25 A or the other way round, or one sensor is off by 30 %. A light rotor excuses the
  * sensors: psi_f K |i| (8 T)^2/L, three times, against Dp: with K of the paper's rig, 69 rad/s^2 per A, 2 mA
  * per A; with 70000, 2 A per A, no rise is a measurement. So does a salient one: along L_d the sensors show
  * more than along L_q: one of them 1.3 times too large is 1.3 of 1.2 x 1.42. A ratio below 0.35, or above
  * its inverse, is an invalid sample. */
-static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_belief(void)
+static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_assumption(void)
 {
     static const struct {
-        double l_believed, r_believed, gain_a, gain_b, per_ampere, salience;
+        double l_assumed, r_assumed, gain_a, gain_b, per_ampere, salience;
         bool wrong;
     } cases[] = {{1.0, 1.0, 1.0, 1.0, 0.0, 1.0, false},      {0.7, 1.0, 1.0, 1.0, 0.0, 1.0, false},
                  {1.3, 1.0, 1.0, 1.0, 0.0, 1.0, false},      {1.0, 0.5, 1.0, 1.0, 0.0, 1.0, false},
@@ -287,7 +287,7 @@ static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_belief(void
         char text[20];
         per_ampere = cases[n].per_ampere;
         salience = cases[n].salience;
-        prepare(false, cases[n].l_believed, cases[n].r_believed);
+        prepare(false, cases[n].l_assumed, cases[n].r_assumed);
         gain_a = cases[n].gain_a;
         gain_b = cases[n].gain_b;
         jump();

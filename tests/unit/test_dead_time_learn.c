@@ -1,5 +1,5 @@
 /* EMFs made of a turning rotor and of what three legs with their signs leave when another dead time is
- * believed than there is: expected values from that algebra alone. */
+ * assumed than there is: expected values from that algebra alone. */
 #include "medium/adapt/dead_time_learn.h"
 #include "tests/unit/vectors.h"
 

@@ -59,7 +59,7 @@ static void claim(void)
     drive.fast.estimator.estimate.omega_smooth = OMEGA_E;
 }
 
-/* The estimate's angle is set beside the encoder's, with the EMF of its speed, so that it is believed: the
+/* The estimate's angle is set beside the encoder's, with the EMF of its speed, so that it is assumed: the
  * same voltage in both frames. */
 static void test_voltage_stays_when_the_frame_turns(void)
 {

@@ -127,7 +127,7 @@ static bool is_noticed(double omega, float alpha)
 }
 
 /* Where hardly a current flows its sign may be wrong, and the dead time's voltage is up to twice what it is
- * believed to be. */
+ * assumed to be. */
 static void test_without_a_current_twice_as_large_an_emf_is_judged(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -230,7 +230,7 @@ static void test_the_angle_may_be_off_by_less_than_37_degrees(void)
 }
 
 /* 8 ms of psi_f omega_least in volt seconds: at 61 rad/s ten judgements, at 120 five, from 200 on three. */
-static void test_the_larger_the_emf_the_sooner_it_is_believed(void)
+static void test_the_larger_the_emf_the_sooner_it_is_assumed(void)
 {
     static const struct {
         double omega;

@@ -39,7 +39,7 @@ typedef struct {
 #define ASTRAY REASON_ESTIMATE_ASTRAY
 
 /* psi_f wrong by a quarter is 0.75 to 1.33 of the EMF, an angle wrong by 0.35 rad takes 6 % of it. The speed
- * of a catch is a length over psi_f, which may be believed 30 % too small; an EMF beyond the link needs no
+ * of a catch is a length over psi_f, which may be assumed 30 % too small; an EMF beyond the link needs no
  * psi_f for that. 311 V hold 179.6 V in every direction: a rotor with 207 V has fed the link before. */
 static const case_t cases[] = {
     {"against the axis", FAST, ASTRAY, RUN, false, 1.1f, -100.0f, 0.0f, 0.0f, 0.0f, 0.0f},

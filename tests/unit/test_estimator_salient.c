@@ -20,9 +20,9 @@
 /* What the estimator takes the motor for, over what it is. */
 typedef struct {
     double inductance_d, inductance_q, resistance, flux_linkage;
-} belief_t;
+} assumption_t;
 
-static const belief_t RIGHT = {1.0, 1.0, 1.0, 1.0};
+static const assumption_t RIGHT = {1.0, 1.0, 1.0, 1.0};
 
 static salient_oracle_case_t rotor;
 static double theta;         /* of the magnet at t_k [rad] */
@@ -40,13 +40,13 @@ static double most_torque(double saliency, double current)
     return -2.0 * taken * current / (FLUX + sqrt(FLUX * FLUX + 8.0 * taken * taken));
 }
 
-static void given(double ratio, double omega, const belief_t *belief)
+static void given(double ratio, double omega, const assumption_t *assumption)
 {
     rotor = (salient_oracle_case_t){R, L_Q / ratio, L_Q, FLUX, T, omega};
     theta = 0.3;
     flows = 0.0;
-    const double inductance = belief->inductance_q * L_Q;
-    estimator_params_t params = {.smo = {.resistance = (float)(belief->resistance * R),
+    const double inductance = assumption->inductance_q * L_Q;
+    estimator_params_t params = {.smo = {.resistance = (float)(assumption->resistance * R),
                                          .inductance = (float)inductance,
                                          .gain = (float)(GAIN_TOP * OMEGA_TOP),
                                          .slope = (float)(1.6 * inductance / (GAIN_TOP * OMEGA_TOP * T)),
@@ -55,8 +55,9 @@ static void given(double ratio, double omega, const belief_t *belief)
                                          .switching = SMO_SIGMOID_VECTOR},
                                  .lag = LAG_EXACT,
                                  .pll = {.amplitude_floor = (float)(11.0 * FLUX)},
-                                 .flux_linkage = (float)(belief->flux_linkage * FLUX),
-                                 .saliency = (float)(inductance - belief->inductance_d * rotor.inductance_d)};
+                                 .flux_linkage = (float)(assumption->flux_linkage * FLUX),
+                                 .saliency =
+                                     (float)(inductance - assumption->inductance_d * rotor.inductance_d)};
     tune(&params, 313.0, 31.0);
     init(&params);
 }
@@ -132,11 +133,11 @@ static void test_right_data_leave_no_error_whatever_the_saliency(void)
 
 /* Steady angle with wrong data and this current in the loop's frame:
  *     psi_a(err) sin(err) = -dL_q i_q + dR i_d/omega,  psi_a(err) = psi_f - D (i_d cos err - i_q sin err) */
-static double by_law(const belief_t *belief, double i_d, double i_q)
+static double by_law(const assumption_t *assumption, double i_d, double i_q)
 {
     const double saliency = rotor.inductance_q - rotor.inductance_d;
-    const double pulls =
-        -(belief->inductance_q - 1.0) * L_Q * i_q + (belief->resistance - 1.0) * R * i_d / rotor.omega;
+    const double pulls = -(assumption->inductance_q - 1.0) * L_Q * i_q +
+                         (assumption->resistance - 1.0) * R * i_d / rotor.omega;
     double error = 0.0;
     for (int n = 0; n < 200; n++) {
         const double active = FLUX - saliency * (i_d * cos(error) - i_q * sin(error));
@@ -147,19 +148,19 @@ static double by_law(const belief_t *belief, double i_d, double i_q)
 
 static void test_wrong_data_leave_the_error_of_the_law(void)
 {
-    static const belief_t beliefs[] = {{1.0, 1.2, 1.0, 1.0}, {1.0, 0.8, 1.0, 1.0}, {1.0, 1.0, 1.3, 1.0},
-                                       {1.0, 1.0, 0.7, 1.0}, {1.2, 1.0, 1.0, 1.0}, {0.8, 1.0, 1.0, 1.0},
-                                       {1.0, 1.0, 1.0, 1.1}, {1.0, 1.0, 1.0, 0.9}};
+    static const assumption_t assumptions[] = {
+        {1.0, 1.2, 1.0, 1.0}, {1.0, 0.8, 1.0, 1.0}, {1.0, 1.0, 1.3, 1.0}, {1.0, 1.0, 0.7, 1.0},
+        {1.2, 1.0, 1.0, 1.0}, {0.8, 1.0, 1.0, 1.0}, {1.0, 1.0, 1.0, 1.1}, {1.0, 1.0, 1.0, 0.9}};
     static const double speeds[] = {240.0, 1200.0};
     for (int n = 1; n < RATIO_COUNT; n++) {
         for (int m = 0; m < 8; m++) {
             for (int k = 0; k < 4; k++) {
-                given(RATIOS[n], speeds[k / 2] * RAD_PER_RPM, &beliefs[m]);
+                given(RATIOS[n], speeds[k / 2] * RAD_PER_RPM, &assumptions[m]);
                 const double i_d = most_torque(L_Q - rotor.inductance_d, CURRENT);
                 const double i_q = (k % 2 == 0 ? 1.0 : -1.0) * sqrt(CURRENT * CURRENT - i_d * i_d);
                 locked(i_d, i_q);
                 const deviation_t d = held(i_d, i_q, 6000, 1000);
-                const double law = by_law(&beliefs[m], i_d, i_q);
+                const double law = by_law(&assumptions[m], i_d, i_q);
                 check_below(fabs(d.mean - law), m < 4 ? 3.0 : 0.5, "beside the law");
                 check_below(d.sd, 1.0, "scatter");
             }

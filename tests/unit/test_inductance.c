@@ -1,4 +1,4 @@
-/* The learnt inductance on an EMF made by algebra: e_q = psi_f omega + (L_d,true - L_q,believed) omega i_d
+/* The learnt inductance on an EMF made by algebra: e_q = psi_f omega + (L_d,true - L_q,assumed) omega i_d
  * and what else is asked, with a current control that follows by a low-pass. */
 #include "medium/adapt/inductance.h"
 #include "tests/unit/compare.h"
@@ -57,7 +57,7 @@ static double random_pm1(void)
 }
 
 /* The tuning that the background makes of what has been learnt, as it would. */
-static void believe(const motor_t *motor)
+static void assume(const motor_t *motor)
 {
     const double ratio = (double)(x.learnt.value / x.learnt.from);
     const inductance_params_t params = {
@@ -81,7 +81,7 @@ static void begin(const motor_t *motor)
     memset(&x, 0, sizeof x);
     x.learnt = (learnt_value_t){(float)motor->l_q_from, (float)motor->l_q_from};
     x.resistance = (learnt_value_t){(float)motor->r_from, (float)motor->r_from};
-    believe(motor);
+    assume(motor);
     const inductance_tuning_t tuning = x.tuning;
     inductance_init(&x, &tuning);
     seed = 1u;
@@ -109,7 +109,7 @@ static void period(int number, dq_t emf, dq_t current, const inductance_input_t 
     }
 }
 
-/* Steps, with a new belief each 10 ms; the largest and the least i_d that was asked for. */
+/* Steps, with a new assumption each 10 ms; the largest and the least i_d that was asked for. */
 static double asked_most, asked_least;
 
 static void run(const motor_t *motor, double seconds)
@@ -142,7 +142,7 @@ static void run(const motor_t *motor, double seconds)
         asked_least = fmin(asked_least, (double)dither.d);
         time_now += PERIOD;
         if (n % 100 == 0) {
-            believe(motor);
+            assume(motor);
         }
     }
 }
@@ -184,7 +184,7 @@ static void test_l_goes_to_the_truth_by_its_rate(void)
     }
 }
 
-/* R half and twice as large as believed, with a loop whose angle stands, that follows a part of the dither
+/* R half and twice as large as assumed, with a loop whose angle stands, that follows a part of the dither
  * and that follows most of it: the same, in both directions, with torque and without. */
 static void test_r_goes_to_the_truth_whatever_the_loop_follows(void)
 {
@@ -486,15 +486,15 @@ static void test_another_parameter_starts_anew_and_another_rate_does_not(void)
     run(&motor, 3.0);
     const float learnt = x.learnt.value;
     motor.rate = 1.0;
-    believe(&motor);
+    assume(&motor);
     TEST_ASSERT_TRUE(x.learnt.value == learnt);
     motor.l_d_from = motor.l_q_from = 0.9 * L_TRUE;
-    believe(&motor);
+    assume(&motor);
     TEST_ASSERT_TRUE(x.learnt.value == (float)(0.9 * L_TRUE));
     TEST_ASSERT_TRUE(x.learnt.from == (float)(0.9 * L_TRUE));
     run(&motor, 3.0);
     TEST_ASSERT_TRUE(x.learnt.value != x.learnt.from);
     motor.rate = 0.0;
-    believe(&motor);
+    assume(&motor);
     TEST_ASSERT_TRUE(x.learnt.value == x.learnt.from);
 }

@@ -31,10 +31,10 @@ static way_t usual(double inertia, double to)
     return (way_t){.inertia = inertia, .to = to, .current = 5.0, .load = 1.2, .short_of = 4.0};
 }
 
-static inertia_tuning_t prepared(double from, double believed, bool on)
+static inertia_tuning_t prepared(double from, double assumed, bool on)
 {
-    const inertia_params_t params = {(float)from,  (float)believed, (float)PSI, (float)POLE_PAIRS,
-                                     (float)LIMIT, (float)PERIOD,   on};
+    const inertia_params_t params = {(float)from,  (float)assumed, (float)PSI, (float)POLE_PAIRS,
+                                     (float)LIMIT, (float)PERIOD,  on};
     return inertia_prepare(&params);
 }
 
@@ -131,7 +131,7 @@ static void test_a_load_that_grows_with_the_speed_has_no_part_in_it(void)
     }
 }
 
-/* One way is not believed, two that agree are. */
+/* One way is not assumed, two that agree are. */
 static void learn_twice(void)
 {
     way_t way = usual(0.04, 500.0);
@@ -142,7 +142,7 @@ static void learn_twice(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.004 * 0.04, 0.04, hat());
 }
 
-static void test_two_ways_that_agree_are_believed_one_is_not(void)
+static void test_two_ways_that_agree_are_assumed_one_is_not(void)
 {
     learn_twice();
     const way_t way = usual(0.09, 500.0); /* as a load that came and went again would seem */
@@ -343,8 +343,8 @@ static void test_through_zero_all_is_load_beside_a_load_that_matters(void)
     }
 }
 
-/* K of the inertia that is believed, half of that of the parameter: 5 A for 0.1 s. */
-static void test_speed_that_is_foreseen_is_that_of_the_inertia_that_is_believed(void)
+/* K of the inertia that is assumed, half of that of the parameter: 5 A for 0.1 s. */
+static void test_speed_that_is_foreseen_is_that_of_the_inertia_that_is_assumed(void)
 {
     const inertia_tuning_t tuning = prepared(J_FROM, 0.5 * J_FROM, true);
     inertia_take(&x, &tuning);

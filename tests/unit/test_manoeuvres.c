@@ -384,7 +384,7 @@ static void test_a_quick_stop_in_the_alignment_stops_the_frame(void)
     }
 }
 
-/* A flux believed 1.3 times too large, R and J as much too large, and only a quarter of J on this side of an
+/* A flux assumed 1.3 times too large, R and J as much too large, and only a quarter of J on this side of an
  * elastic shaft: what is fed forward of the EMF too much, delta = s psi_f - psi_f/1.3 per p omega, drives no
  * more than the resistance holds, K_t delta < J w_b R (theory 15), where s is not at its least; and s is 1
  * where that is far off. */

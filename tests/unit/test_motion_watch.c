@@ -11,10 +11,10 @@ static motion_watch_t watch;
 static motion_watch_params_t params;
 static double omega; /* [rad/s] */
 
-static void begin(double believed_per_ampere)
+static void begin(double assumed_per_ampere)
 {
     params = (motion_watch_params_t){
-        .per_ampere = (float)believed_per_ampere,
+        .per_ampere = (float)assumed_per_ampere,
         .current_limit = (float)LIMIT,
         .noise = (float)NOISE,
         .standing = 2.0f,
@@ -42,7 +42,7 @@ static motion_watch_input_t input_of(double i, double reference)
                                   .limit = (float)LIMIT,
                                   .omega_m = (float)omega,
                                   .omega_m_ref = (float)reference,
-                                  .believed = true,
+                                  .measured = true,
                                   .asked = true};
 }
 
@@ -99,7 +99,7 @@ static void test_torque_of_the_wrong_sign_is_a_runaway(void)
     }
 }
 
-/* A hoist whose load is beyond the limit by 15 %, J believed at double: 1 + 2 0.15 = 1.3. */
+/* A hoist whose load is beyond the limit by 15 %, J assumed at double: 1 + 2 0.15 = 1.3. */
 static void test_loads_up_to_what_the_motor_can_are_no_runaway(void)
 {
     static const double loads[] = {-9.0, 5.0, 9.9, 11.4};
@@ -146,7 +146,7 @@ static void test_only_a_sensor_sees_a_runaway(void)
     for (int n = 0; n < 100; n++) {
         omega -= LOOK * PER_AMPERE * LIMIT;
         motion_watch_input_t input = input_of(LIMIT, 60.0);
-        input.believed = false;
+        input.measured = false;
         TEST_ASSERT_EQUAL_HEX32(0u, motion_watch_step(&watch, &input) & MOTION_RUNAWAY);
     }
 }

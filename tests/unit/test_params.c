@@ -206,21 +206,21 @@ static void test_a_salient_rotor_is_advised_an_encoder(void)
 static void test_the_observer_follows_motor_and_trip_where_its_rows_are_zero(void)
 {
     params_defaults(&params);
-    believed_t believed = params_believed(&params);
-    observer_rows_t observer = params_observer(&params, &believed);
+    assumed_t assumed = params_configured(&params);
+    observer_rows_t observer = params_observer(&params, &assumed);
     const double slope = 1.6 * 12.5e-3 / (1.25 * 161.04 * (double)DRIVE_PERIOD);
     TEST_ASSERT_FLOAT_WITHIN(0.01f, 201.3f, observer.gain);
     TEST_ASSERT_FLOAT_WITHIN(1e-4f * (float)slope, (float)slope, observer.slope);
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, (float)(4.0 / slope), observer.current_max);
     params.observer_gain = 400.0f;
     params.overspeed_trip = 440.0f;
-    believed.inductance_q = 1.2f * params.motor_inductance_q; /* learnt */
-    observer = params_observer(&params, &believed);
+    assumed.inductance_q = 1.2f * params.motor_inductance_q; /* learnt */
+    observer = params_observer(&params, &assumed);
     TEST_ASSERT_EQUAL_FLOAT(400.0f, observer.gain);
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, (float)(1.2 * slope * 201.3 / 400.0), observer.slope);
     params.observer_slope = 0.5f;
     params.estimate_current_max = 7.0f;
-    observer = params_observer(&params, &believed);
+    observer = params_observer(&params, &assumed);
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.6f, observer.slope);
     TEST_ASSERT_EQUAL_FLOAT(7.0f, observer.current_max);
 }
@@ -230,8 +230,8 @@ static loop_params_t loop_of(float inertia, float current_limit)
     params_defaults(&params);
     params.motor_inertia = inertia;
     params.current_limit = current_limit;
-    const believed_t believed = params_believed(&params);
-    return params_loop(&params, &believed);
+    const assumed_t assumed = params_configured(&params);
+    return params_loop(&params, &assumed);
 }
 
 /* 1.6 sqrt(p T/J), T half of what the current limit makes, K_t = 1.098 N m/A; 50 rad/s at least, 0.025 a
@@ -265,8 +265,8 @@ static void test_a_loop_that_is_set_is_taken_and_told_slow_below_its_share_of_th
         params.pll_bandwidth = cases[n].bandwidth;
         params.feedforward_cutoff = 25.0f;
         TEST_ASSERT_TRUE(params_check(&params, &why));
-        const believed_t believed = params_believed(&params);
-        const loop_params_t loop = params_loop(&params, &believed);
+        const assumed_t assumed = params_configured(&params);
+        const loop_params_t loop = params_loop(&params, &assumed);
         TEST_ASSERT_EQUAL_FLOAT(cases[n].bandwidth, loop.bandwidth);
         TEST_ASSERT_EQUAL_FLOAT(25.0f, loop.cutoff);
         TEST_ASSERT_EQUAL(cases[n].slow, loop.slow);
@@ -277,8 +277,8 @@ static void test_a_loop_that_is_set_is_taken_and_told_slow_below_its_share_of_th
 
 static start_params_t start_of(void)
 {
-    const believed_t believed = params_believed(&params);
-    return params_start(&params, &believed);
+    const assumed_t assumed = params_configured(&params);
+    return params_start(&params, &assumed);
 }
 
 /* 2.5 us/100 us of 400 V are 10 V, R I is 9.7 V; psi_f p = 0.732 V s: 1.15 10 V/0.732 V s = 15.71 rad/s, and
@@ -337,11 +337,11 @@ static void test_estimators_set_is_made_of_the_rows(void)
              "observer_gain=190 observer_slope=0.9 estimate_amplitude_min=0.4 estimate_amplitude_max=1 "
              "estimate_detector_max=0.45 estimate_current_max=3.5 estimate_speed_min=2.5 "
              "estimate_time=0.07");
-    const believed_t believed = params_believed(&params);
-    params_estimator(&params, &believed, &estimator);
+    const assumed_t assumed = params_configured(&params);
+    params_estimator(&params, &assumed, &estimator);
     TEST_ASSERT_TRUE(estimator_params_check(&estimator, &why));
     TEST_ASSERT_EQUAL_FLOAT(0.9715f, estimator.smo.resistance); /* 21.5 mohm of the devices */
-    TEST_ASSERT_EQUAL_FLOAT(0.9715f, params_believed(&params).resistance);
+    TEST_ASSERT_EQUAL_FLOAT(0.9715f, params_configured(&params).resistance);
     TEST_ASSERT_EQUAL_FLOAT(12.5e-3f, estimator.smo.inductance);
     TEST_ASSERT_EQUAL_FLOAT(190.0f, estimator.smo.gain);
     TEST_ASSERT_EQUAL_FLOAT(0.9f, estimator.smo.slope);
@@ -372,7 +372,7 @@ static void test_estimators_set_is_made_of_the_rows(void)
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.current_time);
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.speed_time);
     params.estimate_amplitude_max = 1.01f;
-    params_estimator(&params, &believed, &estimator);
+    params_estimator(&params, &assumed, &estimator);
     TEST_ASSERT_EQUAL_FLOAT(1.01f, estimator.validity.amplitude_max);
 }
 
@@ -386,9 +386,9 @@ static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
 {
     params.position_source = POSITION_ENCODER; /* the fixed-point twin takes no such rotor without one */
     set_rows(&params, SALIENT "motor_inertia=0.01 overspeed_trip=200 field_weakening=off");
-    const believed_t believed = params_believed(&params);
+    const assumed_t assumed = params_configured(&params);
     estimator_params_t estimator;
-    params_estimator(&params, &believed, &estimator);
+    params_estimator(&params, &assumed, &estimator);
     TEST_ASSERT_FLOAT_WITHIN(1e-8f, 10e-3f, estimator.saliency);
     TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.15f, estimator.flux_most);
     TEST_ASSERT_FLOAT_WITHIN(0.05f, 21.6f, estimator.pll.feedforward_cutoff);
@@ -406,20 +406,20 @@ static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
 static void test_a_weakened_field_has_more_active_flux(void)
 {
     set_rows(&params, SALIENT "overspeed_trip=20");
-    const believed_t believed = params_believed(&params);
-    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.15f, params_flux_most(&params, &believed));
+    const assumed_t assumed = params_configured(&params);
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.15f, params_flux_most(&params, &assumed));
     float last = 0.15f;
     for (float speed = 300.0f; speed < 1200.0f; speed *= 1.5f) {
         params.overspeed_trip = speed;
-        const float flux = params_flux_most(&params, &believed);
+        const float flux = params_flux_most(&params, &assumed);
         TEST_ASSERT_TRUE(flux > last && flux < 0.2f);
         last = flux;
     }
     params.overspeed_trip = 1200.0f;
     params.dc_undervoltage = 10.0f;
-    TEST_ASSERT_FLOAT_WITHIN(2e-3f, 0.2f, params_flux_most(&params, &believed));
+    TEST_ASSERT_FLOAT_WITHIN(2e-3f, 0.2f, params_flux_most(&params, &assumed));
     params.motor_inductance_d = 20e-3f;
-    const believed_t round = params_believed(&params);
+    const assumed_t round = params_configured(&params);
     TEST_ASSERT_EQUAL_FLOAT(0.1f, params_flux_most(&params, &round));
 }
 
@@ -427,13 +427,13 @@ static void test_a_weakened_field_has_more_active_flux(void)
 static void test_the_most_torque_is_that_of_current_limit(void)
 {
     set_rows(&params, SALIENT);
-    believed_t believed = params_believed(&params);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.5f * 4.0f * 0.15f * 8.660254f, params_torque_most(&params, &believed));
+    assumed_t assumed = params_configured(&params);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.5f * 4.0f * 0.15f * 8.660254f, params_torque_most(&params, &assumed));
     params.mtpa = MTPA_OFF;
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.5f * 4.0f * 0.1f * 10.0f, params_torque_most(&params, &believed));
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.5f * 4.0f * 0.1f * 10.0f, params_torque_most(&params, &assumed));
     params.motor_inductance_d = 20e-3f;
-    believed = params_believed(&params);
-    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.5f * 4.0f * 0.1f * 10.0f, params_torque_most(&params, &believed));
+    assumed = params_configured(&params);
+    TEST_ASSERT_FLOAT_WITHIN(1e-4f, 1.5f * 4.0f * 0.1f * 10.0f, params_torque_most(&params, &assumed));
 }
 
 static void test_only_live_rows_change_while_the_bridge_is_on(void)

@@ -241,8 +241,8 @@ static void test_every_rule_of_the_estimator_is_told_in_rows_and_truly(void)
         estimator_params_t estimator;
         given_observer();
         set_rows(&params, broken[n].settings);
-        const believed_t believed = params_believed(&params);
-        params_estimator(&params, &believed, &estimator);
+        const assumed_t assumed = params_configured(&params);
+        params_estimator(&params, &assumed, &estimator);
         TEST_ASSERT_FALSE_MESSAGE(estimator_params_check(&estimator, &why), broken[n].field);
         TEST_ASSERT_EQUAL_STRING(broken[n].field, why.field);
         TEST_ASSERT_FALSE(params_check(&params, &why));

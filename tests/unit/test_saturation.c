@@ -254,21 +254,21 @@ static void test_the_drive_takes_the_current_of_most_torque(void)
     params_t params = motor();
     params_error_t why;
     TEST_ASSERT_TRUE(params_check(&params, &why));
-    const believed_t believed = params_believed(&params);
+    const assumed_t assumed = params_configured(&params);
     const double i_d = most_torque(CURRENT);
-    TEST_ASSERT_FLOAT_WITHIN(1e-3f, (float)i_d, params_mtpa(&params, &believed));
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f, (float)i_d, params_mtpa(&params, &assumed));
     const double i_q = sqrt(CURRENT * CURRENT - i_d * i_d);
     const double torque = 1.5 * 4.0 * ((FLUX + L_D * i_d) * i_q - flux_q(i_q) * i_d);
-    TEST_ASSERT_FLOAT_WITHIN(1e-3f * (float)torque, (float)torque, params_torque_most(&params, &believed));
+    TEST_ASSERT_FLOAT_WITHIN(1e-3f * (float)torque, (float)torque, params_torque_most(&params, &assumed));
 }
 
 static void test_a_start_has_the_current_of_the_unsaturated_rotor(void)
 {
     const params_t params = motor();
-    const believed_t believed = params_believed(&params);
+    const assumed_t assumed = params_configured(&params);
     /* 0.8 psi_f/(L_0 - L_d), the rotor stands along the current: no i_q */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, (float)(0.8 * FLUX / (L_0 - L_D)),
-                             params_start(&params, &believed).current);
+                             params_start(&params, &assumed).current);
 }
 
 static void test_a_saturation_below_the_current_limit_is_refused_with_both_rows(void)

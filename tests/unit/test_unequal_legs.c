@@ -35,7 +35,7 @@ static double of_leg(ab_t difference, int32_t leg)
     return creal(of_ab(difference) * conj(axis(leg)));
 }
 
-/* The EMF without its mean: what is lost more than is believed, without what turns with the current. */
+/* The EMF without its mean: what is lost more than is assumed, without what turns with the current. */
 static double complex rest_of(const lost_t *lost, double complex current)
 {
     const double volt = (lost->volt[0] + lost->volt[1] + lost->volt[2]) / 3.0;

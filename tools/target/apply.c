@@ -137,7 +137,7 @@ static void run_list(void)
 {
     for (uint32_t n = 0u; n < 40u; n++) {
         app->drive.fast.period += 1000u;
-        app->believed.inertia *= 0.9f;
+        app->assumed.inertia *= 0.9f;
         app->drive.state = (int32_t)(n % 2u == 0u ? DRIVE_READY : DRIVE_OPERATION_ENABLED);
         app_background();
     }

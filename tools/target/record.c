@@ -21,7 +21,7 @@
 static FILE *file;
 static uint32_t recorded, length;                   /* [periods] of this part: so far, in all */
 static params_t prepared;                           /* the newest set whose tuning was prepared, */
-static believed_t prepared_with;                    /* with this belief */
+static assumed_t prepared_with;                     /* with this assumption */
 static void (*tampering)(drive_samples_t *samples); /* with what the sensors say; NULL: nobody */
 
 static void put(uint32_t word)
@@ -50,14 +50,14 @@ static void put_table(const table_t *table, const void *base)
     }
 }
 
-void __real_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed);
-void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed);
+void __real_drive_prepare(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed);
+void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed);
 
-void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const believed_t *believed)
+void __wrap_drive_prepare(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
     prepared = *params;
-    prepared_with = *believed;
-    __real_drive_prepare(tuning, params, believed);
+    prepared_with = *assumed;
+    __real_drive_prepare(tuning, params, assumed);
 }
 
 bool __real_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
@@ -78,7 +78,7 @@ bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
     put(drive->offered);
     if (drive->offered != 0u) {
         put_table(&params_table, &prepared);
-        put_words(&prepared_with, RECORDING_BELIEVED);
+        put_words(&prepared_with, RECORDING_ASSUMED);
     }
     put_table(&requests_table, &drive->requests);
     put_words(&taken, RECORDING_SAMPLES);

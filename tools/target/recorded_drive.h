@@ -28,7 +28,7 @@ static uint32_t take(void)
 static requests_t requests;
 static bool offers; /* one of the periods since bring() has an offer: */
 static params_t offered;
-static believed_t believed;
+static assumed_t assumed;
 static drive_samples_t samples;
 static uint32_t left; /* [periods] of the part */
 
@@ -37,7 +37,7 @@ static void take_period(void)
     left--;
     if (take() != 0u) {
         take_table(&params_table, &offered);
-        take_words(&believed, RECORDING_BELIEVED);
+        take_words(&assumed, RECORDING_ASSUMED);
         offers = true;
     }
     take_table(&requests_table, &requests);
@@ -85,7 +85,7 @@ static void bring(void)
 {
     drive.requests = requests;
     if (offers) {
-        drive_prepare(drive_idle_tuning(&drive), &offered, &believed);
+        drive_prepare(drive_idle_tuning(&drive), &offered, &assumed);
         drive_offer(&drive);
         offers = false;
     }

@@ -5,7 +5,7 @@
  *     for each part: its name, RECORDING_NAME words of four characters; number of periods; 1: a worst case
  * that has to fit the interrupt, 0: shown for information for each part, which is a power-on: every slot of
  * the parameters that the drive is made with for each period: 1, every slot of the parameters whose tuning is
- * offered to this step, and what is believed beside them, or 0; every slot of the requests in force, the
+ * offered to this step, and what is assumed beside them, or 0; every slot of the requests in force, the
  * samples, every slot of the signals afterwards, and the command: duties and gates
  *
  * Slots are in the order of their table; a float is its bits. The magic number tells which estimator the
@@ -32,12 +32,13 @@ static inline uint32_t recording_tables(void)
     return table_hash(&signals_table, table_hash(&requests_table, table_hash(&params_table, 0u)));
 }
 
-/* Belief, samples and command as words, and back: the structs are made of 32-bit slots on every target. */
-#define RECORDING_BELIEVED ((uint32_t)(sizeof(believed_t) / sizeof(uint32_t)))
-#define RECORDING_SAMPLES  ((uint32_t)(sizeof(drive_samples_t) / sizeof(uint32_t)))
-#define RECORDING_COMMAND  ((uint32_t)(sizeof(drive_command_t) / sizeof(uint32_t)))
+/* Assumption, samples and command as words, and back: the structs are made of 32-bit slots on every target.
+ */
+#define RECORDING_ASSUMED ((uint32_t)(sizeof(assumed_t) / sizeof(uint32_t)))
+#define RECORDING_SAMPLES ((uint32_t)(sizeof(drive_samples_t) / sizeof(uint32_t)))
+#define RECORDING_COMMAND ((uint32_t)(sizeof(drive_command_t) / sizeof(uint32_t)))
 
-_Static_assert(sizeof(believed_t) % sizeof(uint32_t) == 0u &&
+_Static_assert(sizeof(assumed_t) % sizeof(uint32_t) == 0u &&
                    sizeof(drive_samples_t) % sizeof(uint32_t) == 0u &&
                    sizeof(drive_command_t) % sizeof(uint32_t) == 0u,
                "a slot is not of 32 bits");

@@ -28,7 +28,7 @@
 
 #include "math/frames.h"
 
-/* Current below which a pulse has ended [A], for so many consecutive periods. */
+/* Current below which a pulse has ended [A], for this number of consecutive periods. */
 #define EXCITE_STILL         0.06f
 #define EXCITE_STILL_PERIODS 10u
 

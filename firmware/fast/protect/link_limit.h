@@ -13,10 +13,10 @@
  *
  * The slopes use LINK_OVER_BAND of U_over and LINK_HOLD_BAND of U_under for the whole of I. With the
  * capacitance C, each closed loop has the rate K_t omega_m I/(C u band), which must stay below half of the
- * bandwidth of current control: docs/theory.md, 29, derives the smallest C. Towards standstill, below
- * omega_free = LINK_FREE R I/K_t, the braking limits open: at such a speed the rotor can feed at most (K_t
- * omega_m)^2/(6 R), less than the drops of the devices dissipate, and no limit may change sides when the
- * speed changes its sign.
+ * bandwidth of current control: docs/theory.md, 29, derives the smallest C. Near standstill, below omega_free
+ * = LINK_FREE R I/K_t, there are no braking limits. At such a speed the rotor can feed at most (K_t
+ * omega_m)^2/(6 R), less than the losses of the devices. Therefore no limit has to change its sign with the
+ * speed.
  *
  * The medium task (medium/protect/link_watch.h) finds whether the supply is lost and by how much u_hold is
  * lowered; both come with the setpoint. Without ride_time (0) the driving torque is not limited.
@@ -33,7 +33,7 @@
 #define LINK_OVER_BAND 0.03f /* [-] of dc_overvoltage, in which the braking limit falls from I to zero */
 #define LINK_HOLD      1.15f /* [-] of dc_undervoltage, at which the rotor holds the link */
 #define LINK_HOLD_BAND 0.12f /* [-] of dc_undervoltage, in which the driving limit falls from I to zero */
-#define LINK_FREE      0.15f /* [-] of R I/K_t: below this speed the braking limits open */
+#define LINK_FREE      0.15f /* [-] of R I/K_t: below this speed there are no braking limits */
 
 #define LINK_TAKEN  0.005f /* [-] of I, that may drive the rotor while the link is full */
 #define LINK_GAINED 0.01f  /* [-] of the speed, largest increase by this current */

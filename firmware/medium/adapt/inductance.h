@@ -52,7 +52,7 @@
 #include "math/bounds.h"
 #include "math/filter.h"
 #include "math/frames.h"
-#include "medium/adapt/believed.h"
+#include "medium/adapt/assumed.h"
 
 #define INDUCTANCE_DITHER        0.05f /* [-] of the current limit: about a tenth of the rated current */
 #define INDUCTANCE_TORQUE        0.15f /* [-] of the current limit: least i_q */

@@ -34,7 +34,7 @@
 #include <stdint.h>
 
 #include "math/bounds.h"
-#include "medium/adapt/believed.h"
+#include "medium/adapt/assumed.h"
 
 #define INERTIA_LOAD_CUTOFF  1000.0f /* [rad/s] of the low-pass to i_L */
 #define INERTIA_ARRIVED      8.0f    /* [rad/s] electrical, from the reference */

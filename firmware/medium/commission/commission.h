@@ -14,7 +14,7 @@
  *     inertia      J and friction (turning_steps.h)
  *
  * Standing steps order an excitation in place of current control; turning steps order speeds and currents of
- * the usual run. All trips and limits of the drive stay in force: a fault ends the step. Each step has a
+ * the usual run. All trips and limits of the drive remain active: a fault ends the step. Each step has a
  * largest time. One step of the state machine per window. */
 #ifndef MEDIUM_COMMISSION_COMMISSION_H
 #define MEDIUM_COMMISSION_COMMISSION_H

@@ -23,7 +23,7 @@ void standing_begin(standing_t *standing, float angle, float u_dc, const commiss
 void standing_gains(float u_dc, const commission_tuning_t *tuning, const commission_results_t *results,
                     excite_order_t *order);
 
-/* Waits anew until it is steady. */
+/* Waits again until it is steady. */
 void standing_wait(standing_t *standing);
 
 /* One window towards an angle [rad], slower while a current flows across the axis: the rotor lags, or the
@@ -33,7 +33,7 @@ bool standing_turn(standing_t *standing, float angle, const commission_tuning_t 
 
 /* What is steady. */
 typedef struct {
-    uint32_t block; /* [windows] of a mean; two in a row agree */
+    uint32_t block; /* [windows] of a mean; two in succession agree */
     float current;  /* along the axis [A] */
     float across;   /* largest current across the axis of a rotor at rest [A] */
 } standing_want_t;

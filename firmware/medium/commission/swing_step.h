@@ -1,5 +1,5 @@
-/* A first value of psi_f and J from a rotor that is drawn to another direction by a third of a turn, without
- * a steady speed: enough for the rules by which the drive starts.
+/* First values of psi_f and J, without a steady speed: a current turns the rotor by a third of a turn. They
+ * are accurate enough for the rules of a start.
  *
  *     z(t) = int (u - R i - v) dt - L_d (i - i(0))     change of the magnets' flux, by the winding's law;
  *                                                      v: loss of the dead time
@@ -12,12 +12,12 @@
  * The current is so small that it takes at most half of psi_f from the active flux; beyond psi_f it would
  * turn the rotor away.
  *
- * The circle needs no angle at which the rotor rests: friction may leave it short of the axis. The rotor is
- * braked by the resistance across the axis. If that holds it so much that the torque hardly accelerates it,
- * the jumps are repeated with a larger resistance, which brakes less; J may stay unknown. The regression ends
- * where a jump becomes slow: friction then holds the rotor with a torque of unknown size. Several jumps to
- * and fro. A rotor whose direction changes by less than 37 degrees in a jump is held, or too heavy: the step
- * ends with `rotor_not_turning`. */
+ * The circle does not depend on the final angle of the rotor, which friction may keep away from the axis. The
+ * resistance across the axis brakes the rotor. If the torque hardly accelerates the rotor for this reason,
+ * the jumps are repeated with a larger resistance, which brakes less; J may remain unknown. The regression
+ * ends when a jump becomes slow, because friction then has an unknown torque. There are several jumps in both
+ * directions. A rotor whose direction changes by less than 37 degrees in a jump is held, or too heavy: the
+ * step ends with `rotor_not_turning`. */
 #ifndef MEDIUM_COMMISSION_SWING_STEP_H
 #define MEDIUM_COMMISSION_SWING_STEP_H
 

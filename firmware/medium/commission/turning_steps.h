@@ -93,7 +93,7 @@ typedef struct {
     float omega[2];  /* these speeds, mechanical [rad/s] */
 } torque_test_t;
 
-/* Length of the mean of so many unit vectors, `turn` [rad] apart: sin(n turn/2)/(n sin(turn/2)), within 1e-3
+/* Length of the mean of n unit vectors, `turn` [rad] apart: sin(n turn/2)/(n sin(turn/2)), within 1e-3
  * for n turn up to 2.4. */
 float turning_mean_length(float n, float turn);
 

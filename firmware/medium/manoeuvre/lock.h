@@ -48,7 +48,7 @@ typedef struct {
     float projection; /* LP of the EMF along the axis in the direction of rotation [V] */
     float expected;   /* LP of psi_a |omega| [V] */
     float scatter;    /* LP of the detector's square [-] */
-    uint32_t stood;   /* [steps] in a row with a standing estimate */
+    uint32_t stood;   /* [steps] in succession with a standing estimate */
 } lock_t;
 
 /* Computes the coefficients. An exponential: for the background. */

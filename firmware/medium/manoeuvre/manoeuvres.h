@@ -11,8 +11,8 @@
  *     ramp, forced, reverse --> handover --> run                   the reference is above handover_speed
  *     a start that fails --> catch after a pause, with more current and a slower ramp; at most start_tries
  *
- * Commissioning of a standing motor (medium/commission/commission.h) has a manoeuvre of its own, in which
- * nothing is controlled here; a catch follows it if the bridge stays on.
+ * Commissioning of a motor at standstill (medium/commission/commission.h) has its own manoeuvre, in which
+ * this module controls nothing. If the bridge stays on, a catch follows.
  *
  * With the encoder the only manoeuvre is run; if the encoder is wrong, the drive continues with the
  * manoeuvres above. Each manoeuvre is a file of this folder; this file defines when each one ends. The rules
@@ -200,8 +200,8 @@ typedef struct {
 } manoeuvres_input_t;
 
 /* Computes the coefficients; parameters that are 0 are replaced by their rules. For the background. */
-manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const believed_t *believed);
-reference_tuning_t reference_prepare(const params_t *params, const believed_t *believed);
+manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const assumed_t *assumed);
+reference_tuning_t reference_prepare(const params_t *params, const assumed_t *assumed);
 
 /* Takes these coefficients; off. */
 void manoeuvres_init(manoeuvres_t *m, const manoeuvres_tuning_t *tuning);

@@ -1,5 +1,5 @@
 /* Proof: judges whether a loop that has just been locked follows the rotor. Several windows of the EMF in the
- * loop's own frame must agree in a row before control applies torque by this angle:
+ * loop's own frame must agree in succession before control applies torque by this angle:
  *
  *     |sum e_d| < 0.5 sum e_q sign(omega)                        the mean lies along the estimated axis,
  *     0.5 < sum e_q sign(omega) / sum psi_a |omega| < 2.0        with the length for the loop's speed
@@ -19,7 +19,7 @@
 #include "math/frames.h"
 
 #define PROOF_TIME    2e-3f  /* [s] of a window */
-#define PROOF_WINDOWS 4u     /* [windows] that must agree, in a row */
+#define PROOF_WINDOWS 4u     /* [windows] that must agree, in succession */
 #define PROOF_LONGEST 50e-3f /* [s] */
 
 typedef struct {
@@ -32,7 +32,7 @@ typedef struct {
     dq_t emf;         /* sum in this window, q in the direction of rotation [V] */
     float expected;   /* sum of psi_a |omega| [V] */
     uint32_t tracked; /* [periods] of this window */
-    uint32_t agreed;  /* [windows] that agreed so far, in a row */
+    uint32_t agreed;  /* [windows] that agreed so far, in succession */
     uint32_t periods; /* [periods] so far */
 } proof_t;
 

@@ -7,15 +7,14 @@
  *                       the one that keeps i_d + |i_q| at `low_current` at low speed, where the loss of a
  *                       leg without current is an unknown voltage (docs/theory.md, 23)
  *
- * A salient rotor, D = L_q - L_d above 0, gets an i_d below zero, with which the active flux psi_a = psi_f -
- * D i_d and hence EMF and torque grow: the i_d of most torque per ampere, or that of the low speed if that is
- * larger. The speed control then gives the current of psi_f that would make the torque, and i_q is
- * psi_f/psi_a of the torque (docs/theory.md, 30). Where the q axis saturates, D is that of the i_q of the
- * last step: with the apparent L_q in psi_a and the ellipse, with both L_q in the i_d of most torque per
- * ampere. At the voltage limit i_d goes as far below zero as the torque needs, for any rotor, and the torque
- * is limited to what is possible (weakening.h).
+ * For a salient rotor, D = L_q - L_d above 0, i_d is negative. This increases the active flux psi_a = psi_f -
+ * D i_d, and with it EMF and torque. i_d is that of most torque per ampere, or that of the low speed if this
+ * is larger. The output of the speed control is the torque as a current with psi_f; i_q is this current times
+ * psi_f/psi_a (docs/theory.md, 30). If the q axis saturates, D follows from the i_q of the last step: psi_a
+ * and the ellipse use the apparent L_q, and the i_d of most torque per ampere uses both L_q. At the voltage
+ * limit i_d is as negative as the torque needs, for any rotor, and the torque is limited (weakening.h).
  *
- * One step per window, after run_look(). Does not handle: starting, standing
+ * One step per window, after run_look(). Does not handle: the start, standstill
  * without an encoder, a lost rotor. */
 #ifndef MEDIUM_MANOEUVRE_RUN_H
 #define MEDIUM_MANOEUVRE_RUN_H
@@ -129,7 +128,7 @@ void run_calm(run_t *run, bool whole);
  * reference starts from the speed. */
 void run_enter(run_t *run, dq_t current, float omega_m);
 
-/* The next speed reference on its way to the requested one [rad/s]. */
+/* The next speed reference of the ramp to the requested one [rad/s]. */
 static inline float run_reference(const run_t *run, float wanted, float ramp)
 {
     return ramp > 0.0f ? run->omega_m_ref + bounds_clamp(wanted - run->omega_m_ref, ramp) : wanted;

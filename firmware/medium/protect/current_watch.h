@@ -116,7 +116,7 @@ typedef struct {
 /* A ratio of m to p, while consecutive windows agree about its side. */
 typedef struct {
     int32_t side;     /* [-] -1, 1: too small, too large; 0: within the limits */
-    uint32_t windows; /* [windows] in a row */
+    uint32_t windows; /* [windows] in succession */
     float square[2];  /* sums of Dp^2 of sensors a and b [A^2] */
     float product[2]; /* sums of Dm Dp [A^2] */
 } current_watch_gain_t;
@@ -128,7 +128,7 @@ typedef struct {
     float emf;          /* uncertain part of the EMF in the last window [A] */
     float asked;        /* square of the requested current at the last window's end [A^2] */
     uint32_t steered;   /* [-] bits: the requested length changed in this window, 1, or the last two, 2, 4 */
-    uint32_t windows;   /* [windows] in a row with all values known, up to 3 */
+    uint32_t windows;   /* [windows] in succession with all values known, up to 3 */
     current_watch_phase_t phase[3];
     float noise;               /* mean square of Dm - Dp of a sensor where Dp is nearly zero [A^2] */
     current_watch_gain_t all;  /* of both sensors together */

@@ -12,8 +12,8 @@
  *     omega_emf against omega       swapped phases or tracks: the encoder counts the other way round
  *     e = 0 at a speed              an encoder that turns without the rotor
  *
- * The judgement is made at each window's end. e is that of the window if it is above the noise, otherwise the
- * mean of the last two: the noise of the current enters through the two ends alone.
+ * The judgement is made at the end of each window. e is the value of the window if it is above the noise.
+ * Otherwise e is the mean of the last two windows, in which only the noise of the two ends remains.
  *
  *     mismatch    e_q sign(omega) < 0.8 |e|    while |e| > psi_f omega_least    37 degrees, or it turns
  *                 |e| < psi_f |omega|/4        while |omega| > omega_least
@@ -21,32 +21,33 @@
  *     direction   the same, and LP(omega + (e_last x e)/(|e_last||e| T_j)), the EMF's speed, is against omega
  *                 with at least half of its amount
  *
- * A sign must last until the EMF that causes it, or that is missing, has made ENCODER_WATCH_TIME psi_f
- * omega_least of volt seconds, and for at least three judgements: the larger the EMF, the smaller the effect
- * of a voltage error. A judgement without the sign halves these sums. The EMF is doubtful while a wire or a
+ * A sign must last for at least three judgements, and until the integral of the wrong or missing EMF reaches
+ * psi_f omega_least ENCODER_WATCH_TIME. A larger EMF reaches this sooner, because voltage errors have less
+ * effect on it. A judgement without the sign halves the integral. The EMF is doubtful while a wire or a
  * current sensor may be wrong. The judgement is then postponed until one without the sign, by
- * ENCODER_WATCH_WAIT in total, and the sums are kept.
+ * ENCODER_WATCH_WAIT in total, and the integral keeps its value.
  *
  * The difference to psi_f omega is also doubtful while it lies along the axis of one phase and stays there,
- * like that of an open wire or switch: the voltage of that phase does not reach the winding. A rotor's EMF
- * that control does not know leaves the axis when the rotor turns. In a single window the noise of the
- * currents may turn the difference by more than the angle between two axes; from one window to the next this
- * noise has opposite signs, so that with small currents the mean difference of the windows with the sign is
- * compared. If it stays on the axis for ENCODER_WATCH_WAIT, the wire or the switch is reported: the currents
- * of a motor that is small for the sensors do not show it.
+ * like that of an open wire or switch: the voltage of that phase does not reach the winding. An unknown EMF
+ * of the rotor leaves the axis when the rotor turns. In a single window the noise of the currents may turn
+ * the difference by more than the angle between two axes. This noise has opposite signs in consecutive
+ * windows. Therefore, with small currents, the mean difference of the windows with the sign is used. If it
+ * stays on the axis for ENCODER_WATCH_WAIT, the wire or the switch is reported. The currents of a motor that
+ * is small for the sensors would not show this fault.
  *
  *     wire        the same sign, all the time along the axis of one phase
  *
  * Below omega_least the EMF is not judged, because the errors by dead time and R i are larger, and with a
- * large inductance also the noise of the current: if three standard deviations of the mean of two windows, 3
- * sqrt(2) L n_i/(2 T_j), are more than psi_f omega_least, they replace it (docs/theory.md, 28). An angle that
- * changes from one period to the next by more than 0.5 rad and two counts beyond the change by the speed
- * cannot be that of a rotor: it is reported in the same period. While nearly no current flows, offsets of the
- * sensors may reverse the compensated dead-time voltage: the least EMF that is judged is then twice as large.
+ * large inductance also the noise of the current: the limit is then three standard deviations of the mean of
+ * two windows, 3 sqrt(2) L n_i/(2 T_j), if these are more than psi_f omega_least (docs/theory.md, 28). In
+ * each period the angle is compared with the angle expected from the speed. A difference of more than 0.5 rad
+ * plus two counts cannot be a motion of the rotor, and is reported in the same period. While nearly no
+ * current flows, offsets of the sensors may reverse the sign of the compensated dead-time voltage; the least
+ * EMF that is judged is then twice as large.
  *
  * encoder_watch_add() every T, encoder_watch_step() every n-th, where encoder_watch_rest() is called too.
- * Does not handle: an encoder whose angle is wrong by less than 37 degrees; direction above 1/T_j = 1250
- * rad/s with 8 periods of 0.1 ms, where it is a mismatch. */
+ * Does not handle: an encoder whose angle is wrong by less than 37 degrees; a wrong direction above 1/T_j,
+ * 1250 rad/s with 8 periods of 0.1 ms, which is reported as a mismatch. */
 #ifndef MEDIUM_PROTECT_ENCODER_WATCH_H
 #define MEDIUM_PROTECT_ENCODER_WATCH_H
 
@@ -121,7 +122,7 @@ typedef struct {
     uint32_t count;      /* judgements with the sign [-] */
     uint32_t windows;    /* since a rest [-], up to the number that a judgement needs */
     uint32_t waited;     /* postponed judgements [-]; each one without the sign halves them */
-    ab_t off;            /* EMF less the rotor's, mean of the wrong windows in a row [V] */
+    ab_t off;            /* EMF less the rotor's, mean of the wrong windows in succession [V] */
     ab_t axis;           /* the same when it first lay along the axis of a phase [V] */
     uint32_t wrong;      /* windows in this mean, at most [-] */
     uint32_t along;      /* windows for which it has stayed on one axis, less those beside it [-] */

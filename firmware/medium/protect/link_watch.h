@@ -9,7 +9,7 @@
  * the rotor coasts, and is caught when the link is back.
  *
  * Ripple: largest less smallest u of LINK_WINDOW is above LINK_RIPPLE of the largest, in LINK_WINDOWS windows
- * in a row. A single sag or braking does not last that long. */
+ * in succession. A single sag or braking does not last that long. */
 #ifndef MEDIUM_PROTECT_LINK_WATCH_H
 #define MEDIUM_PROTECT_LINK_WATCH_H
 
@@ -23,7 +23,7 @@
 
 #define LINK_WINDOW  20e-3f /* [s] in which the ripple is measured: a period of the mains */
 #define LINK_RIPPLE  0.1f   /* [-] of the largest voltage in it */
-#define LINK_WINDOWS 5u     /* [-] in a row */
+#define LINK_WINDOWS 5u     /* [-] in succession */
 
 /* The conditions: bits. */
 #define LINK_LIMITS  UINT32_C(1) /* braking or driving is limited */
@@ -71,7 +71,7 @@ typedef struct {
     float largest;       /* largest u in this window [V] */
     float smallest;      /* smallest u in this window [V] */
     uint32_t looks;      /* [looks] of this window */
-    uint32_t rippled;    /* [-] windows with ripple in a row, up to LINK_WINDOWS */
+    uint32_t rippled;    /* [-] windows with ripple in succession, up to LINK_WINDOWS */
     float ripple;        /* of the last window, peak to peak [V] */
     uint32_t conditions; /* [-] LINK_... bits */
 } link_watch_t;

@@ -118,7 +118,7 @@ uint32_t motion_watch_step(motion_watch_t *watch, const motion_watch_input_t *in
 {
     const motion_watch_tuning_t *tuning = &watch->tuning;
     uint32_t bits = 0u;
-    if (!input->believed) {
+    if (!input->measured) {
         watch->settled = 0u;
         watch->away = 0u;
     } else {

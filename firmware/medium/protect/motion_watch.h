@@ -5,27 +5,27 @@
  *
  *     i_L = LP(i_q) - (J/K_t) (omega - LP(omega))/tau          K_t = 1.5 p psi_f
  *
- * LP: low-passes with the time constant tau, sampled; the bracket over tau, exactly over the delay of the
- * low-pass, is LP(domega/dt). A load beyond MOTION_LOAD_MOST of the current limit that accelerates the shaft
- * against its current and away from standstill is not a load, if the current is large already: the torque has
- * the wrong sign, and the drive accelerates the shaft that it should hold.
+ * LP are sampled low-passes with the time constant tau. The bracket divided by tau, or more exactly by the
+ * delay of the low-pass, is LP(domega/dt). If i_L exceeds MOTION_LOAD_MOST of the current limit and the shaft
+ * accelerates against a large current, there is no such load: the torque has the wrong sign, and the drive
+ * itself accelerates the shaft.
  *
  *     runaway     |i_L| > 1.3 i_max,  i_L i_q > 0,  |i_q| > 0.6 i_max,  |omega| grows, against i_q,
  *                 for MOTION_RUNAWAY_TIME, and beyond its largest amount before by a tenth
  *
- * A load on an elastic shaft swings back by less than that, or its back-EMF confirms the encoder's angle in
- * this time: then the torque has the sign that control requires. A shaft that current has slowed down swings
- * back with what it has lost; so the largest amount fades over MOTION_SWING, half a period of 15 Hz, the
- * slowest shaft in question.
+ * An elastic shaft also accelerates against the current, but by less than this tenth, or the back-EMF
+ * confirms the angle of the encoder meanwhile; the torque then has the commanded sign. A shaft that the
+ * current has slowed down swings back to its previous speed. Therefore the stored largest speed decreases
+ * with MOTION_SWING, half a period of 15 Hz, the lowest natural frequency that is expected.
  *
- * An impact on the shaft is no runaway: the acceleration used is limited to 2 (K_t/J) i_max, from which it
- * has fallen to 0.3 of that after 1.9 tau, and a runaway must last for at least 2.2 tau. tau is so long that
- * the noise n of the speed makes at most a fifth of i_max: tau = max(5 ms, 5 (J/K_t) n/i_max).
+ * An impact on the shaft is no runaway. The acceleration in i_L is limited to 2 (K_t/J) i_max and decreases
+ * to 0.3 (K_t/J) i_max within 1.9 tau, while a runaway must last for at least 2.2 tau. tau = max(5 ms, 5
+ * (J/K_t) n/i_max), so that the noise n of the speed makes at most a fifth of i_max.
  *
- * The way to the reference: the current is at its limit, the speed is not at its reference, and has
- * approached it by less than `progress` for this time:
+ * Progress towards the reference: the current is at its limit, and the speed has approached its reference by
+ * less than `progress` for this time:
  *
- *     stalled      for stall_time, and the shaft stands
+ *     stalled      for stall_time, and the shaft is at standstill
  *     speed error  for speed_error_time; or for MOTION_OVERRUN_TIME, while a load drives the shaft: it is
  *                  faster than the reference by a tenth, the current brakes at its limit, and the speed has
  *                  grown in this time by `progress`
@@ -43,7 +43,7 @@
 #define MOTION_LOAD_HIT     2.0f   /* [-] of the current limit: acceleration is limited to this */
 #define MOTION_PUSHES       0.6f   /* [-] of the current limit: a smaller current is ignored */
 #define MOTION_TAU_MIN      5e-3f  /* [s] */
-#define MOTION_TAU_NOISE    5.0f   /* [-] current limit over the noise of i_L */
+#define MOTION_TAU_NOISE    5.0f   /* [-] current limit divided by the noise of i_L */
 #define MOTION_RUNAWAY_TIME 8e-3f  /* [s] for which it must last ... */
 #define MOTION_SWING        33e-3f /* [s] in which the speed before a runaway fades */
 #define MOTION_RUNAWAY_TAUS 2.2f   /* [-] ... and for this multiple of tau */
@@ -61,7 +61,7 @@ typedef struct {
     float per_ampere;       /* K_t/J, mechanical [rad/s^2 per A], > 0 */
     float current_limit;    /* i_max [A], > 0 */
     float noise;            /* n of the speed, mechanical [rad/s] */
-    float standing;         /* below this speed the shaft stands, mechanical [rad/s] */
+    float standing;         /* below this mechanical speed the shaft counts as standing [rad/s] */
     float stall_time;       /* [s]; 0: not judged */
     float speed_error_time; /* [s]; 0: not judged */
     float period;           /* T [s] */
@@ -70,7 +70,7 @@ typedef struct {
 
 typedef struct {
     float share;          /* of the low-passes [-] */
-    float per_speed;      /* J/K_t over the delay of the low-pass [A s/rad] */
+    float per_speed;      /* J/K_t divided by the delay of the low-pass [A s/rad] */
     float load_most;      /* [A] */
     float gained_most;    /* omega - LP(omega) at the largest acceleration [rad/s] */
     float pushes;         /* [A] */
@@ -88,14 +88,14 @@ typedef struct {
     float current;    /* LP(i_q) [A] */
     float omega;      /* LP(omega) [rad/s] */
     float load;       /* i_L [A] */
-    float base;       /* speed towards the reference from which it must approach [rad/s] */
+    float base;       /* speed in the direction of the reference, from which the progress counts [rad/s] */
     uint32_t settled; /* [-] 1: the low-passes have started */
     float calm;       /* largest |omega| of the last judgements without a runaway, which fades [rad/s] */
-    uint32_t away;    /* judgements with a runaway, in a row [-] */
+    uint32_t away;    /* consecutive judgements with a runaway [-] */
     uint32_t stuck;   /* judgements at the limit without an approach [-]; 0: none */
     uint32_t forward; /* [-] 1: the reference was above the speed in these */
     float overrun;    /* |omega| at the first of the judgements with a brake overrun [rad/s] */
-    uint32_t over;    /* judgements with a brake overrun, in a row [-] */
+    uint32_t over;    /* consecutive judgements with a brake overrun [-] */
 } motion_watch_t;
 
 /* The inputs of a judgement, all of t_k. */
@@ -105,7 +105,7 @@ typedef struct {
     float limit;       /* present limit of |i_q| [A] */
     float omega_m;     /* assumed speed of the shaft, mechanical [rad/s] */
     float omega_m_ref; /* [rad/s] */
-    bool believed;     /* the speed comes from a sensor: a runaway is judged ... */
+    bool measured;     /* the speed comes from a sensor: a runaway is judged ... */
     bool confirmed;    /* ... unless the back-EMF agrees with the angle of that sensor */
     bool asked;        /* a speed is requested, not a current */
 } motion_watch_input_t;

@@ -6,7 +6,7 @@
  *
  * Consecutive half-waves of y with nearly the same length are counted in blocks of OSCILLATION_WAVES; one of
  * another length restarts the count, so that noise is not counted. An oscillation is reported after
- * OSCILLATION_BLOCKS blocks in a row with
+ * OSCILLATION_BLOCKS blocks in succession with
  *
  *     growing     the mean peak is 1.1 times that of the block before, and above 0.5 % of the current limit
  *     sustained   the mean peak is above 10 % of the current limit
@@ -24,7 +24,7 @@
 #include <stdint.h>
 
 #define OSCILLATION_WAVES  16u /* [half-waves] of a block */
-#define OSCILLATION_BLOCKS 3u  /* [blocks] in a row */
+#define OSCILLATION_BLOCKS 3u  /* [blocks] in succession */
 
 typedef struct {
     float slow;          /* bandwidth of the speed loop [rad/s], > 0 */
@@ -54,7 +54,7 @@ typedef struct {
     uint32_t length; /* [steps] of this half-wave so far */
     uint32_t usual;  /* [steps] of the last one; 0: there was none */
     uint32_t waves;  /* [half-waves] of this block */
-    uint32_t blocks; /* [blocks] in a row */
+    uint32_t blocks; /* [blocks] in succession */
 } oscillation_watch_t;
 
 /* Computes the coefficients. Divisions and exponentials: for the background. */

@@ -1,7 +1,7 @@
 /* Board: TI's high-voltage motor kit TMDSHVMTRPFCKIT R1.1 with an F28335 controlCARD. Low-side shunts in all
  * three legs, no temperature sensor on the chip's inputs. Not used here, but wired: the phase voltages (B7,
- * B6, B4), the index of the encoder (GPIO23), the brake's and the PFC's switches. docs/board.md tells what
- * each line means and how the bench proves it. */
+ * B6, B4), the index of the encoder (GPIO23), the brake's and the PFC's switches. docs/board.md explains each
+ * line and its check on the bench. */
 #define BOARD_NAME "hvmtrpfckit" /* 1 */
 
 /* 2: cards of later revisions carry 30 MHz. One of 20 MHz reaches 100 MHz, one of 25 MHz 125 MHz: measure

@@ -1,6 +1,6 @@
 /* Board: a generic stage for the rectified 400 V mains, 540 V and 30 A, no product: TMS320F28335 (30 MHz
  * crystal), an intelligent power module of 1200 V and 50 A behind optocouplers, a Hall sensor in each motor
- * lead. docs/board.md tells what each line means and how the bench proves it. */
+ * lead. docs/board.md explains each line and its check on the bench. */
 #define BOARD_NAME "igbt_540v_30a" /* 1 */
 
 #define BOARD_CRYSTAL_HZ 30000000 /* 2 */

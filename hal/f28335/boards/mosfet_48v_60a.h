@@ -1,6 +1,6 @@
 /* Board: a generic low-voltage stage of 48 V and 60 A, no product: TMS320F28335 (30 MHz crystal), six MOSFETs
  * of 100 V with a bootstrap gate driver, 0.5 mohm shunts below the lower switches of all three legs.
- * docs/board.md tells what each line means and how the bench proves it. */
+ * docs/board.md explains each line and its check on the bench. */
 #define BOARD_NAME "mosfet_48v_60a" /* 1 */
 
 #define BOARD_CRYSTAL_HZ 30000000 /* 2 */

@@ -1,6 +1,6 @@
 /* Board: TMS320F28335 (30 MHz crystal) and a Mitsubishi PM50RL1A060, IPM of 600 V, 50 A; 311 V link, two
- * current sensors of +-20 A in the motor leads. docs/board.md tells what each line means and how the bench
- * proves it. */
+ * current sensors of +-20 A in the motor leads. docs/board.md explains each line and its check on the bench.
+ */
 #define BOARD_NAME "pm50rl1a060" /* 1 */
 
 #define BOARD_CRYSTAL_HZ 30000000 /* 2 */
@@ -13,7 +13,7 @@
 #define BOARD_LEG_C 3 /* GPIO4, 5 */
 
 /* 5: BOARD_GATE_ACTIVE_HIGH is left out: between chip and module stands an optocoupler stage of the user's,
- * which may invert (the module's inputs are active low). The build asks for it: -DLAGLESS_GATES=. */
+ * which may invert (the module's inputs are active low). The build requires the option -DLAGLESS_GATES=. */
 
 #define BOARD_TRIP_ZONE    1 /* 6: TZ1 = GPIO12, the module's fault output F_O, open collector */
 #define BOARD_TRIP_PULL_UP 1

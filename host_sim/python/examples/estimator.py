@@ -41,9 +41,9 @@ def wrap(angle):
 def run(gain=50.0):
     """The drive's Result, and the error of this estimator for each sample [rad]."""
     result = lagless.run(SCENARIO)
-    believed = {name: lagless.row("motor_" + name).initial for name in ("resistance", "inductance_q", "flux_linkage")}
+    assumed = {name: lagless.row("motor_" + name).initial for name in ("resistance", "inductance_q", "flux_linkage")}
     angles = estimate(result.u_alpha + 1j * result.u_beta, result.i_alpha + 1j * result.i_beta, lagless.period(),
-                      believed["resistance"], believed["inductance_q"], believed["flux_linkage"], gain)
+                      assumed["resistance"], assumed["inductance_q"], assumed["flux_linkage"], gain)
     return result, wrap(angles - result.true_theta_e)
 
 

@@ -97,7 +97,7 @@ def shard(runs, seed, seconds, number, shards, threads=1, progress=None, board=N
 
 
 def campaign(runs=10000, seed=1, seconds=2.0, client=None, shards=None, threads=None, progress=None, board=None):
-    """Random motors, loads, wrong beliefs, sensor errors, profiles and faults; every period of every run is judged.
+    """Random motors, loads, wrong assumptions, sensor errors, profiles and faults; every period of every run is judged.
 
     runs, seed, seconds (simulated, of each): as of `lagless campaign`, and the same runs: run n of a seed is the same however
     they are divided. Without `client` on `threads` cores of this machine (default: all).

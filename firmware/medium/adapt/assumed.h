@@ -1,15 +1,15 @@
 /* The assumed values of motor, inverter and sensors that the drive can learn. Each value has one owner:
  * it starts from the parameter, the module that learns a better value writes it here, and all modules
  * that use the value read it here. */
-#ifndef MEDIUM_ADAPT_BELIEVED_H
-#define MEDIUM_ADAPT_BELIEVED_H
+#ifndef MEDIUM_ADAPT_ASSUMED_H
+#define MEDIUM_ADAPT_ASSUMED_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "math/bounds.h"
 
-#define BELIEVED_STEP 1e-3f /* [-] relative change that is large enough for a new tuning */
+#define ASSUMED_STEP 1e-3f /* [-] relative change that is large enough for a new tuning */
 
 typedef struct {
     float resistance;   /* R of a phase, power device included [ohm] */
@@ -18,21 +18,21 @@ typedef struct {
     float bend;         /* L_q without saturation over inductance_q, minus 1 [-]; 0: no saturation */
     float flux_linkage; /* psi_f [Wb] */
     float inertia;      /* inertia of all rotating parts [kg m^2] */
-} believed_t;
+} assumed_t;
 
-static inline bool believed_differs(float from, float to)
+static inline bool assumed_differs(float from, float to)
 {
-    return !bounds_within(to - from, BELIEVED_STEP * from);
+    return !bounds_within(to - from, ASSUMED_STEP * from);
 }
 
-/* True if a value has changed by more than BELIEVED_STEP of its earlier amount. */
-static inline bool believed_moved(const believed_t *from, const believed_t *to)
+/* True if a value has changed by more than ASSUMED_STEP of its earlier amount. */
+static inline bool assumed_moved(const assumed_t *from, const assumed_t *to)
 {
-    return believed_differs(from->resistance, to->resistance) ||
-           believed_differs(from->inductance_d, to->inductance_d) ||
-           believed_differs(from->inductance_q, to->inductance_q) ||
-           believed_differs(from->flux_linkage, to->flux_linkage) ||
-           believed_differs(from->inertia, to->inertia);
+    return assumed_differs(from->resistance, to->resistance) ||
+           assumed_differs(from->inductance_d, to->inductance_d) ||
+           assumed_differs(from->inductance_q, to->inductance_q) ||
+           assumed_differs(from->flux_linkage, to->flux_linkage) ||
+           assumed_differs(from->inertia, to->inertia);
 }
 
 /* A learnt value and the value of the parameter from which learning started. The learnt value is valid only

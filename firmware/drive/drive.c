@@ -62,25 +62,26 @@ static fast_orders_t orders_of(const drive_t *drive)
 /* The end of a window, at which the medium task does not run if it is in time. The fast task takes over an
  * offered tuning, and the setpoint of the previous window acts from the next period on. The previous tuning
  * stays unchanged until the medium task has begun, which is before the background continues. If the setpoint
- * is not ready, the last one continues to act, and the medium task keeps the window that it reads. true: the
- * medium task has a new window. */
-static bool turn_window(drive_t *drive, fast_orders_t before, uint32_t encoder_count)
+ * is not ready, the last one continues to act, and the medium task keeps the window that it reads. A tuning
+ * that is offered waits while the next setpoint begins a manoeuvre, because both make the next period long.
+ * true: the medium task has a new window. */
+static bool turn_window(drive_t *drive, const fast_orders_t *before, uint32_t encoder_count)
 {
     if (drive->done != drive->handed) {
         fast_miss(&drive->fast);
         return false;
     }
-    fast_close(&drive->fast, before.setpoint, &drive->window);
-    if (drive->offered != 0u) {
+    fast_close(&drive->fast, before->setpoint, &drive->window);
+    drive->acting ^= 1u;
+    if (drive->offered != 0u && !setpoint_begins(&drive->setpoints[drive->acting])) {
         drive->in_force ^= 1u;
         drive->taken = 1u;
         drive->offered = 0u;
     }
     show(drive);
     drive->opens = (int32_t)REASON_NONE;
-    drive->acting ^= 1u;
     const fast_orders_t orders = orders_of(drive);
-    fast_turn(&drive->fast, orders, before, encoder_count);
+    fast_turn(&drive->fast, &orders, before, encoder_count);
     drive->handed++;
     return true;
 }
@@ -94,7 +95,7 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
     } else if (drive->opens != (int32_t)REASON_NONE) {
         show_fault(drive, &drive->medium.fault);
     }
-    const bool due = drive->fast.sum.periods >= DRIVE_WINDOW && turn_window(drive, orders, samples->encoder);
+    const bool due = drive->fast.sum.periods >= DRIVE_WINDOW && turn_window(drive, &orders, samples->encoder);
     if (drive->record.on != 0u) { /* a window that is handed over now has found the medium task ready */
         record_step(&drive->record, samples->codes, due || drive->done == drive->handed, command);
     }

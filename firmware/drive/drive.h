@@ -96,7 +96,8 @@ static inline drive_tuning_t *drive_idle_tuning(drive_t *drive)
 }
 
 /* Called between two periods: the tuning that the background has prepared in drive_idle_tuning() is taken
- * over at the end of the present window. The states of control are kept, so a running drive continues without
+ * over at the end of the present window, or at the end of the next one if a manoeuvre begins between them.
+ * The states of control are kept, so a running drive continues without
  * a step. An offered tuning must not be written: call drive_withdraw() first. */
 void drive_offer(drive_t *drive);
 void drive_withdraw(drive_t *drive);

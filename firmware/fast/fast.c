@@ -62,20 +62,20 @@ static void limit(fast_t *fast, const setpoint_t *setpoint)
     fast->bounds.upper = backwards ? braking : driving;
 }
 
-void fast_turn(fast_t *fast, fast_orders_t orders, fast_orders_t before, uint32_t encoder_count)
+void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *before, uint32_t encoder_count)
 {
-    const setpoint_t *setpoint = orders.setpoint;
+    const setpoint_t *setpoint = orders->setpoint;
     fast->given.late = 0u;
     fast->given.overdue = 0u;
     fast->given.fresh = FAST_FRESH_SETPOINT;
-    if (orders.tuning != before.tuning) {
+    if (orders->tuning != before->tuning) {
         fast->given.fresh |= FAST_FRESH_TUNING;
-        encoder_take(&fast->encoder, &before.tuning->encoder, &orders.tuning->encoder, encoder_count);
+        encoder_take(&fast->encoder, &before->tuning->encoder, &orders->tuning->encoder, encoder_count);
     }
     if (setpoint->gates == 0u && (int32_t)(setpoint->number - fast->bridge.open_since) >= 0) {
         fast->bridge.open = 0u;
     }
-    if (setpoint->calibrate != before.setpoint->calibrate) {
+    if (setpoint->calibrate != before->setpoint->calibrate) {
         fast->report.calibration = (int32_t)CALIBRATION_GOES_ON;
         if (setpoint->calibrate == (int32_t)CALIBRATE_NOT) {
             measure_begin_calibration(&fast->measure);

@@ -153,7 +153,8 @@ void fast_init(fast_t *fast, fast_orders_t orders);
 /* The end of a window: the next period begins with orders that differ from `before`. The next period itself
  * takes them over, because this period has already closed a window. This function does only what a trip in
  * between requires and what needs the previous orders. `encoder_count` is that of the newest sample. */
-void fast_turn(fast_t *fast, fast_orders_t orders, fast_orders_t before, uint32_t encoder_count);
+void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *before,
+               uint32_t encoder_count);
 
 /* One period. `opens` [-] is a reason_t that the medium task has found since its last setpoint: if it is not
  * REASON_NONE, the bridge opens at once. The run time is bounded and no libm function is used. Observer and

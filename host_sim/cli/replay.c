@@ -72,11 +72,21 @@ static void choose_rows(recording_t *recording)
     }
 }
 
+#define ENDING ".replay"
+
+static bool ends_in_replay(const char *name)
+{
+    const size_t length = strlen(name);
+    return length > strlen(ENDING) && strcmp(name + length - strlen(ENDING), ENDING) == 0;
+}
+
+/* NAME_replay of a file NAME.replay. */
 static int open_recording(const options_t *options, const replay_file_t *file, recording_t *recording)
 {
     static recorder_value_t values[RIG_TAP_MAX];
     uint32_t value_count = 0;
     char title[320];
+    char name[240];
     recorder_error_t error;
     recording->formats = recorder_formats(options->formats != NULL ? options->formats : "csv");
     if (recording->formats == 0u || (recording->formats & ~RECORDER_SAMPLED) != 0u) {
@@ -84,7 +94,9 @@ static int open_recording(const options_t *options, const replay_file_t *file, r
                 options->formats);
         return EXIT_USAGE;
     }
-    scenario_file_name(options->path, recording->name, sizeof recording->name);
+    scenario_file_name(options->path, name, sizeof name);
+    snprintf(recording->name, sizeof recording->name, "%.*s_replay",
+             (int)(strlen(name) - (ends_in_replay(name) ? strlen(ENDING) : 0u)), name);
     if (!output_folder(options->output.folder)) {
         return EXIT_INTERNAL;
     }

@@ -11,6 +11,7 @@
 #include "contract/tap.h"
 #include "host_sim/rig/rig_parts.h"
 #include "settings/reasons.h"
+#include "settings/signals.h"
 
 /* ---- the record of a rig ---- */
 
@@ -176,11 +177,11 @@ static void restore(rig_t *rig, const uint32_t *slots)
     to->staged = to->active;
     drive_prepare(&to->drive.tunings[to->drive.in_force], &to->active, &to->believed);
     to->drive.log.count = to->drive.medium.faults;
-    const capture_tuning_t tuning = recording_tuning();
-    capture_init(&to->drive.capture, &tuning);
-    to->drive.record.on = 1u;
+    capture_tuning_t history; /* the signals of the last periods, for whoever looks at the end */
+    (void)capture_prepare(&signals_history, &signals_table, &history);
+    capture_init(&to->drive.capture, &history);
+    to->drive.record.on = 1u; /* its checksum goes on */
     rig->state.period = to->drive.fast.period;
-    rig->state.start = chip_now(&rig->state.chip) - RIG_PERIOD_TICKS * rig->state.period;
     replay->on = true;
     replay->begin = to->drive.fast.period;
     replay->event = slots[0];
@@ -335,6 +336,8 @@ bool rig_replay_step(rig_t *rig)
     if ((came & RECORD_CAME_TRIP) != 0u) {
         app_trip();
     }
+    /* the chip's clock does not move: each period begins now */
+    state->start = chip_now(&state->chip) - RIG_PERIOD_TICKS * state->period;
     if (rig->stop_hook_set && rig->stop_hook_period == state->period) {
         rig_stop_at(rig, state->period);
     }

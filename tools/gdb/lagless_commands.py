@@ -72,7 +72,8 @@ def place_text():
     period = int(state["period"])
     if int(state["start"]) == 0:
         return "before period 0: the board starts up"
-    after = int(state["chip"]["tick"]) - int(state["start"]) - period * ticks
+    # of a replay, period 0 lies before the start of the clock
+    after = (int(state["chip"]["tick"]) - int(state["start"]) - period * ticks + 2**63) % 2**64 - 2**63
     sign, length = "+" if after >= 0 else "-", float(abs(after) * time.TICK * 10**6)
     return f"period {period}, {time.seconds(period, ticks)} {sign} {length:.2f} us"
 
@@ -605,6 +606,8 @@ Of a fault with the last periods before it, which the drive has kept; the fault'
         newest = count - (1 if latched else 0)
         for number in range(newest - 1, max(-1, count - kept - 1), -1):
             fault = log["faults"][number % kept]
+            if int(fault["reason"]) == 0:  # a replay knows only their number
+                continue
             gdb.write(f"earlier: {show.reason_name(fault['reason'])} at {time.seconds(int(fault['period']), period_ticks())}, "
                       f"in {show.choice('signals_table', 'manoeuvre', fault['manoeuvre'])}\n")
         return newest > 0
@@ -637,6 +640,9 @@ Of a fault with the last periods before it, which the drive has kept; the fault'
         columns, width, ring = (int(tuning[name]) for name in ("columns", "width", "ring"))
         count = min(kept, cls.PERIODS)
         if count == 0:
+            return
+        if int(tuning["id"][0]) == 0:
+            gdb.write("  the drive has kept a record for a replay (docs/replay.md)\n")
             return
         rows = show.rows_by_id("signals_table", [tuning["id"][n] for n in range(columns)])
         lines = [["period", *(show.text_at(row["name"]) for row in rows)], ["", *(show.unit_of(row) for row in rows)]]

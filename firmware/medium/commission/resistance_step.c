@@ -28,7 +28,7 @@
 
 void resistance_step_begin(resistance_step_t *step)
 {
-    *step = (resistance_step_t){.phase = RESISTANCE_BEGIN};
+    *step = (resistance_step_t){.phase = (int32_t)RESISTANCE_BEGIN};
 }
 
 /* A current has settled: 0.3 I, 0.15 I, I_h, or I_h in a new direction. */
@@ -39,13 +39,13 @@ static commission_verdict_t first_value(resistance_step_t *step, const commissio
     const dq_t voltage = commission_mean_of(&step->standing.mean, step->standing.mean.voltage);
     const dq_t current = commission_mean_of(&step->standing.mean, step->standing.mean.current);
     standing_wait(&step->standing);
-    if (step->phase == RESISTANCE_FIRST) {
+    if (step->phase == (int32_t)RESISTANCE_FIRST) {
         step->first = (dq_t){current.d, voltage.d};
         order->current = 0.5f * FIRST_SHARE * tuning->current_max;
-        step->phase = RESISTANCE_HALF;
+        step->phase = (int32_t)RESISTANCE_HALF;
         return commission_goes_on();
     }
-    if (step->phase == RESISTANCE_HALF) {
+    if (step->phase == (int32_t)RESISTANCE_HALF) {
         const float rise = step->first.d - current.d;
         if (!(rise > 0.0f)) {
             return commission_failed(COMMISSION_REASON_NO_STEADY_CURRENT, 0);
@@ -62,10 +62,10 @@ static commission_verdict_t first_value(resistance_step_t *step, const commissio
         results->resistance = resistance;
         standing_gains(input->u_dc, tuning, results, order);
         order->current = step->current;
-        step->phase = RESISTANCE_FULL;
+        step->phase = (int32_t)RESISTANCE_FULL;
         return commission_goes_on();
     }
-    step->phase = RESISTANCE_LEVELS; /* after RESISTANCE_FULL and RESISTANCE_STILL */
+    step->phase = (int32_t)RESISTANCE_LEVELS; /* after RESISTANCE_FULL and RESISTANCE_STILL */
     step->level = 0u;
     step->windows = 0u;
     step->n = 0.0f;
@@ -132,7 +132,7 @@ static commission_verdict_t judge(resistance_step_t *step, const commission_tuni
         }
         step->repeated = 1u;
         step->direction = 0u;
-        step->phase = RESISTANCE_TURN;
+        step->phase = (int32_t)RESISTANCE_TURN;
         return commission_goes_on();
     }
     results->resistance = mean;
@@ -142,7 +142,7 @@ static commission_verdict_t judge(resistance_step_t *step, const commission_tuni
     if (2.0f * tuning->period * mean > results->inductance_pulse) {
         return commission_failed(COMMISSION_REASON_TIME_CONSTANT_SHORT, 0);
     }
-    step->phase = RESISTANCE_ZONE;
+    step->phase = (int32_t)RESISTANCE_ZONE;
     step->level = 0u;
     step->missing = 0.0f;
     step->area = 0.0f;
@@ -238,7 +238,7 @@ static commission_verdict_t climb(resistance_step_t *step, const commission_tuni
     if (step->direction == RESISTANCE_DIRECTIONS) {
         return judge(step, tuning, results);
     }
-    step->phase = RESISTANCE_TURN;
+    step->phase = (int32_t)RESISTANCE_TURN;
     return commission_goes_on();
 }
 
@@ -246,27 +246,27 @@ commission_verdict_t resistance_step(resistance_step_t *step, const commission_t
                                      const commission_input_t *input, excite_order_t *order,
                                      commission_results_t *results)
 {
-    if (step->phase == RESISTANCE_BEGIN) {
+    if (step->phase == (int32_t)RESISTANCE_BEGIN) {
         results->resistance = 0.0f;
         standing_begin(&step->standing, 0.0f, input->u_dc, tuning, results, order);
         order->current = FIRST_SHARE * tuning->current_max;
-        step->phase = RESISTANCE_FIRST;
+        step->phase = (int32_t)RESISTANCE_FIRST;
         return commission_goes_on();
     }
     if (input->seen->serial != order->serial) {
         return commission_goes_on();
     }
-    if (step->phase == RESISTANCE_LEVELS) {
+    if (step->phase == (int32_t)RESISTANCE_LEVELS) {
         return climb(step, tuning, input, order, results);
     }
-    if (step->phase == RESISTANCE_ZONE) {
+    if (step->phase == (int32_t)RESISTANCE_ZONE) {
         return descend(step, tuning, input, order, results);
     }
-    if (step->phase == RESISTANCE_TURN) {
+    if (step->phase == (int32_t)RESISTANCE_TURN) {
         order->current = step->current;
         if (standing_turn(&step->standing, SIXTH_TURN * (float)step->direction, tuning, input->seen, order)) {
             standing_wait(&step->standing);
-            step->phase = RESISTANCE_STILL;
+            step->phase = (int32_t)RESISTANCE_STILL;
         }
         return commission_goes_on();
     }
@@ -275,8 +275,9 @@ commission_verdict_t resistance_step(resistance_step_t *step, const commission_t
     case STANDING_STEADY:
         return first_value(step, tuning, input, order, results);
     case STANDING_NEVER:
-        return commission_failed(step->phase == RESISTANCE_STILL ? COMMISSION_REASON_ROTOR_SWINGS
-                                                                 : COMMISSION_REASON_NO_STEADY_CURRENT,
+        return commission_failed(step->phase == (int32_t)RESISTANCE_STILL
+                                     ? COMMISSION_REASON_ROTOR_SWINGS
+                                     : COMMISSION_REASON_NO_STEADY_CURRENT,
                                  0);
     case STANDING_NOT_YET:
         break;

@@ -29,13 +29,13 @@ typedef enum {
 } resistance_phase_t;
 
 typedef struct {
-    resistance_phase_t phase; /* [-] of the step */
-    uint32_t direction;       /* [-] in steps of 60 degrees */
-    uint32_t level;           /* [-] of the staircase */
-    uint32_t windows;         /* [windows] of this level */
-    uint32_t repeated;        /* [-] 1: the second staircase */
-    float current;            /* I_h [A] */
-    dq_t first;               /* current and voltage of the first level [A], [V] */
+    int32_t phase;      /* [-] resistance_phase_t */
+    uint32_t direction; /* [-] in steps of 60 degrees */
+    uint32_t level;     /* [-] of the staircase */
+    uint32_t windows;   /* [windows] of this level */
+    uint32_t repeated;  /* [-] 1: the second staircase */
+    float current;      /* I_h [A] */
+    dq_t first;         /* current and voltage of the first level [A], [V] */
     commission_mean_t mean;
     standing_t standing;
     float n, x, y, xx, xy;               /* sums of the line of this direction, about its first level */

@@ -57,7 +57,7 @@ static const sine_run_t runs[] = {
 
 void sine_step_begin(sine_step_t *step)
 {
-    *step = (sine_step_t){.phase = SINE_BEGIN};
+    *step = (sine_step_t){.phase = (int32_t)SINE_BEGIN};
 }
 
 float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float period)
@@ -289,7 +289,7 @@ static commission_verdict_t begin(sine_step_t *step, const commission_tuning_t *
     step->guess_q = results->inductance_pulse;
     standing_begin(&step->standing, -SIXTH_TURN, input->u_dc, tuning, results, order);
     order->current = step->current;
-    step->phase = SINE_ALIGN;
+    step->phase = (int32_t)SINE_ALIGN;
     return commission_goes_on();
 }
 
@@ -297,27 +297,27 @@ commission_verdict_t sine_step(sine_step_t *step, const commission_tuning_t *tun
                                const commission_input_t *input, excite_order_t *order,
                                commission_results_t *results)
 {
-    if (step->phase == SINE_BEGIN) {
+    if (step->phase == (int32_t)SINE_BEGIN) {
         return begin(step, tuning, input, order, results);
     }
     if (input->seen->serial != order->serial) {
         return commission_goes_on();
     }
-    if (step->phase == SINE_RUNS) {
+    if (step->phase == (int32_t)SINE_RUNS) {
         return run_on(step, tuning, input, order, results);
     }
-    if (step->phase == SINE_TURN) {
+    if (step->phase == (int32_t)SINE_TURN) {
         if (standing_turn(&step->standing, 0.0f, tuning, input->seen, order)) {
             standing_wait(&step->standing);
-            step->phase = SINE_STILL;
+            step->phase = (int32_t)SINE_STILL;
         }
         return commission_goes_on();
     }
     const standing_want_t want = {periods_of(BLOCK, tuning->window), order->current, ACROSS * order->current};
     switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
-        step->phase = step->phase == SINE_ALIGN ? SINE_TURN : SINE_RUNS;
-        if (step->phase == SINE_RUNS) {
+        step->phase = (int32_t)(step->phase == (int32_t)SINE_ALIGN ? SINE_TURN : SINE_RUNS);
+        if (step->phase == (int32_t)SINE_RUNS) {
             prepare(step, tuning, input, results, order);
         }
         break;

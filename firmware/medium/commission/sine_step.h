@@ -30,7 +30,7 @@ typedef struct {
 typedef enum { SINE_BEGIN, SINE_ALIGN, SINE_TURN, SINE_STILL, SINE_RUNS } sine_phase_t;
 
 typedef struct {
-    sine_phase_t phase;     /* [-] of the step */
+    int32_t phase;          /* [-] sine_phase_t */
     uint32_t run;           /* [-] of the table of runs */
     uint32_t windows;       /* [windows] of this run */
     uint32_t length;        /* [windows] whose sums this run takes */

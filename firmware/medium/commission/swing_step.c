@@ -37,7 +37,7 @@ typedef struct {
 
 void swing_step_begin(swing_step_t *step)
 {
-    *step = (swing_step_t){.phase = SWING_BEGIN};
+    *step = (swing_step_t){.phase = (int32_t)SWING_BEGIN};
 }
 
 /* The loss of the legs for this current [V]. */
@@ -178,7 +178,7 @@ static void jump(swing_step_t *step, const commission_input_t *input, ab_t befor
     step->angle = to != 0u ? 0.0f : -THIRD_TURN;
     order->axis = trig_turn(step->angle);
     step->windows = 0u;
-    step->phase = SWING_JUMP;
+    step->phase = (int32_t)SWING_JUMP;
 }
 
 /* The voltage of the rest, from the mean of a block: what R and the loss of the legs do not explain. */
@@ -232,7 +232,7 @@ static commission_verdict_t conclude(swing_step_t *step, const commission_input_
         return commission_goes_on();
     }
     if (step->current > salient_current(SALIENT_MOST, step->flux, results) && step->again < AGAIN_MOST) {
-        *step = (swing_step_t){.phase = SWING_BEGIN, .again = step->again + 1u, .flux = step->flux};
+        *step = (swing_step_t){.phase = (int32_t)SWING_BEGIN, .again = step->again + 1u, .flux = step->flux};
         return commission_goes_on();
     }
     results->flux_first = step->flux;
@@ -297,7 +297,7 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
                                 const commission_input_t *input, excite_order_t *order,
                                 commission_results_t *results)
 {
-    if (step->phase == SWING_BEGIN) {
+    if (step->phase == (int32_t)SWING_BEGIN) {
         if (!(results->resistance > 0.0f && results->inductance_d > 0.0f)) {
             return commission_failed(COMMISSION_REASON_EARLIER_STEP, 0);
         }
@@ -308,23 +308,23 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
         step->angle = -THIRD_TURN;
         standing_begin(&step->standing, step->angle, input->u_dc, tuning, results, order);
         order->current = step->current;
-        step->phase = SWING_ALIGN;
+        step->phase = (int32_t)SWING_ALIGN;
         return commission_goes_on();
     }
     if (input->seen->serial != order->serial) {
         return commission_goes_on();
     }
-    if (step->phase == SWING_JUMP) {
+    if (step->phase == (int32_t)SWING_JUMP) {
         const swing_window_t window = window_of(input, input->seen->axis);
         add(step, tuning, &window, results);
         step->windows++;
         if (step->windows >= periods_of(LEAST, tuning->window)) {
             standing_wait(&step->standing);
-            step->phase = SWING_REST;
+            step->phase = (int32_t)SWING_REST;
         }
         return commission_goes_on();
     }
-    if (step->phase == SWING_REST) {
+    if (step->phase == (int32_t)SWING_REST) {
         const swing_window_t window = window_of(input, input->seen->axis);
         add(step, tuning, &window, results);
     }
@@ -332,7 +332,7 @@ commission_verdict_t swing_step(swing_step_t *step, const commission_tuning_t *t
                                   ACROSS * order->current + ACROSS_LEAST};
     switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
-        if (step->phase == SWING_REST) {
+        if (step->phase == (int32_t)SWING_REST) {
             return judge(step, input, results, order);
         }
         step->rest[0] = rest_of(step, results);

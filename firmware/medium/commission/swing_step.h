@@ -45,7 +45,7 @@ typedef struct {
 typedef enum { SWING_BEGIN, SWING_ALIGN, SWING_JUMP, SWING_REST } swing_phase_t;
 
 typedef struct {
-    swing_phase_t phase;        /* [-] of the step */
+    int32_t phase;              /* [-] swing_phase_t */
     uint32_t jump;              /* [-] */
     uint32_t windows;           /* [windows] of this jump */
     uint32_t again;             /* [-] times that the current was made less for a salient rotor */

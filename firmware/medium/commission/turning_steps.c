@@ -199,12 +199,12 @@ commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t
 
 void torque_test_begin(torque_test_t *step)
 {
-    *step = (torque_test_t){.phase = TORQUE_START};
+    *step = (torque_test_t){.phase = (int32_t)TORQUE_START};
 }
 
 static void begin_phase(torque_test_t *step, torque_phase_t phase)
 {
-    step->phase = phase;
+    step->phase = (int32_t)phase;
     step->windows = 0u;
     step->steady.windows = 0u;
     step->slice = (turning_slice_t){.windows = 0u};
@@ -319,7 +319,7 @@ static void end_pushing(torque_test_t *step, const commission_results_t *results
     float error;
     const float inertia = inertia_of(step, &error);
     if (inertia > 0.0f && step->earlier == 0.0f && !is_confirmed(step, results, psi, inertia)) {
-        *step = (torque_test_t){.phase = TORQUE_START,
+        *step = (torque_test_t){.phase = (int32_t)TORQUE_START,
                                 .earlier = inertia,
                                 .low = step->low,
                                 .high = step->high,
@@ -346,7 +346,7 @@ static bool goes_on(const torque_test_t *step)
  * variance of an acceleration falls with the fifth power of their length. */
 static void end_phase(torque_test_t *step, torque_phase_t next)
 {
-    if (step->cycle == 0u && step->phase <= TORQUE_DOWN) {
+    if (step->cycle == 0u && step->phase <= (int32_t)TORQUE_DOWN) {
         const float room = SLICE_SHARE * ((float)step->windows - (float)SKIP);
         const float parts = (float)(uint32_t)bounds_clamp(room / SLICE_SHORT, SLICES - 1.0f) + 1.0f;
         step->length[(uint32_t)step->phase - (uint32_t)TORQUE_UP] =
@@ -364,7 +364,7 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
     const float middle = step->low + COAST_TO * (step->high - step->low);
     slice(step, tuning, input, psi);
     step->windows++;
-    if (step->phase == TORQUE_UP) {
+    if (step->phase == (int32_t)TORQUE_UP) {
         if (step->windows > periods_of(PUSH_WAIT, tuning->window)) {
             step->push = bounds_less(PUSH_GROWTH * step->push, PUSH_MOST * tuning->current_max);
             step->fit = (turning_fit_t){.n = 0.0f}; /* the rotor may have stood: friction was anything */
@@ -372,7 +372,7 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
         } else if (omega_m > step->high) {
             end_phase(step, TORQUE_COAST);
         }
-    } else if (step->phase == TORQUE_COAST) {
+    } else if (step->phase == (int32_t)TORQUE_COAST) {
         if (step->windows == SKIP + 1u && !goes_on(step)) {
             end_pushing(step, results, psi);
         } else if (omega_m < middle || step->windows > periods_of(COAST_MOST, tuning->window)) {
@@ -382,11 +382,11 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
         end_phase(step, TORQUE_UP);
         step->cycle++;
     }
-    const float push = step->phase == TORQUE_UP     ? step->push
-                       : step->phase == TORQUE_DOWN ? -BRAKE * step->push
-                                                    : 0.0f;
+    const float push = step->phase == (int32_t)TORQUE_UP     ? step->push
+                       : step->phase == (int32_t)TORQUE_DOWN ? -BRAKE * step->push
+                                                             : 0.0f;
     uint32_t by_current = 1u;
-    if (step->phase == TORQUE_STEADY_FAST || step->phase == TORQUE_START) {
+    if (step->phase == (int32_t)TORQUE_STEADY_FAST || step->phase == (int32_t)TORQUE_START) {
         by_current = 0u;
     }
     wish->current.d = bounds_clamp(wish->current.d, BIAS_PUSHES * step->push);
@@ -417,7 +417,7 @@ static commission_verdict_t hold_speed(torque_test_t *step, const commission_tun
                                        commission_results_t *results, float psi)
 {
     uint32_t which = 1u;
-    if (step->phase == TORQUE_STEADY_FAST) {
+    if (step->phase == (int32_t)TORQUE_STEADY_FAST) {
         which = 0u;
     }
     turning_mean_t *mean = &step->mean;
@@ -452,7 +452,7 @@ commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuni
     if (!(step->low < 0.7f * step->high)) {
         return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
     }
-    if (step->phase == TORQUE_START) {
+    if (step->phase == (int32_t)TORQUE_START) {
         const bool steady = is_steady(&step->steady, tuning, input, step->low);
         if (step->steady.windows == 0u) {
             step->mean = (turning_mean_t){.windows = 0.0f};

@@ -78,9 +78,9 @@ typedef enum {
 } torque_phase_t;
 
 typedef struct {
-    torque_phase_t phase; /* [-] of the step */
-    uint32_t cycle;       /* [-] */
-    uint32_t windows;     /* [windows] of this phase */
+    int32_t phase;    /* [-] torque_phase_t */
+    uint32_t cycle;   /* [-] */
+    uint32_t windows; /* [windows] of this phase */
     turning_steady_t steady;
     float push;         /* i_q upwards [A] */
     float earlier;      /* J of a first test that disagreed with the swing; 0: none [kg m^2] */

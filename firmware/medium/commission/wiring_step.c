@@ -28,7 +28,7 @@ static rotation_t unit(uint32_t direction)
 
 void wiring_step_begin(wiring_step_t *step)
 {
-    *step = (wiring_step_t){.phase = WIRING_ZERO, .periods = 1u};
+    *step = (wiring_step_t){.phase = (int32_t)WIRING_ZERO, .periods = 1u};
 }
 
 /* Orders a pulse in this direction. */
@@ -40,7 +40,7 @@ static void fire(wiring_step_t *step, const commission_tuning_t *tuning, uint32_
     order->kind = (int32_t)EXCITE_PULSE;
     order->serial++;
     order->axis = unit(direction);
-    order->voltage = step->phase == WIRING_COMPARE ? LESS * step->voltage : step->voltage;
+    order->voltage = step->phase == (int32_t)WIRING_COMPARE ? LESS * step->voltage : step->voltage;
     order->periods = step->periods;
     order->current_max = PULSE_MOST * tuning->current_max;
 }
@@ -71,7 +71,7 @@ static commission_verdict_t turns(wiring_step_t *step, const commission_tuning_t
         return commission_failed(COMMISSION_REASON_ROTOR_TURNS, 0);
     }
     *step = (wiring_step_t){
-        .phase = WIRING_MATRIX, .periods = step->periods, .voltage = step->voltage, .repeated = 1u};
+        .phase = (int32_t)WIRING_MATRIX, .periods = step->periods, .voltage = step->voltage, .repeated = 1u};
     fire(step, tuning, 0u, order);
     return commission_goes_on();
 }
@@ -110,7 +110,7 @@ static commission_verdict_t search(wiring_step_t *step, const commission_tuning_
     if (next >= WIRING_DIRECTIONS) {
         next = 0u;
         if (step->largest >= least) {
-            step->phase = WIRING_MATRIX;
+            step->phase = (int32_t)WIRING_MATRIX;
         } else if (!grow(step, input->u_dc)) {
             return commission_failed(COMMISSION_REASON_NO_MOTOR_CURRENT, 0);
         }
@@ -130,7 +130,7 @@ static void add(wiring_step_t *step, const commission_tuning_t *tuning, ab_t res
     if (step->direction + 1u < WIRING_DIRECTIONS) {
         fire(step, tuning, step->direction + 1u, order);
     } else {
-        step->phase = WIRING_COMPARE;
+        step->phase = (int32_t)WIRING_COMPARE;
         fire(step, tuning, 0u, order);
     }
 }
@@ -157,14 +157,14 @@ commission_verdict_t wiring_step(wiring_step_t *step, const commission_tuning_t 
 {
     const excite_seen_t *seen = input->seen;
     step->windows++;
-    if (step->phase == WIRING_ZERO) {
+    if (step->phase == (int32_t)WIRING_ZERO) {
         if (step->windows < ZERO_WINDOWS) {
             return commission_goes_on();
         }
         if (length(input->current) > ZERO_CURRENT) {
             return commission_failed(COMMISSION_REASON_ZERO_VECTOR_CURRENT, 0);
         }
-        step->phase = WIRING_SEARCH;
+        step->phase = (int32_t)WIRING_SEARCH;
         step->voltage = FIRST_SHARE * input->u_dc;
         fire(step, tuning, 0u, order);
         return commission_goes_on();
@@ -173,10 +173,10 @@ commission_verdict_t wiring_step(wiring_step_t *step, const commission_tuning_t 
         return step->windows < PULSE_WINDOWS ? commission_goes_on()
                                              : commission_failed(COMMISSION_REASON_ROTOR_TURNS, 0);
     }
-    if (step->phase == WIRING_SEARCH) {
+    if (step->phase == (int32_t)WIRING_SEARCH) {
         return search(step, tuning, input, order);
     }
-    if (step->phase == WIRING_COMPARE) {
+    if (step->phase == (int32_t)WIRING_COMPARE) {
         return compare(step, tuning, input, order, results);
     }
     add(step, tuning, seen->response, order);

@@ -18,13 +18,13 @@
 typedef enum { WIRING_ZERO, WIRING_SEARCH, WIRING_MATRIX, WIRING_COMPARE } wiring_phase_t;
 
 typedef struct {
-    wiring_phase_t phase; /* [-] of the step */
-    uint32_t direction;   /* [-] of the present pulse, in steps of 60 degrees */
-    uint32_t windows;     /* [windows] of the present pulse */
-    float voltage;        /* [V] */
-    uint32_t periods;     /* [periods] of half a pulse */
-    uint32_t repeated;    /* [-] 1: the matrix is measured again, because its answers did not cancel */
-    float largest;        /* answer of this search [A] */
+    int32_t phase;      /* [-] wiring_phase_t */
+    uint32_t direction; /* [-] of the present pulse, in steps of 60 degrees */
+    uint32_t windows;   /* [windows] of the present pulse */
+    float voltage;      /* [V] */
+    uint32_t periods;   /* [periods] of half a pulse */
+    uint32_t repeated;  /* [-] 1: the matrix is measured again, because its answers did not cancel */
+    float largest;      /* answer of this search [A] */
     wiring_matrix_t matrix;
     ab_t sum;                       /* of the answers [A] */
     float lengths;                  /* of the answers, summed [A] */

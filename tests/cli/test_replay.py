@@ -1,0 +1,198 @@
+"""`lagless replay`: a fault of a drive at the serial line of the virtual chip, saved by `connect` and replayed in a new
+process; and files that do not belong to this program. usage: test_replay.py LAGLESS FOLDER"""
+
+import csv
+import json
+import os
+import re
+import unittest
+
+import command_line
+from command_line import lagless
+
+# The drive is sensorless and learns the inductance when a wire breaks: the tuning changes within the record.
+LEARNS = """schema = 1
+title = "Learns"
+[run]
+duration = "3 s"
+[params]
+fault_record = "replay"
+[requests]
+enable = "on"
+speed_request = "500 r/min"
+[plant]
+resistance = 1.2
+inductance_q = 0.015
+inductance_d = 0.015
+inertia = 0.02
+load_torque = 3
+[[at]]
+time = "2.144 s"
+plant.open_phase_a = 1
+"""
+TURNS = """schema = 1
+title = "Turns"
+[run]
+duration = "0.5 s"
+[params]
+fault_record = "replay"
+position_source = "encoder"
+[requests]
+enable = "on"
+speed_request = "300 r/min"
+"""
+SAG = TURNS + '[[at]]\ntime = "0.3 s"\nplant.dc_voltage = 150\n'
+TOO_HIGH = TURNS + """[[at]]
+time = "0.3 s"
+requests.speed_request = "400 r/min"
+[[at]]
+time = "0.302 s"
+params.dc_overvoltage = "300 V"
+"""
+MODULE = TURNS + '[[at]]\ntime = "0.3 s"\nplant.force_fault = 1\n'
+
+
+def check_of(text):
+    value = 14695981039346656037
+    for octet in text.encode():
+        value = (value ^ octet) * 1099511628211 & 0xFFFFFFFFFFFFFFFF
+    return f"{value:016x}"
+
+
+def sealed(text):
+    """A changed file with the check of its new content."""
+    body = text[:text.rindex("check ")]
+    return body + f"check {check_of(body)}\n"
+
+
+class Replay(command_line.TestCase):
+    def saved(self, scenario):
+        """The file of a fault, saved over the serial line, and what the drive says about that fault."""
+        path = os.path.join(self.folder, "field.replay")
+        _, target = self.serve(self.write("field.toml", scenario), "--quiet", "--serial", place=r"(\S+)")
+        done = self.expect(0, lagless("connect", target, "--json", timeout=120, input="\n".join([
+            "capture wait 20 s", f"capture save {path}", "get fault_reason fault_period"]) + "\n"))
+        said = json.loads(done.stdout.splitlines()[-1])
+        return path, said["fault_reason"], int(said["fault_period"])
+
+    def replayed(self, path, *options):
+        return json.loads(self.expect(0, lagless("replay", path, "--json", *options)).stdout)
+
+    def is_same(self, saved):
+        path, reason, period = saved
+        seen = self.replayed(path)
+        self.assertTrue(seen["same"], seen)
+        self.assertIsNone(seen["differs_from"])
+        self.assertEqual(seen["recorded"]["period"], period)
+        self.assertEqual(seen["replayed"], seen["recorded"])
+        self.assertGreater(period - seen["begin"], 50)  # that is the time before the fault that one can see
+        return seen
+
+    def run_to_fault(self, scenario):
+        """The file of a simulated run."""
+        self.expect(1, lagless("run", self.write("run.toml", scenario), "--quiet", "--out", self.folder))
+        return os.path.join(self.folder, "run.replay")
+
+    def rows(self, name):
+        return list(csv.DictReader(line for line in self.read(name).splitlines() if not line.startswith("#")))
+
+    def test_broken_wire_of_a_drive_that_has_learnt(self):
+        path, *said = self.saved(LEARNS)
+        self.assertEqual(self.is_same((path, *said))["replayed"]["reason"], "phase_loss")
+        self.replayed(path, "--out", self.folder)
+        self.assertGreater(float(self.rows("field_replay.csv")[0]["inductance_hat[H]"]), 13e-3)  # the parameter: 12.5 mH
+
+    def test_tuning_that_the_drive_has_learnt_just_before(self):
+        seen = self.replayed(self.run_to_fault(LEARNS))
+        self.assertEqual((seen["same"], seen["tunings"]), (True, 1))
+
+    def test_sag_of_the_link(self):
+        self.assertEqual(self.is_same(self.saved(SAG))["replayed"]["reason"], "dc_undervoltage")
+
+    def test_fault_right_after_a_request_and_a_parameter(self):
+        seen = self.is_same(self.saved(TOO_HIGH))
+        self.assertEqual((seen["replayed"]["reason"], seen["requests"]), ("dc_overvoltage", 1))
+        self.assertGreaterEqual(seen["tunings"], 1)
+
+    def test_trip_of_the_power_module_and_the_recording_of_all_signals(self):
+        path = self.run_to_fault(MODULE)
+        seen = self.replayed(path, "--out", self.folder)
+        self.assertEqual((seen["replayed"]["reason"], seen["same"]), ("module_fault", True))
+        rows, whole = self.rows("run_replay.csv"), self.rows("run.csv")
+        self.assertEqual(len(rows), seen["periods"])
+        by_time = {row["time[s]"]: row for row in whole}
+        for row in rows:
+            for name in ("i_q[A]", "i_d[A]", "omega_m_ref[rad/s]", "u_dc[V]"):
+                self.assertEqual(row[name], by_time[row["time[s]"]][name])
+
+    def test_text_says_what_happened_and_what_to_do(self):
+        done = self.expect(0, lagless("replay", self.run_to_fault(SAG)), "bit for bit, in all", "dc_undervoltage in period",
+                           "what happened:", "what to do:")
+        self.assertIn(lagless("--version").stdout.split()[1] + ",", done.stdout)  # firmware and program have one version
+
+    def test_a_changed_sample_gives_other_duties(self):
+        path = self.run_to_fault(SAG)
+        text = self.read("run.replay")
+        lines = text.splitlines(keepends=True)
+        first = next(n for n, line in enumerate(lines) if line.startswith("slots ")) + 1
+        slots = "".join(lines[first:-1]).split()
+        at = 20 + 4 * 100  # the head, and 100 periods before
+        slots[at] = f"{int(slots[at], 16) ^ 0x40:08x}"  # sensor a, 64 codes
+        body = "\n".join(" ".join(slots[n:n + 8]) for n in range(0, len(slots), 8)) + "\n"
+        self.write("run.replay", sealed("".join(lines[:first]) + body + lines[-1]))
+        self.expect(1, lagless("replay", path), "DIFFERENT   duties or gates from period")
+
+    def test_each_flipped_octet_is_found(self):
+        path = self.run_to_fault(SAG)
+        with open(path, "rb") as file:
+            octets = file.read()
+        for at in (40, len(octets) // 2, len(octets) - 30, len(octets) - 3):
+            with open(path, "wb") as file:
+                file.write(octets[:at] + bytes([octets[at] ^ 1]) + octets[at + 1:])
+            self.expect(2, lagless("replay", path), "check ", "the file was changed or damaged")
+        for length in (8, 100, len(octets) // 2, len(octets) - 1):
+            with open(path, "wb") as file:
+                file.write(octets[:length])
+            self.expect(2, lagless("replay", path), "the file is cut")
+
+    def test_each_wrong_item_is_named_with_what_is_accepted(self):
+        path = self.run_to_fault(SAG)
+        text = self.read("run.replay")
+
+        def slot(number, value):
+            def change(text):
+                head, slots, rest = re.fullmatch(r"(.*?\nslots \d+\n)(.*)(check .*)", text, re.DOTALL).groups()
+                return head + slots[:9 * number] + f"{value:08x}" + slots[9 * number + 8:] + rest
+            return change
+
+        def line(before, after):
+            return lambda text: re.sub(before, after, text, count=1, flags=re.MULTILINE)
+
+        for change, *fragments in (
+            (line("^lagless replay 1", "lagless replay 2"), "format 2: accepted is 1"),
+            (line("^tables .*", "tables lagless-00000000"), "tables lagless-00000000: accepted is lagless-"),
+            (line("^board .*", "board other"), "board other: accepted is"),
+            (line("^board .*\n", ""), "the line `board` is missing"),
+            (line("^period .*", "period 1"), "period 1: accepted is"),
+            (line("^slots .*", "slots 9"), "slots 9: accepted are"),
+            (line("^slots (.*)", r"slots 4000"), "accepted is the number of slots that follow"),
+            (slot(0, 7), "format 7 of the record: accepted is 1"),
+            (slot(2, 0x020304), "firmware 2.3.4: accepted is 0.1.0"),
+            (slot(3, 1), "layout 00000001 of the state: accepted is"),
+            (slot(6, 4), "with 4 periods: accepted are"),
+            (slot(10, 0), "no complete snapshot of the state before the trigger"),
+            (slot(13, 50000), "carrier with a period of 50000 ns: accepted are 100000 ns"),
+        ):
+            with self.subTest(fragments=fragments):
+                self.write("run.replay", sealed(change(text)))
+                self.expect(2, lagless("replay", path), *fragments)
+        self.refuses((("replay",), "no file is given"), (("replay", path + "x"), "cannot be read"))
+
+    def test_buffer_of_signals_is_no_record(self):
+        _, target = self.serve(self.write("a.toml", TURNS.replace('"replay"', '"signals"')), "--quiet", "--port", "0")
+        self.expect(1, lagless("connect", "tcp://" + target, input=f"capture save {self.folder}/a.replay\n", timeout=60),
+                    "the capture buffer contains signals", "fault_record replay")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[__file__])

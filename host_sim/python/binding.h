@@ -197,12 +197,20 @@ typedef struct {
     uint64_t seed;
     commission_plate_t plate; /* a value of 0: that of the scenario's parameters */
     uint32_t skip;            /* bits of commission_do_t: steps that are not requested */
+    uint32_t chosen;          /* 1: the steps are named one by one */
     /* Before each try of a step (done 0), after it (1), and every 2.5 ms of it (2). 0: stop it. */
     uint32_t (*progress)(uint32_t step, uint32_t done);
+    double link;      /* of the DC link by a meter [V]; 0: not known */
+    double direction; /* answer of the user, 1 or -1; 0: none */
+    double turns;     /* the same, of the shaft; 0: none */
 } binding_commission_t;
 
 /* Name and text of the n-th step of commissioning; NULL: there are not so many. */
 BINDING const char *binding_commission_step(uint32_t n, const char **text);
+
+/* The answer that a text gives to a question ("direction", "turn"); 0: it is none. *accepted: those that are;
+ * NULL: no such question. */
+BINDING double binding_commission_answer(const char *question, const char *answer, const char **accepted);
 
 /* Runs the steps on the scenario's motor. `how` has the plate in the end. false: see `why`. */
 BINDING bool binding_commission(const scenario_t *scenario, binding_commission_t *how,

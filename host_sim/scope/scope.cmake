@@ -17,6 +17,7 @@ add_library(lagless_scope STATIC
     scope/page.c
     scope/scope.c
     scope/scope_capture.c
+    scope/scope_commission.c
     scope/scope_text.c
     ${CMAKE_CURRENT_BINARY_DIR}/scope_texts.c
 )

@@ -107,7 +107,7 @@ static bool take(uint32_t number)
     }
     slots[0] = app->recording.events;
     copy(&state[RECORDING_STATE], &app->active, 0u, RECORDING_PARAMS);
-    copy(&state[RECORDING_STATE + RECORDING_PARAMS], &app->believed, 0u, RECORDING_BELIEVED);
+    copy(&state[RECORDING_STATE + RECORDING_PARAMS], &app->assumed, 0u, RECORDING_ASSUMED);
     hide_key(&state[RECORDING_STATE]);
     copy(state, drive, SLOT_OF(medium), SLOT_OF(handed));
     /* a trip between the samples does not change the period: it triggers the capture */
@@ -168,7 +168,7 @@ void recording_requests(const requests_t *next)
     note_rows(&requests_table, &app->drive.requests, next);
 }
 
-void recording_offer(const params_t *params, const believed_t *believed)
+void recording_offer(const params_t *params, const assumed_t *assumed)
 {
     if (app->drive.record.on == 0u) {
         return;
@@ -176,8 +176,8 @@ void recording_offer(const params_t *params, const believed_t *believed)
     params_t next = *params;
     next.line_key = app->active.line_key;
     note_rows(&params_table, &app->active, &next);
-    for (uint32_t n = 0; n < RECORDING_BELIEVED; n++) {
-        recording_event(RECORDING_BELIEVED_AT + n, tap_slot_at(believed, n * sizeof(uint32_t)));
+    for (uint32_t n = 0; n < RECORDING_ASSUMED; n++) {
+        recording_event(RECORDING_ASSUMED_AT + n, tap_slot_at(assumed, n * sizeof(uint32_t)));
     }
 }
 

@@ -28,8 +28,8 @@
  * same content on the chip and on the desk. */
 #define RECORDING_STATE    ((uint32_t)(offsetof(drive_t, tunings) / sizeof(uint32_t)))
 #define RECORDING_PARAMS   ((uint32_t)(sizeof(params_t) / sizeof(uint32_t)))
-#define RECORDING_BELIEVED ((uint32_t)(sizeof(believed_t) / sizeof(uint32_t)))
-#define RECORDING_SNAPSHOT (1u + RECORDING_STATE + RECORDING_PARAMS + RECORDING_BELIEVED) /* [slots] */
+#define RECORDING_ASSUMED ((uint32_t)(sizeof(assumed_t) / sizeof(uint32_t)))
+#define RECORDING_SNAPSHOT (1u + RECORDING_STATE + RECORDING_PARAMS + RECORDING_ASSUMED) /* [slots] */
 #define RECORDING_EVENTS   UINT32_C(64)                                                   /* newest kept */
 #define RECORDING_EVENT    3u                                                             /* [slots] of one */
 #define RECORDING_ROWS                                                                                       \
@@ -46,7 +46,7 @@
 #define RECORDING_WITHDRAWN UINT32_C(10000) /* the offered tuning, and the parameters for it */
 #define RECORDING_OFFERED   UINT32_C(10001) /* a tuning of the parameters and assumed values */
 #define RECORDING_REPORTED  UINT32_C(10002) /* what the background has found, GUARD_CORRUPT_... */
-#define RECORDING_BELIEVED_AT                                                                                \
+#define RECORDING_ASSUMED_AT                                                                                \
     UINT32_C(10010) /* and following: an assumed value, in the order of the struct */
 
 /* What a client reads: a head, the rows from the oldest to the newest, events and snapshots. */
@@ -87,7 +87,7 @@ void recording_step(void);
  * not have interrupts off. */
 void recording_event(uint32_t what, uint32_t bits);
 void recording_requests(const requests_t *next);
-void recording_offer(const params_t *params, const believed_t *believed);
+void recording_offer(const params_t *params, const assumed_t *assumed);
 
 /* Identity of the structs: a hash of the places of all signals and parameters, and of the sizes. */
 uint32_t recording_layout(void);

@@ -8,7 +8,8 @@ static ab_t loop(fast_t *fast, const excite_order_t *order)
     const dq_t current = frames_park(fast->measure.measured.current, order->axis);
     const dq_t wanted = excite_loop(&fast->control.excite, order, current);
     const dq_t none = {0.0f, 0.0f};
-    const dq_t asked = current_control_step(&fast->current_control, (dq_t){wanted.d, current.q}, current, 0.0f, none);
+    const dq_t asked =
+        current_control_step(&fast->current_control, (dq_t){wanted.d, current.q}, current, 0.0f, none);
     current_control_applied(&fast->current_control, asked);
     return frames_inverse_park((dq_t){asked.d, wanted.q}, order->axis);
 }
@@ -28,8 +29,7 @@ abc_t fast_excite(fast_t *fast, fast_orders_t orders)
     const measured_t *measured = &fast->measure.measured;
     const ab_t none = {0.0f, 0.0f};
     const excite_order_t *order = &orders.setpoint->excite;
-    const ab_t asked =
-        order->kind == (int32_t)EXCITE_LOOP ? loop(fast, order) : excitation(fast, order);
+    const ab_t asked = order->kind == (int32_t)EXCITE_LOOP ? loop(fast, order) : excitation(fast, order);
     /* the watch of the sensors compares them with a reference that control reaches at once: here is none */
     fast->demand.current = frames_park(measured->current, fast->demand.frame.rotation);
     fast->control.voltage = frames_park(asked, fast->demand.frame.rotation);

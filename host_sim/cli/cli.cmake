@@ -11,6 +11,7 @@ add_library(lagless_cli OBJECT
     cli/board.c
     cli/campaign.c
     cli/commission.c
+    cli/commission_talk.c
     cli/connect.c
     cli/connect_edit.c
     cli/connect_record.c

@@ -1,184 +1,83 @@
 #include "host_sim/lab/commission.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "host_sim/lab/commission_parts.h"
 #include "host_sim/lab/course.h"
-#include "settings/reasons.h"
 
-#define WAIT_READY     2.0   /* [s] until the drive is ready */
-#define WAIT_ON        4.0   /* [s] until it is on */
-#define WAIT_FAULT     6.0   /* [s] until a fault is latched that has opened the bridge */
-#define LINK_ERROR     0.05  /* largest difference from the user's meter, relative */
-#define LINEAR         1e5   /* [A] least saturation current of a q axis without a saturation */
-#define SLICE          25u   /* [periods] between two looks */
-#define COAST          0.3   /* [s] after a turning step */
-#define STEP_MOST      150.0 /* [s] above the largest time of every step in the drive */
-#define OVER_TOP       1.4   /* overspeed_trip over the largest speed of tune */
-#define RANGE_LEAST    150.0 /* [rad/s] electrical: least rated speed for the turning steps */
-#define HANDOVER_STEP  0.5   /* by which the hand-over becomes faster with each try, of that of the rules */
-#define HANDOVER_TIMES 2.0   /* of that of the rules, at most */
-static const char *const names[] = {
-#define NAME_OF(name, text) #name,
-    COMMISSION_LIST(NAME_OF)
-#undef NAME_OF
-};
-static const char *const texts[] = {
-#define TEXT_OF(name, text) text,
-    COMMISSION_LIST(TEXT_OF)
-#undef TEXT_OF
+#define WAIT_READY     2.0    /* [s] until the drive is ready */
+#define LINK_ERROR     0.05   /* largest difference from the user's meter, relative */
+#define LINEAR         1e5    /* [A] least saturation current of a q axis without a saturation */
+#define LOOK           2.5e-3 /* [s] */
+#define OVER_TOP       1.4    /* overspeed_trip over the largest speed of tune */
+#define RANGE_LEAST    150.0  /* [rad/s] electrical: least rated speed for the turning steps */
+#define HANDOVER_STEP  0.5    /* by which the hand-over becomes faster with each try, of that of the rules */
+#define HANDOVER_TIMES 2.0    /* of that of the rules, at most */
+#define PARAMS_MOST    512u
+
+static const struct {
+    const char *name;
+    double seconds;
+    const char *text;
+} steps[] = {
+#define ROW_OF(name, seconds, text) {#name, seconds, text},
+    COMMISSION_LIST(ROW_OF)
+#undef ROW_OF
 };
 
 const char *commission_step_name(commission_do_t step)
 {
-    return names[step];
+    return steps[step].name;
 }
 
 const char *commission_step_text(commission_do_t step)
 {
-    return texts[step];
+    return steps[step].text;
 }
 
-static void choice_name(const char *row, double value, char *to, size_t size)
+double commission_step_seconds(commission_do_t step)
 {
-    const char *at = rig_row_by_name(row)->choices;
-    for (uint32_t n = 0; n < (uint32_t)value; n++) {
-        at += strcspn(at, "|");
-        at += *at == '|' ? 1u : 0u;
+    return steps[step].seconds;
+}
+
+bool commission_choose(commission_options_t *options, const char *text, char *why, size_t size)
+{
+    bool any = false;
+    options->chosen = true;
+    for (uint32_t n = 0; n < COMMISSION_STEP_COUNT; n++) {
+        options->skip[n] = true;
     }
-    snprintf(to, size, "%.*s", (int)strcspn(at, "|"), at);
-}
-
-/* ---- steps ---- */
-
-static bool wait_for(commission_work_t *work, const char *row, double value, double seconds)
-{
-    const uint32_t most = rig_periods(seconds);
-    for (uint32_t n = 0; n < most; n += SLICE) {
-        if (rig_value(work->rig, row) == value) {
-            return true;
+    for (const char *at = text; *at != '\0'; at += strspn(at, ",")) {
+        const size_t length = strcspn(at, ",");
+        uint32_t n = 0;
+        while (n < COMMISSION_STEP_COUNT &&
+               (strncmp(at, steps[n].name, length) != 0 || steps[n].name[length] != '\0')) {
+            n++;
         }
-        (void)rig_run(work->rig, SLICE);
-    }
-    return rig_value(work->rig, row) == value;
-}
-
-static void end_with(commission_work_t *work, const char *name, const char *text, const char *remedy)
-{
-    snprintf(work->result->reason, sizeof work->result->reason, "%s", name);
-    snprintf(work->result->what, sizeof work->result->what, "%s; %s", text, remedy);
-}
-
-/* The drive has latched a fault: its reason, under the name that it has in this step. */
-static void end_with_fault(commission_work_t *work)
-{
-    const reason_row_t *row = reason_by_number((int32_t)rig_value(work->rig, "fault_reason"));
-    const bool wiring = work->result->step == COMMISSION_DO_wiring;
-    const char *name = row == NULL                                   ? "fault"
-                       : row->number == REASON_OVERCURRENT && wiring ? "wiring_overcurrent"
-                       : row->number == REASON_CURRENT_OFFSET        ? "offset"
-                       : row->number == REASON_DC_UNDERVOLTAGE       ? "link_low"
-                                                                     : row->name;
-    end_with(work, name, row != NULL ? row->text : "the drive has latched a fault",
-             row != NULL ? row->remedy : "read fault_reason");
-}
-
-/* What a reason of a step means (firmware/medium/commission/commission_types.h). */
-static void end_with_reason(commission_work_t *work)
-{
-    char name[48];
-    char detail[96] = "";
-    const int number = (int)rig_value(work->rig, "commission_reason");
-    const int value = (int)rig_value(work->rig, "commission_detail");
-    choice_name("commission_reason", number, name, sizeof name);
-    if (strcmp(name, "open_phase") == 0 && value >= 1 && value <= 3) {
-        snprintf(detail, sizeof detail, "phase %c", 'a' + value - 1);
-    } else if (strcmp(name, "sensor_map") == 0) {
-        snprintf(detail, sizeof detail, "sensor a sits on leg %c%s, sensor b on leg %c%s",
-                 'a' + value / 1000 - 1, value / 10 % 10 != 0 ? " with the wrong sign" : "",
-                 'a' + value / 100 % 10 - 1, value % 10 != 0 ? " with the wrong sign" : "");
-    } else if (value != 0) {
-        snprintf(detail, sizeof detail, "sensor %c", 'a' + value - 1);
-    }
-    const reason_row_t *row = reason_of_commission(number);
-    end_with(work, name, row->text, row->remedy);
-    if (detail[0] != '\0') {
-        char text[sizeof work->result->what];
-        snprintf(text, sizeof text, "%s: %.290s", detail, work->result->what);
-        snprintf(work->result->what, sizeof work->result->what, "%s", text);
-    }
-}
-
-/* true: the user has stopped the step; the bridge is open a period later. */
-static bool is_stopped(commission_work_t *work, commission_do_t step)
-{
-    const commission_options_t *options = work->options;
-    if (options->goes_on == NULL || options->goes_on(options->context, step)) {
-        return false;
-    }
-    (void)rig_put(work->rig, "enable", 0.0);
-    end_with(work, "stopped_by_user", "the step was stopped",
-             "begin again; the results of earlier steps stay");
-    return true;
-}
-
-/* One step from a bridge that is off to a bridge that is off. false: `result` has the reason. */
-static bool run_step(commission_work_t *work, commission_do_t step)
-{
-    rig_t *rig = work->rig;
-    const bool turns = step >= COMMISSION_DO_flux;
-    const double done = commission_choice("commission_state", "done");
-    const double failed = commission_choice("commission_state", "failed");
-    const double fault = commission_choice("state", "fault");
-    bool ended = wait_for(work, "state", commission_choice("state", "ready"), WAIT_READY) &&
-                 rig_put(rig, "speed_request", turns ? commission_speed(work, step) : 0.0) &&
-                 rig_put(rig, "commission", commission_choice("commission", names[step])) &&
-                 (step == COMMISSION_DO_board || rig_put(rig, "enable", 1.0));
-    const uint32_t most = rig_periods(STEP_MOST);
-    const uint32_t on = rig_periods(WAIT_ON);
-    (void)rig_run(rig, SLICE);
-    for (uint32_t n = 0; ended && n < most; n += SLICE) {
-        if (is_stopped(work, step)) {
-            break;
+        if (n == COMMISSION_STEP_COUNT) {
+            int used = snprintf(why, size, "%.*s: accepted", (int)length, at);
+            for (n = 0; n < COMMISSION_STEP_COUNT && used > 0 && (size_t)used < size; n++) {
+                used += snprintf(why + used, size - (size_t)used, "%s %s", n > 0u ? "," : "", steps[n].name);
+            }
+            return false;
         }
-        const double state = rig_value(rig, "commission_state");
-        if (state == done || state == failed || rig_value(rig, "state") == fault ||
-            (n > on && rig_value(rig, "refusal") != 0.0)) {
-            break;
-        }
-        (void)rig_run(rig, SLICE);
+        options->skip[n] = false;
+        any = true;
+        at += length;
     }
-    const bool opened =
-        rig_value(rig, "commission_state") == failed &&
-        rig_value(rig, "commission_reason") == commission_choice("commission_reason", "bridge_opened");
-    if (opened) { /* a fault that stops the motor first is latched later */
-        (void)wait_for(work, "state", fault, WAIT_FAULT);
+    if (!any) {
+        snprintf(why, size, "no name is given; accepted names of steps, separated by commas");
     }
-    if (work->result->reason[0] != '\0') {
-        ended = false;
-    } else if (rig_value(rig, "state") == fault) {
-        end_with_fault(work);
-    } else if (rig_value(rig, "commission_state") == failed) {
-        end_with_reason(work);
-    } else if (rig_value(rig, "commission_state") != done) {
-        const reason_row_t *row = reason_by_number((int32_t)rig_value(rig, "refusal"));
-        end_with(work, row != NULL && row->number != 0 ? row->name : "time_out",
-                 row != NULL ? row->text : "the step did not end", row != NULL ? row->remedy : "repeat it");
-    }
-    ended = work->result->reason[0] == '\0';
-    (void)rig_put(rig, "enable", 0.0);
-    (void)rig_run(rig, rig_periods(turns ? COAST : 0.05));
-    (void)rig_put(rig, "commission", 0.0);
-    (void)rig_run(rig, SLICE);
-    return ended;
+    return any;
 }
 
 /* A signal as a result; 0 is not measured. */
 static commission_value_t measured(commission_work_t *work, const char *row, double relative)
 {
-    const double value = rig_value(work->rig, row);
+    const double value = commission_value(work, row);
     return value > 0.0 ? (commission_value_t){value, relative * value}
                        : (commission_value_t){(double)NAN, (double)NAN};
 }
@@ -190,8 +89,8 @@ static void take(commission_work_t *work, commission_do_t step)
     commission_result_t *result = work->result;
     if (step == COMMISSION_DO_resistance) {
         const commission_value_t all = measured(work, "commission_resistance", 0.0);
-        const double device = rig_value(work->rig, "device_resistance");
-        const double spread = rig_value(work->rig, "commission_resistance_spread");
+        const double device = commission_value(work, "device_resistance");
+        const double spread = commission_value(work, "commission_resistance_spread");
         result->resistance = (commission_value_t){all.value - device, 0.5 * spread * all.value};
         result->dead_voltage = measured(work, "commission_dead_voltage", 0.02);
         result->current_zone = measured(work, "commission_current_zone", 0.1);
@@ -202,17 +101,19 @@ static void take(commission_work_t *work, commission_do_t step)
         if (result->saturation_current.value >= LINEAR) {
             result->saturation_current = (commission_value_t){0.0, 0.0};
         }
+    } else if (step == COMMISSION_DO_current_loop) {
+        result->loop_gain = commission_value(work, "commission_loop_gain");
     } else if (step == COMMISSION_DO_swing) {
-        result->flux_first = rig_value(work->rig, "commission_flux_first");
-        result->inertia_first = rig_value(work->rig, "commission_inertia_first");
+        result->flux_first = commission_value(work, "commission_flux_first");
+        result->inertia_first = commission_value(work, "commission_inertia_first");
     } else if (step == COMMISSION_DO_flux) {
         result->flux_linkage = measured(work, "commission_flux_linkage", 0.01);
     } else if (step == COMMISSION_DO_inertia) {
-        const double scatter = rig_value(work->rig, "commission_inertia_scatter");
+        const double scatter = commission_value(work, "commission_inertia_scatter");
         result->inertia = measured(work, "commission_inertia", 0.015 + 2.0 * scatter);
-        result->friction_coulomb.value = rig_value(work->rig, "commission_friction_coulomb");
+        result->friction_coulomb.value = commission_value(work, "commission_friction_coulomb");
         result->friction_coulomb.error = 0.1 * result->friction_coulomb.value;
-        result->friction_viscous.value = rig_value(work->rig, "commission_friction_viscous");
+        result->friction_viscous.value = commission_value(work, "commission_friction_viscous");
         result->friction_viscous.error = 0.1 * result->friction_viscous.value;
     }
 }
@@ -224,17 +125,7 @@ static void clear(commission_result_t *result)
     result->resistance = result->inductance_d = result->inductance_q = none;
     result->flux_linkage = result->inertia = result->saturation_current = none;
     result->friction_coulomb = result->friction_viscous = result->dead_voltage = result->current_zone = none;
-}
-
-static void note_currents(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
-{
-    commission_result_t *result = context;
-    (void)period;
-    for (uint32_t n = 0; n < count; n++) {
-        float value;
-        memcpy(&value, &slots[n], sizeof value);
-        result->largest_current = fmax(result->largest_current, fabs((double)value));
-    }
+    result->loop_gain = result->least_speed = result->turns = (double)NAN;
 }
 
 rig_t *commission_rig_of(const scenario_t *scenario, uint64_t seed, scenario_error_t *error)
@@ -255,14 +146,30 @@ rig_t *commission_rig_of(const scenario_t *scenario, uint64_t seed, scenario_err
     return rig;
 }
 
+commission_plate_t commission_plate_by(const commission_drive_t *drive)
+{
+    double pairs = 0.0;
+    double continuous = 0.0;
+    double limit = 0.0;
+    double trip = 0.0;
+    (void)drive->get(drive->context, rig_row_by_name("motor_pole_pairs"), &pairs);
+    (void)drive->get(drive->context, rig_row_by_name("motor_current_continuous"), &continuous);
+    (void)drive->get(drive->context, rig_row_by_name("current_limit"), &limit);
+    (void)drive->get(drive->context, rig_row_by_name("overspeed_trip"), &trip);
+    return (commission_plate_t){
+        .pole_pairs = pairs,
+        .current = continuous > 0.0 ? continuous : 0.5 * limit,
+        .speed = trip / OVER_TOP,
+    };
+}
+
 commission_plate_t commission_plate_of(rig_t *rig)
 {
-    const double continuous = rig_value(rig, "motor_current_continuous");
-    return (commission_plate_t){
-        .pole_pairs = rig_value(rig, "motor_pole_pairs"),
-        .current = continuous > 0.0 ? continuous : 0.5 * rig_value(rig, "current_limit"),
-        .speed = rig_value(rig, "overspeed_trip") / OVER_TOP,
-    };
+    commission_rig_room_t room;
+    const commission_drive_t drive = commission_rig_drive(&room, rig);
+    const commission_plate_t plate = commission_plate_by(&drive);
+    commission_rig_leave(&room);
+    return plate;
 }
 
 static bool is_one_of(const char *name, const char *const *list, size_t count)
@@ -299,7 +206,8 @@ static void name_small_range(commission_work_t *work)
     snprintf(text, sizeof text,
              "the rated speed is %.0f rad/s electrical, below %.0f rad/s, and the step ended with %s",
              omega_e, RANGE_LEAST, work->result->reason);
-    end_with(work, "speed_range_small", text, "permit more speed, or enter psi_f and J from the data sheet");
+    commission_end(work, "speed_range_small", text,
+                   "permit more speed, or enter psi_f and J from the data sheet");
 }
 
 /* Clears what a try has left. */
@@ -308,10 +216,42 @@ static void try_again(commission_work_t *work)
     work->raised += HANDOVER_STEP;
     work->result->reason[0] = '\0';
     work->result->what[0] = '\0';
-    (void)rig_put(work->rig, "fault_reset", 1.0);
-    (void)rig_run(work->rig, SLICE);
-    (void)rig_put(work->rig, "fault_reset", 0.0);
-    (void)rig_run(work->rig, SLICE);
+    (void)commission_put(work, "fault_reset", 1.0);
+    commission_wait(work, LOOK);
+    (void)commission_put(work, "fault_reset", 0.0);
+    commission_wait(work, LOOK);
+}
+
+/* A signal of the drive that only this step gives a value; NULL: it has none that lasts. */
+static const char *proof_of(commission_do_t step)
+{
+    static const char *const rows[COMMISSION_STEP_COUNT] = {
+        [COMMISSION_DO_wiring] = "commission_inductance_pulse",
+        [COMMISSION_DO_resistance] = "commission_current_zone",
+        [COMMISSION_DO_inductance] = "commission_inductance_q",
+        [COMMISSION_DO_current_loop] = "commission_loop_gain",
+        [COMMISSION_DO_swing] = "commission_inertia_first",
+        [COMMISSION_DO_flux] = "commission_flux_linkage",
+        [COMMISSION_DO_inertia] = "commission_inertia"};
+    return rows[step];
+}
+
+/* The drive has a result of this step from an earlier commissioning. */
+static bool is_known(commission_work_t *work, commission_do_t step)
+{
+    const char *row = work->options->resume ? proof_of(step) : NULL;
+    return row != NULL && commission_value(work, row) > 0.0;
+}
+
+static bool one_try(commission_work_t *work, commission_do_t step)
+{
+    if (step == COMMISSION_DO_least_speed) {
+        return commission_least_speed(work);
+    }
+    if (step == COMMISSION_DO_turn && work->drive->turned != NULL) {
+        (void)work->drive->turned(work->drive->context); /* counts from here */
+    }
+    return commission_run_step(work, step) && (step != COMMISSION_DO_turn || commission_ask_turn(work));
 }
 
 /* A step with all its tries; a result has no reason. false: the plate is not accepted. */
@@ -319,16 +259,21 @@ static bool try_step(commission_work_t *work, commission_do_t step)
 {
     const commission_options_t *options = work->options;
     commission_result_t *result = work->result;
-    bool good = commission_stage(work);
+    const bool uses_result = step == COMMISSION_DO_least_speed;
+    if (is_known(work, step)) {
+        take(work, step);
+        return true;
+    }
+    bool good = uses_result ? commission_stage_result(work) : commission_stage(work);
     while (good && result->reason[0] == '\0') {
         if (options->progress != NULL) {
             options->progress(options->context, step, false, result);
         }
-        if (run_step(work, step)) {
+        if (one_try(work, step)) {
             take(work, step);
             return true;
         }
-        if (step < COMMISSION_DO_flux || !worth_another_try(work)) {
+        if (step < COMMISSION_DO_flux || uses_result || !worth_another_try(work)) {
             break;
         }
         try_again(work);
@@ -349,56 +294,120 @@ static bool link_agrees(commission_work_t *work)
     }
     snprintf(text, sizeof text, "the drive measures %.4g V at the DC link, the meter shows %.4g V",
              work->link, meter);
-    end_with(work, "link_mismatch", text, "check the meter and the divider of the DC link");
+    commission_end(work, "link_mismatch", text, "check the meter and the divider of the DC link");
     return false;
 }
 
 /* The step is requested, or a later one needs it. */
-static bool is_needed(const commission_options_t *options, uint32_t step)
+static bool is_needed(const commission_work_t *work, uint32_t step)
 {
+    const commission_options_t *options = work->options;
+    const bool alone = step == (uint32_t)COMMISSION_DO_board ||
+                       step == (uint32_t)COMMISSION_DO_current_loop || step == (uint32_t)COMMISSION_DO_turn;
+    const bool answered =
+        options->ask != NULL || (options->chosen && options->plant_answers && work->drive->turned != NULL);
+    if (step == (uint32_t)COMMISSION_DO_turn && !answered) {
+        return false;
+    }
     bool needed = !options->skip[step];
-    for (uint32_t n = step + 1u; step != (uint32_t)COMMISSION_DO_board && n < COMMISSION_STEP_COUNT; n++) {
+    for (uint32_t n = step + 1u; !alone && n < COMMISSION_STEP_COUNT; n++) {
         needed = needed || !options->skip[n];
     }
     return needed;
 }
 
-bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commission_options_t *options,
-                    commission_result_t *result, scenario_error_t *error)
+static bool run_steps(commission_work_t *work)
 {
-    commission_work_t work = {
-        .rig = rig, .plate = plate, .options = options, .result = result, .error = error, .raised = 1.0};
-    const uint32_t currents[] = {rig_row_by_name("i_a")->id, rig_row_by_name("i_b")->id,
-                                 rig_row_by_name("i_c")->id};
-    const uint32_t begin = rig_period(rig);
-    clear(result);
-    (void)rig_put(rig, "enable", 0.0);
-    (void)rig_put(rig, "commission", 0.0);
-    if (!wait_for(&work, "state", commission_choice("state", "ready"), WAIT_READY)) {
-        end_with_fault(&work);
-        return true;
-    }
-    work.link = rig_value(rig, "u_dc");
-    if (!link_agrees(&work)) {
-        return true;
-    }
-    (void)rig_tap(rig, currents, 3u, 1u, note_currents, result);
+    const commission_options_t *options = work->options;
+    commission_result_t *result = work->result;
+    const double begin = work->drive->seconds(work->drive->context);
     bool good = true;
     for (uint32_t n = 0; good && result->reason[0] == '\0' && n < COMMISSION_STEP_COUNT; n++) {
-        if (!is_needed(options, n)) {
+        if (!is_needed(work, n)) {
             continue;
         }
         result->step = n;
-        good = try_step(&work, (commission_do_t)n);
+        good = try_step(work, (commission_do_t)n);
         const double earlier = result->seconds;
-        result->seconds = (rig_period(rig) - begin) * RIG_PERIOD_SECONDS;
+        result->seconds = work->drive->seconds(work->drive->context) - begin;
         result->step_seconds[n] = result->seconds - earlier;
+        if (work->drive->largest != NULL) {
+            result->largest_current =
+                fmax(result->largest_current, work->drive->largest(work->drive->context));
+        }
         if (good && options->progress != NULL) {
             options->progress(options->context, (commission_do_t)n, true, result);
         }
     }
-    (void)rig_tap(rig, currents, 0u, 1u, NULL, NULL);
     return good;
+}
+
+/* ---- the parameters before ---- */
+
+/* Values of all parameters, in the order of the table. */
+static void keep(commission_work_t *work, double values[PARAMS_MOST])
+{
+    const table_t *params = rig_table(0u);
+    for (uint32_t n = 0; n < params->count && n < PARAMS_MOST; n++) {
+        values[n] = (double)NAN;
+        (void)work->drive->get(work->drive->context, &params->rows[n], &values[n]);
+    }
+}
+
+static void put_back(commission_work_t *work, const double values[PARAMS_MOST])
+{
+    const table_t *params = rig_table(0u);
+    for (uint32_t n = 0; !work->lost && n < params->count && n < PARAMS_MOST; n++) {
+        double now = values[n];
+        (void)work->drive->get(work->drive->context, &params->rows[n], &now);
+        if (isfinite(values[n]) && now != values[n]) {
+            (void)work->drive->put(work->drive->context, &params->rows[n], values[n]);
+        }
+    }
+    (void)(work->lost || work->drive->apply(work->drive->context));
+}
+
+bool commission_drive(const commission_drive_t *drive, const commission_plate_t *plate,
+                      const commission_options_t *options, commission_result_t *result,
+                      scenario_error_t *error)
+{
+    commission_work_t work = {
+        .drive = drive, .plate = plate, .options = options, .result = result, .error = error, .raised = 1.0};
+    double before[PARAMS_MOST];
+    clear(result);
+    (void)commission_put(&work, "enable", 0.0);
+    (void)commission_put(&work, "commission", 0.0);
+    if (!commission_wait_for(&work, "state", commission_choice("state", "ready"), WAIT_READY)) {
+        commission_end_with_fault(&work);
+        return true;
+    }
+    work.link = commission_value(&work, "u_dc");
+    if (!link_agrees(&work)) {
+        return true;
+    }
+    keep(&work, before);
+    const bool good = run_steps(&work);
+    const bool whole = good && result->reason[0] == '\0' && commission_known(result);
+    if (!whole || !commission_stage_result(&work)) {
+        put_back(&work, before);
+    }
+    return good;
+}
+
+bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commission_options_t *options,
+                    commission_result_t *result, scenario_error_t *error)
+{
+    commission_rig_room_t room;
+    const commission_drive_t drive = commission_rig_drive(&room, rig);
+    const bool good = commission_drive(&drive, plate, options, result, error);
+    commission_rig_leave(&room);
+    return good;
+}
+
+bool commission_known(const commission_result_t *result)
+{
+    return isfinite(result->resistance.value) && isfinite(result->inductance_q.value) &&
+           isfinite(result->flux_linkage.value);
 }
 
 void commission_write(FILE *file, const commission_plate_t *plate, const commission_result_t *result,

@@ -1,41 +1,62 @@
-/* Commissioning of a drive on a rig: the steps of firmware/medium/commission in their order, each with the
- * parameters that follow from the steps before. The drive measures; here are the order of the steps, the
- * parameters between them and the result. Nothing of the plant is read.
+/* Commissioning of a drive, simulated or real: the steps of firmware/medium/commission in their order, each
+ * with the parameters that follow from the steps before. The drive measures; here are the order of the steps,
+ * the parameters between them and the result. Nothing of the plant is read.
  *
- *     board, wiring, resistance, inductance, swing     with limits from the plate
- *     flux                                             with the rows of tune for R, L and the first psi_f, J
- *     inertia                                          with psi_f
+ *     board, wiring, resistance, inductance, turn, swing   with limits from the plate
+ *     current_loop                                         with the measured R and L
+ *     flux                                                 with the rows of tune for R, L and the first
+ * psi_f, J inertia                                              with psi_f least_speed with the parameters
+ * that are the result
  *
  * The bridge is off between two steps. A step that fails ends the commissioning; what the earlier ones have
- * measured stays. */
+ * measured stays in the drive until its restart, and options.resume takes it from there. If all requested
+ * steps have a result and psi_f is known, the parameters that follow from it are active at the end; else
+ * those of the beginning. Nothing is saved. */
 #ifndef HOST_SIM_LAB_COMMISSION_H
 #define HOST_SIM_LAB_COMMISSION_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 
+#include "host_sim/lab/commission_drive.h"
 #include "host_sim/lab/motor.h"
 #include "host_sim/lab/scenario.h"
 #include "host_sim/rig/rig.h"
 
-/* S(name, what is done to the motor) in their order. The names are the choices of the request `commission`.
- */
+/* S(name, largest time [s], what is done to the motor) in their order. The names are the choices of the
+ * request `commission`; `least_speed` is no step of the drive, but a run without an encoder. */
 #define COMMISSION_LIST(S)                                                                                   \
-    S(board, "nothing: the bridge is off")                                                                   \
-    S(wiring, "short pulses of voltage in six directions; the rotor does not move")                          \
-    S(resistance, "a steady current in six directions; the rotor follows them by a turn of p-th part")       \
-    S(inductance, "a steady current with a sine; the rotor stands")                                          \
-    S(swing, "the rotor is drawn to and fro by a sixth of an electrical turn")                               \
-    S(flux, "the rotor turns at a steady speed")                                                             \
-    S(inertia, "the rotor is accelerated and braked, four times or more")
+    S(board, 3.0, "Nothing: the bridge is off.")                                                             \
+    S(wiring, 5.0, "Short voltage pulses in six directions. The rotor does not move.")                       \
+    S(resistance, 60.0, "A constant current in six directions. The rotor follows it by one p-th of a turn.") \
+    S(inductance, 15.0, "A constant current with a superimposed sine. The rotor stands still.")              \
+    S(current_loop, 15.0, "A constant current with small steps. The rotor stands still.")                    \
+    S(turn, 140.0, "The shaft makes one slow turn forward. Watch a mark on it.")                             \
+    S(swing, 40.0, "The rotor swings to and fro by a third of an electrical turn.")                          \
+    S(flux, 60.0, "The rotor turns at a constant speed.")                                                    \
+    S(inertia, 120.0, "The rotor accelerates, coasts and brakes several times.")                             \
+    S(least_speed, 40.0, "The rotor turns more and more slowly.")
 
 typedef enum {
-#define COMMISSION_STEP_OF(name, text) COMMISSION_DO_##name,
+#define COMMISSION_STEP_OF(name, seconds, text) COMMISSION_DO_##name,
     COMMISSION_LIST(COMMISSION_STEP_OF)
 #undef COMMISSION_STEP_OF
         COMMISSION_STEP_COUNT
 } commission_do_t;
+
+/* Q(name, text, accepted answers): what only the user can see. */
+#define COMMISSION_QUESTIONS(Q)                                                                              \
+    Q(direction, "In which direction did the shaft turn?", "as_said, reversed")                              \
+    Q(turn, "How many turns did the mark on the shaft make?", "one, or a number such as 2 or 0.5")
+
+typedef enum {
+#define COMMISSION_QUESTION_OF(name, text, accepted) COMMISSION_ASK_##name,
+    COMMISSION_QUESTIONS(COMMISSION_QUESTION_OF)
+#undef COMMISSION_QUESTION_OF
+        COMMISSION_QUESTION_COUNT
+} commission_question_t;
 
 /* Of the motor's plate. */
 typedef struct {
@@ -50,40 +71,61 @@ typedef struct {
 } commission_value_t;
 
 typedef struct {
-    commission_value_t resistance;              /* of a phase, without the devices [ohm] */
-    commission_value_t inductance_d;            /* [H] */
-    commission_value_t inductance_q;            /* without current [H] */
-    commission_value_t saturation_current;      /* of the q axis; 0: it does not saturate [A] */
-    commission_value_t flux_linkage;            /* psi_f [Wb] */
-    commission_value_t inertia;                 /* [kg m^2] */
-    commission_value_t friction_coulomb;        /* [N m] */
-    commission_value_t friction_viscous;        /* [N m s/rad] */
-    commission_value_t dead_voltage;            /* loss of a leg [V] */
-    commission_value_t current_zone;            /* half width of its passage through zero current [A] */
-    double flux_first, inertia_first;           /* of the swing [Wb], [kg m^2] */
-    uint32_t step;                              /* commission_do_t of the last one that ran */
-    char reason[48];                            /* "": commissioned; else the name of a reason */
-    char what[400];                             /* one line: what happened, what to do */
-    double seconds;                             /* [s] simulated */
+    commission_value_t resistance;         /* of a phase, without the devices [ohm] */
+    commission_value_t inductance_d;       /* [H] */
+    commission_value_t inductance_q;       /* without current [H] */
+    commission_value_t saturation_current; /* of the q axis; 0: it does not saturate [A] */
+    commission_value_t flux_linkage;       /* psi_f [Wb] */
+    commission_value_t inertia;            /* [kg m^2] */
+    commission_value_t friction_coulomb;   /* [N m] */
+    commission_value_t friction_viscous;   /* [N m s/rad] */
+    commission_value_t dead_voltage;       /* loss of a leg [V] */
+    commission_value_t current_zone;       /* half width of its passage through zero current [A] */
+    double flux_first, inertia_first;      /* of the swing [Wb], [kg m^2] */
+    double loop_gain;                      /* of the current loop over its design; NAN: not checked [-] */
+    double least_speed;                    /* mechanical, without an encoder; NAN: not tried [rad/s] */
+    double turns;                          /* of the shaft, by the user; NAN: no answer [-] */
+    bool reversed;                         /* the user saw the shaft turn backward */
+    uint32_t step;                         /* commission_do_t of the last one that ran */
+    char reason[48];                       /* "": commissioned; else the name of a reason */
+    char what[400];                        /* one line: what happened, what to do */
+    double seconds;                        /* [s] of the drive's time */
     double step_seconds[COMMISSION_STEP_COUNT]; /* [s] of each step, with its repetitions */
-    double largest_current;                     /* of a phase [A] */
+    double largest_current;                     /* of a phase; over a line: of the vector [A] */
 } commission_result_t;
 
 typedef struct {
     /* Steps that are not requested. They run nevertheless if a later one is, because it needs their results;
-     * but for `board`, whose results nothing needs. */
+     * but for `board`, `current_loop` and `turn`, whose results nothing needs. `turn` needs a user who
+     * answers. */
     bool skip[COMMISSION_STEP_COUNT];
     double link; /* of the DC link by the user's meter [V]; 0: not known */
+    bool resume; /* what the drive has measured since its start is not measured again */
+    bool chosen; /* the steps are named one by one: `turn` runs with the answers of a simulated motor, too */
+    bool plant_answers; /* where `ask` has no answer, the simulated motor gives it, if there is one */
+    /* Answer to a question: direction 1 or -1, turn the number of turns. false: none is given. NULL: nobody.
+     */
+    bool (*ask)(void *context, commission_question_t question, double *answer);
     /* before each try of a step, and once after it; NULL: nobody listens */
     void (*progress)(void *context, commission_do_t step, bool done, const commission_result_t *result);
-    /* every 2.5 ms of a step; false opens the bridge and ends the commissioning with `stopped_by_user`; NULL:
-     * never */
+    /* about every 2.5 ms of a step; false opens the bridge and ends the commissioning with `stopped_by_user`;
+     * NULL: never */
     bool (*goes_on)(void *context, commission_do_t step);
     void *context;
 } commission_options_t;
 
 const char *commission_step_name(commission_do_t step);
 const char *commission_step_text(commission_do_t step);
+double commission_step_seconds(commission_do_t step); /* [s] largest time of a try */
+const char *commission_question_name(commission_question_t question);
+const char *commission_question_text(commission_question_t question);
+const char *commission_question_accepts(commission_question_t question);
+
+/* The answer that a text gives. false: it is none of those that the question accepts. */
+bool commission_answer_of(commission_question_t question, const char *text, double *answer);
+
+/* Steps by their names, separated by commas: all others are skipped. false: `why` says what is accepted. */
+bool commission_choose(commission_options_t *options, const char *text, char *why, size_t size);
 
 /* A rig as the scenario describes it at t = 0, with this seed. NULL: `error` says why. */
 rig_t *commission_rig_of(const scenario_t *scenario, uint64_t seed, scenario_error_t *error);
@@ -91,12 +133,20 @@ rig_t *commission_rig_of(const scenario_t *scenario, uint64_t seed, scenario_err
 /* The plate as the active parameters of the drive tell it: pole pairs, continuous current, and the speed of
  * which tune makes overspeed_trip. */
 commission_plate_t commission_plate_of(rig_t *rig);
+commission_plate_t commission_plate_by(const commission_drive_t *drive);
 
 /* Runs the steps. false: the plate is not accepted by this board; `error` says why. */
+bool commission_drive(const commission_drive_t *drive, const commission_plate_t *plate,
+                      const commission_options_t *options, commission_result_t *result,
+                      scenario_error_t *error);
+
+/* The same on a rig. */
 bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commission_options_t *options,
                     commission_result_t *result, scenario_error_t *error);
 
-/* The measured motor as a file that [motor] and `lagless tune` accept. R, L and psi_f must be known. */
+/* What is measured, as a file of a motor. [motor] and `lagless tune` accept it if R, L and psi_f are known;
+ * commission_known() says whether they are. */
+bool commission_known(const commission_result_t *result);
 void commission_write(FILE *file, const commission_plate_t *plate, const commission_result_t *result,
                       const char *title);
 

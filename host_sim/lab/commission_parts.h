@@ -6,7 +6,7 @@
 
 /* A commissioning under way. */
 typedef struct {
-    rig_t *rig;
+    const commission_drive_t *drive;
     const commission_plate_t *plate;
     const commission_options_t *options;
     commission_result_t *result;
@@ -14,16 +14,48 @@ typedef struct {
     double link;     /* [V] */
     double handover; /* speed of the hand-over with the parameters of this step, mechanical [rad/s] */
     double raised;   /* of the hand-over that is used over the one of the rules [-] */
+    bool lost;       /* the drive cannot be reached any more */
 } commission_work_t;
 
 /* The number of a choice of this row. */
 double commission_choice(const char *row, const char *choice);
+
+/* Value of a row by its name; NAN if the drive is lost. */
+double commission_value(commission_work_t *work, const char *name);
+
+/* Sets a request or stages a parameter. */
+bool commission_put(commission_work_t *work, const char *name, double value);
+
+/* Lets the drive run. */
+void commission_wait(commission_work_t *work, double seconds);
+
+/* Waits until a row has this value, for so long at most [s]. */
+bool commission_wait_for(commission_work_t *work, const char *row, double value, double seconds);
+
+/* The step ends by this reason. */
+void commission_end(commission_work_t *work, const char *name, const char *text, const char *remedy);
+void commission_end_with_fault(commission_work_t *work);
+
+/* true: the user has stopped the step; the bridge is open a period later. */
+bool commission_is_stopped(commission_work_t *work, commission_do_t step);
+
+/* One step from a bridge that is off to a bridge that is off. false: the result has the reason. */
+bool commission_run_step(commission_work_t *work, commission_do_t step);
+
+/* The lowest speed without an encoder, from a bridge that is off to a bridge that is off. */
+bool commission_least_speed(commission_work_t *work);
+
+/* What the user saw of the turn. false: the result has the reason. */
+bool commission_ask_turn(commission_work_t *work);
+
+/* Parameters that follow from the result, for the use of the drive. */
+bool commission_stage_result(commission_work_t *work);
 
 /* Parameters for the next step, from what is measured so far. false: refused, and `error` says why; if R is
  * known already, plate and measurement contradict each other, which is the reason of the result, and true. */
 bool commission_stage(commission_work_t *work);
 
 /* The speed of a turning step [rad/s], mechanical. */
-double commission_speed(const commission_work_t *work, commission_do_t step);
+double commission_speed(commission_work_t *work, commission_do_t step);
 
 #endif

@@ -32,7 +32,8 @@ double commission_choice(const char *row, const char *choice)
 static bool refuse(commission_work_t *work, const char *what)
 {
     snprintf(work->error->name, sizeof work->error->name, "plate");
-    snprintf(work->error->message, sizeof work->error->message, "%s: %s", what, rig_error(work->rig));
+    snprintf(work->error->message, sizeof work->error->message, "%s: %s", what,
+             work->drive->why(work->drive->context));
     return false;
 }
 
@@ -85,16 +86,16 @@ static bool stage_dead_time(commission_work_t *work)
     if (!isfinite(lost)) {
         return true;
     }
-    const double drop = rig_value(work->rig, "device_drop");
+    const double drop = commission_value(work, "device_drop");
     const double effective = (lost - drop) * RIG_PERIOD_SECONDS / work->link;
-    const double delay = effective - rig_value(work->rig, "params.dead_time");
+    const double delay = effective - commission_value(work, "params.dead_time");
     const table_row_t *on = rig_row_by_name("params.turn_on_delay");
     const double most = rig_max(on);
     const table_row_t *zone = rig_row_by_name("params.current_zone");
     const double width = fmin(fmax(work->result->current_zone.value, rig_min(zone)), rig_max(zone));
-    return rig_set(work->rig, zone->id, width) &&
-           rig_put(work->rig, "params.turn_on_delay", fmin(fmax(delay, 0.0), most)) &&
-           rig_put(work->rig, "params.turn_off_delay", fmin(fmax(-delay, 0.0), most));
+    return work->drive->put(work->drive->context, zone, width) &&
+           commission_put(work, "params.turn_on_delay", fmin(fmax(delay, 0.0), most)) &&
+           commission_put(work, "params.turn_off_delay", fmin(fmax(-delay, 0.0), most));
 }
 
 /* A row of tune. */
@@ -119,9 +120,24 @@ static double start_current(const tune_t *tune)
 /* A hand-over faster than by the rules, where the back-EMF is large beside the noise. */
 static bool raise_handover(commission_work_t *work, double by_rule)
 {
-    const double most = HANDOVER_MOST * rig_value(work->rig, "overspeed_trip");
+    const double most = HANDOVER_MOST * commission_value(work, "overspeed_trip");
     work->handover = fmin(work->raised * by_rule, fmax(most, by_rule));
-    return rig_put(work->rig, "handover_speed", work->raised > 1.0 ? work->handover : 0.0);
+    return commission_put(work, "handover_speed", work->raised > 1.0 ? work->handover : 0.0);
+}
+
+/* The rows of tune for what is measured so far. false: refused, and `tuned` says whether by the drive. */
+static bool put_rows(commission_work_t *work, tune_t *tune, bool *tuned)
+{
+    const motor_t motor = motor_so_far(work);
+    bool good = tune_motor(&motor, tune, work->error);
+    *tuned = good;
+    for (uint32_t n = 0; good && n < tune->count; n++) {
+        const tune_row_t *row = &tune->rows[n];
+        if (scenario_is_param(row->row)) {
+            good = work->drive->put(work->drive->context, row->row, row->value);
+        }
+    }
+    return good;
 }
 
 static bool put_parameters(commission_work_t *work)
@@ -129,35 +145,29 @@ static bool put_parameters(commission_work_t *work)
     /* The loss of the legs is measured at standstill. To learn it from the EMF as well would replace it by a
      * worse value where the zone of the legs is wide beside the current. */
     static const char *const off[] = {"inductance_adaptation", "dead_time_adaptation"};
-    const motor_t motor = motor_so_far(work);
     tune_t *tune = malloc(sizeof *tune);
-    bool good = tune != NULL && tune_motor(&motor, tune, work->error);
-    const bool tuned = good;
-    for (uint32_t n = 0; good && n < tune->count; n++) {
-        const tune_row_t *row = &tune->rows[n];
-        if (scenario_is_param(row->row)) {
-            good = rig_set(work->rig, row->row->id, row->value);
-        }
-    }
-    good = good && rig_put(work->rig, "start_current", start_current(tune));
+    bool tuned = false;
+    bool good = tune != NULL && put_rows(work, tune, &tuned);
+    good = good && commission_put(work, "start_current", start_current(tune));
     good = good && raise_handover(work, tune->handover);
     free(tune);
     good = good &&
-           rig_put(work->rig, "position_source", commission_choice("position_source", "sensorless")) &&
-           rig_put(work->rig, off[0], 0.0) && rig_put(work->rig, off[1], 0.0) && stage_dead_time(work) &&
-           rig_apply(work->rig);
+           commission_put(work, "position_source", commission_choice("position_source", "sensorless")) &&
+           commission_put(work, off[0], 0.0) && commission_put(work, off[1], 0.0) && stage_dead_time(work) &&
+           work->drive->apply(work->drive->context);
     if (good) {
         /* 1.25 of the largest current and half the ripple, where the rules accept that */
-        const double limit = rig_value(work->rig, "current_limit");
-        const double ripple = rig_value(work->rig, "commission_inductance_pulse") > 0.0
+        const double limit = commission_value(work, "current_limit");
+        const double ripple = commission_value(work, "commission_inductance_pulse") > 0.0
                                   ? work->link * RIG_PERIOD_SECONDS /
-                                        (24.0 * rig_value(work->rig, "commission_inductance_pulse"))
+                                        (24.0 * commission_value(work, "commission_inductance_pulse"))
                                   : 0.0;
-        const double trip = rig_value(work->rig, "overcurrent_trip");
-        if (!rig_put(work->rig, "overcurrent_trip", TRIP * limit + ripple) || !rig_apply(work->rig)) {
-            good = rig_put(work->rig, "overcurrent_trip", trip) &&
-                   rig_put(work->rig, "current_limit", fmin(limit, (trip - ripple) / TRIP)) &&
-                   rig_apply(work->rig);
+        const double trip = commission_value(work, "overcurrent_trip");
+        if (!commission_put(work, "overcurrent_trip", TRIP * limit + ripple) ||
+            !work->drive->apply(work->drive->context)) {
+            good = commission_put(work, "overcurrent_trip", trip) &&
+                   commission_put(work, "current_limit", fmin(limit, (trip - ripple) / TRIP)) &&
+                   work->drive->apply(work->drive->context);
         }
     }
     return good || (tuned ? refuse(work, "the parameters that follow from it are refused") : false);
@@ -183,7 +193,25 @@ bool commission_stage(commission_work_t *work)
     return put_parameters(work) || contradicts(work->result, work->error);
 }
 
-double commission_speed(const commission_work_t *work, commission_do_t step)
+bool commission_stage_result(commission_work_t *work)
+{
+    /* the rules leave these alone; the steps have changed them */
+    static const char *const own[] = {"start_current", "handover_speed", "fallback_speed",
+                                      "inductance_adaptation", "dead_time_adaptation"};
+    tune_t *tune = malloc(sizeof *tune);
+    bool tuned = false;
+    bool good = tune != NULL;
+    for (size_t n = 0; good && n < sizeof own / sizeof own[0]; n++) {
+        good = commission_put(work, own[n], rig_initial(rig_row_by_name(own[n])));
+    }
+    good = good && put_rows(work, tune, &tuned) && stage_dead_time(work) &&
+           work->drive->apply(work->drive->context);
+    work->handover = good ? tune->handover : work->handover;
+    free(tune);
+    return good || (tuned ? refuse(work, "the parameters that follow from it are refused") : false);
+}
+
+double commission_speed(commission_work_t *work, commission_do_t step)
 {
     const motor_t motor = motor_so_far(work);
     const double top = work->link / SQRT_3 / (motor.value[MOTOR_POLE_PAIRS] * motor.value[MOTOR_FLUX]);
@@ -192,5 +220,5 @@ double commission_speed(const commission_work_t *work, commission_do_t step)
     /* room above the hand-over, where dead time and R I make that fast */
     const double room =
         fmin((flux ? FLUX_OVER : TORQUE_OVER) * work->handover, SPEED_MOST * fmin(work->plate->speed, top));
-    return fmin(fmax(speed, room), 0.9 * rig_value(work->rig, "overspeed_trip"));
+    return fmin(fmax(speed, room), 0.9 * commission_value(work, "overspeed_trip"));
 }

@@ -63,7 +63,10 @@ add_library(lagless_lab_shared OBJECT
     lab/campaign_run.c
     lab/campaign_text.c
     lab/commission.c
+    lab/commission_drive.c
     lab/commission_stage.c
+    lab/commission_step.c
+    lab/commission_user.c
     lab/course.c
     lab/dynamometer.c
     lab/experiment.c

@@ -200,13 +200,21 @@ typedef struct {
     uint64_t seed;
     commission_plate_t plate; /* a value of 0: that of the scenario's parameters */
     uint32_t skip;            /* bits of commission_do_t: steps that are not requested */
+    uint32_t chosen;          /* 1: the steps are named one by one */
     /* Called before each try of a step (done 0), after it (1), and every 2.5 ms during it (2). Result 0:
      * stop. */
     uint32_t (*progress)(uint32_t step, uint32_t done);
+    double link;      /* of the DC link by a meter [V]; 0: not known */
+    double direction; /* answer of the user, 1 or -1; 0: none */
+    double turns;     /* the same, of the shaft; 0: none */
 } binding_commission_t;
 
 /* Name and text of the n-th step of commissioning; NULL: n is too large. */
 BINDING const char *binding_commission_step(uint32_t n, const char **text);
+
+/* The answer that a text gives to a question ("direction", "turn"); 0: it is not an accepted answer.
+ * *accepted: the accepted texts; NULL: there is no such question. */
+BINDING double binding_commission_answer(const char *question, const char *answer, const char **accepted);
 
 /* Runs the steps on the scenario's motor. At the end `how` has the plate. false: see `why`. */
 BINDING bool binding_commission(const scenario_t *scenario, binding_commission_t *how,

@@ -1,5 +1,6 @@
 /* Commissioning of a scenario's motor. */
 #include <stdio.h>
+#include <string.h>
 
 #include "host_sim/python/binding.h"
 
@@ -30,14 +31,40 @@ static bool goes_on(void *context, commission_do_t step)
     return !listener->stopped && listener->how->progress((uint32_t)step, 2u) != 0u;
 }
 
+double binding_commission_answer(const char *question, const char *answer, const char **accepted)
+{
+    double value = 0.0;
+    *accepted = NULL;
+    for (uint32_t n = 0; n < COMMISSION_QUESTION_COUNT; n++) {
+        const commission_question_t one = (commission_question_t)n;
+        if (strcmp(commission_question_name(one), question) == 0) {
+            *accepted = commission_question_accepts(one);
+            return commission_answer_of(one, answer, &value) ? value : 0.0;
+        }
+    }
+    return 0.0;
+}
+
+static bool ask(void *context, commission_question_t question, double *answer)
+{
+    const listener_t *listener = context;
+    *answer = question == COMMISSION_ASK_direction ? listener->how->direction : listener->how->turns;
+    return *answer != 0.0;
+}
+
 bool binding_commission(const scenario_t *scenario, binding_commission_t *how, commission_result_t *result,
                         char why[WHY_SIZE])
 {
     scenario_error_t error = {.file = ""};
     listener_t listener = {how, false};
     const bool listens = how->progress != NULL;
-    commission_options_t options = {
-        .progress = listens ? on_progress : NULL, .goes_on = listens ? goes_on : NULL, .context = &listener};
+    commission_options_t options = {.progress = listens ? on_progress : NULL,
+                                    .goes_on = listens ? goes_on : NULL,
+                                    .context = &listener,
+                                    .link = how->link,
+                                    .chosen = how->chosen != 0u,
+                                    .plant_answers = true,
+                                    .ask = how->direction != 0.0 || how->turns != 0.0 ? ask : NULL};
     for (uint32_t n = 0; n < COMMISSION_STEP_COUNT; n++) {
         options.skip[n] = (how->skip >> n & 1u) != 0u;
     }

@@ -173,9 +173,9 @@ static void restore(rig_t *rig, const uint32_t *slots)
     rig_replay_t *replay = &rig->replay;
     memcpy(&to->drive, &slots[1], sizeof(uint32_t) * RECORDING_STATE);
     memcpy(&to->active, &slots[1u + RECORDING_STATE], sizeof to->active);
-    memcpy(&to->believed, &slots[1u + RECORDING_STATE + RECORDING_PARAMS], sizeof to->believed);
+    memcpy(&to->assumed, &slots[1u + RECORDING_STATE + RECORDING_PARAMS], sizeof to->assumed);
     to->staged = to->active;
-    drive_prepare(&to->drive.tunings[to->drive.in_force], &to->active, &to->believed);
+    drive_prepare(&to->drive.tunings[to->drive.in_force], &to->active, &to->assumed);
     to->drive.log.count = to->drive.medium.faults;
     capture_tuning_t history; /* the signals of the last periods, for whoever looks at the end */
     (void)capture_prepare(&signals_history, &signals_table, &history);
@@ -248,7 +248,7 @@ bool rig_replay_begin(rig_t *rig, const uint32_t *slots, uint32_t count)
 static void offer(rig_t *rig)
 {
     app_t *to = &rig->state.app;
-    drive_prepare(drive_idle_tuning(&to->drive), &to->staged, &to->believed);
+    drive_prepare(drive_idle_tuning(&to->drive), &to->staged, &to->assumed);
     drive_offer(&to->drive);
     to->active = to->staged;
     rig->replay.tunings++;
@@ -265,8 +265,8 @@ static void change(rig_t *rig, uint32_t what, uint32_t bits)
         offer(rig);
     } else if (what == RECORDING_REPORTED) {
         to->drive.medium.background.reported = bits;
-    } else if (what - RECORDING_BELIEVED_AT < RECORDING_BELIEVED) {
-        memcpy((char *)&to->believed + sizeof bits * (what - RECORDING_BELIEVED_AT), &bits, sizeof bits);
+    } else if (what - RECORDING_ASSUMED_AT < RECORDING_ASSUMED) {
+        memcpy((char *)&to->assumed + sizeof bits * (what - RECORDING_ASSUMED_AT), &bits, sizeof bits);
     } else if (row != NULL) {
         table_set_bits(row, &to->staged, bits);
     } else if ((row = table_by_id(&requests_table, what)) != NULL) {

@@ -13,6 +13,7 @@
 #include "host_sim/rig/rig.h"
 #include "host_sim/scope/http.h"
 #include "host_sim/scope/scope_capture.h"
+#include "host_sim/scope/scope_commission.h"
 #include "host_sim/scope/scope_text.h"
 #include "settings/reasons.h"
 
@@ -59,6 +60,9 @@ struct scope {
     double sample_at; /* [s] of the last one, or of the start */
     uint32_t slots[SAMPLES_MAX * SCOPE_SIGNALS];
     scope_capture_t capture;
+    scope_commission_t commission;
+    double wake; /* [s] commissioning goes on then */
+    const volatile sig_atomic_t *stop;
 };
 
 static const char *const first_signals[] = {"omega_m", "omega_m_ref", "i_q", "i_d", "u_q", "u_d"};
@@ -177,6 +181,16 @@ static void tell_choice(scope_t *scope)
     }
 }
 
+static void tell_commission(void *context)
+{
+    scope_t *scope = context;
+    text_t text;
+    if (text_begin(&text)) {
+        scope_commission_text(text.file, &scope->commission);
+        tell(scope, &text, HTTP_ALL, "commission", false);
+    }
+}
+
 /* All that a page must know when it opens. */
 static void greet(scope_t *scope, uint32_t client)
 {
@@ -198,6 +212,8 @@ static void greet(scope_t *scope, uint32_t client)
     scope_reasons_text(text.file);
     fputs(",\"warning_bits\":", text.file);
     scope_warnings_text(text.file);
+    fputs(",\"commission\":", text.file);
+    scope_commission_text(text.file, &scope->commission);
     fputs(",\"values\":", text.file);
     scope_values_text(text.file, &scope->values, true);
     fputc('}', text.file);
@@ -514,9 +530,11 @@ static bool stop_motor(scope_t *scope, char *why, size_t size)
         return false;
     }
     scope->started = false;
+    scope->commission.stopped = true;
     const int32_t state = reported(scope, "state");
     snprintf(why, size, "%s",
-             is_state(state, "fault") ? "the bridge is off already: a fault is latched"
+             scope->commission.running  ? "the bridge is off, and commissioning has ended"
+             : is_state(state, "fault") ? "the bridge is off already: a fault is latched"
              : is_state(state, "ready") || is_state(state, "not_ready")
                  ? "the bridge is off"
                  : "it brakes to standstill, then the bridge is off");
@@ -556,6 +574,21 @@ static bool choose(scope_t *scope, const char *body, char *why, size_t size)
     return good;
 }
 
+/* Commissioning begins by itself when this request has been answered. */
+static bool commission(scope_t *scope, const char *body, char *why, size_t size)
+{
+    const int32_t state = reported(scope, "state");
+    if (!is_state(state, "ready")) {
+        snprintf(why, size, "%s",
+                 is_state(state, "fault") ? "a fault is latched: reset it first"
+                                          : "the drive is not ready: switch it off first");
+        return false;
+    }
+    const bool good = scope_commission_want(&scope->commission, body, why, size);
+    scope->started = scope->started || good;
+    return good;
+}
+
 static void handle_post(scope_t *scope, uint32_t client, const http_request_t *request)
 {
     char why[TEXT_MAX] = "";
@@ -564,6 +597,13 @@ static void handle_post(scope_t *scope, uint32_t client, const http_request_t *r
         snprintf(why, sizeof why, "no link to the drive: %s", master_lost(scope->master));
     } else if (strcmp(request->path, "/stop") == 0) {
         good = stop_motor(scope, why, sizeof why);
+    } else if (strcmp(request->path, "/commission") == 0) {
+        good = commission(scope, request->body, why, sizeof why);
+    } else if (strcmp(request->path, "/answer") == 0) {
+        good = scope_commission_answer(&scope->commission, request->body, why, sizeof why);
+    } else if ((strcmp(request->path, "/set") == 0 || strcmp(request->path, "/order") == 0) &&
+               (scope->commission.running || scope->commission.wanted)) {
+        snprintf(why, sizeof why, "commissioning is under way; STOP ends it");
     } else if (strcmp(request->path, "/set") == 0) {
         good = set(scope, request->body, why, sizeof why);
     } else if (strcmp(request->path, "/order") == 0) {
@@ -660,25 +700,49 @@ static void wait_for_something(const scope_t *scope, double time)
             (struct pollfd){.fd = master_descriptor(scope->master), .events = master_events(scope->master)};
         patience = fmin(patience, fmin(master_patience(scope->master), scope->next_ask - time));
     }
+    patience = scope->commission.running ? fmin(patience, scope->wake - time) : patience;
     (void)poll(looks, count, patience > 0.0 ? (int)ceil(1e3 * patience) : 0);
+}
+
+static void work(scope_t *scope)
+{
+    double time = now();
+    wait_for_something(scope, time);
+    time = now();
+    work_line(scope, time);
+    http_work(scope->http);
+    look_for_pages(scope, time);
+    if (time >= scope->next_frame) {
+        scope->next_frame = time + FRAME;
+        tell_samples(scope);
+    }
+    if (time >= scope->next_tell) {
+        scope->next_tell = time + TELL;
+        tell_state(scope);
+    }
+}
+
+/* The same for so long [s], while commissioning waits. false: the line is lost, or the program shall end. */
+static bool work_for(void *context, double seconds)
+{
+    scope_t *scope = context;
+    scope->wake = now() + seconds;
+    do {
+        work(scope);
+        scope->commission.stopped = scope->commission.stopped || *scope->stop != 0;
+    } while (!scope->lost && *scope->stop == 0 && now() < scope->wake);
+    return !scope->lost;
 }
 
 void scope_run(scope_t *scope, const volatile sig_atomic_t *stop)
 {
+    scope->stop = stop;
     while (*stop == 0) {
-        double time = now();
-        wait_for_something(scope, time);
-        time = now();
-        work_line(scope, time);
-        http_work(scope->http);
-        look_for_pages(scope, time);
-        if (time >= scope->next_frame) {
-            scope->next_frame = time + FRAME;
-            tell_samples(scope);
-        }
-        if (time >= scope->next_tell) {
-            scope->next_tell = time + TELL;
-            tell_state(scope);
+        work(scope);
+        if (scope->commission.wanted && !scope->lost) {
+            scope_commission_run(&scope->commission, scope->master);
+            scope->started = false;
+            memset(scope->values.known, 0, sizeof scope->values.known);
         }
     }
 }
@@ -699,6 +763,10 @@ scope_t *scope_open(master_t *master, uint32_t port, const char *page, size_t pa
     scope->heard_at = now();
     scope->page = page;
     scope->page_size = page_size;
+    scope->commission.work = work_for;
+    scope->commission.tell = tell_commission;
+    scope->commission.context = scope;
+    scope->commission.step = COMMISSION_STEP_COUNT;
     scope_values_init(&scope->values);
     make_blocks(scope);
     for (uint32_t n = 0; n < sizeof first_signals / sizeof first_signals[0]; n++) {

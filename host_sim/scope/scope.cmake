@@ -12,10 +12,12 @@ file(CONFIGURE OUTPUT scope_texts.c CONTENT
     "/* Made from host_sim/scope/page/. */\nextern const unsigned char page_html[], page_css[], page_js[];\n${scope_texts}" @ONLY)
 
 add_library(lagless_scope STATIC
+    scope/commission_line.c
     scope/http.c
     scope/page.c
     scope/scope.c
     scope/scope_capture.c
+    scope/scope_commission.c
     scope/scope_text.c
     ${CMAKE_CURRENT_BINARY_DIR}/scope_texts.c
 )

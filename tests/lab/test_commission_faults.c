@@ -35,7 +35,10 @@ static const wrong_t wrongs[] = {
 };
 
 /* When a step is in its middle [looks of 2.5 ms]. */
-static const uint32_t middles[COMMISSION_STEP_COUNT] = {0u, 30u, 1000u, 400u, 400u, 600u, 1600u};
+static const uint32_t middles[COMMISSION_STEP_COUNT] = {
+    [COMMISSION_DO_wiring] = 30u,       [COMMISSION_DO_resistance] = 1000u, [COMMISSION_DO_inductance] = 400u,
+    [COMMISSION_DO_current_loop] = 700u, [COMMISSION_DO_turn] = 1000u,       [COMMISSION_DO_swing] = 400u,
+    [COMMISSION_DO_flux] = 600u,        [COMMISSION_DO_inertia] = 1600u,    [COMMISSION_DO_least_speed] = 300u};
 
 typedef struct {
     rig_t *rig;
@@ -114,7 +117,8 @@ static void test_every_fault_opens_the_bridge_in_every_step(void)
     bench_t bench = {.rig = rig_with_motor(3u), .copy = malloc(rig_state_size())};
     commission_result_t result;
     scenario_error_t error = {.file = ""};
-    const commission_options_t options = {.goes_on = throw_faults, .context = &bench};
+    const commission_options_t options = {
+        .goes_on = throw_faults, .context = &bench, .chosen = true, .plant_answers = true};
     TEST_ASSERT_NOT_NULL(bench.copy);
     rig_watch_edges(bench.rig, watch_gates, &bench);
     TEST_ASSERT_TRUE(commission_rig(bench.rig, &plate, &options, &result, &error));

@@ -120,7 +120,8 @@ dq_t excite_loop(excite_t *excite, const excite_order_t *order, dq_t current)
     excite_seen_t *seen = &excite->seen;
     const uint32_t count = excite->count;
     const float error = excite->reference - current.d;
-    /* the reference has stepped in period 0; the voltage of period k - 2 changes the current up to period k */
+    /* the reference has stepped in period 0; the voltage of period k - 2 changes the current up to period k
+     */
     if (count >= 2u && count < EXCITE_FITTED) {
         seen->voltage_cos.d += (excite->before.alpha - error) * excite->before.beta;
         seen->current_cos.d += excite->before.beta * excite->before.beta;

@@ -13,8 +13,8 @@
  *
  *     e_k - e_k+1 = K e_k-1,   so that   K = sum (e_k - e_k+1) e_k-1 / sum e_k-1^2
  *
- * over the first EXCITE_FITTED periods after each step: these two sums are in voltage_cos and current_cos along
- * the axis.
+ * over the first EXCITE_FITTED periods after each step: these two sums are in voltage_cos and current_cos
+ * along the axis.
  *
  * The loss of the dead time is not compensated, because its size is not known yet. The sums contain the
  * voltage of the duties that acted in the period that ends with the sample, and the current of the sample:
@@ -43,24 +43,24 @@ typedef enum {
 } excite_kind_t;
 
 typedef struct {
-    int32_t kind;         /* [-] excite_kind_t */
-    uint32_t serial;      /* [-] another number begins it again: a new pulse, or a current from zero */
-    rotation_t axis;      /* direction of pulse or current [-] */
-    float voltage;        /* of the pulse, or amplitude of the sine [V] */
-    uint32_t periods;     /* [periods] of each half of a pulse, or from one step of the reference to the next */
-    float current_max;    /* the pulse ends above this current [A] */
-    float current;        /* along the axis [A] */
-    float step;           /* of the reference to either side of it, loop [A] */
-    float slew;           /* largest change of the current reference per period [A] */
-    float kp;             /* of the control along the axis [V/A] */
-    float ki;             /* the same, of the integral per period [V/A] */
-    float voltage_max;    /* of the control along the axis [V] */
-    float across;         /* resistance across the axis [V/A] */
-    float across_hard;    /* additional resistance for the current above across_from [V/A] */
-    float across_from;    /* [A] */
-    float most_inverse;   /* 1 over the square of the length from which the whole current is braked [1/A^2] */
-    float most_hard;      /* resistance for what exceeds this length [V/A] */
-    float turn;           /* phase of the sine per period [rad], 0 to pi */
+    int32_t kind;       /* [-] excite_kind_t */
+    uint32_t serial;    /* [-] another number begins it again: a new pulse, or a current from zero */
+    rotation_t axis;    /* direction of pulse or current [-] */
+    float voltage;      /* of the pulse, or amplitude of the sine [V] */
+    uint32_t periods;   /* [periods] of each half of a pulse, or from one step of the reference to the next */
+    float current_max;  /* the pulse ends above this current [A] */
+    float current;      /* along the axis [A] */
+    float step;         /* of the reference to either side of it, loop [A] */
+    float slew;         /* largest change of the current reference per period [A] */
+    float kp;           /* of the control along the axis [V/A] */
+    float ki;           /* the same, of the integral per period [V/A] */
+    float voltage_max;  /* of the control along the axis [V] */
+    float across;       /* resistance across the axis [V/A] */
+    float across_hard;  /* additional resistance for the current above across_from [V/A] */
+    float across_from;  /* [A] */
+    float most_inverse; /* 1 over the square of the length from which the whole current is braked [1/A^2] */
+    float most_hard;    /* resistance for what exceeds this length [V/A] */
+    float turn;         /* phase of the sine per period [rad], 0 to pi */
     uint32_t sine_across; /* [-] 1: the sine acts across the axis; 0: along it */
 } excite_order_t;
 
@@ -96,7 +96,8 @@ void excite_init(excite_t *excite);
  * duties made of the period that ends at t_k, without a loss. */
 ab_t excite_step(excite_t *excite, const excite_order_t *order, ab_t current, ab_t acted);
 
-/* The same for EXCITE_LOOP: along the axis the reference [A] of the current control, across it the voltage [V]. */
+/* The same for EXCITE_LOOP: along the axis the reference [A] of the current control, across it the voltage
+ * [V]. */
 dq_t excite_loop(excite_t *excite, const excite_order_t *order, dq_t current);
 
 /* The end of a window: its sums, and the sums begin again. */

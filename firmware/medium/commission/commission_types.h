@@ -55,7 +55,8 @@
       "run the steps in their order")                                                                        \
     R(BRIDGE_OPENED, "|bridge_opened", "the bridge was switched off during the step",                        \
       "read fault_reason; then repeat the step")                                                             \
-    R(CURRENT_LOOP, "|current_loop", "the gain of the current loop differs from its design by more than 12 %", \
+    R(CURRENT_LOOP, "|current_loop",                                                                         \
+      "the gain of the current loop differs from its design by more than 12 %",                              \
       "repeat the step inductance; check the gains of the current sensors")
 
 typedef enum {

@@ -3,15 +3,15 @@
 #include "math/bounds.h"
 #include "math/periods.h"
 
-#define SHARE       0.2f        /* step to either side over the standing current [-] */
-#define VOLTAGE     0.125f      /* of the DC link that a step to either side may ask of the control [-] */
-#define EVERY       0.04f       /* [s] from one step to the next */
-#define SETTLE      0.4f        /* [s] before the sums */
-#define LASTS       1.6f        /* [s] of the sums: 40 steps */
-#define BLOCK       0.1f        /* [s] of a mean of the standing current */
-#define ACROSS      0.05f       /* current across over that along of a rotor at rest [-] */
-#define TOLERANCE   0.12f       /* of K over K_0 [-] */
-#define SIXTH_TURN  1.04719755f /* [rad] */
+#define SHARE      0.2f        /* step to either side over the standing current [-] */
+#define VOLTAGE    0.125f      /* of the DC link that a step to either side may ask of the control [-] */
+#define EVERY      0.04f       /* [s] from one step to the next */
+#define SETTLE     0.4f        /* [s] before the sums */
+#define LASTS      1.6f        /* [s] of the sums: 40 steps */
+#define BLOCK      0.1f        /* [s] of a mean of the standing current */
+#define ACROSS     0.05f       /* current across over that along of a rotor at rest [-] */
+#define TOLERANCE  0.12f       /* of K over K_0 [-] */
+#define SIXTH_TURN 1.04719755f /* [rad] */
 
 void loop_step_begin(loop_step_t *step)
 {
@@ -55,9 +55,8 @@ static commission_verdict_t judge(const loop_step_t *step, const commission_tuni
     if (!(square > 0.0f)) {
         return commission_failed(COMMISSION_REASON_CURRENT_LOOP, 0);
     }
-    const float saturates = results->inductance_d_least > 0.0f
-                                ? results->inductance_d / results->inductance_d_least
-                                : 1.0f;
+    const float saturates =
+        results->inductance_d_least > 0.0f ? results->inductance_d / results->inductance_d_least : 1.0f;
     results->loop_gain = step->moved / (square * tuning->loop_gain * saturates);
     return bounds_within(results->loop_gain - 1.0f, TOLERANCE)
                ? commission_finished()
@@ -75,9 +74,8 @@ static commission_verdict_t run_on(loop_step_t *step, const commission_tuning_t 
         step->square += input->seen->current_cos.d;
         step->periods += (float)input->seen->periods;
     }
-    return step->windows < from + periods_of(LASTS, tuning->window)
-               ? commission_goes_on()
-               : judge(step, tuning, order, results);
+    return step->windows < from + periods_of(LASTS, tuning->window) ? commission_goes_on()
+                                                                    : judge(step, tuning, order, results);
 }
 
 commission_verdict_t loop_step(loop_step_t *step, const commission_tuning_t *tuning,

@@ -34,7 +34,9 @@ class Measured:
 class Commissioning:
     """The result. resistance, inductance_d, inductance_q, saturation_current, flux_linkage, inertia, friction_coulomb, friction_viscous,
     dead_voltage, current_zone: each a Measured; saturation_current is 0 where no saturation was seen. reason: None, or the name of what
-    ended it, with text; step: the last one that ran; seconds: simulated, step_seconds: of each step; largest_current: of a phase [A]."""
+    ended it, with text; step: the last one that ran; seconds: simulated, step_seconds: of each step; largest_current: of a phase [A];
+    loop_gain: of the current loop over its design; least_speed: without an encoder [rad/s]; turns: of the shaft in the step turn, as
+    answered, reversed: it turned backward; NaN: not measured."""
 
     def __init__(self, plate, result, steps):
         for name in _MEASURED:
@@ -44,6 +46,7 @@ class Commissioning:
         self.step = steps[result.step]
         self.reason = result.reason.decode() or None
         self.text = result.what.decode() or None
+        self.loop_gain, self.least_speed, self.turns, self.reversed = result.loop_gain, result.least_speed, result.turns, bool(result.reversed)
         self.seconds, self.largest_current = result.seconds, result.largest_current
         self.step_seconds = dict(zip(steps, result.step_seconds))
 
@@ -75,12 +78,25 @@ def _steps():
     return names
 
 
-def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=None, board=None):
+def _answer(question, text):
+    """The number of an answer; 0: none is given."""
+    accepted = c.c_char_p()
+    value = library.commission_answer(question.encode(), str(text).encode(), c.byref(accepted))
+    if accepted.value is None:
+        raise Error(f"answers: {question}: accepted: direction, turn", "answers")
+    if text is not None and not value:
+        raise Error(f"answers: {question} = {text!r}: accepted: {accepted.value.decode()}", "answers")
+    return value if text is not None else 0.0
+
+
+def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=None, board=None, link=None, answers=None):
     """Measures the motor of a scenario by the drive itself, step by step, and returns a Commissioning.
 
     The values of the motor that the scenario has are not used. plate: pole_pairs, rated_current_peak or rated_current_rms, rated_speed;
     what is missing is taken from the scenario's parameters. steps: names, if not all; the steps whose results these need run as well. set,
-    seed, board: as of run. progress: called with a step's name and False before each try, True after it; what it raises, KeyboardInterrupt
+    seed, board: as of run. link: the voltage of the DC link by a meter, as a number [V] or a text with unit. answers: what a user sees in
+    the step turn, {"direction": "as_said" or "reversed", "turn": "one" or a number}; without it the step is left out, unless steps names
+    it: then the simulated motor answers. progress: called with a step's name and False before each try, True after it; what it raises, KeyboardInterrupt
     too, opens the bridge and ends the commissioning.
 
         result = lagless.commission("cold_start", plate={"pole_pairs": 4, "rated_current_peak": "10 A", "rated_speed": "1500 r/min"})
@@ -101,7 +117,16 @@ def commission(scenario, plate=None, steps=None, set=None, seed=None, progress=N
         unknown = [name for name in chosen if name not in names]
         if unknown or not chosen:
             raise Error(f"steps: {unknown[0] if unknown else 'no name is given'}: accepted: {', '.join(names)}", "steps")
+        how.chosen = 1
         how.skip = sum(1 << n for n, name in enumerate(names) if name not in chosen)
+
+    if link is not None:
+        how.link = row("plant.dc_voltage").number(link)
+        if not 0 < how.link < math.inf:
+            raise Error(f"link = {link!r}: accepted are positive voltages", "link")
+    how.direction, how.turns = (_answer(question, (answers or {}).get(question)) for question in ("direction", "turn"))
+    for question in answers or {}:
+        _answer(question, answers[question])
 
     def on_step(step, done):
         try:

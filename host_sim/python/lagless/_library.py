@@ -49,12 +49,12 @@ Keep = c.CFUNCTYPE(c.c_int, u32, text, text)
 Campaign = _struct("Campaign", seed=u64, seconds=f64, runs=u32, shard=u32, shards=u32, threads=u32, keep=Keep)
 Plate = _struct("Plate", pole_pairs=f64, current=f64, speed=f64)
 StepDone = c.CFUNCTYPE(u32, u32, u32)
-Commission = _struct("Commission", seed=u64, plate=Plate, skip=u32, progress=StepDone)
+Commission = _struct("Commission", seed=u64, plate=Plate, skip=u32, chosen=u32, progress=StepDone, link=f64, direction=f64, turns=f64)
 Value = _struct("Value", value=f64, error=f64)
 Commissioned = _struct("Commissioned", **{name: Value for name in (
     "resistance", "inductance_d", "inductance_q", "saturation_current", "flux_linkage", "inertia", "friction_coulomb", "friction_viscous", "dead_voltage",
-    "current_zone")}, flux_first=f64, inertia_first=f64, step=u32, reason=c.c_char * 48, what=c.c_char * 400, seconds=f64, step_seconds=f64 * 7,
-    largest_current=f64)
+    "current_zone")}, flux_first=f64, inertia_first=f64, loop_gain=f64, least_speed=f64, turns=f64, reversed=b, step=u32, reason=c.c_char * 48, what=c.c_char * 400,
+    seconds=f64, step_seconds=f64 * 10, largest_current=f64)
 
 Board = _struct("Board", name=text, current_range=f64, current_per_code=f64, current_limit=f64, current_trip=f64, undervoltage=f64,
                 overvoltage=f64, overvoltage_max=f64, nominal=f64, period=f64, dead_time=f64, sensors=c.c_int, shunts=b)
@@ -109,6 +109,7 @@ _FUNCTIONS = {
     "campaign": (b, c.POINTER(Campaign), text),
     "campaign_summary": (p, text, b, text),
     "commission_step": (text, u32, c.POINTER(text)),
+    "commission_answer": (f64, text, text, c.POINTER(text)),
     "commission": (b, p, c.POINTER(Commission), c.POINTER(Commissioned), text),
     "free": (None, p),
 }

@@ -12,6 +12,10 @@
  * each other (magnetics.h). So the EMF of phase a is -omega_e psi_f (sin theta + k_5 sin 5 theta + k_7 sin 7
  * theta).
  *
+ * With iron_loss_resistance R_c the currents of these equations are those that make flux and torque. The phases
+ * carry omega_e psi/R_c along the EMF beside them (iron.h), with the loss 1.5 (omega_e psi)^2/R_c; the legs, the
+ * sensors and R see the sum.
+ *
  * Shaft: J domega/dt = T - (T_c + T_passive) s(omega) - B omega - T_active, with a smooth sign that lets a
  * standstill rest: s = x (3 - x^2)/2, x = omega/w, limited to +-1 beyond w. w is PLANT_SHAFT_WIDTH, or
  * PLANT_SHAFT_FOLLOW (T_c + T_passive)/J where that is more (a lighter rotor than a step can follow). A
@@ -58,7 +62,7 @@
  * Time: ticks of 1/150 MHz. Bits are the same on every machine (IEEE double, no contraction; of libm only
  * sqrt, fabs, floor, ceil, ldexp).
  *
- * Not handled: cross saturation, iron loss, switching energy, warming (temperatures are parameters), the
+ * Not handled: iron loss beside a broken wire or by ripple, hysteresis, switching energy, warming (temperatures are parameters), the
  * current of a shoot-through in the IGBTs, the 0.2 us until a short circuit is shut off, over-temperature, a
  * floating node when only one or two legs are off (the zone leaks up to its width). */
 #ifndef HOST_SIM_PLANT_PLANT_H
@@ -121,7 +125,7 @@ typedef struct {
     double fault_line;           /* [-] 1: fault output active */
     double shut_gates;           /* [-] gates shut by the module, bits as in plant_gates() */
     double energy_dc;            /* [J] from the link into the inverter, since metering was switched on */
-    double energy_copper;        /* [J] into R, since then */
+    double energy_copper;        /* [J] into R and iron, since then */
     double energy_inverter;      /* [J] conduction losses, since then */
     double energy_mechanical;    /* [J] into friction, load, brake and dynamometer, since then */
     double energy_magnetic; /* [J] stored in the field of the currents; without saturation 0.75 (L_d i_d^2 +

@@ -4,6 +4,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "host_sim/plant/iron.h"
 #include "host_sim/plant/magnetics.h"
 #include "host_sim/plant/phasor.h"
 
@@ -177,25 +178,31 @@ static void emf_shape(const plant_t *plant, double cosine, double sine, double *
     }
 }
 
-static double torque_of(const plant_t *plant)
+/* `omega_m`: at the present currents [rad/s]. */
+static double torque_of(const plant_t *plant, double omega_m)
 {
     double d, q;
     emf_shape(plant, plant->cos_e, plant->sin_e, &d, &q);
     if (plant->saturates != 0.0) {
-        magnetics_t field = magnetics_at(plant, plant->i_d, plant->i_q);
-        d += -field.flux_q;
-        q += field.flux_d;
-        return 1.5 * plant->p * (d * plant->i_d + q * plant->i_q);
+        const iron_t iron = iron_at(plant, plant->p * omega_m, plant->i_d, plant->i_q);
+        d += -iron.field.flux_q;
+        q += iron.field.flux_d;
+        return 1.5 * plant->p * (d * iron.i_d + q * iron.i_q);
     }
     return 1.5 * plant->p * (d * plant->i_d + q * plant->i_q + plant->saliency * plant->i_d * plant->i_q);
 }
 
-/* EMF in the stationary frame [V]. */
+/* EMF in the stationary frame without current in the phases [V]. */
 static void emf_of(const plant_t *plant, double omega_e, double cosine, double sine, double *alpha,
                    double *beta)
 {
     double d, q;
     emf_shape(plant, cosine, sine, &d, &q);
+    if (plant->params.iron_loss_resistance > 0.0) {
+        const iron_t iron = iron_at(plant, omega_e, 0.0, 0.0);
+        d += -iron.field.flux_q;
+        q += iron.field.flux_d;
+    }
     *alpha = omega_e * (d * cosine - q * sine);
     *beta = omega_e * (d * sine + q * cosine);
 }
@@ -204,7 +211,8 @@ double interval_magnetic(const plant_t *plant)
 {
     const plant_params_t *q = &plant->params;
     if (plant->saturates != 0.0) {
-        return magnetics_energy(plant, plant->i_d, plant->i_q);
+        const iron_t iron = iron_at(plant, plant->p * plant->omega_m, plant->i_d, plant->i_q);
+        return magnetics_energy(plant, iron.i_d, iron.i_q);
     }
     return 0.75 * (q->inductance_d * plant->i_d * plant->i_d + q->inductance_q * plant->i_q * plant->i_q);
 }
@@ -263,7 +271,7 @@ void interval_refresh(plant_t *plant)
         i[1] = 0.0;
         i[2] = 0.0;
     }
-    plant->torque = torque_of(plant);
+    plant->torque = torque_of(plant, plant->omega_m);
 }
 
 /* What an elastic shaft takes from the motor [N m]; 0 where it is rigid. */
@@ -303,20 +311,26 @@ void interval_restart(plant_t *plant)
     shaft_restart(plant);
 }
 
-/* The same as current_slope where an axis saturates, by the incremental inductances at these currents; (e_d,
- * e_q) is the EMF of the magnets. */
+/* The same as current_slope where an axis saturates or the iron has a loss, by the incremental inductances at
+ * these currents; `drive` is the voltage less the EMF of the magnets. */
 static __attribute__((noinline)) void bent_slope(const plant_t *plant, double omega_e, double cosine,
                                                  double sine, double i_d, double i_q, double drive_d,
                                                  double drive_q, double *di_d, double *di_q)
 {
     const double resistance = plant->params.resistance;
-    const magnetics_t field = magnetics_at(plant, i_d, i_q);
+    const iron_t iron = iron_at(plant, omega_e, i_d, i_q);
+    const magnetics_t field = iron.field;
     if (plant->open == 0u) {
         const double rate_d = drive_d - resistance * i_d + omega_e * field.flux_q;
         const double rate_q = drive_q - resistance * i_q - omega_e * field.flux_d;
         const double per = 1.0 / (field.slope_d * field.slope_q - field.cross_d * field.cross_q);
-        *di_d = per * (field.slope_q * rate_d - field.cross_d * rate_q);
-        *di_q = per * (field.slope_d * rate_q - field.cross_q * rate_d);
+        *di_d = per * (field.slope_q * rate_d - field.cross_d * rate_q) - iron.g * rate_q;
+        *di_q = per * (field.slope_d * rate_q - field.cross_q * rate_d) + iron.g * rate_d;
+        if (iron.g != 0.0) {
+            const double dg = plant->p * plant->acceleration / plant->params.iron_loss_resistance;
+            *di_d -= dg * field.flux_q;
+            *di_q += dg * (plant->params.flux_linkage + field.flux_d);
+        }
         return;
     }
     /* The flux along the line m: d(m psi)/dt = m (u - e) - R y, with the currents y m and m turning back. */
@@ -447,7 +461,13 @@ static inline void slope_at(const plant_t *plant, const line_t lines[3], double 
     if (plant->extras) {
         leg_powers(plant, lines, i, v, out);
     }
-    out->copper = 1.5 * plant->params.resistance * (i_d * i_d + i_q * i_q);
+    const double resistance = plant->params.resistance;
+    out->copper = 1.5 * resistance * (i_d * i_d + i_q * i_q);
+    if (plant->extras && plant->params.iron_loss_resistance > 0.0) {
+        const iron_t iron = iron_at(plant, omega_e, i_d, i_q);
+        out->copper += 1.5 * ((u_d - resistance * i_d) * (i_d - iron.i_d) +
+                              (u_q - resistance * i_q) * (i_q - iron.i_q));
+    }
 }
 
 void interval_phase_slopes(const plant_t *plant, double h, double begin[3], double end[3], double by_alpha[3],
@@ -1008,7 +1028,7 @@ static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
     if (plant->open) {
         interval_refresh(plant);
     } else {
-        plant->torque = torque_of(plant);
+        plant->torque = torque_of(plant, plant->omega_ahead + h * plant->acceleration);
     }
 
     double torque = 0.5 * (torque_0 + plant->torque);

@@ -12,6 +12,10 @@
  * respect to the current is L/(1 + (i/I_s)^2)^1.5. In the equations above omega_e L i is replaced by omega_e
  * times this flux. The axes do not influence each other (magnetics.h).
  *
+ * With iron_loss_resistance R_c the currents of these equations are those that produce flux and torque. In
+ * addition the phases carry omega_e psi/R_c along the EMF (iron.h), with the loss 1.5 (omega_e psi)^2/R_c. The
+ * legs, the sensors and R carry the sum.
+ *
  * Shaft: J domega/dt = T - (T_c + T_passive) s(omega) - B omega - T_active, with a smooth sign s = x (3 -
  * x^2)/2, x = omega/w, limited to +-1. w is PLANT_SHAFT_WIDTH, or PLANT_SHAFT_FOLLOW (T_c + T_passive)/J if
  * that is more, for rotors that are too light for the step of the integration. With a torque below T_c this
@@ -59,10 +63,10 @@
  * Time: ticks of 1/150 MHz. Bits are the same on every machine (IEEE double, no contraction; of libm only
  * sqrt, fabs, floor, ceil, ldexp).
  *
- * Not handled: cross saturation, iron loss, switching energy, heating (temperatures are parameters), the
- * current of a shoot-through in the IGBTs, the 0.2 us until a short circuit is switched off,
- * over-temperature, a floating node when only one or two legs are off (a current up to the zone's width
- * flows). */
+ * Not handled: iron loss while a wire is broken, iron loss by ripple, hysteresis, switching energy, heating
+ * (temperatures are parameters), the current of a shoot-through in the IGBTs, the 0.2 us until a short
+ * circuit is switched off, over-temperature, a floating node when only one or two legs are off (a current up
+ * to the zone's width flows). */
 #ifndef HOST_SIM_PLANT_PLANT_H
 #define HOST_SIM_PLANT_PLANT_H
 
@@ -124,7 +128,7 @@ typedef struct {
     double fault_line;           /* [-] 1: fault output active */
     double shut_gates;           /* [-] gates that the module has switched off, bits as in plant_gates() */
     double energy_dc;            /* [J] from the link into the inverter, since metering was switched on */
-    double energy_copper;        /* [J] into R, since then */
+    double energy_copper;        /* [J] into R and iron, since then */
     double energy_inverter;      /* [J] conduction losses, since then */
     double energy_mechanical;    /* [J] into friction, load, brake and dynamometer, since then */
     double energy_magnetic; /* [J] stored in the field of the currents; without saturation 0.75 (L_d i_d^2 +

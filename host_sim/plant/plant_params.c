@@ -131,6 +131,9 @@ bool plant_params_check(const plant_params_t *params, plant_params_error_t *why)
             return refuse(why, row, *value, PLANT_SATURATION_LEAST,
                           "a current of 1 A at least; 0: no saturation");
         }
+        if (value == &params->iron_loss_resistance && *value != 0.0 && *value < PLANT_IRON_LEAST) {
+            return refuse(why, row, *value, PLANT_IRON_LEAST, "10 ohm at least; 0: no loss in the iron");
+        }
         if (value == &params->load_torque && params->load_kind == PLANT_LOAD_PASSIVE && *value < 0.0) {
             return refuse(why, row, *value, 0.0, "a passive load can not drive");
         }

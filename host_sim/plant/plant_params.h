@@ -102,14 +102,16 @@
     P(load_table_6,          "N m",      0.0,     -1e4,   1e4,    "load at six times load_table_speed and above") \
     P(saturation_d,          "A",        0.0,     0.0,    1e4,    "current I_s at which the flux of i_d is inductance_d i_d/sqrt(1 + (i_d/I_s)^2), 1/sqrt 2 of the unsaturated one; 0: no saturation, else 1 A at least") \
     P(saturation_q,          "A",        0.0,     0.0,    1e4,    "the same of i_q and inductance_q") \
-    P(flux_map,              "-",        0.0,     0.0,    32.0,   "number of a flux map, psi_d and psi_q over i_d and i_q, in place of inductances and saturation; in a scenario the name of its CSV file; 0: none")
+    P(flux_map,              "-",        0.0,     0.0,    32.0,   "number of a flux map, psi_d and psi_q over i_d and i_q, in place of inductances and saturation; in a scenario the name of its CSV file; 0: none") \
+    P(iron_loss_resistance,  "ohm",      0.0,     0.0,    1e6,    "resistance R_c of the iron: the loss 1.5 (omega_e psi)^2/R_c by a current omega_e psi/R_c along the EMF; 0: no loss, else 10 ohm at least")
 /* clang-format on */
 
 /* load_kind */
 #define PLANT_LOAD_PASSIVE 0.0
 #define PLANT_LOAD_ACTIVE  1.0
 
-#define PLANT_SATURATION_LEAST 1.0 /* [A] smallest current of saturation that is not 0 */
+#define PLANT_SATURATION_LEAST 1.0  /* [A] smallest current of saturation that is not 0 */
+#define PLANT_IRON_LEAST       10.0 /* [ohm] smallest resistance of the iron that is not 0 */
 
 #define PLANT_SHAFT_FASTEST 1e5 /* [rad/s] that the twist of an elastic shaft may swing or settle with */
 

@@ -70,7 +70,7 @@ typedef struct {
     double bend_d, bend_q; /* 1/I_s^2 of either axis [1/A^2]; 0: linear */
     double ohms;           /* [ohm] the resistance in `rate` */
     double rate_other;     /* [1/s] the part of `rate` that does not go with an inductance */
-    double saturates;      /* [-] 1: some axis saturates; k_max and rate are those of the present currents */
+    double saturates;      /* [-] 1: some axis saturates, or the iron has a loss; k_max and rate are those of the present currents */
     plant_law_t law[3][PLANT_LAW_AVERAGED + 1];
 
     double i[3];                  /* [A] phase currents */

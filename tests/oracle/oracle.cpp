@@ -178,10 +178,23 @@ class Machine
         return e;
     }
 
+    /* The currents that make the flux: those of the phases less omega psi/R_c along the EMF, of the speed at
+     * which they were computed. */
+    Vector2 inner(const Vector2 &i) const
+    {
+        Vector2 o = i;
+        for (int pass = 0; q.iron_loss_resistance > 0.0 && pass < 60; pass++) {
+            const Vector2 psi = linkage(o);
+            o = i - made_at / q.iron_loss_resistance * Vector2(-psi.y(), psi.x());
+        }
+        return o;
+    }
+
     double torque() const
     {
-        const Vector2 i = turn(-theta) * current;
+        Vector2 i = turn(-theta) * current;
         if (frame == ORACLE_FLUX) {
+            i = inner(i);
             const Vector2 psi = linkage(i);
             return 1.5 * p * (psi.x() * i.y() - psi.y() * i.x());
         }
@@ -213,12 +226,13 @@ class Machine
     {
         const auto currents = [&](const Vector2 &psi, double ahead) {
             const double angle = theta + omega_e * ahead;
-            return Vector2(turn(angle) * linked(turn(-angle) * psi));
+            const double g = q.iron_loss_resistance > 0.0 ? omega_e / q.iron_loss_resistance : 0.0;
+            return Vector2(turn(angle) * linked(turn(-angle) * psi) + g * Vector2(-psi.y(), psi.x()));
         };
         const auto slope = [&](const Vector2 &psi, double ahead) {
             return Vector2(source - resistance * currents(psi, ahead));
         };
-        const Vector2 psi = turn(theta) * linkage(turn(-theta) * current);
+        const Vector2 psi = turn(theta) * linkage(inner(turn(-theta) * current));
         const Vector2 k1 = slope(psi, 0.0);
         const Vector2 k2 = slope(psi + 0.5 * h * k1, 0.5 * h);
         const Vector2 k3 = slope(psi + 0.5 * h * k2, 0.5 * h);
@@ -312,6 +326,7 @@ class Machine
         const double speed = locked ? omega : omega + 0.5 * h * (torque_0 - resisting(omega)) / q.inertia;
         const double omega_e = p * speed;
         double left = h;
+        made_at = floating ? omega_e : made_at;
         while (left > 0.0 && !floating) {
             /* A current on a border belongs to the side it moves to: look a little ahead with the nearer
              * region. */
@@ -337,6 +352,7 @@ class Machine
                 end = solve(part, omega_e, region);
             }
             current = end;
+            made_at = omega_e;
             theta += omega_e * part;
             left -= part;
         }
@@ -376,6 +392,7 @@ class Machine
     double theta;
     double omega;
     Vector2 current = Vector2::Zero();
+    double made_at = 0.0; /* [rad/s] electrical speed at which `current` was computed */
     unsigned gates = 0;
     bool floating = true;
     double calm = 0.0;

@@ -59,6 +59,7 @@ static void test_energy_balances(void)
          157.0, 10.0, -4.0, 3000, 0u},
         {"saturating on both axes", SATURATES, 0.0, 120.0, 10.0, -5.0, 3000, 0u},
         {"the same averaged", SATURATES, 0.0, 120.0, 10.0, -5.0, 3000, 1u},
+        {"with a loss of the iron", SATURATES ", iron_loss_resistance = 150", 0.0, 120.0, 10.0, -5.0, 3000, 0u},
         {"the same with a broken phase",
          SATURATES ", open_phase_c = 1, shaft_locked = 1, shaft_locked_speed = 80", 80.0, 90.0, 5.0, 0.0,
          2000, 0u},

@@ -231,3 +231,54 @@ static void test_a_flux_linkage_that_is_not_that_of_the_map_is_refused(void)
     TEST_ASSERT_FALSE(plant_params_check(&q, &why));
     TEST_ASSERT_EQUAL_STRING("flux_map", why.field);
 }
+
+#define IRON  150.0 /* [ohm] */
+#define LOSSY BENT ", iron_loss_resistance = 150, " NO_DROPS ", shaft_locked = 1, shaft_locked_speed = 100"
+
+/* Terminals open, then short-circuited, at 400 rad/s: u = R i + j omega psi with i = o + j omega psi/R_c, solved
+ * on paper for o, the current that makes the flux; what the shaft gives is the loss of R and R_c. */
+static void test_the_iron_brakes_and_takes_its_current(void)
+{
+    const double omega = 400.0;
+    const double g = omega / IRON;
+    const plant_params_t q = begin(plant_of(LOSSY));
+    const double open_d = q.flux_linkage / (1.0 + g * g * q.inductance_d * q.inductance_q);
+    const double open_q = -q.inductance_q * g * open_d;
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, -6.0 * g * (open_d * open_d + open_q * open_q), truth_at(1000u).torque);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, omega * hypot(open_d, open_q), hypot(truth().u_alpha, truth().u_beta));
+
+    plant_gates(&plant, 1000u, PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    const plant_truth_t now = truth_at(150000000u);
+    const double more = 1.0 + q.resistance / IRON;
+    const double across = omega * more * q.inductance_q / q.resistance;
+    const double along = omega * more * q.inductance_d / q.resistance;
+    const double o_q = -omega * more * q.flux_linkage / q.resistance / (1.0 + across * along);
+    const double o_d = across * o_q;
+    const double psi_d = q.flux_linkage + q.inductance_d * o_d;
+    const double psi_q = q.inductance_q * o_q;
+    TEST_ASSERT_DOUBLE_WITHIN(2e-4, o_d - g * psi_q, now.i_d);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-4, o_q + g * psi_d, now.i_q);
+    const double heat = 1.5 * (q.resistance * (now.i_d * now.i_d + now.i_q * now.i_q) +
+                               omega * omega / IRON * (psi_d * psi_d + psi_q * psi_q));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3 * heat, heat, -100.0 * now.torque);
+}
+
+static void test_a_resistance_of_the_iron_that_is_far_above_all_others_changes_nothing(void)
+{
+    const plant_params_t none = plant_of(BENT);
+    const plant_params_t high = plant_of(BENT ", iron_loss_resistance = 1e6");
+    const plant_truth_t one = drive(&none, 400, 0u);
+    const plant_truth_t other = drive(&high, 400, 0u);
+    TEST_ASSERT_TRUE(fabs(one.i_q) > 5.0);
+    TEST_ASSERT_TRUE(apart(&one, &other) < 3e-4); /* omega psi/R_c is 2e-4 A */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, one.omega_m, other.omega_m);
+}
+
+static void test_a_resistance_of_the_iron_below_ten_ohm_is_refused(void)
+{
+    plant_params_t q = plant_params_default();
+    plant_params_error_t why;
+    q.iron_loss_resistance = 9.0;
+    TEST_ASSERT_FALSE(plant_params_check(&q, &why));
+    TEST_ASSERT_EQUAL_STRING("iron_loss_resistance", why.field);
+}

@@ -50,54 +50,37 @@ static void test_defaults_are_the_board_s_and_a_good_set(void)
                             params.device_resistance);
 }
 
-static void test_current_limit_leaves_a_fifth_of_the_sensors_range(void)
+/* A value beyond the end of each row that follows the board, with the range that is told, and one within it.
+ * The current limit is four fifths of what the sensors see, and less than the trip; that is 95 % of it. The
+ * register of the dead time holds 1023 cycles. A temperature beyond the sensor's line would never trip. */
+static void test_ranges_follow_sensors_stage_and_module(void)
 {
-    const double value = 0.81 * seen();
-    params.low_speed_current = 0.0f; /* what wants a current at all is another's matter */
-    params.current_limit = (float)value;
-    /* the trip leaves room above the limit */
-    expect_refused("current_limit", value, 0.1, fmin(0.8 * seen(), BOARD_OVERCURRENT_TRIP_MA / 1.2e3));
-}
-
-static void test_overcurrent_trip_stays_within_the_sensors_range(void)
-{
-    const double value = 0.96 * seen();
-    params.overcurrent_trip = (float)value;
-    expect_refused("overcurrent_trip", value, 1.2 * BOARD_CURRENT_LIMIT_MA / 1e3, 0.95 * seen());
-    params.overcurrent_trip = (float)(0.9499 * seen());
-    TEST_ASSERT_TRUE_MESSAGE(params_check(&params, &why), why.field);
-}
-
-static void test_overvoltage_trip_stays_within_what_the_stage_stands(void)
-{
-    const double max = BOARD_OVERVOLTAGE_MAX_MV / 1e3;
-    params.dc_overvoltage = (float)(1.01 * max);
-    expect_refused("dc_overvoltage", 1.01 * max, BOARD_UNDERVOLTAGE_MV / 1e3 + 10.0, max);
-    params.dc_overvoltage = (float)max;
-    TEST_ASSERT_TRUE_MESSAGE(params_check(&params, &why), why.field);
-}
-
-/* The register holds 1023 cycles. */
-static void test_dead_time_is_not_below_what_the_module_demands(void)
-{
-    const double min = BOARD_DEAD_BAND_MIN_NS / 1e9;
-    params.dead_time = (float)(0.99 * min);
-    expect_refused("dead_time", 0.99 * min, min, 1023.0 / BOARD_SYSCLK_HZ);
-    params.dead_time = (float)(min * 1.000001);
-    params.turn_off_delay = 0.0f;
-    TEST_ASSERT_TRUE_MESSAGE(params_check(&params, &why), why.field);
-}
-
-/* A trip above the end of the sensor's line would never come. */
-static void test_temperature_trips_are_within_the_sensors_lines(void)
-{
+    const double limit = fmin(0.8 * seen(), BOARD_OVERCURRENT_TRIP_MA / 1.2e3);
+    const double voltage = BOARD_OVERVOLTAGE_MAX_MV / 1e3, dead_time = BOARD_DEAD_BAND_MIN_NS / 1e9;
     const double sink = fmin(120.0, fmax(BOARD_SINK_AT_0V, BOARD_SINK_AT_3V));
     const double motor = fmin(145.0, fmax(BOARD_MOTOR_AT_0V, BOARD_MOTOR_AT_3V));
-    params.sink_temperature_max = (float)sink + 0.5f;
-    expect_refused("sink_temperature_max", sink + 0.5, 0.0, sink);
-    params_defaults(&params);
-    params.motor_temperature_max = (float)motor + 0.5f;
-    expect_refused("motor_temperature_max", motor + 0.5, 0.0, motor);
+    const struct {
+        const char *row;
+        double beyond, min, max, within; /* within: NAN where another row would have to follow */
+    } rows[] = {{"current_limit", 0.81 * seen(), 0.1, limit, NAN},
+                {"overcurrent_trip", 0.96 * seen(), 1.2 * BOARD_CURRENT_LIMIT_MA / 1e3, 0.95 * seen(),
+                 0.9499 * seen()},
+                {"dc_overvoltage", 1.01 * voltage, BOARD_UNDERVOLTAGE_MV / 1e3 + 10.0, voltage, voltage},
+                {"dead_time", 0.99 * dead_time, dead_time, 1023.0 / BOARD_SYSCLK_HZ, 1.000001 * dead_time},
+                {"sink_temperature_max", sink + 0.5, 0.0, sink, NAN},
+                {"motor_temperature_max", motor + 0.5, 0.0, motor, NAN}};
+    for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
+        const table_row_t *const row = table_by_name(&params_table, rows[n].row);
+        params_defaults(&params);
+        params.low_speed_current = 0.0f; /* what wants a current at all is another's matter */
+        params.turn_off_delay = 0.0f;
+        table_set(row, &params, (float)rows[n].beyond);
+        expect_refused(rows[n].row, rows[n].beyond, rows[n].min, rows[n].max);
+        if (!isnan(rows[n].within)) {
+            table_set(row, &params, (float)rows[n].within);
+            TEST_ASSERT_TRUE_MESSAGE(params_check(&params, &why), why.field);
+        }
+    }
 }
 
 static void test_current_requests_follow_the_sensors_too(void)

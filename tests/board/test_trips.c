@@ -73,6 +73,26 @@ static void expect_fault(int32_t reason)
     expect_gates_off();
 }
 
+/* So much more is read than flows; of two sensors current c is minus the sum. */
+static void read_currents(double a, double b, double c)
+{
+    run_put(rig, "current_offset_a", a);
+    run_put(rig, "current_offset_b", b);
+    run_put(rig, "current_offset_c", c);
+}
+
+static void reset(void)
+{
+    read_currents(0.0, 0.0, 0.0);
+    run_put(rig, "enable", 0.0);
+    run_seconds(rig, 0.03);
+    run_put(rig, "fault_reset", 1.0);
+    run_seconds(rig, 0.1);
+    run_put(rig, "fault_reset", 0.0);
+    run_seconds(rig, 0.001);
+    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
+}
+
 /* ---- the fault line ---- */
 
 static void test_fault_line_shuts_all_gates_in_the_same_instant(void)
@@ -94,11 +114,7 @@ static void test_fault_line_shuts_all_gates_in_the_same_instant(void)
         expect_gates_off();
         rig_step(rig);
         expect_fault(REASON_MODULE_FAULT);
-        run_put(rig, "enable", 0.0);
-        run_seconds(rig, 0.03);
-        run_put(rig, "fault_reset", 1.0);
-        run_seconds(rig, 0.1);
-        run_put(rig, "fault_reset", 0.0);
+        reset();
         turn_on();
     }
 }
@@ -120,31 +136,11 @@ static void test_other_trip_pins_do_nothing(void)
 
 /* ---- currents ---- */
 
-/* So much more is read than flows; of two sensors current c is minus the sum. */
-static void read_currents(double a, double b, double c)
-{
-    run_put(rig, "current_offset_a", a);
-    run_put(rig, "current_offset_b", b);
-    run_put(rig, "current_offset_c", c);
-}
-
 /* One phase alone beyond the trip, its return shared by the others. */
 static void read_current(uint32_t phase, double amperes)
 {
     read_currents(phase == 0u ? amperes : -0.5 * amperes, phase == 1u ? amperes : -0.5 * amperes,
                   phase == 2u ? amperes : -0.5 * amperes);
-}
-
-static void reset(void)
-{
-    read_currents(0.0, 0.0, 0.0);
-    run_put(rig, "enable", 0.0);
-    run_seconds(rig, 0.03);
-    run_put(rig, "fault_reset", 1.0);
-    run_seconds(rig, 0.1);
-    run_put(rig, "fault_reset", 0.0);
-    run_seconds(rig, 0.001);
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
 }
 
 /* The bridge is off, so that nothing flows: 1.5 % below the trip nothing, 1.5 % above it at once. */
@@ -213,25 +209,25 @@ static void test_a_sensor_at_either_rail_stops_the_drive(void)
 
 /* ---- link ---- */
 
+/* One percent on the good side of a limit nothing, on the other a fault within so many periods. */
+static void expect_link_trip(double limit, double beyond, uint32_t periods, int32_t reason)
+{
+    run_put(rig, "dc_voltage", limit - 0.01 * beyond * limit);
+    run_seconds(rig, 0.005);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
+    run_put(rig, "dc_voltage", limit + 0.01 * beyond * limit);
+    rig_run(rig, periods);
+    expect_fault(reason);
+}
+
 static void test_link_trips_at_the_board_s_voltages(void)
 {
     turn_on();
-    run_put(rig, "dc_voltage", 0.99 * BOARD_OVERVOLTAGE_MV / 1e3);
-    run_seconds(rig, 0.005);
-    run_expect_no_fault(rig);
-    run_put(rig, "dc_voltage", 1.01 * BOARD_OVERVOLTAGE_MV / 1e3);
-    rig_run(rig, 2);
-    expect_fault(REASON_DC_OVERVOLTAGE);
+    expect_link_trip(BOARD_OVERVOLTAGE_MV / 1e3, 1.0, 2u, REASON_DC_OVERVOLTAGE);
     run_put(rig, "dc_voltage", BOARD_DC_NOMINAL_MV / 1e3);
     reset();
-
     turn_on();
-    run_put(rig, "dc_voltage", 1.01 * BOARD_UNDERVOLTAGE_MV / 1e3);
-    run_seconds(rig, 0.005);
-    run_expect_no_fault(rig);
-    run_put(rig, "dc_voltage", 0.99 * BOARD_UNDERVOLTAGE_MV / 1e3);
-    run_seconds(rig, 0.002);
-    expect_fault(REASON_DC_UNDERVOLTAGE);
+    expect_link_trip(BOARD_UNDERVOLTAGE_MV / 1e3, -1.0, rig_periods(0.002), REASON_DC_UNDERVOLTAGE);
 }
 
 /* The board's largest overvoltage trip is still within what the ADC sees. */
@@ -239,12 +235,7 @@ static void test_the_largest_overvoltage_trip_is_seen(void)
 {
     run_parameter(rig, "dc_overvoltage", BOARD_OVERVOLTAGE_MAX_MV / 1e3);
     rig_run(rig, DRIVE_WINDOW); /* a set is taken with a window's end */
-    run_put(rig, "dc_voltage", 0.99 * BOARD_OVERVOLTAGE_MAX_MV / 1e3);
-    rig_run(rig, 20);
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
-    run_put(rig, "dc_voltage", 1.01 * BOARD_OVERVOLTAGE_MAX_MV / 1e3);
-    rig_run(rig, 2);
-    expect_fault(REASON_DC_OVERVOLTAGE);
+    expect_link_trip(BOARD_OVERVOLTAGE_MAX_MV / 1e3, 1.0, 2u, REASON_DC_OVERVOLTAGE);
 }
 
 /* ---- temperatures ---- */

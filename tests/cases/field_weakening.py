@@ -26,6 +26,8 @@ Data = collections.namedtuple("Data", "p r l_d l_q flux j current")
 
 
 class Motor:
+    """Of linear inductances; another law replaces flux_q, mtpa, most and own_rows."""
+
     def __init__(self, ratio, data=None, top=0.0, trip=1.1):
         data = data or Data(P, R, FAMILY[ratio] / ratio, FAMILY[ratio], FLUX, J, CURRENT)
         self.data, self.trip, self.ratio, self.l_d, self.l_q = data, trip, ratio, data.l_d, data.l_q
@@ -42,12 +44,15 @@ class Motor:
         i_d = -2 * self.saliency * current ** 2 / (flux + math.sqrt(flux ** 2 + 8 * (self.saliency * current) ** 2))
         return i_d, math.sqrt(current ** 2 - i_d ** 2)
 
+    def flux_q(self, i_q):
+        return self.l_q * i_q
+
     def voltage(self, i_d, i_q, omega):
         r = self.data.r + DEVICE
-        return math.hypot(r * i_d - omega * self.l_q * i_q, r * i_q + omega * (self.data.flux + self.l_d * i_d))
+        return math.hypot(r * i_d - omega * self.flux_q(i_q), r * i_q + omega * (self.data.flux + self.l_d * i_d))
 
     def torque(self, i_d, i_q):
-        return 1.5 * self.data.p * (self.data.flux - self.saliency * i_d) * i_q
+        return 1.5 * self.data.p * ((self.data.flux + self.l_d * i_d) * i_q - self.flux_q(i_q) * i_d)
 
     def most(self, omega_m, volts=VOLTAGE):
         """The most driving torque [N m] at this speed, of every i_d from 0 to -I and the largest i_q that circle and voltage leave."""
@@ -69,7 +74,7 @@ class Motor:
         text = self.text("steady", 3.6, at(0.8, f"requests.torque_request = {0.999 * self.torque(i_d, i_q)}", 'requests.mode = "torque"') +
                          at(1.0, f"plant.shaft_locked_speed = {share * self.base}", ramp=0.8),
                          f"shaft_locked = 1\nshaft_locked_speed = {0.5 * self.base}")
-        text = text.replace(f"[start]\nspeed = {0.3 * self.base}\n", "").replace("[plant]", f"fallback_speed = {0.03 * self.base}\n[plant]")
+        text = text.replace("[plant]", f"fallback_speed = {0.03 * self.base}\n[plant]")
         rows = recorded(NAMES, f"steady_{share}", text, *settings)
         errors = column(rows, "theta_hat_err", 2.6)
         middle = mean(errors)
@@ -81,17 +86,23 @@ class Motor:
         step = (end - begin) / parts
         return sum(step * self.data.j / self.most(begin + (n + 0.5) * step) for n in range(parts))
 
-    def text(self, title, duration, events, plant=""):
-        trip = self.trip * abs(self.top)
+    def own_rows(self, trip):
+        """Of parameters and plant: the observer of this motor, and nothing more."""
         gain = 1.3 * (self.data.flux + self.saliency * self.data.current) * self.data.p * trip
         slope = 1.6 * self.l_q / (gain * 1e-4)
+        return f"observer_gain = {gain}\nobserver_slope = {slope}\nestimate_current_max = {4.0 / slope}\n", ""
+
+    def text(self, title, duration, events, plant="", speed=None):
+        """A scenario that begins at this speed, without one at 0.3 of the base speed, or is held by the shaft."""
+        speed = 0.3 * self.base if speed is None else speed
+        trip = self.trip * abs(self.top)
+        params, own_plant = self.own_rows(trip)
+        start = "" if "shaft_locked" in plant else f"[start]\nspeed = {speed}\n"
         return f"""schema = 1
 title = "{title}"
 [run]
 duration = {duration}
-[start]
-speed = {0.3 * self.base}
-[params]
+{start}[params]
 motor_pole_pairs = {self.data.p}
 motor_resistance = {self.data.r}
 motor_inductance_d = {self.l_d}
@@ -101,10 +112,7 @@ motor_inertia = {self.data.j}
 current_limit = {self.data.current}
 overcurrent_trip = {1.25 * self.data.current}
 overspeed_trip = {trip}
-observer_gain = {gain}
-observer_slope = {slope}
-estimate_current_max = {4.0 / slope}
-[plant]
+{params}[plant]
 pole_pairs = {self.data.p}
 resistance = {self.data.r}
 inductance_d = {self.l_d}
@@ -113,10 +121,10 @@ flux_linkage = {self.data.flux}
 inertia = {self.data.j}
 friction_coulomb = 0
 dc_voltage = {LINK}
-{plant}
+{own_plant}{plant}
 [requests]
 enable = "on"
-speed_request = {0.3 * self.base}
+speed_request = {speed}
 {events}"""
 
 

@@ -1,9 +1,13 @@
 """For field_weakening.py and saturation.py: their arguments, the voltage that the inverter makes, and runs of scenarios that they write.
 
-usage: NAME.py [--long] LAGLESS FOLDER"""
+usage: NAME.py [--long] LAGLESS FOLDER
+
+Of a grid a share is drawn by LAGLESS_GRID_SEED (the date, UTC, as YYYYMMDD), with --long all of it runs."""
 import csv
+import datetime
 import itertools
 import math
+import os
 import pathlib
 import random
 import subprocess
@@ -16,12 +20,15 @@ FOLDER.mkdir(parents=True, exist_ok=True)
 LINK = 311.0
 DEVICE = 0.0215  # [ohm] slope of a device
 VOLTAGE = 0.98 * (0.92 / math.sqrt(3) - 4 / math.pi * 0.023) * LINK
+SEED = os.environ.get("LAGLESS_GRID_SEED") or f"{datetime.datetime.now(datetime.timezone.utc):%Y%m%d}"
+DRAW = random.Random(SEED)
+print(f"LAGLESS_GRID_SEED={SEED}", flush=True)
 
 
 def share(cells, number):
-    """All of them with --long, otherwise as many at random."""
+    """All of them with --long, otherwise as many by the draw."""
     cells = list(cells)
-    return cells if LONG else random.SystemRandom().sample(cells, number)
+    return cells if LONG else DRAW.sample(cells, number)
 
 
 def at(time, *lines, ramp=None):

@@ -9,9 +9,10 @@ import math
 import sys
 import unittest
 
-from long_runs import DEVICE, FOLDER, LINK, VOLTAGE, at, column, first, mean, peak, recorded, share
+from field_weakening import Data, Motor, up_and_down
+from long_runs import FOLDER, VOLTAGE, at, column, mean, recorded, share
 
-FLUX, P, R, J, CURRENT = 0.444, 2, 0.63, 0.05, 15.0
+FLUX, CURRENT = 0.444, 15.0
 L_D, L_0, I_S = 24e-3, 142e-3, 9.1
 RPM = math.pi / 30
 NAMES = ("true_omega_m", "theta_hat_err", "true_i_d", "true_i_q", "true_torque", "lock_losses", "fault_reason")
@@ -21,101 +22,56 @@ def flux_q(i_q):
     return L_0 * i_q / math.hypot(1.0, i_q / I_S)
 
 
-def torque(i_d, i_q):
-    return 1.5 * P * ((FLUX + L_D * i_d) * i_q - flux_q(i_q) * i_d)
+class Saturating(Motor):
+    def __init__(self):
+        super().__init__(L_0 / L_D, Data(2, 0.63, L_D, L_0, FLUX, 0.05, CURRENT), 3.0)
 
+    def flux_q(self, i_q):
+        return flux_q(i_q)
 
-def voltage(i_d, i_q, omega):
-    r = R + DEVICE
-    return math.hypot(r * i_d - omega * flux_q(i_q), r * i_q + omega * (FLUX + L_D * i_d))
+    def mtpa(self, current=0.0):
+        current = current or CURRENT
+        pairs = ((-current * math.sin(n * 1.57e-3), current * math.cos(n * 1.57e-3)) for n in range(1000))
+        return max(pairs, key=lambda pair: self.torque(*pair))
 
+    def most(self, omega_m):
+        omega, found = self.data.p * omega_m, 0.0
+        for i_d in (-CURRENT * n / 150 for n in range(151)):
+            low, high = 0.0, math.sqrt(CURRENT ** 2 - i_d ** 2)
+            if self.voltage(i_d, 0.0, omega) > VOLTAGE:
+                continue
+            if self.voltage(i_d, high, omega) > VOLTAGE:
+                for _ in range(30):
+                    middle = 0.5 * (low + high)
+                    low, high = (middle, high) if self.voltage(i_d, middle, omega) < VOLTAGE else (low, middle)
+                high = low
+            found = max(found, self.torque(i_d, high))
+        return found
 
-def best(current):
-    """i_d and i_q of the most torque with a current of this length."""
-    pairs = ((-current * math.sin(n * 1.57e-3), current * math.cos(n * 1.57e-3)) for n in range(1000))
-    return max(pairs, key=lambda pair: torque(*pair))
+    def own_rows(self, trip):
+        return f"motor_saturation_current = {I_S}\n", f"saturation_q = {I_S}\n"
 
-
-def base():
-    """Mechanical speed at which the longest current of most torque takes the voltage that the inverter makes."""
-    low, high = 1.0, 5000.0
-    while high - low > 1e-3:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if voltage(*best(CURRENT), middle) < VOLTAGE else (low, middle)
-    return low / P
-
-
-def most(omega):
-    """The most torque at this electrical speed."""
-    found = 0.0
-    for i_d in (-CURRENT * n / 150 for n in range(151)):
-        low, high = 0.0, math.sqrt(CURRENT ** 2 - i_d ** 2)
-        if voltage(i_d, 0.0, omega) > VOLTAGE:
-            continue
-        if voltage(i_d, high, omega) > VOLTAGE:
-            for _ in range(30):
-                middle = 0.5 * (low + high)
-                low, high = (middle, high) if voltage(i_d, middle, omega) < VOLTAGE else (low, middle)
-            high = low
-        found = max(found, torque(i_d, high))
-    return found
-
-
-def fastest(begin, end, parts=40):
-    """In which the most torque takes the rotor from one speed to the other [s]."""
-    step = (end - begin) / parts
-    return sum(step * J / most(P * (begin + (n + 0.5) * step)) for n in range(parts))
-
-
-def scenario(title, speed, duration, trip, events, locked=False):
-    start = "" if locked else f"[start]\nspeed = {speed}\n"
-    shaft = f"shaft_locked = 1\nshaft_locked_speed = {speed}\n" if locked else ""
-    return f"""schema = 1
-title = "{title}"
-[run]
-duration = {duration}
-{start}[params]
-motor_pole_pairs = {P}
-motor_resistance = {R}
-motor_inductance_d = {L_D}
-motor_inductance_q = {L_0}
-motor_saturation_current = {I_S}
-motor_flux_linkage = {FLUX}
-motor_inertia = {J}
-current_limit = {CURRENT}
-overcurrent_trip = {1.25 * CURRENT}
-overspeed_trip = {trip}
-[plant]
-pole_pairs = {P}
-resistance = {R}
-inductance_d = {L_D}
-inductance_q = {L_0}
-saturation_q = {I_S}
-flux_linkage = {FLUX}
-inertia = {J}
-friction_coulomb = 0
-dc_voltage = {LINK}
-{shaft}[requests]
-enable = "on"
-speed_request = {speed}
-{events}"""
+    def held(self, speed, current, way=1):
+        """Held by the shaft at this speed [rad/s], with a torque of this current from 0.6 s on."""
+        self.trip = 250.0 / self.top
+        wish = at(0.6, f"requests.torque_request = {way * self.torque(*self.mtpa(current))}", 'requests.mode = "torque"')
+        return self.text("held", 1.6, wish, f"shaft_locked = 1\nshaft_locked_speed = {speed}", speed)
 
 
 def held(rows, speed, current):
     """Torque of most torque per ampere for this current at this speed, in the second half."""
-    i_d, i_q = best(current)
+    motor = Saturating()
+    i_d, i_q = motor.mtpa(current)
     return {
         "speed": speed, "current": current, "losses": max(column(rows, "lock_losses")), "fault": max(column(rows, "fault_reason")),
         "error": 1e3 * mean(column(rows, "theta_hat_err", 1.1)), "i_d": mean(column(rows, "true_i_d", 1.1)) - i_d,
-        "torque": mean(column(rows, "true_torque", 1.1)) / torque(i_d, i_q) - 1.0,
+        "torque": mean(column(rows, "true_torque", 1.1)) / motor.torque(i_d, i_q) - 1.0,
     }
 
 
 class Saturation(unittest.TestCase):
     def steady(self, speed, current, way, *settings):
-        text = scenario("steady", speed * RPM, 1.6, 250.0, at(0.6, f"requests.torque_request = {way * torque(*best(current))}",
-                                                              'requests.mode = "torque"'), locked=True)
-        rows = recorded(NAMES, f"steady_{speed}_{current}_{way}", text, *settings)
+        rows = recorded(NAMES, f"steady_{speed}_{current}_{way}", Saturating().held(speed * RPM, current, way), *settings)
         if way < 0:
             for row in rows:
                 row["true_i_q"], row["true_torque"] = -row["true_i_q"], -row["true_torque"]
@@ -141,20 +97,8 @@ class Saturation(unittest.TestCase):
         self.assertGreater(abs(seen["error"]), 100.0, seen)
 
     def test_a12_up_to_three_times_the_base_speed_and_down(self):
-        """All torque from 0.3 of the base speed to the top, that speed, and down to half of the base speed."""
-        slow, top = 0.3 * base(), 3.0 * base()
-        near = 0.97 * top
-        arrives = 1.0 + fastest(slow, top)
-        events = (at(1.0, f"requests.torque_request = {0.999 * torque(*best(CURRENT))}", 'requests.mode = "torque"') +
-                  at(arrives, f"requests.speed_request = {top}", 'requests.mode = "speed"') +
-                  at(arrives + 1.0, f"requests.speed_request = {0.5 * base()}"))
-        rows = recorded(NAMES, "a7", scenario("a7", slow, arrives + 2.4, 1.1 * top, events))
-        up = first(rows, 1.0, lambda speed: speed >= near)
-        slow_again = 0.52 * base()
-        down = first(rows, arrives + 1.0, lambda speed: speed <= slow_again)
-        seen = {"time": (up - 1.0) / fastest(slow, near), "up": peak(rows, 1.0, up), "down": peak(rows, arrives + 1.0, down + 0.02),
-                "current": max(math.hypot(row["true_i_d"], row["true_i_q"]) for row in rows if row["time"] > 1.0) / CURRENT,
-                "losses": max(column(rows, "lock_losses")), "fault": max(column(rows, "fault_reason"))}
+        motor = Saturating()
+        _, seen = up_and_down(motor, "a12", 0.999 * motor.torque(*motor.mtpa()))
         self.assertEqual((seen["losses"], seen["fault"]), (0, 0), seen)
         self.assertLess(seen["up"], 45.0, seen)
         self.assertLess(seen["down"], 60.0, seen)
@@ -164,9 +108,7 @@ class Saturation(unittest.TestCase):
     def written(self, name, points, head="i_d, i_q [A], psi_d, psi_q"):
         """A scenario with this map in a file beside it: two thirds of the current at 300 r/min."""
         (FOLDER / f"{name}.csv").write_text("# a map\n" + "\n".join([head, *points]) + "\n")
-        text = scenario("map", 300 * RPM, 1.6, 250.0, at(0.6, f"requests.torque_request = {torque(*best(9.0))}", 'requests.mode = "torque"'),
-                        locked=True)
-        return text.replace(f"saturation_q = {I_S}", f'flux_map = "{name}.csv"')
+        return Saturating().held(300 * RPM, 9.0).replace(f"saturation_q = {I_S}", f'flux_map = "{name}.csv"')
 
     def points(self):
         currents = [float(n) for n in range(-20, 21)]

@@ -48,22 +48,38 @@ static void expect_stops(rig_t *rig, const char *where)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "warnings"));
 }
 
-/* What a wrong frame does to the currents may be an overcurrent, or resemble a broken wire, first: one in
- * twenty, and three standard deviations of a count. */
+/* An encoder that misses the share s of the motion leaves its frame behind by s omega t. The EMF that is fed
+ * forward is then wrong by psi_f s omega^2 t at first, which drives psi_f s omega^2 t^2/(2 L) through the
+ * winding. The frame changes after five windows at the latest: that in which the fault begins, three
+ * judgements, and the one at whose end the setpoint acts. Where the current reaches its trip in this time, an
+ * overcurrent may come first: at 1500 r/min from half of the motion on (23 A), and not at 600 (7 A). */
+static bool may_trip_first(rig_t *rig, uint32_t fault, double rpm)
+{
+    const double omega = POLE_PAIRS * rpm * RPM, time = 5.0 * DRIVE_WINDOW * RIG_PERIOD_SECONDS;
+    const double missed = strcmp(faults[fault].row, "encoder_slip") == 0 ? faults[fault].value : 0.0;
+    const double current = rig_value(rig, "plant.flux_linkage") * missed * omega * omega * time * time /
+                           (2.0 * rig_value(rig, "plant.inductance_q"));
+    return current > rig_value(rig, "overcurrent_trip");
+}
+
+/* Elsewhere what a wrong frame does to the currents may be an overcurrent, or resemble a broken wire, first:
+ * one in twenty, and three standard deviations of a count. */
 static void test_a_motor_whose_encoder_fails_goes_on_without(void)
 {
     static const double speeds[] = {300.0, -300.0, 600.0, -600.0, 1500.0, -1500.0};
     uint32_t runs = 0u, wires = 0u;
     grid_t grid = grid_of("on without", FAULTS * 24u);
-    for (uint32_t n; grid_next(&grid, &n); runs++) {
+    for (uint32_t n; grid_next(&grid, &n);) {
         const uint32_t fault = grid_axis(&n, FAULTS);
         const double rpm = speeds[n % 6u];
         rig_t *rig = failing(fault, n < 12u ? HEAVY : LIGHT, 7u + n, rpm, n % 12u >= 6u ? 3.0 : 0.0);
         const char *const where =
             run_say("%s, %u, %.0f r/min: fault %d, %.0f r/min, %.1f A, wrong for %.1f ms", faults[fault].name,
                     (unsigned)n, rpm, seen.fault, seen.speed, seen.peak, 1e3 * seen.bad_most);
+        const bool trips = seen.fault == REASON_OVERCURRENT && may_trip_first(rig, fault, rpm);
+        runs += trips ? 0u : 1u;
         if (seen.fault == REASON_PHASE_LOSS || seen.fault == REASON_OVERCURRENT) {
-            wires++;
+            wires += trips ? 0u : 1u;
         } else {
             TEST_ASSERT_EQUAL_INT_MESSAGE(0, seen.fault, where);
             TEST_ASSERT_TRUE_MESSAGE(seen.noticed != 0u, where);

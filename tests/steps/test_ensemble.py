@@ -21,6 +21,16 @@ fi
 echo "test.c:2:test_of_noise[1]:PASS"
 """
 
+# A grid's lines (tools/desk/run_scenario.c): of two places the second is red for a seed.
+GRID = """#!/bin/sh
+printf 'braking: shaft heavy\\n  met     a\\n  met     b\\n  state 3\\n'
+if [ "$LAGLESS_SEED" = 7 ]; then
+    printf 'braking: shaft light\\n  met     a\\n  FAILED  b: 9\\n  state 3\\nFAILED: x.toml is kept\\n2 runs, 1 failed\\n'
+    exit 1
+fi
+printf 'braking: shaft light\\n  met     a\\n  met     b\\n  state 3\\n2 runs, 0 failed\\n'
+"""
+
 
 class Ensemble(unittest.TestCase):
     def setUp(self):
@@ -49,6 +59,12 @@ class Ensemble(unittest.TestCase):
         done = self.run_tool("--seeds", "5", "--first", "5")
         self.assertEqual((1, ["rig_a test_of_noise: 9 of 10 green", "    LAGLESS_SEED=7 LAGLESS_GRID_SEED=7: 3.10 mrad, limit 3.00",
                               "14 of 15 runs green, 93.33 %, of 2 test functions with 5 seeds"]), (done.returncode, done.stdout.splitlines()))
+
+    def test_each_scenario_of_a_grid_is_a_run(self):
+        self.build(rig_grid=("rig", GRID))
+        done = self.run_tool("--seeds", "2", "--first", "6")
+        self.assertEqual((1, ["rig_grid braking: 3 of 4 green", "    LAGLESS_SEED=7 LAGLESS_GRID_SEED=7: shaft light; FAILED  b: 9",
+                              "3 of 4 runs green, 75.00 %, of 1 test functions with 2 seeds"]), (done.returncode, done.stdout.splitlines()))
 
     def test_exit_codes(self):
         """99 of a hundred runs are enough; whole grids and other labels are left out; wrong use, and nothing to run."""

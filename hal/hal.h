@@ -152,9 +152,9 @@ void hal_leds(bool run, bool fault); /* the board's two lights, if it has them *
 
 /* ---- The serial line ----
  *
- * 8 data bits, no parity, 1 stop bit, BOARD_SERIAL_BAUD. Octets stand one per word. Nothing here waits; both
- * directions have the chip's FIFO of 16 octets and nothing behind it. Without a line (BOARD_SERIAL_BAUD 0)
- * nothing comes and nothing is taken. */
+ * 8 data bits, no parity, 1 stop bit, BOARD_SERIAL_BAUD until hal_serial_baud() changes it. Octets stand one
+ * per word. Nothing here waits; both directions have the chip's FIFO of 16 octets and nothing behind it.
+ * Without a line (BOARD_SERIAL_BAUD 0) nothing comes and nothing is taken. */
 
 /* Octets that came since the last call, oldest first, at most `room` of them: how many. One that follows a
  * damaged frame is a whole one again; the damaged ones are left out and counted. */
@@ -165,6 +165,13 @@ void hal_serial_drop(void);
 
 /* The first of `count` octets, as many as the transmitter has room for: how many it took. */
 uint32_t hal_serial_write(const uint16_t *octets, uint32_t count);
+
+/* True until the last octet of hal_serial_write() has left the chip. */
+bool hal_serial_sends(void);
+
+/* Changes the rate to the nearest that the chip has, within 2.5 % up to 115200 bit/s; octets on their way are
+ * lost. From the background. */
+void hal_serial_baud(uint32_t baud);
 
 /* Times that the receiver lost octets since hal_init: break, a frame without its stop bit, or an overrun.
  * Each stands for one octet or more. */

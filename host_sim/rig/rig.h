@@ -179,8 +179,9 @@ typedef void (*rig_edge_sink_t)(void *context, uint64_t tick, uint32_t what, uin
 void rig_watch_edges(rig_t *rig, rig_edge_sink_t sink, void *context); /* sink NULL: nobody */
 
 /* The serial line of the chip, in simulated time: octets towards the drive, as many as there was room for on
- * the line (128); and those that the drive has sent by now, at most `room`: how many. Both ends run at
- * BOARD_SERIAL_BAUD. */
+ * the line (128); and those that the drive has sent by now, at most `room`: how many. The far end runs at
+ * BOARD_SERIAL_BAUD, or at the rate [bit/s] of rig_serial_baud(); 0: always at that of the chip. */
+void rig_serial_baud(rig_t *rig, uint32_t baud);
 uint32_t rig_serial_put(rig_t *rig, const uint8_t *octets, uint32_t count);
 uint32_t rig_serial_get(rig_t *rig, uint8_t *octets, uint32_t room);
 

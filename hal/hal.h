@@ -158,7 +158,7 @@ void hal_leds(bool run, bool fault); /* the board's two lights, if it has them *
 
 /* ---- The serial line ----
  *
- * 8 data bits, no parity, 1 stop bit, BOARD_SERIAL_BAUD. Each word contains one octet. No function waits. The
+ * 8 data bits, no parity, 1 stop bit, BOARD_SERIAL_BAUD until hal_serial_baud() changes it. Each word contains one octet. No function waits. The
  * only buffer of each direction is the chip's FIFO of 16 octets. Without a line (BOARD_SERIAL_BAUD 0) nothing
  * is received and nothing is accepted. */
 
@@ -171,6 +171,13 @@ void hal_serial_drop(void);
 
 /* Sends the first of `count` octets, as many as the transmitter has room for. Returns their number. */
 uint32_t hal_serial_write(const uint16_t *octets, uint32_t count);
+
+/* True until the last octet of hal_serial_write() has left the chip. */
+bool hal_serial_sends(void);
+
+/* Changes the rate to the nearest that the chip has, within 2.5 % up to 115200 bit/s; octets in transmission
+ * are lost. From the background. */
+void hal_serial_baud(uint32_t baud);
 
 /* Number of receive errors since hal_init: break, a frame without stop bit, or an overrun. Each error is a
  * loss of one or more octets. */

@@ -3,10 +3,14 @@
 #include <string.h>
 
 #include "app/app.h"
+#include "app/talk_modbus.h"
 #include "app/talk_values.h"
 
 #define SILENCE_PERIODS DRIVE_PERIODS(5e-3f)  /* silence that ends an incomplete frame */
 #define RESTART_PERIODS DRIVE_PERIODS(20e-3f) /* from the order to the reset: its answer is sent */
+
+/* An octet that the drive has sent and hears itself has come and is read so long after it is sent. */
+#define ECHO_PERIODS 5u
 
 #define FRAMES_MAX 4u /* sent by a call */
 
@@ -123,6 +127,7 @@ void talk_start(void)
     frame_sender_init(&talk->sender);
     xcp_init(&talk->xcp, is_serial());
     daq_clear(&talk->daq);
+    talk->setting.baud = BOARD_SERIAL_BAUD;
 }
 
 void talk_restart(void)
@@ -146,6 +151,45 @@ static void look_at_line(talk_t *talk)
         talk->line_errors = errors;
         talk->came.got = talk->came.put;
         frame_broken(&talk->receiver, period());
+        modbus_broken(&talk->modbus, period());
+    }
+}
+
+static bool is_modbus(const talk_t *talk)
+{
+    return talk_line == NULL && talk->setting.protocol == (int32_t)LINE_MODBUS;
+}
+
+/* Octets that come while the drive sends are its own, on a line of two wires, and are dropped. A frame ends
+ * with a silence: octets are processed before its time is judged, so a late background makes the silence
+ * longer and never shorter. */
+static void listen_modbus(talk_t *talk)
+{
+    const uint32_t now = period();
+    const float timeout = app->active.command_timeout;
+    const bool sends = talk->busy != 0u || now - talk->busy_at <= ECHO_PERIODS;
+    talk_ring_t *came = &talk->came;
+    look_at_line(talk);
+    for (uint32_t count = waiting_in(came); count > 0u; count--) {
+        const uint16_t octet = came->octets[came->got];
+        came->got = place_behind(came->got, 1u);
+        if (!sends) {
+            modbus_take(&talk->modbus, talk->receiver.octets, octet, now);
+        }
+    }
+    if (!frame_is_free(&talk->sender)) {
+        return;
+    }
+    if (timeout > 0.0f && now - talk->heard_at > DRIVE_PERIODS(timeout)) {
+        talk->modbus_key = 0u;
+    }
+    talk->xcp.locked = talk_modbus_locked() ? UINT32_C(1) : UINT32_C(0);
+    const modbus_result_t result =
+        modbus_listen(&talk->modbus, talk->receiver.octets, &talk_modbus_access, now, talk->sender.octets);
+    talk->sender.count = result.count;
+    talk->sender.sent = 0u;
+    if (result.heard && !talk_modbus_locked()) {
+        talk->heard_at = now;
     }
 }
 
@@ -155,6 +199,10 @@ static void listen(talk_t *talk)
 {
     const uint32_t now = period();
     talk_ring_t *came = &talk->came;
+    if (is_modbus(talk)) {
+        listen_modbus(talk);
+        return;
+    }
     look_at_line(talk);
     if (talk->answer_count != 0u) {
         frame_wait(&talk->receiver, now);
@@ -202,11 +250,65 @@ static void speak(talk_t *talk)
         if (!frame_is_free(sender) || n == FRAMES_MAX) {
             return;
         }
-        const uint32_t count = packet(talk, frame_open(sender));
+        const uint32_t count = is_modbus(talk) ? 0u : packet(talk, frame_open(sender));
         if (count == 0u) {
             return;
         }
         frame_close(sender, count);
+    }
+}
+
+/* ---- the protocol ---- */
+
+static talk_setting_t wanted(void)
+{
+    const params_t *active = &app->active;
+    const bool modbus = talk_line == NULL && active->line_protocol == (int32_t)LINE_MODBUS;
+    return modbus ? (talk_setting_t){active->line_protocol, active->modbus_address, active->modbus_baud}
+                  : (talk_setting_t){(int32_t)LINE_XCP, 0, BOARD_SERIAL_BAUD};
+}
+
+static void use(talk_t *talk, talk_setting_t setting)
+{
+    const float baud = (float)setting.baud;
+    talk->setting = setting;
+    talk->came.got = talk->came.put;
+    xcp_init(&talk->xcp, is_serial());
+    daq_clear(&talk->daq);
+    frame_restart(&talk->receiver);
+    frame_sender_init(&talk->sender);
+    modbus_set(&talk->modbus, (uint32_t)setting.address, 1u + DRIVE_PERIODS(modbus_gap(baud)));
+    talk->modbus_key = 0u;
+    talk->busy = 0u;
+    if (talk_line == NULL) {
+        hal_serial_baud((uint32_t)setting.baud);
+    }
+}
+
+/* Something waits to be sent, or is being sent. */
+static bool is_busy(const talk_t *talk)
+{
+    return talk->answer_count != 0u || !frame_is_free(&talk->sender) || waiting_in(&talk->going) != 0u ||
+           (talk_line == NULL && hal_serial_sends());
+}
+
+/* The answer to the order that changes the protocol is still sent in the old one. */
+static void follow_setting(talk_t *talk)
+{
+    const talk_setting_t next = wanted();
+    const talk_setting_t *present = &talk->setting;
+    const uint32_t now = period();
+    const bool same =
+        next.protocol == present->protocol && next.address == present->address && next.baud == present->baud;
+    if (same && !is_modbus(talk)) {
+        return;
+    }
+    const bool was_busy = talk->busy != 0u;
+    talk->busy = is_busy(talk) ? UINT32_C(1) : UINT32_C(0);
+    if (talk->busy != 0u || was_busy) { /* it may have ended a moment ago */
+        talk->busy_at = now;
+    } else if (!same && now - talk->busy_at > RESTART_PERIODS) {
+        use(talk, next);
     }
 }
 
@@ -240,9 +342,10 @@ void talk_step(void)
     services_t *services = &app->services;
     listen(talk);
     speak(talk);
+    follow_setting(talk);
     watch_master(talk);
-    services->line_frames = talk->receiver.frames;
-    services->line_errors = talk->receiver.errors;
+    services->line_frames = talk->receiver.frames + talk->modbus.frames;
+    services->line_errors = talk->receiver.errors + talk->modbus.errors;
     services->daq_lost = talk->daq.lost;
     if (talk->restart != 0u && period() - talk->restart_at < RESTART_PERIODS) {
         talk->restart = 0u;

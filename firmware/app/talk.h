@@ -1,4 +1,5 @@
-/* The communication of the drive: an XCP slave (firmware/talk/) over the values of the application.
+/* The communication of the drive: an XCP slave or a Modbus RTU server (firmware/talk/) over the values of the
+ * application. The parameter line_protocol chooses between them; they use the same buffers.
  *
  * The interrupt only copies samples into a queue, and octets out of the chip's FIFOs and into them. The
  * background does the rest: it receives octets, executes one command at a time, and sends octets. If a master
@@ -14,6 +15,7 @@
 #include "talk/a2l.h"
 #include "talk/daq.h"
 #include "talk/frame.h"
+#include "talk/modbus.h"
 #include "talk/xcp.h"
 
 /* The source and destination of octets, one per word; neither call waits. */
@@ -39,6 +41,13 @@ typedef struct {
     uint16_t octets[TALK_RING];
 } talk_ring_t;
 
+/* How the chip's line is used. */
+typedef struct {
+    int32_t protocol; /* [-] line_protocol_t */
+    int32_t address;  /* of the Modbus server; 0 with XCP */
+    int32_t baud;     /* [bit/s] */
+} talk_setting_t;
+
 typedef struct {
     frame_receiver_t receiver;
     frame_sender_t sender;
@@ -53,6 +62,11 @@ typedef struct {
     talk_ring_t going;     /* octets that they will send on that line */
     uint32_t answer_count; /* [octets] of the waiting answer; 0: none */
     uint16_t answer[FRAME_MAX_CTO];
+    modbus_t modbus;
+    uint32_t modbus_key; /* [-] written by the client; 0: none */
+    talk_setting_t setting;
+    uint32_t busy;       /* [-] 1: octets waited or were sent at the last check */
+    uint32_t busy_at;    /* [periods] when octets waited or were sent for the last time */
     uint32_t restart;    /* [-] 1: a reset is ordered; the answer is sent first */
     uint32_t restart_at; /* [periods] */
 } talk_t;

@@ -51,6 +51,7 @@ typedef enum { SPEED_SMOOTH, SPEED_WHOLE } speed_feedback_t;
 typedef enum { LOCK_NOT_JUDGED, LOCK_JUDGED } lock_judged_t;
 typedef enum { CURRENT_NOT_JUDGED, CURRENT_JUDGED } current_judged_t;
 typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
+typedef enum { LINE_XCP, LINE_MODBUS } line_protocol_t;
 typedef enum { MTPA_OFF, MTPA_ON } mtpa_t;
 typedef enum { WEAKENING_OFF, WEAKENING_ON } field_weakening_t;
 typedef enum { OVER_MODULATION_OFF, OVER_MODULATION_ON } over_modulation_t;
@@ -255,6 +256,12 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     I(123, line_key, "-", 0, 0, 999999, TABLE_LIVE,                                                          \
       "key that a client on the serial link needs for writing; 0: none. A change acts from the next "        \
       "connection on")                                                                                       \
+    E(195, line_protocol, "xcp|modbus", LINE_XCP, TABLE_OFF,                                                 \
+      "protocol on the serial link: XCP at the rate of the board, or Modbus RTU at modbus_baud; it changes " \
+      "20 ms after the last answer")                                                                         \
+    I(196, modbus_address, "-", 1, 1, 247, TABLE_OFF, "address of the drive as a server of Modbus RTU")      \
+    I(197, modbus_baud, "-", 19200, 9600, 115200, TABLE_OFF,                                                 \
+      "rate of the serial link under Modbus RTU, in bit/s; 8 data bits, no parity, 1 stop bit")              \
     F(94, motor_saturation_current, "A", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                   \
       "i_q at which saturation reduces the flux of the q axis to 1/sqrt 2 of motor_inductance_q i_q; "       \
       "motor_inductance_q is then the value without current; 0: no saturation")                              \

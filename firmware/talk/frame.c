@@ -27,6 +27,13 @@ void frame_receiver_init(frame_receiver_t *receiver, uint32_t silence)
     receiver->silence = silence;
 }
 
+void frame_restart(frame_receiver_t *receiver)
+{
+    receiver->counted = 0u;
+    receiver->count = 0u;
+    receiver->dropping = 0u;
+}
+
 static void drop(frame_receiver_t *receiver)
 {
     receiver->errors += receiver->dropping == 0u ? 1u : 0u;

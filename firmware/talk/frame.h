@@ -37,6 +37,10 @@ typedef struct {
 
 void frame_receiver_init(frame_receiver_t *receiver, uint32_t silence);
 
+/* Octets of another protocol came in between: a frame begins with the next octet, and any CTR of CONNECT. The
+ * counts of frames are kept. */
+void frame_restart(frame_receiver_t *receiver);
+
 /* Call in every pass, also without an octet: ends the present frame if the silence has lasted long
  * enough at this time [periods]. */
 void frame_listen(frame_receiver_t *receiver, uint32_t now);

@@ -119,6 +119,25 @@ uint32_t hal_serial_write(const uint16_t *octets, uint32_t count)
     return n;
 }
 
+bool hal_serial_sends(void)
+{
+    return has_clock() && (SCIFF_ST(bus_read16(&SCIA->SCIFFTX)) != 0u ||
+                           (bus_read16(&SCIA->SCICTL2) & SCICTL2_TXEMPTY) == 0u);
+}
+
+void hal_serial_baud(uint32_t baud)
+{
+    const uint32_t lspclk = (uint32_t)BOARD_LSPCLK_HZ;
+    const uint32_t divider = (lspclk + UINT32_C(4) * baud) / (UINT32_C(8) * baud);
+
+    if (has_clock()) {
+        bus_write16(&SCIA->SCICTL1, SCICTL1_BOTH);
+        bus_write16(&SCIA->SCIHBAUD, (uint16_t)((divider - 1u) >> 8));
+        bus_write16(&SCIA->SCILBAUD, (uint16_t)((divider - 1u) & 0x00FFu));
+        restart_line();
+    }
+}
+
 uint32_t hal_serial_errors(void)
 {
     return has_clock() ? *ERRORS : 0u;
@@ -146,6 +165,16 @@ uint32_t hal_serial_write(const uint16_t *octets, uint32_t count)
     (void)octets;
     (void)count;
     return 0u;
+}
+
+bool hal_serial_sends(void)
+{
+    return false;
+}
+
+void hal_serial_baud(uint32_t baud)
+{
+    (void)baud;
 }
 
 uint32_t hal_serial_errors(void)

@@ -238,7 +238,9 @@ static int serve_scenario(const options_t *options, const numbers_t *numbers, co
         exit_code = EXIT_USAGE;
     } else {
         const rig_line_t line = {wire_read, wire_write, serve.wire};
-        if (!options->serial) {
+        if (options->serial) {
+            rig_serial_baud(serve.rig, 0u);
+        } else {
             rig_line(serve.rig, &line);
         }
         printf("listening on %s\n", wire_name(serve.wire));

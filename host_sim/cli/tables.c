@@ -80,6 +80,7 @@ static void print_json(const listing_t *listing)
                 printf(", \"max\": ");
                 json_number(stdout, rig_max(row));
                 printf(", \"while_running\": %s", row->access == TABLE_LIVE ? "true" : "false");
+                printf(", \"writable\": %s", row->access != TABLE_READ ? "true" : "false");
             }
             if (row->kind == SLOT_ENUM) {
                 printf(", \"choices\": \"%s\"", row->choices);

@@ -319,6 +319,11 @@ bool rig_stop_when(rig_t *rig, uint32_t id, rig_compare_t compare, double value)
 
 /* ---- the line, and what stays ---- */
 
+void rig_serial_baud(rig_t *rig, uint32_t baud)
+{
+    chip_serial_speed(&rig->state.chip, baud);
+}
+
 uint32_t rig_serial_put(rig_t *rig, const uint8_t *octets, uint32_t count)
 {
     return chip_serial_put(&rig->state.chip, octets, count);

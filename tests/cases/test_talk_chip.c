@@ -139,3 +139,25 @@ static void test_a_good_frame_right_behind_a_break_is_dropped(void)
     rig_run(rig, PAUSE);
     TEST_ASSERT_EQUAL_DOUBLE(frames + 1.0, value("line_frames"));
 }
+
+/* A line of two wires: all that the drive sends comes back. The answer to a single write equals its request.
+ */
+static void test_a_modbus_server_does_not_hear_its_own_answer(void)
+{
+    static const uint8_t enable_off[] = {0x01, 0x06, 0x07, 0xD1, 0x00, 0x00, 0xD8, 0x87};
+    uint8_t octets[16];
+    uint32_t answered = 0u;
+    TEST_ASSERT_EQUAL_UINT32(14u, rig_serial_get(rig, octets, sizeof octets)); /* the answer to CONNECT */
+    run_parameter(rig, "modbus_baud", 115200.0);
+    run_parameter(rig, "line_protocol", LINE_MODBUS);
+    rig_serial_baud(rig, 0u);
+    rig_run(rig, 300u);
+    TEST_ASSERT_EQUAL_UINT32(8u, rig_serial_put(rig, enable_off, 8u));
+    for (uint32_t n = 0; n < 2000u; n++) {
+        rig_step(rig);
+        const uint32_t count = rig_serial_get(rig, octets, sizeof octets);
+        TEST_ASSERT_EQUAL_UINT32(count, rig_serial_put(rig, octets, count));
+        answered += count;
+    }
+    TEST_ASSERT_EQUAL_UINT32(8u, answered);
+}

@@ -61,6 +61,32 @@ static void test_start_up_sets_eight_bits_at_the_board_s_rate_with_both_fifos(vo
     TEST_ASSERT_EQUAL_UINT32(0u, hal_serial_errors());
 }
 
+/* 37.5 MHz / (8 x 244) = 19211 bit/s, 0.06 % above; / (8 x 488) = 9605. The module is in reset meanwhile. */
+static void test_another_rate_is_the_nearest_of_the_divider(void)
+{
+    start();
+    hal_serial_baud(19200u);
+    TEST_ASSERT_EQUAL_HEX16(243u, SCIA->SCIHBAUD << 8 | SCIA->SCILBAUD);
+    hal_serial_baud(9600u);
+    TEST_ASSERT_EQUAL_HEX16(487u, SCIA->SCIHBAUD << 8 | SCIA->SCILBAUD);
+    hal_serial_baud(937500u);
+    TEST_ASSERT_EQUAL_HEX16(4u, SCIA->SCIHBAUD << 8 | SCIA->SCILBAUD);
+    TEST_ASSERT_EQUAL_HEX16(0x0023u, SCIA->SCICTL1);
+}
+
+static void test_it_sends_until_fifo_and_shift_register_are_empty(void)
+{
+    start();
+    rec.regs.scia.SCICTL2 = 0x00C0u;
+    rec.regs.scia.SCIFFTX = 0xE000u;
+    TEST_ASSERT_FALSE(hal_serial_sends());
+    rec.regs.scia.SCICTL2 = 0x0080u;
+    TEST_ASSERT_TRUE(hal_serial_sends());
+    rec.regs.scia.SCICTL2 = 0x00C0u;
+    rec.regs.scia.SCIFFTX = 0xE100u;
+    TEST_ASSERT_TRUE(hal_serial_sends());
+}
+
 static void test_before_start_up_there_is_no_line(void)
 {
     uint16_t octets[4] = {1u, 2u, 3u, 4u};
@@ -68,6 +94,7 @@ static void test_before_start_up_there_is_no_line(void)
     TEST_ASSERT_EQUAL_UINT32(0u, hal_serial_read(octets, 4u));
     TEST_ASSERT_EQUAL_UINT32(0u, hal_serial_write(octets, 4u));
     TEST_ASSERT_EQUAL_UINT32(0u, hal_serial_errors());
+    hal_serial_baud(9600u);
     TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
 }
 

@@ -139,6 +139,16 @@ uint32_t hal_serial_errors(void)
     return 0u;
 }
 
+bool hal_serial_sends(void)
+{
+    return false;
+}
+
+void hal_serial_baud(uint32_t baud)
+{
+    (void)baud;
+}
+
 /* ---- memory that stays ---- */
 
 static uint16_t stored[HAL_STORE_PAGES][HAL_STORE_WORDS];

@@ -158,9 +158,9 @@ void hal_leds(bool run, bool fault); /* the board's two lights, if it has them *
 
 /* ---- The serial line ----
  *
- * 8 data bits, no parity, 1 stop bit, BOARD_SERIAL_BAUD until hal_serial_baud() changes it. Each word contains one octet. No function waits. The
- * only buffer of each direction is the chip's FIFO of 16 octets. Without a line (BOARD_SERIAL_BAUD 0) nothing
- * is received and nothing is accepted. */
+ * 8 data bits, no parity, 1 stop bit, BOARD_SERIAL_BAUD until hal_serial_baud() changes it. Each word
+ * contains one octet. No function waits. The only buffer of each direction is the chip's FIFO of 16 octets.
+ * Without a line (BOARD_SERIAL_BAUD 0) nothing is received and nothing is accepted. */
 
 /* Reads the octets that have arrived since the last call, oldest first, at most `room`. Returns their number.
  * Damaged frames are omitted and counted. */

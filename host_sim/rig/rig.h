@@ -227,10 +227,11 @@ typedef enum {
 typedef void (*rig_edge_sink_t)(void *context, uint64_t tick, uint32_t what, uint32_t value);
 void rig_watch_edges(rig_t *rig, rig_edge_sink_t sink, void *context); /* sink = NULL: end of watching */
 
-/* The serial line of the chip in simulated time. rig_serial_put sends octets to the drive, up to the free room
- * on the line (128). rig_serial_get reads those that the drive has sent, at most `room`. Both return the number
- * of octets. The far end runs at BOARD_SERIAL_BAUD, or at the rate [bit/s] of rig_serial_baud(); 0: always at
- * the rate of the chip. */
+/* The serial line of the chip in simulated time. rig_serial_put sends octets to the drive, up to the free
+ * room on the line (128). rig_serial_get reads those that the drive has sent, at most `room`. Both return the
+ * number of octets. The far end runs at BOARD_SERIAL_BAUD, or at the rate [bit/s] of rig_serial_baud(); 0:
+ * always at the rate of the chip. */
+void rig_serial_baud(rig_t *rig, uint32_t baud);
 uint32_t rig_serial_put(rig_t *rig, const uint8_t *octets, uint32_t count);
 uint32_t rig_serial_get(rig_t *rig, uint8_t *octets, uint32_t room);
 

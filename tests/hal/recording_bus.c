@@ -7,7 +7,7 @@
 
 #define VECTOR_BASE UINT32_C(0x300000)
 
-recording_t rec;
+bus_recording_t rec;
 __thread const volatile uint16_t *f28335_base;
 
 static bool is(uint32_t address, const volatile void *reg)

@@ -71,9 +71,9 @@ typedef struct {
     uint16_t api_version;
     bus_isr_t function[5]; /* what bus_vector has seen; vector = 0x300000 + its place */
     uint32_t functions;
-} recording_t;
+} bus_recording_t;
 
-extern recording_t rec;
+extern bus_recording_t rec;
 
 /* Register file as the boot ROM leaves it (SPRUFB0, SPRU963): watchdog running, DIVSEL 2, PLL off, prescalers
  * of reset. */

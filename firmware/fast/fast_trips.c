@@ -50,6 +50,12 @@ uint32_t fast_watch_jump(fast_t *fast, fast_orders_t orders)
 void fast_judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wrong)
 {
     guard_input_t input = fast_trip_input(fast, orders.setpoint, encoder_wrong);
+    measured_t expected;
+    if (fast->measure.measured.good == 0u) {
+        expected = fast->measure.measured;
+        expected.current_abc = measure_expected(&fast->measure);
+        input.measured = &expected;
+    }
     /* a loop that has lost the rotor is for the medium task to judge, which catches the rotor again */
     const bool denied = reference_tracks(&fast->reference) && estimate_is_denied(&fast->estimator.estimate);
     input.omega_m = denied ? 0.0f : input.omega_m;
@@ -68,9 +74,15 @@ void fast_judge_still(fast_t *fast, fast_orders_t orders)
     }
     const abc_t *current = &fast->measure.measured.current_abc;
     const dq_t asked = fast->demand.current;
-    const abc_t wanted = frames_inverse_clarke(frames_inverse_park(asked, fast->demand.frame.rotation));
-    if (still_watch_judge(&fast->still_watch, &orders.tuning->still_watch, wanted, *current,
-                          fast->control.limited != 0u, fast->measure.measured.u_dc)) {
+    const still_watch_input_t input = {
+        .asked = frames_inverse_clarke(frames_inverse_park(asked, fast->demand.frame.rotation)),
+        .current = *current,
+        .voltage = fast->acted.voltage,
+        .omega_e = fast->rotor.omega_e,
+        .u_dc = fast->measure.measured.u_dc,
+        .limited = fast->control.limited != 0u,
+    };
+    if (still_watch_judge(&fast->still_watch, &orders.tuning->still_watch, &input)) {
         fast_stop(fast, REASON_CURRENT_STUCK);
     }
 }

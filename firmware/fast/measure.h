@@ -102,6 +102,7 @@ typedef struct {
     uint32_t calibrated; /* [periods] of the calibration so far */
     measure_noise_t noise;
     measure_rest_t rest;
+    abc_t before;        /* [A] phase currents of the sample before the newest */
     measured_t measured; /* of the newest sample */
 } measure_t;
 
@@ -159,6 +160,15 @@ static inline bool measure_current_flows(const measured_t *measured)
     return i.alpha * i.alpha + i.beta * i.beta > MEASURE_QUIET * MEASURE_QUIET;
 }
 
+/* The phase currents [A] in place of those of an invalid sample, as far as a limit is concerned: a current
+ * that has grown goes on growing. A sensor that reaches its limit in this way is not broken. */
+static inline abc_t measure_expected(const measure_t *measure)
+{
+    const abc_t last = measure->measured.current_abc;
+    const abc_t before = measure->before;
+    return (abc_t){2.0f * last.a - before.a, 2.0f * last.b - before.b, 2.0f * last.c - before.c};
+}
+
 /* Updates measure->measured of this period. `trim` [A]: change of the offsets that the trim has found since.
  * No division. */
 static inline void measure_step(measure_t *measure, const drive_samples_t *samples, ab_t trim)
@@ -166,6 +176,7 @@ static inline void measure_step(measure_t *measure, const drive_samples_t *sampl
     measured_t *measured = &measure->measured;
     measured->good = measure_is_good(samples);
     if (measured->good != 0u) {
+        measure->before = measured->current_abc;
         measured->current_abc = (abc_t){samples->i_a - measure->offset.a, samples->i_b - measure->offset.b,
                                         samples->i_c - measure->offset.c};
         measured->u_dc = samples->u_dc;

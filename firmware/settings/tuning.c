@@ -297,6 +297,8 @@ static void prepare_current_watch(drive_tuning_t *tuning, const params_t *params
         .range = current.range,
         .inductance = current.inductance_d > params->motor_inductance_q ? current.inductance_d
                                                                         : params->motor_inductance_q,
+        .dead_time = current.dead_time,
+        .drop = current.drop,
         .period = current.period,
         .three_sensors = current.three_sensors,
         .judged = current.judged,

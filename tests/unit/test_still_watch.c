@@ -8,14 +8,18 @@
 
 static still_watch_t watch;
 static still_watch_tuning_t tuning;
-static bool limited; /* control has not got the voltage that it asked for */
-static float u_dc;   /* [V] */
+static bool limited;  /* control has not got the voltage that it asked for */
+static float u_dc;    /* [V] */
+static ab_t voltage;  /* [V] that acts */
+static float omega_e; /* [rad/s] */
 
 /* 12 mH: 2/3 of 72 V moves 0.4 A in 100 us, 2 % of the range. */
 static still_watch_tuning_t prepared(bool three_sensors, bool judged)
 {
     const still_watch_params_t params = {.range = RANGE,
                                          .inductance = 12e-3f,
+                                         .dead_time = 2e-6f,
+                                         .drop = 1.0f,
                                          .period = 1e-4f,
                                          .three_sensors = three_sensors,
                                          .judged = judged};
@@ -26,6 +30,8 @@ void setUp(void)
 {
     limited = false;
     u_dc = 311.0f;
+    voltage = (ab_t){0.0f, 0.0f};
+    omega_e = 0.0f;
     watch = (still_watch_t){.still = {0u, 0u, 0u}};
     tuning = prepared(false, true);
 }
@@ -33,9 +39,18 @@ void setUp(void)
 /* One period; c is what the other two leave. */
 static bool step(float a, float b, float asked_a)
 {
-    const abc_t current = {a, b, -a - b};
-    return still_watch_count(&watch, &tuning, &current) &&
-           still_watch_judge(&watch, &tuning, (abc_t){asked_a, b, -asked_a - b}, current, limited, u_dc);
+    const still_watch_input_t input = {
+        .asked = {asked_a, b, -asked_a - b},
+        .current = {a, b, -a - b},
+        .voltage = voltage,
+        .omega_e = omega_e,
+        .u_dc = u_dc,
+        .limited = limited,
+    };
+    const bool stuck =
+        still_watch_count(&watch, &tuning, &input.current) && still_watch_judge(&watch, &tuning, &input);
+    still_watch_remember(&watch, &voltage);
+    return stuck;
 }
 
 /* So many periods in which a stays, asked for more by `miss`, while b moves; the period in which it is stuck,
@@ -90,4 +105,39 @@ static void test_a_step_of_the_reference_is_not_a_stuck_sensor(void)
     TEST_ASSERT_FALSE(step(4.0f, -2.0f, -8.0f));
     TEST_ASSERT_FALSE(step(4.0f, -2.0f, -8.0f));
     TEST_ASSERT_FALSE(step(3.5f, -2.0f, -8.0f));
+}
+
+/* Sensor a stays at the reference, and in the second of three periods the voltage of its phase jumps by
+ * `jump` [V]. 2 A in 12 mH are 240 V periods; the loss of three legs, twice with the other sign, is 16/3 of
+ * (2 us/100 us 311 V + 1 V), 38.5 V: 279 V, 139.3 V in each of two periods. A rotor of 500 rad/s with 100 V
+ * before the jump: 3 x 0.05 x 100 V, 7.5 V more in each period. */
+static unsigned pushed_after(float a, float b, float jump, float before)
+{
+    voltage = (ab_t){before, 0.0f};
+    (void)step(a + 8.0f, b, a);
+    (void)step(a + 8.0f, b, a);
+    for (unsigned n = 0; n <= 20u; n++) {
+        voltage = (ab_t){n < 2u ? before : before + jump, 0.0f};
+        if (step(a, b + 0.01f * (float)n, a)) {
+            return n;
+        }
+    }
+    return 0u;
+}
+
+static void test_a_value_that_stays_while_its_voltage_jumps_is_stuck(void)
+{
+    static const struct {
+        float a, b, jump, before, omega_e; /* [A], [V], [rad/s] */
+        unsigned after;                    /* [periods]; 0: never */
+    } cases[] = {{0.3f, -2.0f, 140.0f, 5.0f, 0.0f, 3u},     {0.3f, -2.0f, -140.0f, -5.0f, 0.0f, 3u},
+                 {0.3f, -2.0f, 138.0f, 5.0f, 0.0f, 0u},     {0.1f, -2.0f, 140.0f, 5.0f, 0.0f, 8u},
+                 {0.3f, -2.0f, 148.0f, 100.0f, 500.0f, 3u}, {0.3f, -2.0f, 146.0f, 100.0f, 500.0f, 0u},
+                 {0.3f, -2.0f, 146.0f, 100.0f, 0.0f, 3u},   {0.3f, -2.0f, -148.0f, 100.0f, -500.0f, 3u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        omega_e = cases[n].omega_e;
+        TEST_ASSERT_EQUAL_UINT(cases[n].after,
+                               pushed_after(cases[n].a, cases[n].b, cases[n].jump, cases[n].before));
+    }
 }

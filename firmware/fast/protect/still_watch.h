@@ -5,11 +5,16 @@
  *     stuck   the value has not changed by a bit in any of the last periods, and differs from the reference
  *             by more than 5 % of the range in each of the last four of them
  *
+ *             or it has not changed in the last three periods, while the voltage of its phase jumped: in the
+ *             last two of them it was larger than in the first, by volt seconds for 10 % of the range. An EMF
+ *             does not jump
+ *
  * With such a control error the current changes by many codes per period, unless the link gives no more
  * voltage; with noise a value repeats for one or two periods. Behind an open wire no current flows: where any
- * phase has almost no current, only a difference of 15 % is judged, and the value has to repeat for longer.
+ * phase has almost no current, only a difference of 15 % is judged, and the value has to repeat for longer,
+ * as it has to after a jump of the voltage.
  *
- * Does not handle: a sensor that is stuck near the reference. */
+ * Does not handle: a sensor that is stuck near the reference without a jump of the voltage. */
 #ifndef FAST_PROTECT_STILL_WATCH_H
 #define FAST_PROTECT_STILL_WATCH_H
 
@@ -23,6 +28,8 @@
 typedef struct {
     float range;        /* range of the sensors in both directions [A] */
     float inductance;   /* the larger of L_d and L_q [H], > 0 */
+    float dead_time;    /* of the legs [s] */
+    float drop;         /* of a device [V] */
     float period;       /* T [s] */
     bool three_sensors; /* false: two sensors */
     bool judged;        /* false: the watch is off */
@@ -34,13 +41,28 @@ typedef struct {
     float far;        /* the same where a phase has almost no current [A] */
     float none;       /* limit of almost no current [A] */
     float slow;       /* link voltage below which a current changes by only a few codes in a period [V] */
+    float push;       /* least jump of the voltage, as the sum of two periods [V] ... */
+    float push_link;  /* ... and more per volt of the link: what the dead time may take [-] */
+    float turn;       /* ... and more per speed and volt: what an EMF turns in this time [s] */
 } still_watch_tuning_t;
 
 typedef struct {
     float value[3];    /* of the last period [A] */
     uint32_t still[3]; /* [periods] without a change */
-    uint32_t off[3];   /* [periods] of these with a difference from the reference */
+    uint32_t off[3];   /* [periods] of these with a difference from the reference; or PUSHED, after a jump of
+                          the voltage */
+    ab_t voltage[2];   /* that acted in the last period and in the one before [V] */
 } still_watch_t;
+
+/* The inputs of a period in which a value is examined. */
+typedef struct {
+    abc_t asked;   /* reference for the sample of the last period [A] */
+    abc_t current; /* measured [A] */
+    ab_t voltage;  /* that acted in the last period [V] */
+    float omega_e; /* assumed speed of the rotor [rad/s] */
+    float u_dc;    /* [V] */
+    bool limited;  /* the applied voltage is less than control required */
+} still_watch_input_t;
 
 /* Computes the coefficients. One division. */
 still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params);
@@ -70,6 +92,13 @@ static inline bool still_watch_count(still_watch_t *watch, const still_watch_tun
     return a || b || c;
 }
 
+/* Each period, after the judgement: the voltage that acted in the last period [V]. */
+static inline void still_watch_remember(still_watch_t *watch, const ab_t *voltage)
+{
+    watch->voltage[1] = watch->voltage[0];
+    watch->voltage[0] = *voltage;
+}
+
 /* Bits of the judged sensors whose value has changed in the last `periods`. */
 static inline uint32_t still_watch_moved(const still_watch_t *watch, uint32_t periods)
 {
@@ -77,10 +106,8 @@ static inline uint32_t still_watch_moved(const still_watch_t *watch, uint32_t pe
            (watch->still[2] < periods ? 4u : 0u);
 }
 
-/* Judges the sensors while control runs and still_watch_count() is true; true: a sensor is stuck. `asked`
- * [A]: reference for the sample of the last period. `limited`: the applied voltage is less than control
- * required. */
-bool still_watch_judge(still_watch_t *watch, const still_watch_tuning_t *tuning, abc_t asked, abc_t current,
-                       bool limited, float u_dc);
+/* Judges the sensors while control runs and still_watch_count() is true; true: a sensor is stuck. */
+bool still_watch_judge(still_watch_t *watch, const still_watch_tuning_t *tuning,
+                       const still_watch_input_t *input);
 
 #endif

@@ -30,6 +30,7 @@
 #define LOSS_TIME     3.2e-3f     /* [s] */
 #define FLUX_TURN     2.6f  /* [-] of psi_f: half a turn, and an assumed psi_f that is a quarter too small */
 #define SUM_SHARE     0.08f /* [-] of the range */
+#define KNOWN         3u    /* [windows] with which p - m of the last but one is known */
 
 current_watch_tuning_t current_watch_prepare(const current_watch_params_t *params)
 {
@@ -87,6 +88,7 @@ void current_watch_begin(current_watch_t *watch)
     watch->asked = 0.0f;
     watch->steered = 0u;
     watch->windows = 0u;
+    watch->unknown = 0u;
     for (uint32_t n = 0; n < 3u; n++) {
         watch->phase[n] = (current_watch_phase_t){.value = 0.0f};
     }
@@ -139,9 +141,9 @@ static void see_window(current_watch_window_t *window, const current_watch_t *wa
     window->reverse = 2.0f * bounds_magnitude(emf) + window->emf;
 }
 
-/* The present value of a sensor is suspected. It must not change for this time: the noise of a wire
- * without current is one or two codes. */
-static void suspect(current_watch_t *watch, uint32_t n, float value, float beside, float p, float emf,
+/* The present value of a sensor is suspected, and p - m was `bias` before. It must not change for this time:
+ * the noise of a wire without current is one or two codes. */
+static void suspect(current_watch_t *watch, uint32_t n, float value, float beside, float p, float bias,
                     current_watch_still_t near_zero)
 {
     current_watch_phase_t *phase = &watch->phase[n];
@@ -151,7 +153,8 @@ static void suspect(current_watch_t *watch, uint32_t n, float value, float besid
     phase->stuck = 0.0f;
     phase->still = 0u;
     phase->held = p;
-    phase->emf = emf;
+    phase->bias = bias;
+    phase->emf = watch->emf;
     phase->sure = watch->tuning.still[bounds_within(value, watch->tuning.none) ? near_zero : STILL_STUCK];
 }
 
@@ -164,40 +167,58 @@ static bool stands(const current_watch_tuning_t *tuning, const current_watch_pha
            !bounds_within(beside - phase->beside, tuning->beside);
 }
 
+/* Part of p of this window by which a value that stays contradicts the winding [A]: p beyond its uncertainty,
+ * its change since the value was first constant, and p less p - m of a window in which the value was right.
+ * The uncertain part of the EMF turns with the rotor, the windows are at most one window more than `still`
+ * apart, and the rotor that is assumed now may depend on the suspected sensor. */
+static float contradiction(const current_watch_t *watch, uint32_t n, const current_watch_window_t *window,
+                           float omega_e)
+{
+    const current_watch_phase_t *phase = &watch->phase[n];
+    const float p = window->moved[n];
+    const float emf = window->emf < phase->emf ? window->emf : phase->emf;
+    const float turn = 2.0f * watch->tuning.back * omega_e; /* in a period */
+    const float apart = bounds_magnitude(turn) * ((float)(int32_t)phase->still + window->periods);
+    const float turned = (apart < 2.0f ? apart : 2.0f) * emf + HELD_SHARE * window->dead;
+    const float beyond = bounds_magnitude(p) - window->dead - window->resistive - emf;
+    const float changed = bounds_magnitude(p - window->periods * phase->held) - turned;
+    const float biased = bounds_magnitude(p - phase->bias) - window->resistive - turned;
+    const float more = beyond > changed ? beyond : changed;
+    return watch->windows >= KNOWN && biased > more ? biased : more;
+}
+
 /* True if a value is stuck: it has not changed by one bit in all periods of a window and the following ones,
- * and p exceeds its uncertainty, or has changed by more than the uncertainty of its change while the current
- * stays constant, or the value stays for too long. A value that has jumped, with any EMF, or that differs
- * from the observer's, is suspected, too. */
-static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_window_t *window, bool moved)
+ * and p contradicts that, or the value stays for too long. A value that has jumped, with any EMF, or that
+ * differs from the observer's, is suspected, too. */
+static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_window_t *window,
+                     const current_watch_input_t *input)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
     current_watch_phase_t *phase = &watch->phase[n];
+    const bool moved = (input->moved >> n & 1u) != 0u;
     const bool before = (watch->suspected >> n & 1u) != 0u;
     const float p = window->moved[n];
     const float change = window->change[n];
     const float beside = window->value[n == 0u ? 1u : 0u];
+    const float right = phase->error; /* of the last window but one */
+    phase->error = phase->expected - phase->change;
     if (moved) {
         const float given = window->given[n];
         const float doubt =
             window->dead + window->resistive + window->reverse + JUMP_SHARE * bounds_magnitude(given);
         if (bounds_magnitude(change - given) > doubt + 2.0f * tuning->stuck ||
             !bounds_within(window->error[n], tuning->surprise)) {
-            suspect(watch, n, window->value[n], beside, 0.0f, watch->emf, STILL_JUMP);
+            suspect(watch, n, window->value[n], beside, 0.0f, phase->error, STILL_JUMP);
         }
         return false;
     }
     if (!before) {
-        suspect(watch, n, phase->value, beside, p / window->periods, watch->emf, STILL_ZERO);
+        suspect(watch, n, phase->value, beside, p / window->periods, right, STILL_ZERO);
     }
     phase->still += (uint32_t)(int32_t)window->periods;
-    /* the values assumed since then may depend on the suspected sensor */
-    const float emf = window->emf < phase->emf ? window->emf : phase->emf;
-    const float off = bounds_magnitude(p - window->periods * phase->held);
-    const float beyond = bounds_magnitude(p) - window->dead - window->resistive - emf;
-    const float changed = off - HELD_SHARE * window->dead - 2.0f * emf;
-    const float more = beyond > changed ? beyond : changed;
+    const float more = contradiction(watch, n, window, input->omega_e);
     phase->stuck += more > 0.0f ? more : 0.0f;
-    phase->path += off;
+    phase->path += bounds_magnitude(p - window->periods * phase->held);
     const uint32_t jump = tuning->still[STILL_JUMP];
     const uint32_t sure = phase->stuck > URGENT * tuning->stuck && phase->sure > jump ? jump : phase->sure;
     return (phase->still >= sure && phase->stuck > tuning->stuck &&
@@ -211,7 +232,7 @@ static uint32_t judge_phases(current_watch_t *watch, const current_watch_input_t
 {
     uint32_t bits = 0u;
     for (uint32_t n = 0; n < watch->tuning.sensors; n++) {
-        if (is_stuck(watch, n, window, (input->moved >> n & 1u) != 0u)) {
+        if (is_stuck(watch, n, window, input)) {
             bits |= CURRENT_WATCH_STUCK;
         }
     }
@@ -232,7 +253,10 @@ static void see_reference(current_watch_t *watch, dq_t reference, float largest)
 /* Stores the values with which the next window begins. */
 static void remember(current_watch_t *watch, const current_watch_window_t *window, bool comparable)
 {
-    watch->windows = !comparable ? 1u : watch->windows + (watch->windows < 3u ? 1u : 0u);
+    if (!comparable) {
+        watch->unknown = watch->windows;
+    }
+    watch->windows++;
     watch->current = window->current;
     watch->emf = window->emf;
     for (uint32_t n = 0; n < 3u; n++) {

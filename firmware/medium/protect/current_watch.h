@@ -10,6 +10,7 @@
  *
  *     stuck   a sensor's value has not changed by one bit, and p exceeds the effect of wrong assumed values,
  *                 d = T_w/L (U_dead + R/2 |i| + share psi_f |omega_e|);   sum of |p| - d above the limit
+ *             or p differs from p - m of the window before the value stayed by more than these effects change
  *             or it has not changed for long, while another sensor's value has and p went up and down
  *     gain    of the new part of the change in a window, Dm against Dp:  g = sum Dm Dp/sum Dp^2  per sensor;
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one differs from another by more than GAIN_RATIO
@@ -104,6 +105,8 @@ typedef struct {
     float expected;  /* p of the last window [A] */
     float stuck;     /* sum of p beyond its uncertainty since the value last changed [A] */
     float held;      /* p of a period when the value was first constant [A] */
+    float error;     /* p - m of the last window, at the next one's end of the last but one [A] */
+    float bias;      /* p - m of the last window in which the suspected value was certainly right [A] */
     float emf;       /* uncertain part of a window's EMF, by the rotor assumed before that [A] */
     float path;      /* sum of the changes of p since then, up and down [A] */
     float beside;    /* another sensor's value then [A] */
@@ -128,7 +131,8 @@ typedef struct {
     float emf;          /* uncertain part of the EMF in the last window [A] */
     float asked;        /* square of the requested current at the last window's end [A^2] */
     uint32_t steered;   /* [-] bits: the requested length changed in this window, 1, or the last two, 2, 4 */
-    uint32_t windows;   /* [windows] in succession with all values known, up to 3 */
+    uint32_t windows;   /* [windows] since the watch began */
+    uint32_t unknown;   /* [windows] of these up to the last one whose values are not known */
     current_watch_phase_t phase[3];
     float noise;               /* mean square of Dm - Dp of a sensor where Dp is nearly zero [A^2] */
     current_watch_gain_t all;  /* of both sensors together */

@@ -103,8 +103,8 @@ bool current_watch_gain(current_watch_t *watch, const current_watch_input_t *inp
     }
     const float swing = tuning->gain.swing * window->periods * window->periods * window->largest;
     if (both < tuning->gain.least || both < GAIN_TURN * turn * turn || both < swing * swing ||
-        watch->windows < 3u || window->largest < GAIN_CURRENT * tuning->carries || watch->steered == 0u ||
-        watch->suspected != 0u || !keeps_sign(tuning, &phase[0], window->value[0]) ||
+        watch->windows - watch->unknown < 3u || window->largest < GAIN_CURRENT * tuning->carries ||
+        watch->steered == 0u || watch->suspected != 0u || !keeps_sign(tuning, &phase[0], window->value[0]) ||
         !keeps_sign(tuning, &phase[1], window->value[1]) ||
         !keeps_sign(tuning, &phase[2], window->value[2])) {
         return false;

@@ -1195,6 +1195,106 @@ const scope = (() => {
         trigger.arm();
     }
 
+    /* ---- commissioning ---- */
+
+    const ANSWERS = {direction: [["as_said", "Forward"], ["reversed", "Backward"]], turn: [["one", "One turn"]]};
+
+    /* What the drive's parameters say of the motor, until the user writes something else. */
+    function offerPlate() {
+        const current = value("motor_current_continuous") || 0.5 * value("current_limit");
+        const given = {plate_pairs: value("motor_pole_pairs"), plate_current: current,
+            plate_speed: value("overspeed_trip") / 1.4 * 30 / Math.PI};
+        for (const [id, number] of Object.entries(given)) {
+            if ($(id).value === "" && Number.isFinite(number)) {
+                $(id).value = String(Number(number.toPrecision(4)));
+            }
+        }
+    }
+
+    async function beginCommissioning(event) {
+        event.preventDefault();
+        const number = id => Number($(id).value.trim().replace(",", ".").replace("−", "-") || NaN);
+        const link = $("plate_link").value.trim() === "" ? 0 : number("plate_link");
+        const steps = state.commission.steps.map(each => each.name).join(",");
+        const answer = await ask("commission", [number("plate_pairs"), number("plate_current"), number("plate_speed") * Math.PI / 30, link,
+            $("plate_free").checked ? 1 : 0, $("plate_resume").checked ? 1 : 0, steps].join(" "));
+        say($("commission_said"), answer, "");
+    }
+
+    async function answerQuestion(text) {
+        const answer = await ask("answer", text);
+        say($("commission_said"), answer, "");
+    }
+
+    function showQuestion(data) {
+        const box = $("commission_question");
+        if (box.dataset.question === (data.question || "")) {
+            return;
+        }
+        box.dataset.question = data.question || "";
+        box.hidden = !data.question;
+        if (box.hidden) {
+            return;
+        }
+        box.querySelector("b").textContent = data.question_text;
+        const buttons = ANSWERS[data.question].map(([name, text]) => make("button", {type: "button", className: "go", textContent: text,
+            value: name, onclick: () => answerQuestion(name)}));
+        if (data.question === "turn") {
+            const count = make("input", {inputMode: "decimal", placeholder: "2", ariaLabel: "number of turns", autocomplete: "off"});
+            buttons.push(make("span", {className: "entry"}, count, make("i", {textContent: "turns"})),
+                make("button", {type: "button", textContent: "Answer", onclick: () => answerQuestion(count.value.trim())}));
+        }
+        buttons.push(make("button", {type: "button", textContent: "Not known", value: "unknown", onclick: () => answerQuestion("unknown")}));
+        box.querySelector(".orders").replaceChildren(...buttons);
+        box.scrollIntoView({block: "nearest"});
+    }
+
+    function showMeasured(data) {
+        const table = $("commission_values"), measured = data.values || [];
+        table.hidden = !measured.length;
+        table.tBodies[0].replaceChildren(...measured.map(each => make("tr", {}, make("th", {textContent: each.name}),
+            make("td", {textContent: `${digits(each.value, 4)} ${each.unit}`.trim()}),
+            make("td", {textContent: each.error == null ? "" : digits(each.error, 2)}))));
+    }
+
+    function showEnd(data) {
+        const said = $("commission_said");
+        const good = data.done && !data.reason;
+        if (data.done) {
+            const turned = data.reversed ? " The shaft turned backward: exchange two wires of the motor, or reverse the sign of the speeds." : "";
+            said.textContent = good ? `Commissioned in ${Math.round(data.seconds)} s; largest current ${digits(data.largest, 3)} A.${data.known
+                ? " The parameters that follow are active; Save stores them." : ""}${turned}` : `${data.reason}: ${data.what}`;
+            said.className = `said ${good ? "good" : "bad"}`;
+        }
+        const file = $("commission_file");
+        file.hidden = !data.done || !(data.values || []).length;
+        if (!file.hidden) {
+            URL.revokeObjectURL(file.href);
+            file.href = URL.createObjectURL(new Blob([data.file], {type: "application/toml"}));
+        }
+    }
+
+    function takeCommission(data) {
+        const begun = data.running || data.done;
+        const now = data.steps[data.step];
+        state.commission = data;
+        $("commission").dataset.running = data.running;
+        $("commission_state").textContent = data.running ? "works" : data.done ? data.reason ? "ended" : "done" : "not begun";
+        $("commission_state").className = `pill ${data.running ? "kind" : data.done ? data.reason ? "bad" : "good" : ""}`;
+        $("commission_steps").replaceChildren(...(begun ? data.steps : []).map(each => make("li", {
+            className: each.ended ? "ended" : each === now ? data.running ? "now" : "failed" : "", title: each.text,
+        }, each.name.replaceAll("_", " "))));
+        $("commission_now").hidden = !data.running;
+        if (data.running) {
+            const left = now ? Math.max(0, now.limit - data.elapsed) : 0;
+            $("commission_now").textContent = now ? `${now.text} At most ${Math.ceil(left)} s are left${data.tries > 1
+                ? ` of try ${data.tries}` : ""}.` : "The parameters are read.";
+        }
+        showQuestion(data);
+        showMeasured(data);
+        showEnd(data);
+    }
+
     /* ---- events ---- */
 
     function hello(data) {
@@ -1215,8 +1315,10 @@ const scope = (() => {
         takeValues(data.values);
         takeChoice({g: data.g, every: data.every, given: data.given, signals: data.signals});
         takeCaptureSettings();
+        takeCommission(data.commission);
         takeLine(data);
         offerSpeed();
+        offerPlate();
     }
 
     /* A speed that this motor certainly reaches: half of what its overspeed trip leaves, rounded down, 500 r/min at most. */
@@ -1236,6 +1338,7 @@ const scope = (() => {
         state.ran = value("enable") === 1;
         if (state.hello) {
             offerSpeed();
+            offerPlate();
         }
         $("dither").hidden = !(value("inductance_adaptation") && state.choice && state.choice.signals.some(id => rows.get(id).name.startsWith("i_d")));
         showFields();
@@ -1270,6 +1373,7 @@ const scope = (() => {
         on("samples", take);
         on("choice", takeChoice);
         on("capture", takeCapture);
+        on("commission", takeCommission);
         on("state", data => {
             takeValues(data.values);
             takeLine(data);
@@ -1317,6 +1421,7 @@ const scope = (() => {
         $("capture_trigger").onclick = async () => sayCapture(await ask("order", "capture_trigger"), "triggered");
         $("capture_release").onclick = async () => sayCapture(await ask("order", "capture_release"), "released");
         $("capture_show").onclick = askCapture;
+        $("plate").onsubmit = beginCommissioning;
         $("live").onclick = () => showKept(null);
         document.querySelectorAll("[data-order]").forEach(each => { each.onclick = () => order(each.dataset.order); });
         addEventListener("keydown", event => {

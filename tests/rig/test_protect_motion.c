@@ -62,8 +62,9 @@ static bool may_trip_first(rig_t *rig, uint32_t fault, double rpm)
     return current > rig_value(rig, "overcurrent_trip");
 }
 
-/* Elsewhere what a wrong frame does to the currents may be an overcurrent, or resemble a broken wire, first:
- * one in twenty, and three standard deviations of a count. */
+/* Elsewhere what a wrong frame does to the currents may be an overcurrent, or resemble a broken wire or a
+ * sensor that is stuck, first: one in twenty, and three standard deviations of a count. (Of 128 runs of seed
+ * 0 two were a wire, of 280 of the seeds 1000 to 1019 one was a stuck sensor.) */
 static void test_a_motor_whose_encoder_fails_goes_on_without(void)
 {
     static const double speeds[] = {300.0, -300.0, 600.0, -600.0, 1500.0, -1500.0};
@@ -78,7 +79,8 @@ static void test_a_motor_whose_encoder_fails_goes_on_without(void)
                     (unsigned)n, rpm, seen.fault, seen.speed, seen.peak, 1e3 * seen.bad_most);
         const bool trips = seen.fault == REASON_OVERCURRENT && may_trip_first(rig, fault, rpm);
         runs += trips ? 0u : 1u;
-        if (seen.fault == REASON_PHASE_LOSS || seen.fault == REASON_OVERCURRENT) {
+        if (seen.fault == REASON_PHASE_LOSS || seen.fault == REASON_CURRENT_STUCK ||
+            seen.fault == REASON_OVERCURRENT) {
             wires += trips ? 0u : 1u;
         } else {
             TEST_ASSERT_EQUAL_INT_MESSAGE(0, seen.fault, where);

@@ -1,5 +1,5 @@
-/* Checks of the board file. What no board, chip or motor allows is refused with the line of docs/board.md
- * that contains the accepted values. Included by hal/board.h alone, below everything that it defines. */
+/* Checks of the board file. The build refuses impossible values, with the line of docs/board.md that contains
+ * the accepted values. Included by hal/board.h only, after its definitions. */
 #ifndef HAL_BOARD_CHECK_H
 #define HAL_BOARD_CHECK_H
 
@@ -257,7 +257,7 @@
 #if BOARD_SERIAL_BAUD < 115200 || BOARD_SERIAL_BAUD > 2343750
 #error "docs/board.md, line 18: BOARD_SERIAL_BAUD is 0 (no line) or accepted from 115200 to 2343750"
 #endif
-/* The receiver tolerates a sender that is 2.5 % faster than itself, and one that is 6 % slower. */
+/* The receiver tolerates a sender that is up to 2.5 % faster or 6 % slower. */
 #if BOARD_SERIAL_DIVIDER < 2 ||                                                                              \
     50 * BOARD_ABS(BOARD_LSPCLK_HZ - 8 * BOARD_SERIAL_DIVIDER * BOARD_SERIAL_BAUD) >                         \
         8 * BOARD_SERIAL_DIVIDER * BOARD_SERIAL_BAUD

@@ -84,8 +84,8 @@ void talk_receive(void);
  * octets, and checks the communication time-out of the master. Bounded. */
 void talk_step(void);
 
-/* The controller resets after a short time, so that an answer can still be sent, whether
- * a client has ordered it or not. */
+/* Orders a reset of the controller after a short time, in which an answer can still be sent. A client may
+ * have ordered it. */
 void talk_restart(void);
 
 #endif

@@ -3,11 +3,11 @@
  * invalid one.
  *
  * While the bridge is off and the drive is ready, the offsets are measured repeatedly, block by block, so
- * that they are known at a start. The span of a block shows whether a current flows (a rotor whose EMF is
- * higher than the link feeds it through the diodes), or whether an offset has stepped: the block begins
- * again. Offsets that have changed by less than MEASURE_MOVED are kept, and so is the trim that was found
- * while running. A start waits for the end of the present block only if an offset has just changed by more
- * while no current flows: with a current the offsets would seem to change in every block. */
+ * that they are known at a start. If the currents vary too much in a block, the block begins again. Either a
+ * current flows, because the rotor's EMF exceeds the link and feeds it through the diodes, or an offset has
+ * stepped. If the offsets have changed by less than MEASURE_MOVED, offsets and trim keep their values. A
+ * start waits for the end of the present block only if an offset has just changed by more than this while no
+ * current flows. With a current the offsets would seem to change in every block. */
 #ifndef FAST_MEASURE_H
 #define FAST_MEASURE_H
 
@@ -31,7 +31,7 @@
 typedef struct {
     float i_a;  /* [A] phase currents at t_k as the sensors measure them, positive into the motor */
     float i_b;  /* [A] */
-    float i_c;  /* [A] with two sensors: minus the sum of the others */
+    float i_c;  /* [A] with two sensors: the negative sum of i_a and i_b */
     float u_dc; /* [V] DC link */
     float sink_temperature;  /* [degC] DRIVE_NO_TEMPERATURE without a sensor, also for motor_temperature */
     float motor_temperature; /* [degC] */

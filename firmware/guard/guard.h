@@ -47,8 +47,8 @@ typedef struct {
 typedef struct {
     uint32_t estimate_invalid; /* [-] ESTIMATOR_... bits, the criteria by which the estimate has failed */
     uint32_t unlocked;         /* [-] 1: there is a sign of a lost lock */
-    uint32_t failed;           /* [-] MANOEUVRE_... bits, except that of a rotor ... */
-    uint32_t too_fast;         /* [-] 1: ... whose EMF is beyond the link */
+    uint32_t failed;           /* [-] MANOEUVRE_... bits, without that of `too_fast` */
+    uint32_t too_fast;         /* [-] 1: the EMF of the rotor exceeds the link */
     uint32_t unattended;       /* [-] 1: the background has not run for too long */
     uint32_t reported;         /* [-] GUARD_CORRUPT_... and other bits, results of the background */
     uint32_t moves_wrong;      /* [-] MOTION_... bits */
@@ -66,10 +66,10 @@ typedef struct {
     uint32_t encoder_wrong;     /* [-] ENCODER_WATCH_... bits */
     uint32_t medium_late;       /* [-] 1: the medium task has missed two consecutive windows */
     uint32_t now;               /* [-] GUARD_... bits: which rows count */
-    const guard_found_t *found; /* NULL where rows with the rate EACH are judged, which do not need it */
+    const guard_found_t *found; /* NULL for the guard of the rows with the rate EACH, which do not need it */
 } guard_input_t;
 
-/* Bits of the moments of fault_when_t. */
+/* Bits of fault_when_t: conditions under which a row counts. */
 #define GUARD_MOMENT(when) (UINT32_C(1) << (uint32_t)(when))
 #define GUARD_ALWAYS       GUARD_MOMENT(FAULT_ALWAYS)
 #define GUARD_RUNNING      GUARD_MOMENT(FAULT_RUNNING)
@@ -78,8 +78,8 @@ typedef struct {
 #define GUARD_SUPPLIED     GUARD_MOMENT(FAULT_SUPPLIED)
 
 typedef struct {
-    uint32_t held[FAULTS]; /* [periods] without a break for which a row held before this period, until it
-                              fails; for rows that do not fail at once */
+    uint32_t held[FAULTS]; /* [periods] for which a row has held without a break before this period; for rows
+                              with a debounce time */
     fault_set_t holding;   /* rows that held when they were last judged */
     fault_set_t failed;    /* those of `holding` that have held for their debounce */
     fault_set_t faults;    /* those of `failed` with reaction OPEN */
@@ -97,9 +97,9 @@ guard_tuning_t guard_prepare(const params_t *params);
 /* Starts with no row that holds. */
 void guard_init(guard_t *guard);
 
-/* Updates guard->faults, stops, losses and warnings by these limits, for the rows of one rate, the only ones
- * of this guard. It is called in each period, where it changes nothing while guard_is_calm() is true, or once
- * per window. */
+/* Updates guard->faults, stops, losses and warnings by these limits, for the rows of one rate:
+ * guard_step_each in each period, guard_step_slow once per window. A guard is for one rate only. While
+ * guard_is_calm() is true, the call changes nothing and may be omitted. */
 void guard_step_each(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input);
 void guard_step_slow(guard_t *guard, const guard_tuning_t *tuning, const guard_input_t *input);
 

@@ -1,5 +1,5 @@
-/* Quantities of the rows of the fault table: a function of guard_input_t for each of them, and a function
- * that finds whether any row holds. For guard.c and for the callers that decide whether to call it. */
+/* Quantities of the rows of the fault table: one function of guard_input_t for each. guard_is_calm() finds
+ * whether no row holds, so that the caller can omit the guard's step. */
 #ifndef GUARD_GUARD_QUANTITIES_H
 #define GUARD_GUARD_QUANTITIES_H
 
@@ -35,8 +35,8 @@ static inline uint32_t guard_bad_sample(const guard_input_t *input)
     return input->measured->good ^ 1u;
 }
 
-/* All others: a number in the unit of its limit, or a condition that holds while it is not 0: a whole field
- * of guard_input_t, or bits. */
+/* All other quantities. NUMBER: a number in the unit of its limit. WHOLE, BITS: a condition that holds while
+ * a field of guard_input_t, or some bits of it, are not 0. */
 #define GUARD_QUANTITIES(NUMBER, WHOLE, BITS)                                                                \
     /* rows that are judged in each period */                                                                \
     NUMBER(u_dc, measured->u_dc)                         /* [V] */                                           \

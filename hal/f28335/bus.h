@@ -1,9 +1,7 @@
-/* The one place where silicon and desk differ: how a register is reached, how time passes while the CPU
- * waits, and how an interrupt is marked. On silicon everything here compiles to the plain access; on the host
- * the virtual chip implements it.
- *
- * One chip per thread: the host binds a register file to the running thread before it lets firmware run
- * (chip.h). */
+/* The only difference between silicon and simulation: the access to registers, the passing of time while the
+ * CPU waits, and the declaration of an interrupt. On silicon everything here compiles to the plain access. In
+ * the simulation the virtual chip implements it, one chip per thread: a register file is connected to the
+ * thread before firmware runs in it (chip.h). */
 #ifndef HAL_F28335_BUS_H
 #define HAL_F28335_BUS_H
 
@@ -11,11 +9,11 @@
 
 #include "hal/f28335/registers.h"
 
-/* Memory by what it holds. */
+/* Memory regions by their content. */
 typedef enum {
-    BUS_PROGRAM,        /* flash, but for what the drive writes itself */
+    BUS_PROGRAM,        /* flash, without the sectors that the drive writes itself */
     BUS_INTERRUPT_CODE, /* its copy that runs from RAM */
-    BUS_STACK_END,      /* the last words of the stack, which nothing should ever reach */
+    BUS_STACK_END,      /* the last words of the stack, which should never be used */
     BUS_REGIONS
 } bus_region_t;
 
@@ -25,13 +23,12 @@ typedef struct {
 } bus_memory_t;
 
 #define BUS_STACK_END_WORDS 32u
-#define BUS_STACK_PAINT     0x5AA5u /* what hal_boot writes there */
+#define BUS_STACK_PAINT     0x5AA5u /* word that hal_boot writes there */
 
-/* Where it lies; silicon: hal/f28335/memory.c. */
+/* Place of a memory region; silicon: hal/f28335/memory.c. */
 bus_memory_t bus_memory(bus_region_t region);
 
-/* L0-L3, which the interrupt's code runs from; and that code from flash, in the place of whatever is there.
- */
+/* L0-L3, from which the interrupt's code runs; and the copy of this code from flash to L0-L3. */
 #define BUS_CODE_AT UINT32_C(0x8000)
 void bus_copy_code(void); /* silicon: hal/f28335/boot.c */
 
@@ -74,27 +71,27 @@ extern __thread const volatile uint16_t *f28335_base;
 
 typedef void (*bus_isr_t)(void);
 
-/* A register that reading changes, or that moves by itself between two waits: SCI, I2C. All others are plain
- * loads. */
+/* Reads a register of SCI or I2C, which reading changes, or which changes by itself between two waits. All
+ * other registers are plain loads. */
 uint16_t bus_read16(const volatile uint16_t *reg);
 void bus_write16(const volatile uint16_t *reg, uint16_t value);
 void bus_write32(const volatile uint32_t *reg, uint32_t value);
 void bus_allow(void);                   /* EALLOW: protected registers accept writes */
 void bus_protect(void);                 /* EDIS */
-uint32_t bus_vector(bus_isr_t isr);     /* what stands in a 32-bit PIE vector for this function */
+uint32_t bus_vector(bus_isr_t isr);     /* content of a 32-bit PIE vector for this function */
 void bus_enable_group(uint16_t group);  /* IER bit of CPU interrupt INT1..INT14 */
 void bus_request_group(uint16_t group); /* IFR bit of CPU interrupt INT1..INT14: raised by software */
 void bus_disable_groups(void);          /* IER = 0 */
 void bus_clear_pending(void);           /* IFR = 0 */
 void bus_interrupts_enable(void);       /* clear INTM */
 void bus_interrupts_disable(void);      /* set INTM */
-void bus_debug_allow(void);             /* clear DBGM: a debugger may look while the CPU runs */
+void bus_debug_allow(void);             /* clear DBGM: a debugger has access while the CPU runs */
 void bus_debug_groups(uint16_t mask);   /* DBGIER: bit n - 1 = INTn is served in a real-time halt */
 uint16_t bus_otp(uint32_t address);     /* a word of the one-time programmable memory */
 uint16_t bus_flash(uint32_t address); /* a word of the flash sectors that the drive writes itself, C and B */
 void bus_wait(uint32_t cycles);       /* simulated time passes: at least this many SYSCLK cycles */
 uint16_t *bus_code_ram(void);         /* the words of the chip's L0-L3 that this model has */
-/* What runs if the CPU calls this address in L0-L3, as any function. */
+/* The function that a call of this address in L0-L3 runs. */
 typedef void (*bus_function_t)(void);
 bus_function_t bus_function_at(uint32_t address);
 #define bus_flash_at(address)       ((uint16_t *)(uintptr_t)(address))

@@ -10,11 +10,11 @@
 #define EEPROM_PIN_CLOCK 33u /* SCLA */
 #define EEPROM_PIN_MUX   1u  /* function of both pins */
 
-/* The module as it runs; pins and the module's clock come first. Nothing is sent. */
+/* Sets up the module, after pins and clock of the module. Nothing is sent. */
 void eeprom_init(void);
 
-/* Both lines by hand: clocks a memory out of a transfer that a reset of the chip has cut, sends a STOP, and
- * connects the pins to the module. false: a line stays low. Takes 200 us at most. */
+/* Drives both lines as plain pins: clock pulses end a transfer that a reset of the chip has interrupted, then
+ * a STOP follows. Connects the pins to the module. false: a line remains low. It takes at most 200 us. */
 bool eeprom_free_bus(void);
 
 #endif

@@ -1,10 +1,10 @@
-/* TI's flash API for the F2833x, version 2.10, as a block of words. TI has published the library in the
- * object format COFF alone, which does not link with this program's EABI, so tools/flash-api links it by
- * itself, to run from the first word of L0-L3 on, with a table at its head (linker/flash_api.asm). The
- * program keeps the words in flash, copies them to where they run, and calls them by address.
- *
- * The functions have integers and pointers as arguments only, and those go the same way in both formats: the
- * first integer in AL, pointers in XAR4 and XAR5, a 32-bit integer in ACC, the rest on the stack. */
+/* TI's flash API for the F2833x, version 2.10, as a block of words. TI publishes the library only in the
+ * object format COFF, which does not link with the EABI of this program. Therefore tools/flash-api links it
+ * separately, for the memory from the first word of L0-L3 on, with a table at its beginning
+ * (linker/flash_api.asm). The program stores the words in flash, copies them to this memory, and calls the
+ * functions by address. Their arguments are integers and pointers only, which both formats pass in the same
+ * registers: the first integer in AL, pointers in XAR4 and XAR5, a 32-bit integer in ACC, the rest on the
+ * stack. */
 #ifndef HAL_F28335_FLASH_API_H
 #define HAL_F28335_FLASH_API_H
 
@@ -16,13 +16,13 @@
 #define FLASH_API_VERIFY   4u
 #define FLASH_API_VERSION  6u
 #define FLASH_API_SCALE    8u  /* address of the scale factor of the CPU's clock */
-#define FLASH_API_CALLBACK 10u /* address of the pointer to a function that is called meanwhile */
+#define FLASH_API_CALLBACK 10u /* address of the pointer to a function that is called during an operation */
 #define FLASH_API_HEAD     12u
 
-#define FLASH_API_GOOD 0u      /* what the first three return, unless something failed */
-#define FLASH_API_2_10 0x0210u /* what the fourth returns */
+#define FLASH_API_GOOD 0u      /* result of the first three functions without an error */
+#define FLASH_API_2_10 0x0210u /* result of the fourth function */
 
-/* Where an operation failed; nothing here needs it, but the library writes it. */
+/* Place at which an operation failed. The library writes it; this program does not use it. */
 typedef struct {
     uint32_t address;
     uint16_t expected;

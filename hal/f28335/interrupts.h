@@ -1,8 +1,9 @@
 /* PIE and CPU interrupts, SPRUFB0 ch. 6: INT1.1 SEQ1INT (end of the conversions), INT2.n of the leading
- * ePWMn (trip), INT9.1 SCIRXINTA (octets that came) and INT14, raised by software (medium task), all straight
- * to the application's functions. INT14 does not pass the PIE, so that the medium task can be interrupted
- * without touching PIEIER and PIEACK. Every other vector shuts the gates and returns, its group
- * unacknowledged: nothing else is enabled, so it can only be a trap or a fault of the chip. */
+ * ePWMn (trip), INT9.1 SCIRXINTA (received octets) and INT14, raised by software (medium task). All call the
+ * application's functions directly. INT14 does not pass the PIE, so that the medium task can be interrupted
+ * without a change of PIEIER and PIEACK. Every other vector switches the gates off and returns without an
+ * acknowledge of its group. No other interrupt is enabled, so that it can only be a trap or a fault of the
+ * chip. */
 #ifndef HAL_F28335_INTERRUPTS_H
 #define HAL_F28335_INTERRUPTS_H
 
@@ -13,10 +14,10 @@
 #define INTERRUPTS_SERIAL 9u
 #define INTERRUPTS_MEDIUM 14u /* of the CPU: that of timer 2, whose own interrupt stays off */
 
-/* Vectors and enables; INTM stays set. */
+/* Sets vectors and enables; INTM remains set. */
 void interrupts_init(const hal_config_t *config);
 
-/* The group may interrupt again. Last access of an interrupt function. */
+/* Acknowledges the group, which can interrupt again. It is the last access of an interrupt function. */
 void interrupts_acknowledge(uint16_t group);
 
 #endif

@@ -1,8 +1,9 @@
 /* The board's eQEP as position counter of a quadrature encoder, four counts a line, SPRUG05.
  *
- * Counts 0..QPOSMAX and round (PCRM 1); the index is not used. The unit timer runs in step with the carrier
- * and latches the position at its time-out, so that QPOSLAT is the position at t_k. Nothing couples the two
- * timers in hardware: qep_keep_step() compares them once a period and puts the unit timer right. */
+ * It counts from 0 to QPOSMAX and then from 0 again (PCRM 1); the index is not used. The unit timer has the
+ * period of the carrier and latches the position at its time-out, so that QPOSLAT is the position at t_k. The
+ * hardware does not couple the two timers. Therefore qep_keep_step() compares them once a period and corrects
+ * the unit timer. */
 #ifndef HAL_F28335_QEP_H
 #define HAL_F28335_QEP_H
 
@@ -29,14 +30,15 @@
 /* 4 x lines - 1 for any number of lines >= 1. */
 bool qep_count_max_check(uint32_t count_max);
 
-/* Position 0, counting; the unit timer stands. */
+/* Starts counting at position 0; the unit timer does not run yet. */
 void qep_init(uint32_t count_max);
 
-/* The unit timer runs from zero: call next to the start of the carrier. */
+/* Starts the unit timer at zero: call it immediately before or after the start of the carrier. */
 void qep_start(void);
 
-/* `elapsed` [SYSCLK cycles]: time since t_k now. If the unit timer is out by more than 0.1 us, the position
- * latched at the last t_k is of another instant by as much, and the next one will be right. */
+/* `elapsed` [SYSCLK cycles]: time since t_k. If the unit timer differs by more than 0.1 us, the position of
+ * the last t_k was latched at another instant by this time. The call corrects the timer, so that the next
+ * position is right. */
 void qep_keep_step(uint32_t elapsed);
 
 /* Quadrature phase error (both inputs changed at once) since the last call. */

@@ -1,12 +1,12 @@
 /* Registers of the TMS320F28335 that this drive uses: layout, addresses, fields.
  *
  * Names and offsets are TI's (data manual SPRS439, peripheral guides SPRUFB0, SPRUG04, SPRU812, SPRUG05,
- * SPRUFZ5, SPRUG03). All addresses count 16-bit words. Every struct is laid out by words, so that the same
- * source describes silicon and the copy in RAM that the virtual chip brings to life; each offset is checked
- * at compile time below.
+ * SPRUFZ5, SPRUG03). All addresses count 16-bit words. Every struct consists of words, so that the same
+ * source describes silicon and the copy in RAM that the virtual chip uses. Each offset is checked at compile
+ * time below.
  *
  * Registers are reached through F28335_BASE: fixed on silicon, one pointer on the host (bus.h). They are
- * `const volatile` on purpose: reading is a plain load, writing goes through bus.h. */
+ * `const volatile`, because reading is a plain load and writing uses the functions of bus.h. */
 #ifndef HAL_F28335_REGISTERS_H
 #define HAL_F28335_REGISTERS_H
 
@@ -372,7 +372,7 @@ typedef struct {
 #define SCIFFRX_RXFFINT     (1u << 7)
 #define SCIFFRX_RXFIFORESET (1u << 13)
 #define SCIFFRX_RXFFOVRCLR  (1u << 14) /* write one: clears RXFFOVF */
-#define SCIFFRX_RXFFOVF     (1u << 15) /* more came than the FIFO holds */
+#define SCIFFRX_RXFFOVF     (1u << 15) /* more octets arrived than the FIFO can hold */
 #define SCIPRI_FREE         (1u << 3)  /* debug halt: run on */
 
 /* ---- I2C: SPRUG03 ---- */

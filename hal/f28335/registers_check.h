@@ -1,11 +1,12 @@
-/* Compile-time proof that registers.h lies where the manuals say. Included by registers.h only: a wrong
+/* Compile-time check of registers.h against the manuals. Included by registers.h only: a wrong
  * offset stops every build that touches a register. Offsets and addresses count 16-bit words: SPRUFB0,
  * SPRUG04, SPRU812, SPRUG05, SPRUFZ5. */
 #ifndef HAL_F28335_REGISTERS_CHECK_H
 #define HAL_F28335_REGISTERS_CHECK_H
 
-/* Each check declares the same array again, of one element if it holds and of a negative number if not. So no
- * names are needed, other headers may do the same in the same file, and nothing is left in the object. */
+/* Each check declares the same array again, with one element if it holds and with a negative number if not.
+ * Therefore a check needs no name, other headers may use the same method, and the object file is not changed.
+ */
 #define CHECK_LAYOUT(condition)          extern const char check_layout[(condition) ? 1 : -1]
 #define CHECK_OFFSET(type, member, word) CHECK_LAYOUT(WORDS(type, member) == (word))
 #define CHECK_LENGTH(type, words)        CHECK_LAYOUT(sizeof(type) == (words) * sizeof(uint16_t))

@@ -16,7 +16,7 @@
 #define SERIAL_PIN_QSEL QSEL2
 #endif
 
-/* Both FIFOs empty, no error counted, line running; pins and the module's clock come first. Without a line
+/* Sets up the line with empty FIFOs and no errors, after pins and clock of the module. Without a line
  * (BOARD_SERIAL_BAUD 0) it does nothing. */
 void serial_init(void);
 

@@ -4,8 +4,8 @@
 
 #include <stdbool.h>
 
-/* Off. The boot ROM leaves it running at 4.37 ms, about the time the PLL needs to lock. Four writes' worth of
- * time. */
+/* Switches it off, by four writes. After the boot ROM it runs with 4.37 ms, about the time that the PLL needs
+ * to lock. */
 void watchdog_stop(void);
 
 /* It counts. */

@@ -4,7 +4,7 @@
 
 #include "host_sim/chip/parts.h"
 
-/* The memory hears a START and this address; false: it does not acknowledge. */
+/* The memory receives a START and this address; false: it does not acknowledge. */
 bool i2c_memory_select(chip_t *chip, uint32_t address, bool read);
 bool i2c_memory_put(chip_t *chip, uint32_t octet); /* false: not acknowledged */
 uint32_t i2c_memory_get(chip_t *chip);

@@ -1,4 +1,4 @@
-/* What several commands take alike: --json, --out, a scenario with --set and --seed, whole numbers. */
+/* Options of several commands: --json, --out, a scenario with --set and --seed, whole numbers. */
 #ifndef HOST_SIM_CLI_ARGUMENTS_H
 #define HOST_SIM_CLI_ARGUMENTS_H
 
@@ -8,8 +8,8 @@
 
 struct argp;
 
-/* Reads the command line of a command, its very first act; --help and --version end the program. false: wrong
- * use, said on stderr, or nothing is to be run: arguments_show lists the options. */
+/* Reads the command line of a command. Each command calls it first. --help and --version end the program.
+ * false: wrong use (the message is on stderr), or only arguments_show was called. */
 bool arguments_parse(const struct argp *argp, int argc, char **argv, void *input);
 
 /* Shows the options and texts of the command that is called with `run`, without running it. */
@@ -22,15 +22,15 @@ bool arguments_none(int argc, char **argv, const char *doc);
 /* A command whose one option is --json. */
 bool arguments_json(int argc, char **argv, const char *doc, bool *json);
 
-/* --force, of every command that writes files: its row, and what its key does. */
+/* --force of every command that writes files: its row, and the action of its key. */
 #define ARGUMENTS_FORCE_KEY 256
 #define ARGUMENTS_FORCE                                                                                      \
     {                                                                                                        \
         "force", ARGUMENTS_FORCE_KEY, NULL, 0, "replace existing files (never an input)", 0                  \
     }
-int arguments_force(int key); /* 0, or what argp requires for another key */
+int arguments_force(int key); /* 0, or the code of argp for an unknown key */
 
-/* --json, --out and --force: rows for a table of options, and where they go. */
+/* --json, --out and --force: rows for a table of options, and the place of their values. */
 #define ARGUMENTS_OUTPUT(json_text, out_text)                                                                \
     {"json", 'j', NULL, 0, json_text, 0}, {"out", 'o', "FOLDER", 0, out_text, 0}, ARGUMENTS_FORCE
 
@@ -39,10 +39,10 @@ typedef struct {
     const char *folder; /* NULL: none is given */
 } arguments_output_t;
 
-/* For argp's parser: takes these keys; 0, or the code of argp for an unknown key. */
+/* For argp's parser: processes these keys. Returns 0, or the code of argp for an unknown key. */
 int arguments_output(int key, const char *argument, arguments_output_t *output);
 
-/* A scenario and what changes it: rows for a table of options. */
+/* A scenario and the options that change it: rows for a table of options. */
 #define ARGUMENTS_SCENARIO                                                                                   \
     {"set",                                                                                                  \
      's',                                                                                                    \
@@ -65,12 +65,12 @@ typedef struct {
     const char *seed; /* NULL: none is given */
 } arguments_scenario_t;
 
-/* For argp's parser: takes these two keys and the scenario; 0, or the code of argp for an unknown key. */
+/* For argp's parser: processes these two keys and the scenario. Returns 0, or the code of argp for an unknown
+ * key. */
 struct argp_state;
 int arguments_scenario(int key, char *argument, struct argp_state *state, arguments_scenario_t *of);
 
-/* The number of --key KEY, which opens a locked drive; what is none ends the program, with what is accepted.
- */
+/* The number of --key KEY, which unlocks a drive. A wrong number ends the program with a message. */
 #define ARGUMENTS_KEY                                                                                        \
     {                                                                                                        \
         "key", 'K', "KEY", 0,                                                                                \
@@ -81,19 +81,20 @@ int arguments_scenario(int key, char *argument, struct argp_state *state, argume
     }
 uint32_t arguments_key(const char *text, struct argp_state *state);
 
-/* --board NAME, of every command whose result depends on the board: its row alone, since arguments_parse
- * obeys it (board.h). */
+/* --board NAME of every command whose result depends on the board. Here is only its row; arguments_parse
+ * processes it (board.h). */
 #define ARGUMENTS_BOARD_KEY 257
 #define ARGUMENTS_BOARD                                                                                      \
     {                                                                                                        \
         "board", ARGUMENTS_BOARD_KEY, "NAME", 0, "the power stage, one of `lagless boards`", 0               \
     }
 
-/* A whole number of decimal digits, min <= value <= max < 10^19. false: it is none. */
+/* Reads a whole number of decimal digits, min <= value <= max < 10^19. false: the text is not such a number.
+ */
 bool arguments_whole(const char *text, uint64_t min, uint64_t max, uint64_t *value);
 
-/* The whole number of an option; text NULL: it is not given, and *value stays. false: said on stderr what is
- * accepted. */
+/* Reads the whole number of an option. text = NULL: the option is not given, and *value is unchanged. false:
+ * the accepted numbers are on stderr. */
 bool arguments_number(const char *command, const char *option, const char *text, uint64_t min, uint64_t max,
                       uint64_t *value);
 

@@ -1,8 +1,8 @@
 /* The board that a command runs on, and `lagless boards`.
  *
- * Each board has a program of its own, boards/NAME/lagless beside `lagless`: the same desk on the same core,
- * linked with what is compiled for this board. A command that is for another board than that of the program
- * is handed to that board's program, with the same arguments, in the same process. */
+ * Each board has its own program, boards/NAME/lagless beside `lagless`: the same sources, linked with the
+ * parts that are compiled for this board. If a command is for another board, this program replaces itself by
+ * the program of that board, with the same arguments. */
 #ifndef HOST_SIM_CLI_BOARD_H
 #define HOST_SIM_CLI_BOARD_H
 
@@ -11,16 +11,16 @@
 
 #define BOARD_WHY_SIZE 4600u
 
-/* The command line as it was given; to be called before anything changes it. */
+/* Stores the command line; call it before anything changes the arguments. */
 void board_begin(int argc, char **argv);
 
 /* The board of --board. Returns true in the program of this board; in another one it does not return. false:
  * `why` has the message. */
 bool board_choose(const char *name, char why[BOARD_WHY_SIZE]);
 
-/* The board that a scenario names, and its text where that came from stdin (NULL: from a file). It does not
- * return if that board's program starts. false: `why` has the reason, "" if --board has chosen another board,
- * which the reader's error reports. */
+/* Chooses the board that a scenario names. `text` is the scenario if it comes from stdin (NULL: from a file).
+ * The call does not return if the program of another board starts. false: `why` has the reason, "" if --board
+ * has chosen another board, which the reader's error reports. */
 bool board_of_scenario(const char *name, const char *text, size_t octets, char why[BOARD_WHY_SIZE]);
 
 #endif

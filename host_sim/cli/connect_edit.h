@@ -4,10 +4,10 @@
 
 #include <stdbool.h>
 
-bool connect_edit_has(void); /* false: the rest does nothing */
+bool connect_edit_has(void); /* false: the other functions have no effect */
 
-/* Each whole line goes to `line`, which returns whether another line follows. `wait` lasts until a key is
- * pressed; false: none will be. */
+/* Each whole line goes to `line`, which returns whether another line follows. `wait` waits until a key is
+ * pressed; false: the input has ended. */
 void connect_edit_begin(bool (*line)(void *context, const char *line), bool (*wait)(void *context),
                         void *context);
 void connect_edit_read(void); /* stdin has something */

@@ -1,4 +1,4 @@
-/* Rows of the drive's fault table (settings/faults.h), as people and programs read them. */
+/* Rows of the drive's fault table (settings/faults.h) as text and as JSON. */
 #ifndef HOST_SIM_CLI_FAULT_TABLE_H
 #define HOST_SIM_CLI_FAULT_TABLE_H
 
@@ -6,14 +6,14 @@
 
 #define FAULT_TABLE_TEXT_SIZE 160u
 
-/* The row of a reason; NULL: it is no row of the fault table. */
+/* The row of a reason; NULL: the reason is not a row of the fault table. */
 const fault_row_t *fault_table_row(int32_t reason);
 
 /* "u_dc > dc_overvoltage", "sink_temperature > sink_temperature_max - 10", "tripped". Returns `to`. */
 const char *fault_table_condition(char to[FAULT_TABLE_TEXT_SIZE], const fault_row_t *row);
 
-/* What the quantity is compared with by default, margin added, with its unit: "15 A"; "" without a limit.
- * Returns `to`. */
+/* Default limit of the quantity, including the margin, with its unit: "15 A"; "" without a limit. Returns
+ * `to`. */
 const char *fault_table_limit(char to[FAULT_TABLE_TEXT_SIZE], const fault_row_t *row);
 
 /* "3 periods, 0.3 ms". Returns `to`. */

@@ -12,8 +12,8 @@ typedef struct flash_file flash_file_t;
  * to store. NULL: the message is on stderr. */
 flash_file_t *flash_file_open(const char *path, rig_t *rig);
 
-/* Writes the file if the flash has changed, as a whole or not at all. false: said why on stderr. NULL:
- * nothing to do. */
+/* Writes the whole file if the flash has changed. false: the message is on stderr. The argument may be NULL.
+ */
 bool flash_file_keep(flash_file_t *file, const rig_t *rig);
 
 void flash_file_close(flash_file_t *file); /* NULL is fine */

@@ -1,4 +1,4 @@
-/* Scenarios by what a user calls them. */
+/* Scenarios by name or file. */
 #ifndef HOST_SIM_CLI_LIBRARY_H
 #define HOST_SIM_CLI_LIBRARY_H
 
@@ -13,11 +13,13 @@ scenario_t *library_read(const char *command, const arguments_scenario_t *of);
 /* Prints the error on stderr, with its place. */
 void library_say(const scenario_error_t *error);
 
-/* After such an error: if the file is for another board, that board's program takes over and this does not
- * return, unless --board has chosen otherwise. The text is that of stdin; NULL: it is a file. */
+/* Call it after such an error. If the file is for another board, and --board is not given, this program
+ * replaces itself by the program of that board. `text` is the text from stdin; NULL: the scenario is a file.
+ */
 void library_hand_over(const scenario_error_t *error, const char *text, size_t octets);
 
-/* After such an error: if the file describes a motor, prints the command that writes a scenario for it. */
+/* Call it after such an error. If the file describes a motor, prints the command that writes a scenario for
+ * it. */
 void library_say_motor(const char *path);
 
 #endif

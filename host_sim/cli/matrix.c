@@ -94,7 +94,8 @@ static void check_line(struct argp_state *state, const options_t *options)
             "--seed needs --share: it selects the cells of the share; each cell itself has no random part");
     }
     if ((options->scenario != NULL) != options->has_at) {
-        argp_error(state, "--scenario and --at need each other: the run, and the time of the faults in it");
+        argp_error(state, "--scenario and --at must be given together: the run, and the time at which the "
+                          "faults are injected");
     }
     if (options->scenario != NULL && chosen) {
         argp_error(state, "--scenario has one cell for each fault; accepted beside it: --at, --only");

@@ -4,12 +4,13 @@
 
 #include <stdbool.h>
 
-/* Is it a list of these, separated by commas? false: said why on stderr, as `lagless COMMAND`. */
+/* true: `formats` is a list of html, png, svg, separated by commas. false: the message of `lagless COMMAND`
+ * is on stderr. */
 bool plot_formats(const char *command, const char *formats);
 
-/* Draws the recording (CSV or MAT) to folder/<its name>.html and so on; "NAME_fault.csv" beside it comes
- * along. folder NULL: beside the recording; quiet: does not tell where they are. Returns an exit code; what
- * went wrong was said on stderr. */
+/* Draws the recording (CSV or MAT) to folder/<its name>.html and so on, together with "NAME_fault.csv" if
+ * this exists. folder = NULL: the folder of the recording; quiet: the names of the files are not printed.
+ * Returns an exit code; messages are on stderr. */
 int plot_draw(const char *command, const char *recording, const char *folder, const char *formats,
               bool quiet);
 

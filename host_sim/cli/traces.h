@@ -15,7 +15,7 @@ typedef struct {
     uint32_t count;      /* [-] of them */
     uint32_t *slots;     /* samples one after the other: the period, then the rows */
     uint64_t samples, room;
-    bool full;       /* memory was used up: the rest is missing */
+    bool full;       /* the memory is full: the later samples are missing */
     rig_sink_t next; /* NULL: there is no other sink */
     void *next_context;
 } traces_t;
@@ -23,8 +23,8 @@ typedef struct {
 /* A rig_sink_t; context is a traces_t. */
 void traces_sink(void *context, uint32_t period, const uint32_t *slots, uint32_t count);
 
-/* A JSON list of {"name", "unit", "values"} on stdout, time [s] first. Numbers read back to the same float;
- * what is not finite is null, a choice is its number. */
+/* Prints a JSON list of {"name", "unit", "values"}, time [s] first. A number that is read back gives the same
+ * float; a value that is not finite is null, and a choice is its number. */
 void traces_print(const traces_t *traces);
 
 void traces_free(traces_t *traces);

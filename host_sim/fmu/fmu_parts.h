@@ -9,7 +9,7 @@
 #include "host_sim/lab/scenario.h"
 #include "host_sim/rig/rig.h"
 
-/* What an instance keeps itself, in its state as octets. */
+/* Data of an instance that are part of its saved state. */
 typedef struct {
     double now;                  /* [s] end of the last step */
     double start;                /* [s] time of period 0 */
@@ -28,7 +28,7 @@ typedef struct {
     course_t course;
     uint32_t outputs[RIG_TAP_MAX]; /* ids */
     uint32_t output_count;
-    uint16_t place[FMU_ID_END]; /* of an output among them */
+    uint16_t place[FMU_ID_END]; /* place of an output in `slots` */
     bool initialized;
     kept_t kept;
 } instance_t;
@@ -36,7 +36,7 @@ typedef struct {
 /* Gives the text to the master's logger and returns the status. */
 fmi2Status fmu_say(const instance_t *instance, fmi2Status status, const char *text);
 
-/* The same of a value reference that no variable of this kind has. */
+/* The same for a value reference that no variable of this kind has. */
 fmi2Status fmu_no_variable(const instance_t *instance, fmi2ValueReference reference, const char *kind);
 
 #endif

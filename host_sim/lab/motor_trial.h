@@ -1,5 +1,5 @@
-/* Does a motor run without an encoder, from standstill to its top speed and under its load, on the rows of
- * tune? Its scenario (tune_scenario) is run and judged. */
+/* Runs and judges the scenario of a motor (tune_scenario): cold start without an encoder to the top speed,
+ * and load, with the parameters of tune. */
 #ifndef HOST_SIM_LAB_MOTOR_TRIAL_H
 #define HOST_SIM_LAB_MOTOR_TRIAL_H
 
@@ -17,13 +17,12 @@ typedef struct {
     double angle_mean;  /* [rad] electrical, estimate minus truth, under load */
     double angle_sd;    /* [rad] */
     double seconds;     /* [s] simulated */
-    bool met;           /* all that its scenario expects */
+    bool met;           /* all expectations of its scenario are met */
     char miss[480];     /* "" or the first expectation that failed, or the fault */
 } motor_trial_t;
 
-/* false: it can not be read, tuned or run; `error` has the message. `trial` is large: not for the stack of a
- * thread.
- */
+/* false: the motor cannot be read, tuned or run; `error` has the message. `trial` is too large for the stack
+ * of a thread. */
 bool motor_trial(const motor_sheet_t *sheet, motor_trial_t *trial, scenario_error_t *error);
 
 #endif

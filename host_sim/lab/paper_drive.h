@@ -1,5 +1,4 @@
-/* The paper's drive: what every experiment puts on the rig that is judged against the print, or was reckoned
- * for its speed control. */
+/* The paper's drive: settings of every experiment that is compared with the paper. */
 #ifndef HOST_SIM_LAB_PAPER_DRIVE_H
 #define HOST_SIM_LAB_PAPER_DRIVE_H
 
@@ -14,21 +13,22 @@ typedef struct {
     double value;
 } setting_t;
 
-/* PI with 0.5 A s/rad and 2.5 A/rad, the reference whole in both parts, the speed as the loop has it, no
- * current but for torque; and the encoder: the paper does not describe a start without one. */
+/* PI with 0.5 A s/rad and 2.5 A/rad; the whole reference in both parts; the speed of the loop with its
+ * proportional part; current only for torque; and the encoder, because the paper does not describe a start
+ * without one. */
 extern const setting_t paper_drive[];
 extern const size_t paper_drive_count;
 
-/* What all runs of the paper's experiments put on the rig besides, and those of the ideal drive. */
+/* Further settings of all experiments of the paper, and those of the ideal flavour. */
 extern const setting_t paper_common[];
 extern const size_t paper_common_count;
 extern const setting_t paper_ideal[];
 extern const size_t paper_ideal_count;
 
-/* Puts these settings on the rig; false: rig_error(). To be applied. */
+/* Sets these rows on the rig; parameters are staged. false: rig_error(). */
 bool paper_drive_put(rig_t *rig, const setting_t *settings, size_t count);
 
-/* The estimate, which has run beside the encoder, takes over from it under way; false: rig_error(). */
+/* Changes from the encoder to the estimate while the motor runs; false: rig_error(). */
 bool paper_drive_without_encoder(rig_t *rig);
 
 #endif

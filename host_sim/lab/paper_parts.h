@@ -1,4 +1,4 @@
-/* What the files of paper.h share. */
+/* Data and functions that the sources of paper.h share. */
 #ifndef HOST_SIM_LAB_PAPER_PARTS_H
 #define HOST_SIM_LAB_PAPER_PARTS_H
 
@@ -6,22 +6,22 @@
 #include "host_sim/lab/map.h"
 #include "host_sim/lab/paper.h"
 
-#define PAPER_MAP (PAPER_FIGURES - 1u) /* beyond_map, which is no file */
+#define PAPER_MAP (PAPER_FIGURES - 1u) /* beyond_map, which has no file */
 
 struct paper {
     bool wanted[PAPER_FIGURES + 1u];
     paper_figure_t about[PAPER_FIGURES + 1u];
-    experiment_t *files[PAPER_FIGURES + 1u]; /* NULL: not wanted, or the map */
+    experiment_t *files[PAPER_FIGURES + 1u]; /* NULL: not selected, or the map */
     experiment_t *more[PAPER_FIGURES + 1u];  /* their second files; NULL: none */
     uint64_t seed;
-    bool traced;         /* the traces of files are kept */
-    map_point_t *points; /* of beyond_map; NULL: not wanted */
+    bool traced;         /* the traces of the files are stored */
+    map_point_t *points; /* of beyond_map; NULL: not selected */
     size_t point_count;
     paper_row_t rows[PAPER_ROWS_MAX];
     size_t row_count;
 };
 
-/* A claim and its number make a row. */
+/* Adds a row for a claim and its number. */
 void paper_row_add(paper_t *paper, size_t figure, const experiment_row_t *of);
 
 /* ---- the error map as a figure (paper_map.c) ---- */

@@ -25,20 +25,20 @@ extern const paper_machine_t paper_machine;
 
 /* ---- PLL ---- */
 
-/* k_p [rad/s], k_i [rad/s^2] of the loop (22) with damping 1 whose -3 dB bandwidth [rad/s] this is. false: no
- * such loop (omega_c too large for it). */
+/* k_p [rad/s], k_i [rad/s^2] of the loop (22) with damping 1 and this -3 dB bandwidth [rad/s]. false: there
+ * is no such loop, because omega_c is too large. */
 bool paper_loop(double bandwidth, double omega_c, double *kp, double *ki);
 
 /* Gain [-] and phase [rad] of this loop's filter k_p + k_i/s at omega [rad/s]. There must be such a loop. */
 void paper_loop_filter(double bandwidth, double omega_c, double omega, double *gain, double *phase);
 
-/* Error of a conventional loop that tracks this acceleration [rad/s^2], electrical: (20) with the detector's
- * sine. NAN: none is large enough. */
+/* Error of a conventional loop that tracks this electrical acceleration [rad/s^2]: (20) with the detector's
+ * sine. NAN: the loop cannot track it. */
 double paper_tracking_error(double ki, double acceleration);
 
-/* The same, where the error takes torque from the acceleration that makes it, at the current's limit:
- * k_i sin e = (p/J) (T_m cos e + braking). The friction and the load [N m] brake, so count positive while
- * decelerating and negative while accelerating. NAN: there is no such error. */
+/* The same at the current limit, where the error reduces the torque: k_i sin e = (p/J) (T_m cos e + braking).
+ * `braking` is the torque of friction and load [N m], positive while decelerating and negative while
+ * accelerating. NAN: there is no such error. */
 double paper_tracking_error_at_limit(double ki, double braking);
 
 /* ---- observer ---- */

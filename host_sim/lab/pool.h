@@ -17,9 +17,9 @@ typedef struct {
     void *work; /* what both get */
 } pool_t;
 
-/* Does all pieces, in ascending order, on the calling thread and on up to threads - 1 more; a thread that can
- * not be had is done without. false: a piece could not be done, `why` has the text of the first, and those
- * not yet begun were left. */
+/* Does all pieces in ascending order, on the calling thread and on up to threads - 1 more, or fewer if the
+ * system does not provide them. false: a piece failed; `why` has the message of the first one, and the
+ * remaining pieces were not begun. */
 bool pool_run(const pool_t *pool, unsigned threads, char why[POOL_WHY]);
 
 #endif

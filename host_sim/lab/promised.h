@@ -1,10 +1,10 @@
-/* What is promised of a fault that shows in currents or angle, to those who judge it: in the matrix cell by
- * cell, in a campaign run by run. */
+/* Promises about faults that affect currents or angle. The matrix checks them in each cell, and the campaign
+ * in each run. */
 #ifndef HOST_SIM_LAB_PROMISED_H
 #define HOST_SIM_LAB_PROMISED_H
 
-#define PROMISED_CURRENT 25.0        /* [A] what no phase may ever carry, with the pm50rl1a060's board */
-#define PROMISED_NOTICE  20e-3       /* [s] it is noticed by then, or ... */
-#define PROMISED_TURN    (1.0 / 3.0) /* [-] ... in so much of an electrical turn, whichever is longer */
+#define PROMISED_CURRENT 25.0        /* [A] largest phase current with the board pm50rl1a060 */
+#define PROMISED_NOTICE  20e-3       /* [s] time within which a fault is detected, or ... */
+#define PROMISED_TURN    (1.0 / 3.0) /* [-] ... share of an electrical turn, whichever is longer */
 
 #endif

@@ -1,4 +1,4 @@
-/* The recorder's inside: what its files share. */
+/* Data and functions that the sources of the recorder share. */
 #ifndef HOST_SIM_LAB_RECORDER_PARTS_H
 #define HOST_SIM_LAB_RECORDER_PARTS_H
 
@@ -18,7 +18,7 @@ typedef struct {
     uint32_t chunk_room;    /* [-] of the array */
     uint32_t record_octets; /* [octets] */
     uint32_t chunk_records; /* [-] */
-    char *next;             /* where the next record goes */
+    char *next;             /* place of the next record */
     uint32_t left;          /* [-] records that still fit into the last chunk */
 } recorder_store_t;
 
@@ -46,11 +46,11 @@ typedef struct {
     uint32_t format;    /* [-] one of RECORDER_CSV, ...; 0: none */
     char *path;         /* final */
     char *partial_path; /* while it is written */
-    FILE *file;         /* open from the start; for MAT only to hold the name */
+    FILE *file;         /* open from the beginning; for MAT only to reserve the name */
     int claim;          /* holds the partial file's lock until it has its final name; -1: none */
 } recorder_file_t;
 
-/* A recorder_value_t with texts of its own. */
+/* A recorder_value_t with its own texts. */
 typedef struct {
     char *name;
     char *unit;
@@ -58,7 +58,7 @@ typedef struct {
 } recorder_setting_t;
 
 typedef struct {
-    const char *key; /* of the caller, which keeps it */
+    const char *key; /* text of the caller, which must remain valid */
     char *name;
     char *text;
 } recorder_line_t;
@@ -67,9 +67,9 @@ struct recorder {
     recorder_store_t rows;          /* period, then a slot for each column */
     recorder_store_t edges;         /* recorder_edge_t */
     uint32_t memory_left;           /* [octets] */
-    uint32_t last_period;           /* [periods] of the last sample; valid if there is one, kept or lost */
-    uint64_t last_tick;             /* [1/150 MHz] of the last edge; valid if there is one, kept or lost */
-    uint64_t lost_rows, lost_edges; /* [-] for want of memory */
+    uint32_t last_period;           /* [periods] of the last sample, stored or lost; valid if there is one */
+    uint64_t last_tick;             /* [1/150 MHz] of the last edge, stored or lost; valid if there is one */
+    uint64_t lost_rows, lost_edges; /* [-] lost because the memory was full */
     uint32_t first_lost_period;     /* [periods] */
     uint64_t first_lost_tick;       /* [1/150 MHz] */
 
@@ -92,22 +92,23 @@ struct recorder {
 
 #define RECORDER_NUMBER_SIZE 24u
 
-/* Each writes a number to `to` (RECORDER_NUMBER_SIZE octets at least, no closing 0) and returns its length.
- * Floats: fewest digits that read back to the same float, nearest of these. */
+/* Each function writes a number to `to` (at least RECORDER_NUMBER_SIZE octets, without closing 0) and returns
+ * its length. Floats have the fewest digits that give the same float when they are read. */
 size_t recorder_float_text(char *to, uint32_t bits);
 size_t recorder_uint_text(char *to, uint64_t value);
 size_t recorder_int_text(char *to, int32_t value);
 size_t recorder_slot_text(char *to, slot_kind_t kind, uint32_t slot);
-size_t recorder_value_text(char *to, double value); /* whole below 2^53: as such; else as the nearest float */
+size_t recorder_value_text(char *to,
+                           double value); /* a whole number below 2^53 exactly, others as the nearest float */
 
-/* The next character of a text in UTF-8 that has not ended. What is no UTF-8, or stands for no character,
- * gives RECORDER_NO_CHARACTER. */
+/* Reads the next character of a UTF-8 text that has not ended. Octets that are not a character give
+ * RECORDER_NO_CHARACTER. */
 #define RECORDER_NO_CHARACTER UINT32_C(0xFFFD)
 uint32_t recorder_utf8(const char **text);
-/* A character as UTF-8, without a closing 0; its length. */
+/* Writes a character as UTF-8 without closing 0. Returns its length. */
 size_t recorder_utf8_text(char to[4], uint32_t code);
 
-/* A file behind a buffer; the first error stays. */
+/* A file with a buffer; the first error is stored. */
 #define RECORDER_BUFFER 65536u
 typedef struct {
     FILE *file;
@@ -124,12 +125,12 @@ void recorder_out_text(recorder_out_t *out, const char *text);
 /* In `also`: every octet that is no printable ASCII. */
 #define RECORDER_ALL_BUT_ASCII "\x80"
 
-/* As one line of comments: control characters, backslash and those in `also` as \xNN (a backslash as \\). */
+/* Writes a text as one line of comment: control characters and those in `also` as \xNN, a backslash as \\. */
 void recorder_out_escaped(recorder_out_t *out, const char *text, size_t length, const char *also);
-/* Everything that is known about the run, `prefix` before each line. */
+/* Writes all data about the run, with `prefix` before each line. */
 void recorder_out_meta(recorder_out_t *out, const recorder_t *recorder, const char *prefix, const char *also);
 
-/* ---- formats: each writes the whole file; 0, or the errno of what went wrong ---- */
+/* ---- formats: each writes the whole file and returns 0, or the errno of the error ---- */
 
 int recorder_csv_write(const recorder_t *recorder, recorder_out_t *out);
 int recorder_vcd_write(const recorder_t *recorder, recorder_out_t *out);

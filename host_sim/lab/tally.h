@@ -20,7 +20,7 @@ void tally_count(tally_t *tally, double x);
 /* NAN: there was no sample. */
 double tally_value(const tally_t *tally, statistic_t statistic);
 
-/* A slot of the tap as a number. */
+/* Converts a slot of the tap to a number. */
 double tally_number(uint32_t slot, slot_kind_t kind);
 
 #endif

@@ -1,12 +1,12 @@
 /* A TOML file as a flat list in the order of the file; toml++ behind a C interface. It does not know the
  * meaning of the keys.
  *
- * Entries come parents first: those of a table or array follow it, up to its `end`. Entry 0 is the file's own
- * table. Siblings stand in the order of their places in the file; a table that is filled from several places
- * stands at its first.
+ * A table or array is followed by its entries, up to its `end`. Entry 0 is the table of the file itself. The
+ * entries of a table are in the order of the file. A table that is filled at several places of the file has
+ * the position of the first one.
  *
- * Limits: TOML_OCTETS_MAX octets, plain files only, UTF-8 (toml++ checks). Dates and times are only named as
- * such. */
+ * Limits: TOML_OCTETS_MAX octets, plain files only, UTF-8 (toml++ checks). For dates and times only the type
+ * is returned. */
 #ifndef HOST_SIM_LAB_TOML_READER_H
 #define HOST_SIM_LAB_TOML_READER_H
 
@@ -34,7 +34,7 @@ typedef struct {
     const char *key;      /* in its table; "" for elements of an array and entry 0 */
     const char *path;     /* from the top: "at[1].plant.load_torque" */
     const char *text;     /* TOML_TEXT: the value, up to its first NUL; else "" */
-    uint64_t text_octets; /* [octets] of the value, NULs counted */
+    uint64_t text_octets; /* [octets] of the value, including NUL characters */
     int64_t integer;      /* TOML_INTEGER, TOML_BOOL (0, 1) */
     double number;        /* TOML_FLOAT; TOML_INTEGER rounded to nearest */
     toml_type_t type;
@@ -57,8 +57,8 @@ typedef struct {
     char message[256];     /* one line */
 } toml_error_t;
 
-/* Notes the file as an input (host_sim/lab/inputs.h). NULL: `error` has the message. Every call owns what it
- * returns; free with toml_free. */
+/* Reads a file and adds it to the inputs (host_sim/lab/inputs.h). NULL: `error` has the message. Free the
+ * result with toml_free. */
 toml_file_t *toml_read(const char *path, toml_error_t *error);
 
 /* The same from memory; `octets` without a closing 0. */

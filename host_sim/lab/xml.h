@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-/* What stands for a character that is markup, in text and in a value between quotes; NULL: itself. */
+/* Replacement of a character that is markup, in text and in a quoted value; NULL: no replacement. */
 const char *xml_entity(uint32_t code);
 
 /* Writes one line of printable UTF-8. */

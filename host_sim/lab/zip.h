@@ -1,5 +1,5 @@
-/* A ZIP archive, every file stored as it is. The same files give the same octets: no file has a date but the
- * first one that the format knows, 1980-01-01. */
+/* A ZIP archive without compression. The same files give the same octets, because all files have the date
+ * 1980-01-01, the first one of the format. */
 #ifndef HOST_SIM_LAB_ZIP_H
 #define HOST_SIM_LAB_ZIP_H
 
@@ -18,11 +18,11 @@ typedef struct {
     uint32_t count;   /* [-] files */
     struct {
         char name[ZIP_NAME];
-        uint32_t at, octets, check; /* [octets] place of its head, size; CRC-32 */
+        uint32_t at, octets, check; /* [octets] place of its header, and its size; CRC-32 */
     } files[ZIP_FILES];
 } zip_t;
 
-/* Adds a file. Errors of the disk stay in the FILE. false: the archive has no room for it. */
+/* Adds a file. The FILE stores errors of the disk. false: the archive has no room for the file. */
 bool zip_add(zip_t *zip, const char *name, const void *octets, size_t count);
 
 /* Writes the directory; the FILE stays open. */

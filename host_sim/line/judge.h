@@ -1,14 +1,14 @@
-/* Why a drive refused a set or a request: judged again in this program, by the same rules, so that the answer
- * names rule and accepted range, which the drive does not send. */
+/* Finds the reason for which a drive has refused a set or a request. This program applies the same rules
+ * again, because the drive does not send the rule and the accepted range. */
 #ifndef HOST_SIM_LINE_JUDGE_H
 #define HOST_SIM_LINE_JUDGE_H
 
 #include "host_sim/line/master.h"
 
-/* The staged set. false: the host finds no error in it, or the link is lost; `why` is unchanged. */
+/* Judges the staged set. false: there is no error in it, or the link is lost; `why` is unchanged. */
 bool judge_staged(master_t *master, master_error_t *why);
 
-/* A request together with the active ones and the staged set; false as above. */
+/* Judges a request together with the other active requests and the staged set; false as above. */
 bool judge_request(master_t *master, const table_row_t *row, double value, master_error_t *why);
 
 #endif

@@ -1,4 +1,5 @@
-/* The master's inside: the engine (master.c), and what is asked with it (master_calls.c, master_daq.c). */
+/* Data and functions that the sources of the master share: the core (master.c) and the calls (master_calls.c,
+ * master_daq.c). */
 #ifndef HOST_SIM_LINE_MASTER_PARTS_H
 #define HOST_SIM_LINE_MASTER_PARTS_H
 
@@ -45,10 +46,10 @@ typedef struct {
     uint8_t packets[QUESTION_PACKETS][8];
     uint8_t lengths[QUESTION_PACKETS];
     uint32_t count;   /* [-] packets */
-    uint32_t octets;  /* [octets] that the last answer has; MASTER_ANY: not judged */
+    uint32_t octets;  /* [octets] expected length of the last answer; MASTER_ANY: any length */
     double patience;  /* [s] */
     uint32_t repeats; /* [-] so far */
-    uint32_t busy;    /* [-] answers so far that the drive is busy */
+    uint32_t busy;    /* [-] number of answers "busy" until now */
     master_answer_t answer;
     void *context;
 } question_t;
@@ -63,7 +64,7 @@ typedef struct {
     uint32_t every;     /* [periods] */
     uint32_t lists;     /* [-] packets of a sample */
     uint32_t next;      /* [-] packet that is due */
-    uint32_t period;    /* [periods] of the sample under way */
+    uint32_t period;    /* [periods] of the sample that is being received */
     uint32_t last;      /* [periods] of the last one; valid from the second on */
     uint32_t taken;     /* [-] slots of it */
     uint32_t slots[MASTER_DAQ_MAX];
@@ -88,9 +89,9 @@ struct master {
     question_t queue[MASTER_QUEUE];
     uint32_t first, count; /* of the queue */
     line_state_t state;
-    uint32_t step;   /* [-] packet of the first question that was asked */
-    double due;      /* [s] end of patience */
-    double patience; /* [s] of an ordinary question over this line */
+    uint32_t step;   /* [-] packet of the first question that was sent last */
+    double due;      /* [s] time until which the master waits */
+    double patience; /* [s] waiting time of an ordinary question on this line */
     uint32_t synchs; /* [-] in succession without an answer */
 
     bool connected;
@@ -98,8 +99,8 @@ struct master {
     uint32_t packet_max, sample_max; /* [octets] of commands and of samples */
     bool clock_known;
     uint32_t clock;    /* [periods] by the last answer */
-    double clock_at;   /* [s] when it came */
-    double clock_rate; /* [-] the drive's time over ours, 1 or more */
+    double clock_at;   /* [s] time of this answer */
+    double clock_rate; /* [-] drive's time divided by real time, at least 1 */
     bool asking_clock;
     daq_t daq;
 };
@@ -109,15 +110,15 @@ double master_now(void); /* [s] */
 void master_put(uint8_t *at, uint32_t value, uint32_t octets); /* low octet first */
 uint32_t master_take(const uint8_t *at, uint32_t octets);
 
-/* Into the queue; answers with MASTER_NOT_SENT at once if there is no room. */
+/* Adds a question to the queue. If the queue is full, the answer is MASTER_NOT_SENT at once. */
 void master_ask(master_t *master, const question_t *question);
 
-/* One packet of these octets, zeros after what is given. */
+/* A question of one packet with this length; octets that are not set are zero. */
 question_t master_question(uint8_t command, uint32_t length, uint32_t octets, master_answer_t answer,
                            void *context);
 
-/* Asks, and works until the answer is there. Answer's octets go to `data` (MASTER_READ_MAX of room at least),
- * which may be NULL. */
+/* Sends a question and works until the answer has arrived. `data` receives the octets of the answer; it has
+ * room for at least MASTER_READ_MAX octets, or is NULL. */
 int master_asked(master_t *master, question_t question, uint8_t *data, uint32_t *octets);
 
 void master_break(master_t *master, const char *why);
@@ -126,7 +127,7 @@ void master_break(master_t *master, const char *why);
  * but no longer belongs to the master. */
 void master_forget(master_t *master);
 
-/* What a packet of samples brings. */
+/* Processes a packet of samples. */
 void master_daq_packet(master_t *master, const uint8_t *packet, uint32_t length);
 
 /* CONNECT with what follows; waits. */
@@ -134,7 +135,7 @@ bool master_connect(master_t *master, master_error_t *error);
 
 bool master_fail(master_error_t *error, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* "TARGET: what became of a command", for the results that are not the row's fault. */
+/* Message "TARGET: result of a command", for results that do not concern a row. */
 bool master_fail_result(const master_t *master, master_error_t *error, const char *what, int result);
 
 /* The row of a service, by name; NULL with an error if this program has none. */

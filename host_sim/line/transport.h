@@ -1,4 +1,4 @@
-/* Lines to a drive: TCP, and serial devices with 8 data bits, no parity, one stop bit. */
+/* Connections to a drive: TCP, and serial devices with 8 data bits, no parity, one stop bit. */
 #ifndef HOST_SIM_LINE_TRANSPORT_H
 #define HOST_SIM_LINE_TRANSPORT_H
 
@@ -23,10 +23,12 @@ typedef struct {
  * `why` has the cause and the accepted values. */
 bool transport_parse(const char *target, transport_target_t *parsed, char *why, size_t size);
 
-/* Opens it; the descriptor does not block. -1: `why`. A serial device is taken for this program alone. */
+/* Opens it with a non-blocking descriptor. -1: `why` has the message. A serial device is locked for this
+ * program. */
 int transport_open(const char *target, bool *lossless, char *why, size_t size);
 
-/* Sets up a serial device: raw, 8N1, no flow control, this baud exactly or within 2 %. false: `why`. */
+/* Sets up a serial device: raw, 8N1, no flow control, this baud rate within 2 %. false: `why` has the
+ * message. */
 bool transport_serial(int descriptor, uint32_t baud, char *why, size_t size);
 
 #endif

@@ -1,10 +1,11 @@
 /* Flux maps: psi_d and psi_q over i_d and i_q, measured or computed, in place of inductances and their
  * saturation.
  *
- * A map is a full grid. Between its points both fluxes are bicubic: of the flux, its derivatives by i_d and
- * i_q, and the mixed one, at the four points around. The derivatives at a point are those of the parabola
- * through it and its neighbours. Flux and incremental inductances thus have no step anywhere, and at the
- * points the flux is exactly that of the map. Beyond the grid the flux is continued in a straight line.
+ * A map is a full grid. Between the points both fluxes are bicubic functions. They follow from the flux at
+ * the four points around, its derivatives with respect to i_d and i_q, and the mixed derivative. The
+ * derivatives at a point are those of the parabola through the point and its neighbours. Therefore flux and
+ * incremental inductances are continuous, and the flux at a point is exactly that of the map. Outside the
+ * grid the flux is linear.
  *
  * Maps are immutable and have a number, from 1 on, by which a parameter of the plant selects one, so that the
  * state of a plant has no pointer. The same map added again gets the same number. Not for several threads at
@@ -34,14 +35,14 @@ typedef struct {
     const double *flux_d, *flux_q; /* [Wb] count_d x count_q */
 } flux_map_grid_t;
 
-/* Why a map was refused: at this point of the grid. */
+/* Reason for which a map was refused, with the point of the grid. */
 typedef struct {
     const char *rule;
     double i_d, i_q; /* [A] */
 } flux_map_error_t;
 
-/* Number of the map with this grid, new or known; 0: refused, see `error`: fewer than three points along an
- * axis, no current of zero within it, or somewhere a flux that does not grow with its current. */
+/* Number of the map with this grid, new or known. 0: refused, see `error`. An axis has fewer than three
+ * points or no point at zero current, or a flux does not grow with its current. */
 uint32_t flux_map_add(const flux_map_grid_t *grid, flux_map_error_t *error);
 
 /* The map of this number; NULL: none. */
@@ -49,11 +50,11 @@ const flux_map_t *flux_map_of(uint32_t number);
 
 flux_map_point_t flux_map_at(const flux_map_t *map, double i_d, double i_q);
 
-/* Stored in the field at these currents [J], more than without current: along i_d at first, then along i_q.
+/* Energy of the field at these currents minus that without current [J], integrated along i_d, then along i_q.
  */
 double flux_map_energy(const flux_map_t *map, double i_d, double i_q);
 
-/* Current over which an inductance changes little [A]: the smallest step of the grid. */
+/* Change of a current for which an inductance changes little [A]: the smallest step of the grid. */
 double flux_map_step(const flux_map_t *map);
 
 #endif

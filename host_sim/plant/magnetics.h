@@ -1,10 +1,10 @@
-/* The field of the currents where the iron saturates: flux, incremental inductance and energy of each axis.
+/* The field of the currents with saturation: flux, incremental inductance and energy of each axis.
  *
  *   psi = L i/sqrt(1 + (i/I_s)^2),   dpsi/di = L/(1 + (i/I_s)^2)^1.5,   energy 1.5 (psi i - coenergy),
  *   coenergy = L I_s^2 (sqrt(1 + (i/I_s)^2) - 1) = L i^2/(1 + sqrt(1 + (i/I_s)^2)),
  *
- * which is exact for I_s without bound too; or, with a flux map, that of the map. The magnets' flux,
- * flux_linkage, is not in it. */
+ * This is exact for an unlimited I_s as well. With a flux map the values are those of the map. The flux of
+ * the magnets, flux_linkage, is not included. */
 #ifndef HOST_SIM_PLANT_MAGNETICS_H
 #define HOST_SIM_PLANT_MAGNETICS_H
 
@@ -42,7 +42,7 @@ static inline magnetics_t magnetics_at(const plant_t *plant, double i_d, double 
     };
 }
 
-/* Stored in the field of the currents [J]. */
+/* Energy of the field of the currents [J]. */
 static inline double magnetics_energy(const plant_t *plant, double i_d, double i_q)
 {
     if (plant->map != 0u) {

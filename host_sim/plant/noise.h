@@ -1,5 +1,5 @@
 /* Random numbers of the plant: splitmix64 (Steele, Lea, Flood 2014; public-domain reference by S. Vigna) and
- * from it a nearly Gaussian variable that needs whole-number arithmetic only, so that it is the same on every
+ * a nearly Gaussian variable that is computed from it with integers only, so that it is the same on every
  * machine.
  *
  * One word makes one variable: the number of ones among 48 bits (binomial, variance 12) plus the other 16
@@ -10,7 +10,7 @@
 
 #include <stdint.h>
 
-uint64_t noise_next(uint64_t *state); /* 64 random bits; every state is a good one */
+uint64_t noise_next(uint64_t *state); /* 64 random bits; every state is valid */
 double noise_gauss(uint64_t *state);  /* [-] mean 0, standard deviation 1; one word */
 
 #endif

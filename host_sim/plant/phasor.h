@@ -1,5 +1,5 @@
-/* Angle functions of the plant in double precision, from polynomials: the same bits on every machine, and no
- * line shared with the firmware's. Errors below 2e-16 plus rounding unless stated. */
+/* Angle functions of the plant in double precision, by polynomials, with the same bits on every machine. They
+ * are independent of those of the firmware. Errors below 2e-16 plus rounding unless stated. */
 #ifndef HOST_SIM_PLANT_PHASOR_H
 #define HOST_SIM_PLANT_PHASOR_H
 
@@ -12,7 +12,7 @@ void phasor_at(double theta, double *cosine, double *sine);
 /* exp(-x), x >= 0, relative error below 1e-15; 0 above 700. */
 double phasor_decay(double x);
 
-/* Turns (cosine, sine) by a small angle [rad], |delta| <= 0.11: truncation below 1e-14. */
+/* Rotates (cosine, sine) by a small angle [rad], |delta| <= 0.11: truncation below 1e-14. */
 static inline void phasor_turn(double *cosine, double *sine, double delta)
 {
     double x = delta * delta;

@@ -113,7 +113,8 @@
 #define PLANT_SATURATION_LEAST 1.0  /* [A] smallest current of saturation that is not 0 */
 #define PLANT_IRON_LEAST       10.0 /* [ohm] smallest resistance of the iron that is not 0 */
 
-#define PLANT_SHAFT_FASTEST 1e5 /* [rad/s] that the twist of an elastic shaft may swing or settle with */
+#define PLANT_SHAFT_FASTEST                                                                                  \
+    1e5 /* [rad/s] largest natural frequency or decay of the twist of an elastic shaft */
 
 /* All fields double, in the order and units of the table. */
 typedef struct {
@@ -126,8 +127,8 @@ typedef struct {
 /* The first rule that a parameter set breaks. */
 typedef struct {
     const char *field; /* name in the table */
-    const char *rule;  /* what is asked, in words */
-    double value;      /* [unit of the field] what was given */
+    const char *rule;  /* the rule as text */
+    double value;      /* [unit of the field] value of the field */
     double minimum;    /* [unit of the field] smallest value accepted */
     double maximum;    /* [unit of the field] largest value accepted */
 } plant_params_error_t;
@@ -135,11 +136,11 @@ typedef struct {
 /* The defaults of the table. */
 plant_params_t plant_params_default(void);
 
-/* true if every value is in its range, whole where it counts something, and the cross-rules hold (a passive
- * load is not negative; break-away is 0 or no less than dry friction; no switch is open and shorted at once;
- * a lost supply leaves a capacitor; flux_linkage is that of a flux map, within 1 %; an elastic shaft is no
- * faster than PLANT_SHAFT_FASTEST). Otherwise false and *why has the message; why may be NULL. Not a
- * number is out of range. */
+/* true: every value is in its range, numbers of things are whole, and the rules between values hold. A
+ * passive load is not negative. The break-away torque is 0 or at least the dry friction. No switch is both
+ * open and shorted. A lost supply requires a capacitor. flux_linkage is that of the flux map within 1 %. The
+ * natural frequency of an elastic shaft does not exceed PLANT_SHAFT_FASTEST. Otherwise false and *why has the
+ * message; why may be NULL. Not a number is out of range. */
 bool plant_params_check(const plant_params_t *params, plant_params_error_t *why);
 
 #endif

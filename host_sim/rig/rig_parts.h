@@ -1,4 +1,4 @@
-/* What the parts of the rig know of each other. Included by host_sim/rig/.c files only. */
+/* Data and functions that the sources of the rig share. Included by host_sim/rig/.c files only. */
 #ifndef HOST_SIM_RIG_RIG_PARTS_H
 #define HOST_SIM_RIG_RIG_PARTS_H
 
@@ -32,7 +32,7 @@ struct rig {
     rig_state_t state;
     rig_replay_t replay;
     chip_world_t world;
-    /* onlookers; none of this changes what happens */
+    /* observers, which do not change the simulation */
     size_t tap_offsets[RIG_TAP_MAX]; /* [octets] in the state */
     uint32_t tap_count;
     uint32_t tap_every;
@@ -63,19 +63,19 @@ bool rig_find(const rig_t *rig, uint32_t id, place_t *place);
 /* rig_rows.c */
 double rig_row_get(const table_row_t *row, const void *base);
 void rig_row_put(const table_row_t *row, void *base, double value); /* accepted by the row */
-/* Four digits, or as many as it takes to stay in the range. Returns `to`. */
+/* Writes a value with four digits, or more if it would leave the range. Returns `to`. */
 const char *rig_advice_text(char to[RIG_NUMBER_SIZE], double advice, double min, double max);
 
 /* rig_world.c */
 chip_world_t rig_world(rig_t *rig);
 void rig_drive_enable_input(rig_t *rig); /* the pin as its row requires */
-void rig_follow_fault_line(rig_t *rig);  /* the plant has changed beside a gate edge */
+void rig_follow_fault_line(rig_t *rig);  /* call it after a change of the plant without a gate edge */
 
 /* rig_software.c */
 void rig_software_bind(rig_t *rig);
 uint64_t rig_section(void *context);           /* [ticks] that a section with interrupts off takes */
 bool rig_background_is_free(const rig_t *rig); /* neither CPU nor background itself is busy */
-bool rig_background(rig_t *rig); /* its turn; false: the CPU or the background itself is not free */
+bool rig_background(rig_t *rig); /* runs the background; false: the CPU or the background is busy */
 /* What app_interrupt and app_medium call in the simulation instead of drive_step, drive_medium_step and
  * drive_medium_took (rig.cmake). */
 bool desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
@@ -83,13 +83,13 @@ void desk_drive_medium_step(drive_t *drive);
 void desk_drive_medium_took(drive_t *drive, uint32_t cycles);
 
 /* rig_estimator.c */
-/* The angle of the loop alone jumps by this [rad], |jump| <= pi: the EMF that it has seen stays where it is,
- * and the speed. */
+/* Adds this jump [rad], |jump| <= pi, to the angle of the loop; EMF and speed are unchanged. */
 void rig_turn_estimate(chosen_t *est, float jump);
 
 /* rig_bench.c */
-double rig_clock_seconds(void);          /* [s] of this machine, from an arbitrary zero */
-void rig_timing_pause(const rig_t *rig); /* what follows, up to the next call, is not the interrupt's */
+double rig_clock_seconds(void); /* [s] of this machine, from an arbitrary zero */
+void rig_timing_pause(
+    const rig_t *rig); /* the time until the next call does not count as time of the interrupt */
 void rig_timing_go_on(const rig_t *rig);
 
 #endif

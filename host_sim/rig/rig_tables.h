@@ -37,10 +37,10 @@ typedef struct {
 #undef PLANT_FIELD
 } rig_plant_t;
 
-/* [SYSCLK cycles] What the software takes on the chip. The sample interrupt and the medium task:
- * isr_cycles_c28x_estimate and medium_cycles_c28x_estimate of tools/target/cost.json to a quarter, for that
- * is an estimate to 30 % itself, and not every change of the firmware shall move the instants of its writes.
- * A section with interrupts off: a few instructions that hand over what was prepared. */
+/* [SYSCLK cycles] Time of the software on the chip. Sample interrupt and medium task:
+ * isr_cycles_c28x_estimate and medium_cycles_c28x_estimate of tools/target/cost.json, within a quarter. These
+ * are estimates within 30 %, and a small change of the firmware should not change the instants of its writes.
+ * A section with interrupts off consists of a few instructions. */
 #define RIG_INTERRUPT_CYCLES 5500u
 #define RIG_MEDIUM_CYCLES    13800u
 #define RIG_SECTION_CYCLES   50u

@@ -1,4 +1,4 @@
-/* The scope: between a master at the drive's line and pages in a browser.
+/* The scope: connects the master of a drive with pages in a browser.
  *
  * All samples are sent to the pages when they arrive, several times per frame of the screen; trigger, hold,
  * cursors and the reduction to the screen's columns are done by the page. Values of all tables are read
@@ -22,21 +22,21 @@
 
 typedef struct scope scope_t;
 
-/* Takes the master over. `page`: what a browser gets, outlives the scope. NULL: *why, one line; the master is
- * closed. */
+/* Makes a scope that owns the master. `page` is the text for the browser; it must exist as long as the scope.
+ * NULL: *why has the message, and the master is closed. */
 scope_t *scope_open(master_t *master, uint32_t port, const char *page, size_t page_size, char *why,
                     size_t size);
 uint32_t scope_port(const scope_t *scope);
 const char *scope_token(const scope_t *scope); /* the page is at http://127.0.0.1:PORT/TOKEN/ */
 
-/* Runs until *stop is not 0. A lost link is reported, and connected again repeatedly. */
+/* Runs until *stop is not 0. If the link is lost, the scope reports this and tries to connect again. */
 void scope_run(scope_t *scope, const volatile sig_atomic_t *stop);
 
-/* Stops the motor if it was switched on from here, leaves the drive, closes. */
+/* Stops the motor if this scope has switched it on, disconnects, and closes. */
 void scope_close(scope_t *scope);
 
-/* Every how many periods a sample fits a line of this speed with room for the rest; 1 over TCP. `target` as
- * master_open takes it. */
+/* Number of periods between samples that a line of this speed can carry together with other data; 1 over TCP.
+ * `target` as for master_open. */
 uint32_t scope_every(const char *target, uint32_t signals);
 
 #endif

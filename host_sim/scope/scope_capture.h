@@ -1,5 +1,5 @@
-/* The drive's own buffer, brought to a page: piece by piece between other questions, so that a stop does not
- * wait for the whole. */
+/* Reads the capture buffer of the drive for a page, piece by piece between other questions, so that a stop
+ * does not have to wait. */
 #ifndef HOST_SIM_SCOPE_SCOPE_CAPTURE_H
 #define HOST_SIM_SCOPE_SCOPE_CAPTURE_H
 
@@ -11,19 +11,19 @@
 
 typedef struct {
     master_capture_t of;
-    uint8_t *octets;       /* of its slots, as the drive has them; NULL: none is read */
+    uint8_t *octets;       /* slots of the buffer as in the drive; NULL: no buffer is being read */
     uint32_t wanted, done; /* [octets] */
-    bool asking;           /* a piece is under way */
+    bool asking;           /* a piece has been requested */
     int result;            /* of the last one */
 } scope_capture_t;
 
-/* What is held is read from its beginning. false: nothing is held, or one is being read already. */
+/* Begins to read a stopped buffer. false: there is none, or it is being read already. */
 bool scope_capture_begin(scope_capture_t *capture, master_t *master, master_error_t *error);
 
-/* The next piece, if one is missing and none is under way. */
+/* Requests the next piece, if one is missing and none is pending. */
 void scope_capture_ask(scope_capture_t *capture, master_t *master);
 
-/* Complete, or failed: the text that a page gets once, and the end of the reading. */
+/* After the end or an error: the text for the page, once; ends the reading. */
 bool scope_capture_is_over(const scope_capture_t *capture);
 void scope_capture_text(FILE *to, scope_capture_t *capture, master_t *master);
 void scope_capture_end(scope_capture_t *capture);

@@ -406,7 +406,7 @@ class Test(command_line.TestCase):
                          (cell["cell"], cell["manoeuvre"], cell["promised_as"], cell["seen"]["reaction"]))
         self.assertLessEqual(cell["seen"]["gates_off_ms"], 1.0)
         for arguments, fragment in ((("--at", "0.7 s"), "less than the duration"), (("--at", "0.01 s"), "the drive is not on"),
-                                    ((), "--scenario and --at need each other"), (("--at", "0.3 s", "--cell", "x"), "one cell for each fault"),
+                                    ((), "--scenario and --at must be given together"), (("--at", "0.3 s", "--cell", "x"), "one cell for each fault"),
                                     (("--at", "0.3 s", "--only", "pole_pairs"), "present from the beginning"), (("--at", "soon"), "1.5 s")):
             self.expect(2, self.lagless("matrix", "--scenario", path, *arguments), fragment)
         self.assertIn("--scenario", self.lagless("matrix", "--help").stdout)

@@ -101,7 +101,7 @@ typedef struct {
 /* Computes the coefficients. Three divisions and an exponential: for the background. */
 angle_sigma_tuning_t angle_sigma_prepare(const angle_sigma_params_t *params);
 
-/* No angle is estimated; that of an encoder may be known, or another one, with this deviation [rad]. */
+/* Sets sigma to `known` [rad], the deviation of an encoder or of another angle: no angle is estimated. */
 void angle_sigma_reset(angle_sigma_t *sigma, float known);
 
 /* Updates sigma->sigma after a window in which the loop tracked or coasted. Four divisions. */

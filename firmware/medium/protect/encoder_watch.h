@@ -124,10 +124,10 @@ typedef struct {
     uint32_t waited;     /* postponed judgements [-]; each one without the sign halves them */
     ab_t off;            /* EMF less the rotor's, mean of the wrong windows in succession [V] */
     ab_t axis;           /* the same when it first lay along the axis of a phase [V] */
-    uint32_t wrong;      /* windows in this mean, at most [-] */
-    uint32_t along;      /* windows for which it has stayed on one axis, less those beside it [-] */
+    uint32_t wrong;      /* largest number of windows in this mean [-] */
+    uint32_t along;      /* number of windows on one axis minus number of windows beside it [-] */
     uint32_t of_a_phase; /* 1: the EMF of the last window is wrong along the axis of one phase [-] */
-    uint32_t elsewhere;  /* 1: its error is large, and along no phase axis [-] */
+    uint32_t elsewhere;  /* 1: the error of the EMF is large, and not along a phase axis [-] */
     uint32_t known;      /* 1: `last` is of a window in which the rotor was driven */
     uint32_t confirmed;  /* 1: it is above the noise and agrees with the encoder [-] */
 } encoder_watch_t;

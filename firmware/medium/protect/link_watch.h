@@ -1,22 +1,23 @@
 /* The supply of the DC link: judges whether it is lost or only low, and whether it has lost a phase.
  *
- * Supply lost: the voltage is below u_hold of fast/protect/link_limit.h, until the link is back above the
- * driving limit's band. In and below that band u_hold sinks by LINK_SINK of U_under in LINK_SINK_TIME: a link
- * that the rotor feeds follows it. A link that stays above it, or above U_under with a rotor that is too slow
- * to feed it, and whose mean of LINK_FED_TIME has not fallen from the one before, has a low supply that
- * delivers power. Such a supply limits nothing until the link has been above the band again, and counts as
- * lost below U_under only. For ride_time after the loss a link below U_under is no fault: the bridge opens,
- * the rotor coasts, and is caught when the link is back.
+ * The supply counts as lost while the voltage is below u_hold of fast/protect/link_limit.h, until the link is
+ * above the band of the driving limit again. In and below that band u_hold decreases by LINK_SINK of U_under
+ * in LINK_SINK_TIME. A link that the rotor feeds follows u_hold. The supply is low, but delivers power, under
+ * two conditions. The link stays above u_hold, or above U_under while the rotor is too slow to feed it. And
+ * its mean of LINK_FED_TIME does not decrease from one to the next. A low supply limits nothing until the
+ * link has been above the band again, and counts as lost only below U_under. For ride_time after the loss a
+ * link below U_under is no fault: the bridge opens, the rotor coasts, and the drive catches it when the link
+ * voltage has returned.
  *
- * Ripple: largest less smallest u of LINK_WINDOW is above LINK_RIPPLE of the largest, in LINK_WINDOWS windows
- * in succession. A single sag or braking does not last that long. */
+ * Ripple: in LINK_WINDOWS consecutive windows of LINK_WINDOW the difference between the largest and the
+ * smallest u is above LINK_RIPPLE of the largest. A single sag or braking does not last that long. */
 #ifndef MEDIUM_PROTECT_LINK_WATCH_H
 #define MEDIUM_PROTECT_LINK_WATCH_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#define LINK_SINK      0.1f   /* [-] of dc_undervoltage, by which u_hold sinks ... */
+#define LINK_SINK      0.1f   /* [-] of dc_undervoltage, by which u_hold decreases ... */
 #define LINK_SINK_TIME 0.15f  /* [s] ... within this time */
 #define LINK_ABOVE     0.05f  /* [-] of the band: this far above u_hold the rotor does not feed the link */
 #define LINK_FED_TIME  50e-3f /* [s] of a mean that is compared with the one before */
@@ -28,7 +29,7 @@
 /* The conditions: bits. */
 #define LINK_LIMITS  UINT32_C(1) /* braking or driving is limited */
 #define LINK_RIPPLES UINT32_C(2)
-#define LINK_SINKS   UINT32_C(4) /* below U_under for two looks within ride_time: the bridge opens */
+#define LINK_SINKS   UINT32_C(4) /* below U_under in two steps within ride_time: the bridge opens */
 #define LINK_LOST    UINT32_C(8) /* ride_time has passed, and the supply is still lost */
 
 typedef struct {

@@ -4,8 +4,8 @@
  * line and its check on the bench. */
 #define BOARD_NAME "hvmtrpfckit" /* 1 */
 
-/* 2: cards of later revisions carry 30 MHz. One of 20 MHz reaches 100 MHz, one of 25 MHz 125 MHz: measure
- * (bench check 3), and say so here. */
+/* 2: cards of later revisions carry 30 MHz. A crystal of 20 MHz gives 100 MHz, one of 25 MHz gives 125 MHz:
+ * measure it (bench check 3), and enter it here. */
 #define BOARD_CRYSTAL_HZ 30000000
 #define BOARD_SYSCLK_HZ  150000000
 
@@ -62,10 +62,10 @@
 #define BOARD_DC_NOMINAL_MV       311000
 #define BOARD_UNDERVOLTAGE_MV     200000
 #define BOARD_OVERVOLTAGE_MV      345000
-#define BOARD_OVERVOLTAGE_MAX_MV  360000 /* what the ADC sees of it */
+#define BOARD_OVERVOLTAGE_MAX_MV  360000 /* the end of the ADC's scale */
 
-#define BOARD_MODULE_CONTINUOUS_MA                                                                           \
-    10000 /* 17: half of what the module is named for, for a leg at standstill */
+#define BOARD_MODULE_CONTINUOUS_MA 10000 /* 17: half of the module's rated current, for a leg at standstill  \
+                                          */
 #define BOARD_MODULE_TIME_MS 100
 #define BOARD_GATE_CHARGE_US 300 /* upper gates from bootstrap capacitors */
 

@@ -12,7 +12,8 @@
 #define BOARD_LEG_B 2 /* GPIO2, 3 */
 #define BOARD_LEG_C 3 /* GPIO4, 5 */
 
-#define BOARD_GATE_ACTIVE_HIGH 0 /* 5: the optocouplers' light-emitting diodes hang on 3.3 V */
+#define BOARD_GATE_ACTIVE_HIGH 0 /* 5: the light-emitting diodes of the optocouplers are connected to 3.3 V  \
+                                  */
 
 #define BOARD_TRIP_ZONE    1 /* 6: TZ1 = GPIO12, the module's fault output, open collector */
 #define BOARD_TRIP_PULL_UP 1
@@ -62,10 +63,10 @@
 #define BOARD_DC_NOMINAL_MV       540000
 #define BOARD_UNDERVOLTAGE_MV     350000
 #define BOARD_OVERVOLTAGE_MV      720000
-#define BOARD_OVERVOLTAGE_MAX_MV  800000 /* two thirds of what the switches stand */
+#define BOARD_OVERVOLTAGE_MAX_MV  800000 /* two thirds of the switches' rated voltage */
 
 #define BOARD_MODULE_CONTINUOUS_MA                                                                           \
-    30000 /* 17: six tenths of what the module is named for, for a leg at standstill */
+    30000 /* 17: six tenths of the module's rated current, for a leg at standstill */
 #define BOARD_MODULE_TIME_MS 200
 #define BOARD_GATE_CHARGE_US 0 /* four isolated supplies */
 

@@ -47,8 +47,8 @@
 #define BOARD_LED_FAULT      34
 #define BOARD_LED_ACTIVE_LOW 1
 
-/* 15: at 100 degC 2 mohm both ways, since the channel conducts either current, and 0.5 mohm of shunt in some
- * paths only, which is left out */
+/* 15: at 100 degC 2 mohm in both directions, because the channel conducts in both. The 0.5 mohm of a shunt
+ * are in some paths only, and are omitted. */
 #define BOARD_TURN_ON_DELAY_NS      120
 #define BOARD_TURN_OFF_DELAY_NS     160
 #define BOARD_IGBT_DROP_MV          0
@@ -62,7 +62,7 @@
 #define BOARD_DC_NOMINAL_MV       48000
 #define BOARD_UNDERVOLTAGE_MV     30000
 #define BOARD_OVERVOLTAGE_MV      62000
-#define BOARD_OVERVOLTAGE_MAX_MV  70000 /* seven tenths of what the switches stand */
+#define BOARD_OVERVOLTAGE_MAX_MV  70000 /* seven tenths of the switches' rated voltage */
 
 #define BOARD_MODULE_CONTINUOUS_MA 60000 /* 17 */
 #define BOARD_MODULE_TIME_MS       100

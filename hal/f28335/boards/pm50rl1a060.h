@@ -12,8 +12,8 @@
 #define BOARD_LEG_B 2 /* GPIO2, 3 */
 #define BOARD_LEG_C 3 /* GPIO4, 5 */
 
-/* 5: BOARD_GATE_ACTIVE_HIGH is left out: between chip and module stands an optocoupler stage of the user's,
- * which may invert (the module's inputs are active low). The build requires the option -DLAGLESS_GATES=. */
+/* 5: BOARD_GATE_ACTIVE_HIGH is omitted: the user's optocoupler stage between chip and module may invert (the
+ * inputs of the module are active low). The build requires the option -DLAGLESS_GATES=. */
 
 #define BOARD_TRIP_ZONE    1 /* 6: TZ1 = GPIO12, the module's fault output F_O, open collector */
 #define BOARD_TRIP_PULL_UP 1
@@ -63,17 +63,17 @@
 #define BOARD_DC_NOMINAL_MV       311000
 #define BOARD_UNDERVOLTAGE_MV     200000
 #define BOARD_OVERVOLTAGE_MV      400000
-#define BOARD_OVERVOLTAGE_MAX_MV  450000 /* what the stage stands */
+#define BOARD_OVERVOLTAGE_MAX_MV  450000 /* limit of the stage */
 
-#define BOARD_MODULE_CONTINUOUS_MA                                                                           \
-    25000 /* 17: half of what the module is named for, for a leg at standstill */
+#define BOARD_MODULE_CONTINUOUS_MA 25000 /* 17: half of the module's rated current, for a leg at standstill  \
+                                          */
 #define BOARD_MODULE_TIME_MS 200
 #define BOARD_GATE_CHARGE_US 0 /* four isolated supplies */
 
 #define BOARD_SERIAL_BAUD 937500 /* 18: LSPCLK / 40, exactly */
 #define BOARD_SERIAL_PINS BOARD_SCIA_GPIO28
 
-/* 19: a contact that a hand closes to 3.3 V, with a resistor to ground: an open wire is off */
+/* 19: a manual contact to 3.3 V, with a resistor to ground: an open wire is off */
 #define BOARD_ENABLE_INPUT       27
 #define BOARD_ENABLE_ACTIVE_HIGH 1
 #define BOARD_ENABLE_DEBOUNCE_US 5000

@@ -21,23 +21,42 @@ still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params)
     };
 }
 
+/* true: a phase has almost no current, as behind an open wire. */
+static bool is_alone(const still_watch_tuning_t *tuning, abc_t current)
+{
+    return bounds_within(current.a, tuning->none) || bounds_within(current.b, tuning->none) ||
+           bounds_within(current.c, tuning->none);
+}
+
+/* One period of sensor `n`, whose value differs from the reference by `miss` [A]. true: it is stuck. */
+static inline bool is_stuck(still_watch_t *watch, const still_watch_tuning_t *tuning, uint32_t n, float miss,
+                            abc_t current)
+{
+    const uint32_t still = watch->still[n];
+    const uint32_t before = still <= STILL_SOME ? 0u : watch->off[n];
+    watch->off[n] = 0u;
+    if (still < STILL_SOME || bounds_within(miss, tuning->off)) {
+        return false;
+    }
+    const bool alone = is_alone(tuning, current);
+    if (alone && bounds_within(miss, tuning->far)) {
+        return false;
+    }
+    watch->off[n] = before + 1u;
+    return watch->off[n] >= OFF_PERIODS && (!alone || still >= ALONE);
+}
+
 bool still_watch_judge(still_watch_t *watch, const still_watch_tuning_t *tuning, abc_t asked, abc_t current,
                        bool limited, float u_dc)
 {
-    const float wanted[3] = {asked.a, asked.b, asked.c};
-    const bool alone = bounds_within(current.a, tuning->none) || bounds_within(current.b, tuning->none) ||
-                       bounds_within(current.c, tuning->none);
-    const float most = alone ? tuning->far : tuning->off;
-    const bool counts = !limited || u_dc > tuning->slow;
-    bool stuck = false;
-    for (uint32_t n = 0; n < tuning->sensors; n++) {
-        if (watch->still[n] <= STILL_SOME) {
-            watch->off[n] = 0u;
-        }
-        const bool off =
-            watch->still[n] >= STILL_SOME && counts && !bounds_within(wanted[n] - watch->value[n], most);
-        watch->off[n] = off ? watch->off[n] + 1u : 0u;
-        stuck = stuck || (watch->off[n] >= OFF_PERIODS && (!alone || watch->still[n] >= ALONE));
+    if (limited && !(u_dc > tuning->slow)) {
+        watch->off[0] = 0u;
+        watch->off[1] = 0u;
+        watch->off[2] = 0u;
+        return false;
     }
-    return stuck;
+    const bool a = is_stuck(watch, tuning, 0u, asked.a - watch->value[0], current);
+    const bool b = is_stuck(watch, tuning, 1u, asked.b - watch->value[1], current);
+    const bool c = tuning->sensors == 3u && is_stuck(watch, tuning, 2u, asked.c - watch->value[2], current);
+    return a || b || c;
 }

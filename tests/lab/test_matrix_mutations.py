@@ -19,7 +19,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools/muta
 import planted  # noqa: E402
 
 BUILD, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
-GUARD, LIMITS, TRIPS = "guard/guard.c", "settings/guard_tuning.c", "fast/fast_trips.c"
+GUARD, LIMITS, TRIPS, FAST = "guard/guard.c", "settings/guard_tuning.c", "fast/fast_trips.c", "fast/fast.c"
 HEADER = "settings/faults.h"
 MOST = 8  # cells of a mutation of the table
 
@@ -82,7 +82,7 @@ def exchanged(a, b):
     own = [head(row, row) for row in (a, b)]
     assert all(text.count(each) == 1 for each in own), own
     text = text.replace(own[0], head(a, b)).replace(own[1], head(b, a))
-    return Mutant(f"{a[2]} and {b[2]}: bits exchanged", (GUARD, LIMITS, TRIPS), {HEADER: text})
+    return Mutant(f"{a[2]} and {b[2]}: bits exchanged", (GUARD, LIMITS, TRIPS, FAST), {HEADER: text})
 
 
 # Limits that are no row of the fault table's: row, file, what is written there, what instead.

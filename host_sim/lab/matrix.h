@@ -193,7 +193,7 @@ const char *matrix_never(const matrix_cell_t *cell);
 
 /* The cells of a scenario: each fault that can come under way, `only` one if that is not NULL. Source and
  * speed of its drive at that time say which promise is held against it: that of run_fast, or below 300 r/min
- * run_slow, on shaft h, with as much more current as its overcurrent_trip is more than the default. The
+ * run_slow, on shaft h, with as much more current as its overcurrent_trip is more than that of the paper's rig. The
  * faults are as large for its motor as those of the table for the paper's (matrix_scaled). Faults that are
  * wrong from the beginning are none: they belong into the file. A fault is watched for as long as its row
  * says, while the scenario's course goes on. Returns how many. `cells` as below. false in *good: the drive is
@@ -201,9 +201,17 @@ const char *matrix_never(const matrix_cell_t *cell);
 size_t matrix_around(const matrix_user_t *user, const char *only, matrix_cell_t *cells, bool *good,
                      scenario_error_t *error);
 
+/* The run of a board that is not the paper's rig: the library's motor with the largest current of those for which
+ * this board is proposed, at 0.3 of its top speed with 0.6 of its rated torque. *at [s]: the faults come. NULL:
+ * `error`. */
+scenario_t *matrix_of_board(double *at, scenario_error_t *error);
+
 /* What an absolute value of a fault's row is on this rig, which stands in a scenario: of brakes, currents,
  * voltages, temperatures as large for its motor, link and limits as the table's value is for the paper's. */
 double matrix_scaled(rig_t *rig, const char *row, double value);
+
+/* The value of a row on the paper's rig, whatever board this program simulates. */
+double matrix_standard(const char *row);
 
 /* How many cells there are at most. */
 size_t matrix_size(void);

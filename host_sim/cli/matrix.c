@@ -583,7 +583,16 @@ static size_t lay_out_user(options_t *options, matrix_cell_t *cells, bool *good)
 {
     scenario_error_t error = {.message = ""};
     size_t count = 0;
-    scenario_t *scenario = library_read("matrix", &(arguments_scenario_t){.scenario = options->scenario});
+    scenario_t *scenario;
+    if (options->scenario != NULL) {
+        scenario = library_read("matrix", &(arguments_scenario_t){.scenario = options->scenario});
+    } else {
+        scenario = matrix_of_board(&options->user.at, &error);
+        if (scenario == NULL) {
+            fprintf(stderr, "lagless matrix: %s\n", error.message);
+        }
+        options->scenario = rig_board;
+    }
     options->user.scenario = scenario;
     *good = scenario != NULL;
     if (scenario != NULL && !(options->user.at >= 0.0 && options->user.at < scenario->duration)) {
@@ -624,7 +633,9 @@ int command_matrix(int argc, char **argv)
         "fails, or a listed one passes.\vWith --scenario (a TOML file, "
         "or a name of `lagless scenarios`) each fault that can occur during operation is "
         "injected into this run at the time --at, while the run continues. The promise is that of "
-        "the paper's rig at such a speed, with the current scaled by the ratio of overcurrent_trip.",
+        "the paper's rig at such a speed, with the current scaled by the ratio of overcurrent_trip. On a "
+        "board that is not the default, and without --scenario, this is a run of the library's motor with the "
+        "largest current for which the board is proposed.",
         NULL,
         NULL,
         NULL};
@@ -635,10 +646,11 @@ int command_matrix(int argc, char **argv)
     if (options.choice.only != NULL && !knows_fault(options.choice.only)) {
         return EXIT_USAGE;
     }
-    if (options.scenario == NULL && !boards_is_default()) {
+    const bool user = options.scenario != NULL || !boards_is_default();
+    if (user && (options.has_share || options.choice.cell != NULL)) {
         fprintf(stderr,
-                "lagless matrix: the manoeuvres and their promises are those of the paper's rig on board %s; "
-                "accepted on %s: --scenario SCENARIO --at TIME\n",
+                "lagless matrix: --share and --cell select cells of the paper's rig on board %s; accepted on "
+                "%s: --only FAULT, and --scenario SCENARIO --at TIME\n",
                 board_facts[0]->name, rig_board);
         return EXIT_USAGE;
     }
@@ -648,12 +660,12 @@ int command_matrix(int argc, char **argv)
         return EXIT_INTERNAL;
     }
     bool good = true;
-    const size_t count = options.scenario != NULL ? lay_out_user(&options, cells, &good)
+    const size_t count = user ? lay_out_user(&options, cells, &good)
                                                   : matrix_lay_out(&options.choice, cells);
     int exit_code = EXIT_USAGE;
     if (!good) {
         exit_code = EXIT_USAGE;
-    } else if (count == 0u && options.scenario != NULL) {
+    } else if (count == 0u && user) {
         fprintf(stderr,
                 "lagless matrix: %s is present from the beginning of a run: set its row in the scenario and "
                 "use `lagless run`\n",

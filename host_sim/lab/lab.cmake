@@ -88,6 +88,7 @@ add_library(lagless_lab_shared OBJECT
     lab/map_judge.c
     lab/map_scenario.c
     lab/matrix.c
+    lab/matrix_board.c
     lab/matrix_run.c
     lab/motor.c
     lab/motor_trial.c

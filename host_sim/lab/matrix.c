@@ -243,7 +243,7 @@ double matrix_current(const matrix_cell_t *cell)
     const table_row_t *trip = rig_row_by_name("overcurrent_trip");
     return cell->user == NULL
                ? cell->promise->current
-               : cell->promise->current * scenario_initial(cell->user->scenario, trip) / rig_initial(trip);
+               : cell->promise->current * scenario_initial(cell->user->scenario, trip) / matrix_standard("overcurrent_trip");
 }
 
 /* ---- judgement ---- */

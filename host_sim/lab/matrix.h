@@ -202,9 +202,17 @@ const char *matrix_never(const matrix_cell_t *cell);
 size_t matrix_around(const matrix_user_t *user, const char *only, matrix_cell_t *cells, bool *good,
                      scenario_error_t *error);
 
+/* The run of a board that is not the paper's rig: the library's motor with the largest current of those for
+ * which this board is proposed, at 0.3 of its top speed with 0.6 of its rated torque. *at [s]: the time at
+ * which the faults occur. NULL: see `error`. */
+scenario_t *matrix_of_board(double *at, scenario_error_t *error);
+
 /* Scales an absolute value of a fault (brake, current, voltage, temperature) from the paper's motor, link and
  * limits to those of this rig, which is in a scenario. */
 double matrix_scaled(rig_t *rig, const char *row, double value);
+
+/* The value of a row on the paper's rig, independent of the board that this program simulates. */
+double matrix_standard(const char *row);
 
 /* Largest number of cells. */
 size_t matrix_size(void);

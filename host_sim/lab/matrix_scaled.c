@@ -12,10 +12,34 @@
 #define WITHIN_LEFT                                                                                          \
     0.4 /* [-] of the torque that the load leaves: what a brake within current_limit takes at most */
 
-/* The scenario's value of a row over that of the defaults; 1 where there is none to divide by. */
+/* The sensors of the paper's rig. */
+#define PAPER_PER_CODE (40.0 / 4095.0) /* [A] */
+#define PAPER_AT_0V    (-20.0)         /* [A] */
+
+/* Rows of the paper's rig whose defaults are those of the board: faults and promises of the table belong to
+ * these values, on whatever board the scenario runs. */
+static const struct {
+    const char *row;
+    double value;
+} paper_rig[] = {
+    {"current_limit", 10.0},    {"overcurrent_trip", 15.0},  {"dc_overvoltage", 400.0},
+    {"dc_undervoltage", 200.0}, {"plant.dc_voltage", 311.0},
+};
+
+double matrix_standard(const char *row)
+{
+    for (size_t n = 0; n < sizeof paper_rig / sizeof paper_rig[0]; n++) {
+        if (strcmp(paper_rig[n].row, row) == 0) {
+            return paper_rig[n].value;
+        }
+    }
+    return rig_initial(rig_row_by_name(row));
+}
+
+/* The scenario's value of a row over that of the paper's rig; 1 where there is none to divide by. */
 static double ratio(rig_t *rig, const char *row)
 {
-    const double standard = rig_initial(rig_row_by_name(row));
+    const double standard = matrix_standard(row);
     const double own = rig_value(rig, row);
     return standard > 0.0 && own > 0.0 ? own / standard : 1.0;
 }
@@ -34,9 +58,8 @@ static double able_now(rig_t *rig)
 
 static double able_by_default(void)
 {
-    return able(rig_initial(rig_row_by_name("plant.pole_pairs")),
-                rig_initial(rig_row_by_name("plant.flux_linkage")),
-                rig_initial(rig_row_by_name("current_limit")));
+    return able(matrix_standard("plant.pole_pairs"), matrix_standard("plant.flux_linkage"),
+                matrix_standard("current_limit"));
 }
 
 /* A brake that holds more than current_limit can turn still does; one well within it stays within what the
@@ -48,7 +71,7 @@ static double brake(rig_t *rig, double torque)
     const double left = fmax(
         most - fabs(rig_value(rig, "plant.load_torque")) - rig_value(rig, "plant.friction_coulomb"), 0.0);
     if (torque >= JAM) {
-        return fmax(torque, scaled);
+        return fmin(fmax(torque, scaled), rig_max(rig_row_by_name("rig.brake_torque")));
     }
     return torque < able_by_default() ? fmin(scaled, WITHIN_LEFT * left) : scaled;
 }
@@ -56,8 +79,8 @@ static double brake(rig_t *rig, double torque)
 /* A voltage of the link by the trip that it is beyond, or by the link itself between them. */
 static double link_voltage(rig_t *rig, double volts)
 {
-    const double over = rig_initial(rig_row_by_name("dc_overvoltage"));
-    const double under = rig_initial(rig_row_by_name("dc_undervoltage"));
+    const double over = matrix_standard("dc_overvoltage");
+    const double under = matrix_standard("dc_undervoltage");
     if (volts > over) {
         return volts / over * rig_value(rig, "dc_overvoltage");
     }
@@ -102,17 +125,16 @@ double matrix_scaled(rig_t *rig, const char *row, double value)
         return value * amperes;
     }
     if (strcmp(row, "plant.sink_temperature") == 0) {
-        return value - rig_initial(rig_row_by_name("sink_temperature_max")) +
-               rig_value(rig, "sink_temperature_max");
+        return value - matrix_standard("sink_temperature_max") + rig_value(rig, "sink_temperature_max");
     }
     if (strcmp(row, "plant.motor_temperature") == 0) {
-        return value - rig_initial(rig_row_by_name("motor_temperature_max")) +
-               rig_value(rig, "motor_temperature_max");
+        return value - matrix_standard("motor_temperature_max") + rig_value(rig, "motor_temperature_max");
     }
     if (strncmp(row, "rig.stuck_current_", 18) == 0 && value > 0.0 && value < 4095.0) { /* not at a rail */
         const double per_code = (double)BOARD_CURRENT_PER_CODE;
-        const double current = floor(value * per_code + (double)BOARD_CURRENT_AT_0V + 0.5);
-        return fmin(fmax(value + current * (amperes - 1.0) / per_code, 1.0), 4094.0);
+        const double shown = value * PAPER_PER_CODE + PAPER_AT_0V;
+        const double current = shown + floor(shown + 0.5) * (amperes - 1.0);
+        return fmin(fmax((current - (double)BOARD_CURRENT_AT_0V) / per_code, 1.0), 4094.0);
     }
     return value;
 }

@@ -159,7 +159,12 @@
 #define SOON     MATRIX_NOTICED
 #define SOON_IN_ITS_HALF MATRIX_NOTICED_LATER
 #define AT_ONCE  1e-3
-#define ONE_CHECK 0.05 /* [s] two rounds of the background's look at the memory of the simulated chip */
+/* [s] Two rounds of the background's check of the simulated chip's memory, of 50 steps each. A step comes 0.4 ms after
+ * the one before, or later, when the list of five or six tasks comes to it; the list makes one task a period, or two in three
+ * periods of a carrier so fast that the medium task takes the third one. */
+#define CHECK_LIST ((BOARD_STORE == BOARD_STORE_I2C ? 6.0 : 5.0) * (double)DRIVE_PERIOD)
+#define CHECK_STEP ((double)(uint32_t)(0.4e-3 / CHECK_LIST + 0.999) * CHECK_LIST)
+#define ONE_CHECK  (100.0 * CHECK_STEP * ((double)DRIVE_PERIOD < 75e-6 ? 1.5 : 1.0))
 #define ANY_TIME (double)NAN
 
 /* Reactions that take windows of the medium task: a value is suspected in the first whole window in which it is constant,
@@ -202,6 +207,19 @@
 #define INPUT_COMES_LATER "with the bridge off the loss lasts until `enable` is on: an input that comes back starts nothing"
 #define BOARD_HAS_INPUT(reactions) (BOARD_ENABLE_INPUT != BOARD_NONE ? (reactions) : NEVER)
 #define INPUT_DEBOUNCED  ((double)BOARD_ENABLE_DEBOUNCE_US * 1e-6 + 4e-3) /* [s] and the windows of the medium task */
+#define NO_TEMPERATURE_SENSOR "the board has no sensor of this temperature"
+#define BOARD_HAS_SINK(reactions)  (BOARD_SINK_INPUT != BOARD_NONE ? (reactions) : NEVER)
+#define BOARD_HAS_MOTOR(reactions) (BOARD_MOTOR_INPUT != BOARD_NONE ? (reactions) : NEVER)
+#if defined(BOARD_CURRENT_SENSORS) && BOARD_CURRENT_SENSORS == 3
+#define OR_SUM " current_sum" /* three sensors contradict each other */
+#else
+#define OR_SUM ""
+#endif
+#if defined(BOARD_SAMPLES_AT) && BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR
+#define OR_SHUNT " current_stuck" /* the shunt of a leg has no current if the lower switch does not conduct */
+#else
+#define OR_SHUNT ""
+#endif
 #define BOARD_HAS_C(reactions) (BOARD_CURRENT_SENSORS == 3 ? (reactions) : NEVER)
 
 #define MATRIX_PROMISES(P) \
@@ -209,20 +227,20 @@
     \
     P(STUCK_A_RAIL,     EVERYWHERE, BOTH, OPENS, "bad_sample", AT_ONCE, LIMIT, OUT, "") \
     P(STUCK_B_RAIL,     EVERYWHERE, BOTH, OPENS, "bad_sample", AT_ONCE, LIMIT, OUT, "") \
-    P(STUCK_A_ZERO,     EVERYWHERE, BOTH, OPENS, "current_stuck", SOON, LIMIT, OUT, "") \
+    P(STUCK_A_ZERO,     EVERYWHERE, BOTH, OPENS, "current_stuck" OR_SUM, SOON, LIMIT, OUT, "") \
     P(STUCK_A_ZERO,     AT(OFF),    BOTH, OPENS, "current_stuck", 0.5, LIMIT, OUT, WHILE_OFF) \
     P(STUCK_A_ZERO,     AT(CATCH),  MATRIX_ENCODER_H, OPENS, "current_stuck", 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(STUCK_A_ZERO,     AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, "current_stuck", ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
-    P(STUCK_B_ZERO,     EVERYWHERE, BOTH, OPENS, "current_stuck", SOON, LIMIT, OUT, "") \
+    P(STUCK_B_ZERO,     EVERYWHERE, BOTH, OPENS, "current_stuck" OR_SUM, SOON, LIMIT, OUT, "") \
     P(STUCK_B_ZERO,     AT(OFF),    BOTH, OPENS, "current_stuck", 0.5, LIMIT, OUT, WHILE_OFF) \
     P(STUCK_B_ZERO,     AT(CATCH),  MATRIX_ENCODER_H, OPENS, "current_stuck", 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(STUCK_B_ZERO,     AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, "current_stuck", ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
     P(STUCK_C_ZERO,     EVERYWHERE, BOTH, BOARD_HAS_C(OPENS), SENSOR_REASONS " current_sum", SOON, LIMIT, OUT, NO_SENSOR_C) \
     P(STUCK_C_ZERO,     AT(OFF),    BOTH, BOARD_HAS_C(OPENS), SENSOR_REASONS " current_sum", 0.5, LIMIT, OUT, NO_SENSOR_C) \
-    P(STUCK_A_2A,       EVERYWHERE, BOTH, OPENS, "current_stuck", SOON, LIMIT, OUT, "") \
+    P(STUCK_A_2A,       EVERYWHERE, BOTH, OPENS, "current_stuck" OR_SUM, SOON, LIMIT, OUT, "") \
     P(STUCK_A_2A,       AT(CATCH),  MATRIX_ENCODER_H, OPENS, "current_stuck", STUCK_WINDOWS, LIMIT, OUT, TWO_WINDOWS) \
     P(STUCK_A_2A,       AT(OFF),    BOTH, OPENS | REFUSES, "current_offset", SOON, LIMIT, OUT, "") \
-    P(STUCK_B_2A,       EVERYWHERE, BOTH, OPENS, "current_stuck", SOON, LIMIT, OUT, "") \
+    P(STUCK_B_2A,       EVERYWHERE, BOTH, OPENS, "current_stuck" OR_SUM, SOON, LIMIT, OUT, "") \
     P(STUCK_B_2A,       AT(CATCH),  MATRIX_ENCODER_H, OPENS, "current_stuck", STUCK_WINDOWS, LIMIT, OUT, TWO_WINDOWS) \
     P(STUCK_B_2A,       AT(OFF),    BOTH, OPENS | REFUSES, "current_offset", SOON, LIMIT, OUT, "") \
     P(CURRENT_RANGE,    EVERYWHERE, BOTH, NEVER, "", ANY_TIME, LIMIT, OUT, WRONG_FROM_START) \
@@ -234,11 +252,11 @@
     P(SWAP_CURRENTS,    EVERYWHERE, BOTH, NEVER, "", ANY_TIME, LIMIT, OUT, WRONG_FROM_START) \
     P(SWAP_CURRENTS,    AT(OFF) | AT(CATCH), BOTH, OPENS, "overcurrent current_gain", 0.5, LIMIT, OUT, "") \
     P(SWAP_CURRENTS,    AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, "overcurrent current_gain", ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
-    P(GAIN_A,           EVERYWHERE, SENSORLESS, RIDES | CATCHES | OPENS, "current_gain lock_lost", ANY_TIME, LIMIT, FOLLOWS | OUT, SHOWS_IN_CHANGES) \
-    P(GAIN_A,           EVERYWHERE, ENCODER, RIDES | OPENS, "current_gain encoder_mismatch", ANY_TIME, LIMIT, FOLLOWS | OUT, SHOWS_IN_CHANGES "; " CONTRADICTS) \
-    P(OFFSET_A,         EVERYWHERE, SENSORLESS, RIDES | CATCHES | OPENS, "lock_lost", ANY_TIME, LIMIT, FOLLOWS | OUT, HIDES_IN_DEAD_TIME) \
+    P(GAIN_A,           EVERYWHERE, SENSORLESS, RIDES | CATCHES | OPENS, "current_gain lock_lost" OR_SUM, ANY_TIME, LIMIT, FOLLOWS | OUT, SHOWS_IN_CHANGES) \
+    P(GAIN_A,           EVERYWHERE, ENCODER, RIDES | OPENS, "current_gain encoder_mismatch" OR_SUM, ANY_TIME, LIMIT, FOLLOWS | OUT, SHOWS_IN_CHANGES "; " CONTRADICTS) \
+    P(OFFSET_A,         EVERYWHERE, SENSORLESS, RIDES | CATCHES | OPENS, "lock_lost" OR_SUM, ANY_TIME, LIMIT, FOLLOWS | OUT, HIDES_IN_DEAD_TIME) \
     P(OFFSET_A,         AT(ALIGN) | AT(RAMP), SENSORLESS, RIDES | CATCHES | OPENS, "lock_lost start_unlocked", ANY_TIME, LIMIT, FOLLOWS | OUT, "2 A cause a constant 3.7 V in the EMF (docs/theory.md, 14), compared with 4 to 8 V at 50 to 100 r/min: a start may not lock, and reports it") \
-    P(OFFSET_A,         EVERYWHERE, ENCODER, RIDES | OPENS, "encoder_mismatch", ANY_TIME, LIMIT, FOLLOWS | OUT, HIDES_IN_DEAD_TIME "; " CONTRADICTS) \
+    P(OFFSET_A,         EVERYWHERE, ENCODER, RIDES | OPENS, "encoder_mismatch" OR_SUM, ANY_TIME, LIMIT, FOLLOWS | OUT, HIDES_IN_DEAD_TIME "; " CONTRADICTS) \
     P(OFFSET_A,         AT(OFF),    BOTH, OPENS | REFUSES, "current_offset", SOON, LIMIT, OUT, "") \
     P(NOISE_BURST,      EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(NOISE_BURST,      EVERYWHERE & ~AT(OFF), SENSORLESS, RIDES | CATCHES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
@@ -262,7 +280,7 @@
     P(OPEN_SWITCH_A,    EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON_IN_ITS_HALF, LIMIT, OUT, "the switch is needed in half of each electrical turn only") \
     P(OPEN_SWITCH_A,    AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_SWITCH_A,    AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
-    P(OPEN_SWITCH_B,    EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON_IN_ITS_HALF, LIMIT, OUT, "the switch is needed in half of each electrical turn only") \
+    P(OPEN_SWITCH_B,    EVERYWHERE, BOTH, OPENS, PHASE_REASONS OR_SHUNT, SOON_IN_ITS_HALF, LIMIT, OUT, "the switch is needed in half of each electrical turn only") \
     P(OPEN_SWITCH_B,    AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_SWITCH_B,    AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
     P(SHORT_SWITCH_A,   EVERYWHERE, BOTH, OPENS, "module_fault", AT_ONCE, LIMIT, OUT, "") \
@@ -272,11 +290,11 @@
     P(LEG_A_RESISTANCE, EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(MODULE_FAULT,     EVERYWHERE, BOTH, OPENS, "module_fault", AT_ONCE, LIMIT, OUT, "") \
     P(MODULE_FAULT,     AT(OFF),    BOTH, REFUSES | OPENS, "fault_present gates_refused module_fault", AT_ONCE, LIMIT, OUT, "") \
-    P(SINK_WARM,        EVERYWHERE, BOTH, WARNS, "sink_warm derating", 0.15, LIMIT, FOLLOWS, "") \
-    P(SINK_HOT,         EVERYWHERE, BOTH, STOPS | OPENS, "sink_hot", 0.15, LIMIT, OUT, "") \
-    P(SINK_HOT,         RUNNING,    BOTH, STOPS, "sink_hot", 0.15, LIMIT, STANDS, "") \
-    P(MOTOR_HOT,        EVERYWHERE, BOTH, STOPS | OPENS, "motor_hot", 0.15, LIMIT, OUT, "") \
-    P(MOTOR_HOT,        RUNNING,    BOTH, STOPS, "motor_hot", 0.15, LIMIT, STANDS, "") \
+    P(SINK_WARM,        EVERYWHERE, BOTH, BOARD_HAS_SINK(WARNS), "sink_warm derating", 0.15, LIMIT, FOLLOWS, NO_TEMPERATURE_SENSOR) \
+    P(SINK_HOT,         EVERYWHERE, BOTH, BOARD_HAS_SINK(STOPS | OPENS), "sink_hot", 0.15, LIMIT, OUT, NO_TEMPERATURE_SENSOR) \
+    P(SINK_HOT,         RUNNING,    BOTH, BOARD_HAS_SINK(STOPS), "sink_hot", 0.15, LIMIT, STANDS, NO_TEMPERATURE_SENSOR) \
+    P(MOTOR_HOT,        EVERYWHERE, BOTH, BOARD_HAS_MOTOR(STOPS | OPENS), "motor_hot", 0.15, LIMIT, OUT, NO_TEMPERATURE_SENSOR) \
+    P(MOTOR_HOT,        RUNNING,    BOTH, BOARD_HAS_MOTOR(STOPS), "motor_hot", 0.15, LIMIT, STANDS, NO_TEMPERATURE_SENSOR) \
     P(DEMAGNETISED,     EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(DEMAGNETISED,     EVERYWHERE & ~AT(OFF), SENSORLESS, RIDES | CATCHES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     \

@@ -97,6 +97,7 @@ bool commission_ask_turn(commission_work_t *work)
 #define MARGIN     1.3  /* result over the lowest speed that held [-] */
 #define NO_FORCED  0.01 /* fallback_speed over that of the hand-over: not reached [-] */
 #define SPEEDS     20u
+#define LOOKS      60.0 /* [-] of a speed, at least */
 
 /* The drive runs at this speed for a while. true: with its own estimate, and steadily. */
 static bool holds(commission_work_t *work, double speed, double losses)
@@ -107,7 +108,7 @@ static bool holds(commission_work_t *work, double speed, double losses)
     double count = 0.0;
     bool good = commission_put(work, "speed_request", speed);
     const double begin = work->drive->seconds(work->drive->context);
-    for (double passed = 0.0; good && passed < SETTLE + JUDGED;
+    for (double passed = 0.0; good && (passed < SETTLE + JUDGED || count < LOOKS);
          passed = work->drive->seconds(work->drive->context) - begin) {
         commission_wait(work, LOOK);
         const double omega = commission_value(work, "omega_m");

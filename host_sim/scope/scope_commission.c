@@ -175,9 +175,9 @@ static void put_values(FILE *to, const commission_result_t *result)
         {"psi_f", "mWb", 1e3, result->flux_linkage},
         {"J", "g·m²", 1e3, result->inertia},
         {"T_c", "mN·m", 1e3, result->friction_coulomb},
-        {"B", "mN·m·s/rad", 1e3, result->friction_viscous},
-        {"voltage lost by a leg", "V", 1.0, result->dead_voltage},
-        {"current loop, of design", "", 1.0, {result->loop_gain, (double)NAN}},
+        {"B", "µN·m·s/rad", 1e6, result->friction_viscous},
+        {"voltage loss of a leg", "V", 1.0, result->dead_voltage},
+        {"loop gain, of design", "", 1.0, {result->loop_gain, (double)NAN}},
         {"least speed", "r/min", 9.5492965855137, {result->least_speed, (double)NAN}},
     };
     const char *separator = "";

@@ -36,9 +36,11 @@ static const wrong_t wrongs[] = {
 
 /* When a step is in its middle [looks of 2.5 ms]. */
 static const uint32_t middles[COMMISSION_STEP_COUNT] = {
-    [COMMISSION_DO_wiring] = 30u,       [COMMISSION_DO_resistance] = 1000u, [COMMISSION_DO_inductance] = 400u,
-    [COMMISSION_DO_current_loop] = 700u, [COMMISSION_DO_turn] = 1000u,       [COMMISSION_DO_swing] = 400u,
-    [COMMISSION_DO_flux] = 600u,        [COMMISSION_DO_inertia] = 1600u,    [COMMISSION_DO_least_speed] = 300u};
+    [COMMISSION_DO_wiring] = 30u,      [COMMISSION_DO_resistance] = 1000u,
+    [COMMISSION_DO_inductance] = 400u, [COMMISSION_DO_current_loop] = 700u,
+    [COMMISSION_DO_turn] = 1000u,      [COMMISSION_DO_swing] = 400u,
+    [COMMISSION_DO_flux] = 600u,       [COMMISSION_DO_inertia] = 1600u,
+    [COMMISSION_DO_least_speed] = 300u};
 
 typedef struct {
     rig_t *rig;

@@ -171,7 +171,7 @@ class Commissioning(unittest.TestCase):
         ours = lagless.commission("cold_start", plate=self.PLATE, progress=lambda step, done: steps.append((step, done)))
         for name in ("resistance", "inductance_d", "inductance_q", "flux_linkage", "inertia", "friction_coulomb", "dead_voltage"):
             self.assertAlmostEqual(getattr(ours, name).value, theirs[name], delta=1e-6 * abs(theirs[name]), msg=name)
-        self.assertEqual((ours.reason, ours.passed, steps[0], steps[-1]), (None, True, ("board", False), ("inertia", True)))
+        self.assertEqual((ours.reason, ours.passed, steps[0], steps[-1]), (None, True, ("board", False), ("least_speed", True)))
         # The true values are those of the plant.
         for name, row, within in (("resistance", "plant.resistance", 0.02), ("inductance_d", "plant.inductance_d", 0.015),
                                   ("inductance_q", "plant.inductance_q", 0.03), ("flux_linkage", "plant.flux_linkage", 0.02)):
@@ -180,6 +180,17 @@ class Commissioning(unittest.TestCase):
         self.assertTrue(lagless.run({"title": "the measured motor", "run": {"duration": "2 s"}, "motor": ours.motor(),
                                      "requests": {"enable": "on", "speed_request": "500 r/min"},
                                      "expect": [{"signal": "true_omega_m", "statistic": "last", "at_least": "490 r/min"}]}).passed)
+
+    def test_the_user_s_answers_and_those_of_the_simulated_motor_count_the_pole_pairs(self):
+        steps, still = ["turn"], {"plant.load_torque": 0}
+        found = lagless.commission("cold_start", plate=self.PLATE, steps=steps, set=still)
+        self.assertEqual((found.reason, found.turns, found.reversed), (None, 1.0, False))
+        found = lagless.commission("cold_start", plate={**self.PLATE, "pole_pairs": 8, "rated_speed": 80}, steps=steps, set=still)
+        self.assertEqual((found.reason, found.turns), ("pole_pairs_doubted", 2.0))
+        self.assertIn("pole_pairs = 4", found.text)
+        found = lagless.commission("cold_start", plate=self.PLATE, steps=steps, set=still, answers={"direction": "reversed", "turn": 0.5})
+        self.assertEqual((found.reason, found.reversed), ("pole_pairs_doubted", True))
+        self.assertEqual(lagless.commission("cold_start", plate=self.PLATE, steps=["board"], link="340 V").reason, "link_mismatch")
 
     def test_what_ends_it_has_a_name_and_what_is_missing_is_said(self):
         found = lagless.commission("cold_start", plate=self.PLATE, set={"plant.open_phase_b": 1})
@@ -210,7 +221,8 @@ class Commissioning(unittest.TestCase):
     def test_wrong_arguments_are_refused_with_what_is_accepted(self):
         for arguments, said in (({"plate": {"poles": 8}}, "accepted: pole_pairs"), ({"plate": {"rated_speed": -1}}, "positive"),
                                 ({"plate": {"rated_speed": "1500 V"}}, "r/min"), ({"steps": ["wirring"]}, "accepted: board"),
-                                ({"steps": []}, "no name is given")):
+                                ({"steps": []}, "no name is given"), ({"answers": {"turn": "many"}}, "accepted: one"),
+                                ({"answers": {"mark": "one"}}, "accepted: direction, turn"), ({"link": "0 V"}, "positive voltages")):
             with self.subTest(arguments=arguments), self.assertRaisesRegex(lagless.Error, said):
                 lagless.commission("cold_start", **arguments)
 

@@ -58,7 +58,7 @@ class Page(Bench):
     def begins(self):
         self.run("document.getElementById('commission').scrollIntoView()")
         self.click("#commission_begin")
-        self.wait("scope.state.commission.running", "the begin")
+        self.wait("scope.state.commission.running", "the begin", 60)
 
     # ---- checks ----
 
@@ -73,7 +73,7 @@ class Page(Bench):
         self.fills()
         self.begins()
         self.wait("scope.state.commission.values.length > 0 && scope.state.commission.steps[scope.state.commission.step].name === 'inductance'",
-                  "R", 60)
+                  "R", 120)
         if not re.search(r"constant current.* At most 1?[0-9] s are left", self.text("#commission_now")):
             raise Fault(f"what is done to the motor: {self.text('#commission_now')}")
         answer = self.run("return fetch('set', {method: 'POST', body: 'speed_request 10', headers: {'X-Lagless': '1'}}).then(a => a.json())")
@@ -90,7 +90,7 @@ class Page(Bench):
         self.click("#plate_resume")
         self.begins()
         self.wait("scope.state.commission.running && scope.state.commission.steps[2].ended"
-                  " && scope.state.commission.steps[scope.state.commission.step].name === 'inductance'", "the step after those that are known", 8)
+                  " && scope.state.commission.steps[scope.state.commission.step].name === 'inductance'", "the step after those that are known", 60)
         self.run("document.activeElement.blur(); document.body.dispatchEvent(new KeyboardEvent('keydown', {key: 'Escape', bubbles: true}))")
         self.wait("scope.state.commission.done", "the end")
         expect(self.data()["reason"], "stopped_by_user", "the reason")
@@ -102,12 +102,12 @@ class Page(Bench):
         self.fills()
         self.begins()
         for question, answer in (("direction", "as_said"), ("turn", "one")):
-            self.wait(f"scope.state.commission.question === '{question}'", question, 60)
+            self.wait(f"scope.state.commission.question === '{question}'", question, 200)
             self.wait("!document.getElementById('commission_question').hidden", "the question")
             if question == "turn":
                 self.shoot("commission_question")
             self.click(f"#commission_question button[value={answer}]")
-        self.wait("scope.state.commission.done", "the end", 120)
+        self.wait("scope.state.commission.done", "the end", 200)
         data = self.data()
         expect((data["reason"], data["known"], data["turns"]), (None, True, 1), f"the end, {data['what']}")
         found = {each["name"]: each["value"] for each in data["values"]}

@@ -35,7 +35,8 @@ static inline uint32_t fast_moments(const fast_bridge_t *bridge, const setpoint_
     return bridge->runs == 0u || bridge->open != 0u ? GUARD_ALWAYS : setpoint->moments;
 }
 
-static inline guard_input_t fast_trip_input(const fast_t *fast, const setpoint_t *setpoint, uint32_t encoder_wrong)
+static inline guard_input_t fast_trip_input(const fast_t *fast, const setpoint_t *setpoint,
+                                            uint32_t encoder_wrong)
 {
     return (guard_input_t){
         .measured = &fast->measure.measured,
@@ -60,8 +61,9 @@ static inline bool fast_trip(fast_t *fast, fast_orders_t orders)
     fast_find_gates_on(&fast->bridge, fast->measure.measured.flags);
     const guard_input_t input = fast_trip_input(fast, orders.setpoint, encoder_wrong);
     if (!guard_is_calm(&fast->trips, &tuning->guard, &input, FAULT_EACH)) {
-        fast_judge_trips(fast, orders,
-                         encoder_wrong); /* builds the input again: a kept one would be stored in each period */
+        fast_judge_trips(
+            fast, orders,
+            encoder_wrong); /* builds the input again: a kept one would be stored in each period */
     }
     if (still_watch_count(&fast->still_watch, &tuning->still_watch, &fast->measure.measured.current_abc)) {
         fast_judge_still(fast, orders);

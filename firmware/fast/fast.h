@@ -88,8 +88,8 @@ typedef struct {
 
 /* Data from the medium task. */
 typedef struct {
-    uint32_t fresh; /* [-] FAST_FRESH_... bits for the next period */
-    uint32_t late;  /* [windows] consecutive, without a new setpoint */
+    uint32_t fresh;   /* [-] FAST_FRESH_... bits for the next period */
+    uint32_t late;    /* [windows] consecutive, without a new setpoint */
     uint32_t overdue; /* [-] 1: `late` has reached FAST_LATE_WINDOWS */
 } fast_given_t;
 

@@ -372,6 +372,23 @@ static void test_an_offer_waits_for_a_medium_task_that_is_late(void)
     TEST_ASSERT_EQUAL_FLOAT(100.0f, drive.medium.sequence.tuning.dc_undervoltage);
 }
 
+/* The first period of the next setpoint locks the loop, which is long enough without a new tuning. */
+static void test_an_offer_waits_for_a_setpoint_that_begins_something(void)
+{
+    bring_to_run();
+    windows(1);
+    steps(DRIVE_WINDOW - 1u);
+    const uint32_t before = drive.in_force;
+    offer_params();
+    drive.setpoints[drive.acting ^ 1u].lock = (int32_t)LOCK_TO_ENCODER;
+    steps(1);
+    TEST_ASSERT_EQUAL_UINT32(1u, drive.offered);
+    TEST_ASSERT_EQUAL_UINT32(before, drive.in_force);
+    windows(1);
+    TEST_ASSERT_EQUAL_UINT32(0u, drive.offered);
+    TEST_ASSERT_EQUAL_UINT32(before ^ 1u, drive.in_force);
+}
+
 static void test_an_offer_withdrawn_is_not_taken(void)
 {
     bring_to_run();

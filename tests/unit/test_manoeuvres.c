@@ -351,7 +351,8 @@ static void test_reference_too_slow_to_track_is_forced(void)
         EXPECT_TRACE(MANOEUVRE_CATCH, MANOEUVRE_ALIGN, MANOEUVRE_RAMP, MANOEUVRE_FORCED);
         TEST_ASSERT_DOUBLE_WITHIN(0.02, way * 3.0, machine.omega_m);
         TEST_ASSERT_EQUAL_UINT32(0u, m.tracking);
-        const frame_t rotor = reference_tracks(&fast) ? estimate.frame : reference_rotor(&fast, &estimate.frame);
+        const frame_t rotor =
+            reference_tracks(&fast) ? estimate.frame : reference_rotor(&fast, &estimate.frame);
         TEST_ASSERT_EQUAL_MEMORY(&fast.forced.frame, &rotor, sizeof rotor);
         wish.omega_m_ref = (float)way * 40.0f;
         steps(3.0);

@@ -110,7 +110,8 @@ void reference_obey(reference_t *reference, const setpoint_t *setpoint, const es
     }
 }
 
-void reference_force(reference_t *reference, const reference_tuning_t *tuning, ab_t observed, demand_t *demand)
+void reference_force(reference_t *reference, const reference_tuning_t *tuning, ab_t observed,
+                     demand_t *demand)
 {
     forced_t *forced = &reference->forced;
     forced->frame.omega_e += reference->forced_slope;

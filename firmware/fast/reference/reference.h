@@ -137,7 +137,8 @@ void reference_obey(reference_t *reference, const setpoint_t *setpoint, const es
                     const position_t *encoder);
 
 /* A period of a forced frame, with the observed EMF [V] at t_k. */
-void reference_force(reference_t *reference, const reference_tuning_t *tuning, ab_t observed, demand_t *demand);
+void reference_force(reference_t *reference, const reference_tuning_t *tuning, ab_t observed,
+                     demand_t *demand);
 
 /* A period of a catch, at this link voltage [V]; `estimate`: NULL while the observer does not run. */
 void reference_follow_catch(reference_t *reference, const reference_tuning_t *tuning,

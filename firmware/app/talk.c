@@ -16,50 +16,61 @@
 
 HAL_PER_CHIP const talk_line_t *talk_line;
 
-static uint32_t waiting_in(const talk_ring_t *ring)
+/* Places and counts in a ring of this size. */
+static uint32_t waiting(uint16_t put, uint16_t got, uint32_t size)
 {
-    const uint32_t put = ring->put;
-    const uint32_t got = ring->got;
-    return put >= got ? put - got : put + TALK_RING - got;
+    return put >= got ? (uint32_t)put - got : (uint32_t)put + size - got;
 }
 
 /* The place so many octets behind this one, at most one turn. */
-static uint16_t place_behind(uint16_t place, uint32_t count)
+static uint16_t place_behind(uint16_t place, uint32_t count, uint32_t size)
 {
     const uint32_t next = place + count;
-    return (uint16_t)(next < TALK_RING ? next : next - TALK_RING);
+    return (uint16_t)(next < size ? next : next - size);
 }
 
 /* Number of octets from this place on that are contiguous. */
-static uint32_t in_a_row(uint16_t place, uint32_t count)
+static uint32_t in_a_row(uint16_t place, uint32_t count, uint32_t size)
 {
-    const uint32_t to_end = (uint32_t)TALK_RING - place;
+    const uint32_t to_end = size - place;
     return count < to_end ? count : to_end;
 }
 
-static uint32_t room_of(const talk_ring_t *came)
+#define OUT_SIZE (TALK_AHEAD + 1u)
+
+static uint32_t waiting_in(const talk_in_t *came)
 {
-    return in_a_row(came->put, TALK_RING - 1u - waiting_in(came));
+    return waiting(came->put, came->got, TALK_RING);
+}
+
+static uint32_t waiting_out(const talk_out_t *going)
+{
+    return waiting(going->put, going->got, OUT_SIZE);
+}
+
+static uint32_t room_of(const talk_in_t *came)
+{
+    return in_a_row(came->put, TALK_RING - 1u - waiting_in(came), TALK_RING);
 }
 
 /* Twice, because the room may continue at the beginning of the ring. Octets without room are dropped, since
  * those that stayed in the chip would call the interrupt again. */
-static void receive(talk_ring_t *came)
+static void receive(talk_in_t *came)
 {
     for (uint16_t piece = 0u; piece < 2u; piece++) {
         const uint32_t count = hal_serial_read(&came->octets[came->put], room_of(came));
-        came->put = place_behind(came->put, count);
+        came->put = place_behind(came->put, count, TALK_RING);
     }
     if (room_of(came) == 0u) {
         hal_serial_drop();
     }
 }
 
-static void send(talk_ring_t *going)
+static void send(talk_out_t *going)
 {
     for (uint16_t piece = 0u; piece < 2u && going->put != going->got; piece++) {
-        const uint32_t count = in_a_row(going->got, waiting_in(going));
-        going->got = place_behind(going->got, hal_serial_write(&going->octets[going->got], count));
+        const uint32_t count = in_a_row(going->got, waiting_out(going), OUT_SIZE);
+        going->got = place_behind(going->got, hal_serial_write(&going->octets[going->got], count), OUT_SIZE);
     }
 }
 
@@ -85,20 +96,21 @@ void talk_receive(void)
 }
 
 /* A line that leads past the chip has no interrupt. */
-static void receive_beside(talk_ring_t *came)
+static void receive_beside(talk_in_t *came)
 {
     for (uint16_t piece = 0u; piece < 2u && talk_line != NULL; piece++) {
         const uint32_t room = room_of(came);
-        came->put = place_behind(came->put, room > 0u ? talk_line->read(&came->octets[came->put], room) : 0u);
+        came->put = place_behind(came->put, room > 0u ? talk_line->read(&came->octets[came->put], room) : 0u,
+                                 TALK_RING);
     }
 }
 
-static uint32_t give(talk_ring_t *going, const uint16_t *octets, uint32_t count)
+static uint32_t give(talk_out_t *going, const uint16_t *octets, uint32_t count)
 {
     uint32_t n = 0u;
-    for (; n < count && waiting_in(going) < TALK_AHEAD; n++) {
+    for (; n < count && waiting_out(going) < TALK_AHEAD; n++) {
         going->octets[going->put] = octets[n];
-        going->put = place_behind(going->put, 1u);
+        going->put = place_behind(going->put, 1u, OUT_SIZE);
     }
     return n;
 }
@@ -168,11 +180,11 @@ static void listen_modbus(talk_t *talk)
     const uint32_t now = period();
     const float timeout = app->active.command_timeout;
     const bool sends = talk->busy != 0u || now - talk->busy_at <= ECHO_PERIODS;
-    talk_ring_t *came = &talk->came;
+    talk_in_t *came = &talk->came;
     look_at_line(talk);
     for (uint32_t count = waiting_in(came); count > 0u; count--) {
         const uint16_t octet = came->octets[came->got];
-        came->got = place_behind(came->got, 1u);
+        came->got = place_behind(came->got, 1u, TALK_RING);
         if (!sends) {
             modbus_take(&talk->modbus, talk->receiver.octets, octet, now);
         }
@@ -198,7 +210,7 @@ static void listen_modbus(talk_t *talk)
 static void listen(talk_t *talk)
 {
     const uint32_t now = period();
-    talk_ring_t *came = &talk->came;
+    talk_in_t *came = &talk->came;
     if (is_modbus(talk)) {
         listen_modbus(talk);
         return;
@@ -211,7 +223,7 @@ static void listen(talk_t *talk)
     frame_listen(&talk->receiver, now);
     while (waiting_in(came) != 0u) {
         const uint16_t octet = came->octets[came->got];
-        came->got = place_behind(came->got, 1u);
+        came->got = place_behind(came->got, 1u, TALK_RING);
         if (frame_take(&talk->receiver, octet, now)) {
             talk->answer_count = xcp_command(&talk->xcp, &talk->daq, &talk_access,
                                              frame_packet(&talk->receiver), talk->answer);
@@ -288,7 +300,7 @@ static void use(talk_t *talk, talk_setting_t setting)
 /* Something waits to be sent, or is being sent. */
 static bool is_busy(const talk_t *talk)
 {
-    return talk->answer_count != 0u || !frame_is_free(&talk->sender) || waiting_in(&talk->going) != 0u ||
+    return talk->answer_count != 0u || !frame_is_free(&talk->sender) || waiting_out(&talk->going) != 0u ||
            (talk_line == NULL && hal_serial_sends());
 }
 

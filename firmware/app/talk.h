@@ -39,7 +39,12 @@ typedef struct {
     uint16_t put; /* [-] place of the next octet that is written */
     uint16_t got; /* [-] place of the next octet that is read */
     uint16_t octets[TALK_RING];
-} talk_ring_t;
+} talk_in_t;
+
+typedef struct {
+    uint16_t put, got; /* [-] as in talk_in_t */
+    uint16_t octets[TALK_AHEAD + 1u];
+} talk_out_t;
 
 /* How the chip's line is used. */
 typedef struct {
@@ -58,8 +63,8 @@ typedef struct {
     uint32_t steered;      /* [-] 1: `enable` was switched on over the serial link, and still is */
     uint32_t silent;       /* [-] 1: communication time-out of the master; until `enable` is set again */
     uint32_t line_errors;  /* [-] of the chip's line, at the last check */
-    talk_ring_t came;      /* octets that the interrupts have received on the chip's line */
-    talk_ring_t going;     /* octets that they will send on that line */
+    talk_in_t came;        /* octets that the interrupts have received on the chip's line */
+    talk_out_t going;      /* octets that they will send on that line */
     uint32_t answer_count; /* [octets] of the waiting answer; 0: none */
     uint16_t answer[FRAME_MAX_CTO];
     modbus_t modbus;

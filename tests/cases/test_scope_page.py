@@ -30,6 +30,20 @@ time = "3 s"
 plant.dc_voltage = "311 V"
 """
 STAYS = FAILS.replace('[[at]]\ntime = "3 s"\nplant.dc_voltage = "311 V"\n', "")
+STANDS = FAILS.partition("[[at]]")[0].replace("encoder", "sensorless")
+
+# Share of the panel of theta_e that a quarter of a colour covers, and nothing else.
+BAND = """
+const {plot} = scope.panels().find(panel => panel.traces.some(trace => trace.row.name === 'theta_e'));
+const {left, top, width, height} = plot.bbox;
+const copy = new OffscreenCanvas(width, height).getContext('2d', {willReadFrequently: true});
+copy.drawImage(plot.ctx.canvas, -left, -top);
+const data = copy.getImageData(0, 0, width, height).data;
+let found = 0;
+for (let i = 3; i < data.length; i += 4) {
+    found += data[i] > 55 && data[i] < 75;
+}
+return found / (width * height);"""
 
 
 class Page(Bench):
@@ -110,10 +124,26 @@ class Page(Bench):
         self.click("#stop")
         self.says("^the bridge is off already: a fault is latched$", "good")
 
+    def the_angle_has_a_band_of_its_uncertainty(self):
+        self.opens()
+        for count, name in ((7, "theta_e"), (8, "theta_sigma")):
+            self.write("#find_signal", name)
+            self.run("[...document.querySelectorAll('#found button')].find(b => b.textContent.split(/\\s/)[0] === arguments[0]).click()", name)
+            self.wait(f"scope.state.choice.signals.length === {count} && scope.ring.total > 1000", name)
+        time.sleep(6)  # a window of it
+        share = self.run(BAND)  # the rotor stands, and all angles are equally probable
+        if not share > 0.8:
+            raise Fault(f"the band covers {share:.2f} of the panel")
+        self.shoot("band")
+        self.click("#chosen li:last-child button")
+        self.wait("scope.state.choice.signals.length === 7 && scope.ring.total > 1000", "theta_e alone")
+        expect(self.run(BAND) < 0.1, True, "no band without theta_sigma")
+
 
 CHECKS = ((FAILS, (Page.run_on_a_latched_fault_is_told_as_refused, Page.a_reset_that_works_is_told_as_done_and_run_as_on,
                    Page.a_lost_link_greys_values_with_their_age_and_disables_commands, Page.a_link_that_is_back_brings_fresh_values_and_commands)),
-          (STAYS, (Page.a_reset_whose_cause_is_there_is_told_as_none,)))
+          (STAYS, (Page.a_reset_whose_cause_is_there_is_told_as_none,)),
+          (STANDS, (Page.the_angle_has_a_band_of_its_uncertainty,)))
 
 
 def made(scenario):

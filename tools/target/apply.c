@@ -149,7 +149,7 @@ static void send(const uint8_t *packet, uint32_t count)
     static uint32_t counter;
     uint8_t frame[FRAMES_MOST];
     const uint32_t octets = frames_make(frame, packet, count, counter, true);
-    talk_ring_t *came = &app->talk.came;
+    talk_in_t *came = &app->talk.came;
     counter++;
     for (uint32_t n = 0u; n < octets; n++) {
         came->octets[came->put] = frame[n];

@@ -394,6 +394,37 @@ const scope = (() => {
         };
     }
 
+    /* The uncertainty of the angle, if both are shown: three times theta_sigma on each side, below the traces. A column of
+       its own for each point, because the angle wraps. */
+    function drawBand(panel) {
+        return plot => {
+            const trace = name => panel.traces.findIndex(each => each.row.name === name);
+            const [angle, sigma] = [trace("theta_e"), trace("theta_sigma")];
+            if (angle < 0 || sigma < 0) {
+                return;
+            }
+            const {ctx, bbox} = plot, [x, ...ys] = plot.data;
+            ctx.save();
+            ctx.beginPath();
+            ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+            ctx.clip();
+            ctx.fillStyle = traceColour(panel.traces[angle].index);
+            ctx.globalAlpha = 0.25;
+            ctx.beginPath(); // one area: what overlaps is no darker
+            for (let k = 0; k < x.length; k++) {
+                if (ys[angle][k] == null || ys[sigma][k] == null) {
+                    continue;
+                }
+                const left = plot.valToPos(x[k], "x", true);
+                const right = k + 1 < x.length ? plot.valToPos(x[k + 1], "x", true) : left + 1;
+                const [top, bottom] = [3, -3].map(times => plot.valToPos(ys[angle][k] + times * ys[sigma][k], "y", true));
+                ctx.rect(left, top, Math.max(1, right - left), Math.max(1, bottom - top));
+            }
+            ctx.fill();
+            ctx.restore();
+        };
+    }
+
     function options(panel, first, last, count) {
         const look = {
             stroke: () => css("--soft"), grid: {stroke: () => css("--grid"), width: 1}, ticks: {stroke: () => css("--grid"), width: 1},
@@ -432,6 +463,7 @@ const scope = (() => {
                         state.dirty = true;
                     }
                 }],
+                drawAxes: [drawBand(panel)],
                 draw: [drawMarks(panel, first)],
             },
         };

@@ -186,7 +186,7 @@ class Replay(command_line.TestCase):
             with self.subTest(fragments=fragments):
                 self.write("run.replay", sealed(change(text)))
                 self.expect(2, lagless("replay", path), *fragments)
-        self.refuses((("replay",), "no file is given"), (("replay", path + "x"), "cannot be read"))
+        self.refuses((("replay",), "no file is given"), (("replay", path + "x"), "it cannot be read"))
 
     def test_buffer_of_signals_is_no_record(self):
         _, target = self.serve(self.write("a.toml", TURNS.replace('"replay"', '"signals"')), "--quiet", "--port", "0")

@@ -6,10 +6,11 @@
 #include "settings/reasons.h"
 #include "settings/signals.h"
 
-#define TRIES     UINT32_C(3) /* of a copy between two samples */
-#define MARGIN    UINT32_C(8) /* [periods] from the time at which a snapshot is due until it is complete */
-#define DUE_AFTER ((RECORDING_ROWS - RECORDING_AFTER) / 2u - MARGIN) /* [periods] age of the newer snapshot  \
-                                                                      */
+#define TRIES  UINT32_C(3) /* of a copy between two samples */
+#define MARGIN UINT32_C(8) /* [periods] from the time at which a snapshot is due until it is complete */
+#define DUE_AFTER                                                                                            \
+    ((RECORDING_ROWS - RECORDING_AFTER) / 2u - MARGIN) /* [periods] age of the newer snapshot                \
+                                                        */
 
 /* The ring is long enough for a useful time before the fault. */
 typedef char recording_fits[(CAPTURE_SLOTS > 2u * RECORDING_SNAPSHOT + RECORDING_EVENT * RECORDING_EVENTS +
@@ -32,15 +33,16 @@ static bool is_waiting(void)
 
 capture_tuning_t recording_tuning(void)
 {
-    capture_tuning_t tuning = {.on = (uint32_t)CAPTURE_ON_FAULT,
-                               .after = RECORDING_AFTER,
-                               .columns = RECORD_COLUMNS,
-                               .width = RECORD_COLUMNS,
-                               .periods = RECORDING_ROWS,
-                               .ring = RECORD_COLUMNS * RECORDING_ROWS};
-    for (uint32_t n = 0; n < RECORD_COLUMNS; n++) {
-        tuning.place[n] = (uint32_t)(offsetof(drive_t, record.slots) + n * sizeof(uint32_t));
-    }
+    const capture_tuning_t tuning = {.on = (uint32_t)CAPTURE_ON_FAULT,
+                                     .after = RECORDING_AFTER,
+                                     .columns = RECORD_COLUMNS,
+                                     .width = RECORD_COLUMNS,
+                                     .periods = RECORDING_ROWS,
+                                     .ring = RECORD_COLUMNS * RECORDING_ROWS,
+                                     .place = {(uint32_t)offsetof(drive_t, record.slots[0]),
+                                               (uint32_t)offsetof(drive_t, record.slots[1]),
+                                               (uint32_t)offsetof(drive_t, record.slots[2]),
+                                               (uint32_t)offsetof(drive_t, record.slots[3])}};
     return tuning;
 }
 
@@ -50,17 +52,15 @@ capture_tuning_t recording_tuning(void)
  */
 static void copy(uint32_t *slots, const void *base, uint32_t from, uint32_t to)
 {
-    size_t place = from * sizeof(uint32_t);
     uint32_t n = from;
     for (; n + 4u <= to; n += 4u) {
-        slots[n] = tap_slot_at(base, place);
-        slots[n + 1u] = tap_slot_at(base, place + sizeof(uint32_t));
-        slots[n + 2u] = tap_slot_at(base, place + 2u * sizeof(uint32_t));
-        slots[n + 3u] = tap_slot_at(base, place + 3u * sizeof(uint32_t));
-        place += 4u * sizeof(uint32_t);
+        slots[n] = tap_slot(base, n);
+        slots[n + 1u] = tap_slot(base, n + 1u);
+        slots[n + 2u] = tap_slot(base, n + 2u);
+        slots[n + 3u] = tap_slot(base, n + 3u);
     }
     for (; n < to; n++) {
-        slots[n] = tap_slot_at(base, n * sizeof(uint32_t));
+        slots[n] = tap_slot(base, n);
     }
 }
 
@@ -176,19 +176,31 @@ void recording_offer(const params_t *params, const assumed_t *assumed)
     params_t next = *params;
     next.line_key = app->active.line_key;
     note_rows(&params_table, &app->active, &next);
+<<<<<<< HEAD
     for (uint32_t n = 0; n < RECORDING_ASSUMED; n++) {
         recording_event(RECORDING_ASSUMED_AT + n, tap_slot_at(assumed, n * sizeof(uint32_t)));
+=======
+    for (uint32_t n = 0; n < RECORDING_BELIEVED; n++) {
+        recording_event(RECORDING_BELIEVED_AT + n, tap_slot(believed, n));
+>>>>>>> s-replay
     }
 }
 
 /* ---- what a client reads ---- */
 
-static uint32_t hash_places(const table_t *table, uint32_t hash)
+/* Number of the slot at a row's offset, which counts the chars of the target. */
+static uint32_t number_of(const void *base, size_t offset)
+{
+    const void *slot = (const char *)base + offset;
+    return (uint32_t)((const uint32_t *)slot - (const uint32_t *)base);
+}
+
+static uint32_t hash_places(const table_t *table, const void *base, uint32_t hash)
 {
     for (uint32_t n = 0; n < table->count; n++) {
         const table_row_t *row = &table->rows[n];
         hash = record_mix(hash, row->id);
-        hash = record_mix(hash, (uint32_t)(row->offset / sizeof(uint32_t)));
+        hash = record_mix(hash, number_of(base, row->offset));
     }
     return hash;
 }
@@ -196,9 +208,9 @@ static uint32_t hash_places(const table_t *table, uint32_t hash)
 uint32_t recording_layout(void)
 {
     uint32_t hash = record_mix(RECORDING_STATE, RECORDING_SNAPSHOT);
-    hash = hash_places(&signals_table, hash);
-    hash = hash_places(&requests_table, hash);
-    return hash_places(&params_table, hash);
+    hash = hash_places(&signals_table, &app->drive, hash);
+    hash = hash_places(&requests_table, &app->drive.requests, hash);
+    return hash_places(&params_table, &app->active, hash);
 }
 
 static uint32_t name_slot(uint32_t number)

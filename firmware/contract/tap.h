@@ -22,6 +22,13 @@ static inline uint32_t tap_slot_at(const void *base, size_t offset)
 #endif
 }
 
+/* The slot with this number, of a struct that consists of slots. */
+static inline uint32_t tap_slot(const void *base, uint32_t number)
+{
+    const uint32_t *slots = base;
+    return tap_slot_at(&slots[number], 0u);
+}
+
 /* Copies the 32-bit slots at these offsets [chars of the target] of `base`, in their order. */
 static inline void tap_copy(const size_t *offsets, uint32_t count, const void *base, uint32_t *slots)
 {

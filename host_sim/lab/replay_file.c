@@ -116,7 +116,7 @@ static char *read_text(const char *path, char why[REPLAY_FILE_WHY])
     FILE *file = fopen(path, "rb");
     char *text = file != NULL ? malloc(OCTETS_MAX + 1u) : NULL;
     if (text == NULL) {
-        fail(why, "%.200s cannot be read: %s", path, strerror(errno));
+        fail(why, "it cannot be read: %s", strerror(errno));
         if (file != NULL) {
             fclose(file);
         }
@@ -128,11 +128,9 @@ static char *read_text(const char *path, char why[REPLAY_FILE_WHY])
         strncmp(text, REPLAY_FILE_FIRST,
                 octets < strlen(REPLAY_FILE_FIRST) ? octets : strlen(REPLAY_FILE_FIRST)) != 0) {
         free(text);
-        fail(why,
-             "%.200s is no record for a replay: accepted is a file of `capture save` in lagless connect, or "
-             "of "
-             "`lagless run --out` with the parameter fault_record = replay",
-             path);
+        fail(why, "it is no record for a replay: accepted is a file of `capture save` in lagless connect, or "
+                  "of "
+                  "`lagless run --out` with the parameter fault_record = replay");
         return NULL;
     }
     text[octets] = '\0';

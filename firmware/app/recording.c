@@ -176,13 +176,8 @@ void recording_offer(const params_t *params, const assumed_t *assumed)
     params_t next = *params;
     next.line_key = app->active.line_key;
     note_rows(&params_table, &app->active, &next);
-<<<<<<< HEAD
     for (uint32_t n = 0; n < RECORDING_ASSUMED; n++) {
-        recording_event(RECORDING_ASSUMED_AT + n, tap_slot_at(assumed, n * sizeof(uint32_t)));
-=======
-    for (uint32_t n = 0; n < RECORDING_BELIEVED; n++) {
-        recording_event(RECORDING_BELIEVED_AT + n, tap_slot(believed, n));
->>>>>>> s-replay
+        recording_event(RECORDING_ASSUMED_AT + n, tap_slot(assumed, n));
     }
 }
 

@@ -177,6 +177,8 @@ typedef struct {
 /* campaign_reasons.c: what has happened, to which a report is compared. */
 typedef struct {
     double fast, over, high, low, under; /* [rad/s], [A], [V]: from there on a reason is true */
+    double speed;                        /* [rad/s] mechanical, behind the lag of the tracking loop */
+    double none; /* [A] length of a current that is nearly none, as of the drive\'s watch of the encoder */
     uint32_t fast_at, over_at, high_at, low_at, wrong_at; /* [periods] when it was so last; 0: never */
     uint32_t starved;                                     /* [periods] so long has the link been too low */
     uint32_t quiet; /* [periods] so long has no current flowed, with all gates off */

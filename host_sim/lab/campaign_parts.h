@@ -179,6 +179,8 @@ typedef struct {
 /* campaign_reasons.c: the true events, with which the reason of a fault is compared. */
 typedef struct {
     double fast, over, high, low, under; /* [rad/s], [A], [V]: limits from which a reason is true */
+    double speed;                        /* [rad/s] mechanical, with the lag of the tracking loop */
+    double none; /* [A] length of a current that counts as none, as in the drive's watch of the encoder */
     uint32_t fast_at, over_at, high_at, low_at,
         wrong_at;     /* [periods] last time at which the limit was exceeded; 0: never */
     uint32_t starved; /* [periods] time for which the link has been too low */

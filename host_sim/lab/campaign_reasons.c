@@ -5,7 +5,8 @@
 #include "host_sim/lab/campaign_parts.h"
 #include "settings/reasons.h"
 
-#define CARRIES 0.25 /* [-] of rated current: with less nothing is expected of a phase ... */
+#define CARRIES     0.25 /* [-] of rated current: with less nothing is expected of a phase ... */
+#define NEARLY_NONE 0.01 /* [-] of the sensors' range */
 #define CARRIES_SEEN                                                                                         \
     0.04 /* [-] ... nor with less of the sensors' range: twice what must flow beside an open wire */
 #define NAMED_PERIODS (2u * DRIVE_WINDOW) /* [periods] */
@@ -192,6 +193,7 @@ void campaign_truth_begin(campaign_watch_t *watch)
     }
     watch->truth = (campaign_truth_t){
         .fast = 0.9 * watch->overspeed,
+        .none = NEARLY_NONE * (double)BOARD_CURRENT_RANGE,
         .over = 0.9 * campaign_trip(watch->drawn),
         .high = campaign_initial(watch->drawn, "dc_overvoltage") * (1.0 - sensed) - noise,
         .low = low * (1.0 + sensed) + noise,
@@ -285,13 +287,17 @@ static void watch_offsets(campaign_watch_t *watch, uint32_t period, const uint32
     truth->fed = truth->drifted && (truth->fed || errs || (!watch->gates_seen && largest >= FLOWS));
 }
 
+/* The speed of the tracking loop is wrong by what the speed has changed within its lag: it takes so long to
+ * learn the torque of a load. */
 static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_truth_t *truth = &watch->truth;
     const double link = campaign_number(rows, CAMPAIGN_AT_true_u_dc);
     const double wrong = campaign_invariants[CAMPAIGN_I_ANGLE].limit;
-    truth->fast_at =
-        fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > truth->fast ? period : truth->fast_at;
+    const double speed = campaign_number(rows, CAMPAIGN_AT_true_omega_m);
+    const double lag = watch->duty.coded ? 0.0 : watch->duty.lag;
+    truth->speed += (speed - truth->speed) * RIG_PERIOD_SECONDS / (lag + RIG_PERIOD_SECONDS);
+    truth->fast_at = fabs(2.0 * speed - truth->speed) > truth->fast ? period : truth->fast_at;
     for (uint32_t phase = 0; phase < 3u; phase++) {
         truth->over_at =
             fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase)) > truth->over ? period : truth->over_at;

@@ -28,7 +28,8 @@ dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t 
         .least = effective < 0.0f ? effective : 0.0f,
         .most = DEAD_TIME_LEARN_RANGE * (effective > params->band ? effective : params->band),
         .band = params->band,
-        .chance = chance * chance,
+        .chance = params->rate > 0.0f ? chance * chance / params->rate : 0.0f,
+        .per_chance = SIGMAS * SIGMAS * params->rate / (chance * chance),
         .per_band = params->flux_linkage / (DEAD_TIME_LEARN_EMF_FULL * params->band),
         .flux_linkage = params->flux_linkage,
         .current_square = current * current,
@@ -150,10 +151,11 @@ static void use(dead_time_learn_t *learn, float time)
 {
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
     const float differs = learn->learnt - tuning->effective;
-    const float good = tuning->chance * tuning->per_rate;
-    const float seen = SIGMAS * SIGMAS * time * learn->scatter;
-    const float chance = learn->rate * (seen > good ? seen : good);
-    learn->effective = differs * differs > chance ? learn->learnt : tuning->effective;
+    const float over = tuning->per_chance * time * learn->scatter;
+    const float square = over > 1.0f ? over : 1.0f;
+    learn->noise = square * inverse_root(square);
+    learn->effective =
+        differs * differs > learn->rate * tuning->chance * square ? learn->learnt : tuning->effective;
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)

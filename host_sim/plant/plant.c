@@ -83,6 +83,13 @@ static uint32_t changed(double pair, uint32_t n)
     return swap == 0u || n == swap - 1u ? n : 4u - swap - n;
 }
 
+/* The sensor whose signal is read as that of phase n: 4 the next one, 5 the one before, else a pair changes
+ * places. */
+static uint32_t sensor_of(double swap, uint32_t n)
+{
+    return swap > 3.0 ? (n + (uint32_t)swap - 3u) % 3u : changed(swap, n);
+}
+
 /* Gate bits by legs as bits by the phases on their wires, and the other way round: a pair changes places. */
 static uint32_t rewired(const plant_t *plant, uint32_t gates)
 {
@@ -676,7 +683,7 @@ static double current_pin(plant_t *plant, uint32_t n)
     const double gain_error[3] = {q->current_gain_error_a, q->current_gain_error_b, q->current_gain_error_c};
     const double offset[3] = {q->current_offset_a, q->current_offset_b, q->current_offset_c};
     const double *i = q->current_bandwidth > 0.0 ? plant->sensed : plant->i;
-    uint32_t sensor = changed(q->swap_currents, n);
+    uint32_t sensor = sensor_of(q->swap_currents, n);
     double seen = (1.0 + gain_error[sensor]) * i[plant->wire[sensor]] + offset[sensor];
     if (q->current_noise > 0.0) {
         seen += q->current_noise * noise_gauss(&plant->random);

@@ -76,7 +76,7 @@
     P(open_switches,         "-",        0.0,     0.0,    63.0,   "IGBTs that never conduct, while their diodes do: sum of 1 upper a, 2 lower a, 4 upper b, 8 lower b, 16 upper c, 32 lower c") \
     P(shorted_switches,      "-",        0.0,     0.0,    63.0,   "IGBTs that always conduct, independent of gate and protection; sum as for open_switches") \
     P(swap_phases,           "-",        0.0,     0.0,    3.0,    "motor wires exchanged behind the current sensors: 1 b with c, 2 c with a, 3 a with b") \
-    P(swap_currents,         "-",        0.0,     0.0,    3.0,    "signals of the current sensors exchanged: 1 b with c, 2 c with a, 3 a with b") \
+    P(swap_currents,         "-",        0.0,     0.0,    5.0,    "signals of the current sensors exchanged: 1 b with c, 2 c with a, 3 a with b, 4 each has that of the next phase, 5 of the one before") \
     P(encoder_reversed,      "-",        0.0,     0.0,    1.0,    "1: tracks A and B are exchanged; from then on the encoder counts the other way") \
     P(encoder_slip,          "-",        0.0,     0.0,    1.0,    "share of the rotor's motion that the encoder misses (lost lines, slipping coupling); 1: all of it") \
     P(encoder_stuck_a,       "-",        -1.0,    -1.0,   1.0,    "constant level of track A; -1: none") \

@@ -65,7 +65,7 @@ uint16_t i2c_read(chip_t *chip, uint32_t address);
 void i2c_write(chip_t *chip, uint32_t address, uint16_t value);
 void i2c_refresh(chip_t *chip);             /* before the clock changes */
 void i2c_pins(chip_t *chip);                /* the multiplexer or the levels of the pins changed */
-uint32_t i2c_lines_low(const chip_t *chip); /* mask of port B: pulled low by the memory */
+uint32_t i2c_lines_low(const chip_t *chip); /* the pins of port B that the memory pulls low */
 
 /* i2c_memory.c */
 void i2c_memory_power_on(chip_t *chip);
@@ -78,7 +78,7 @@ uint16_t sci_read(chip_t *chip, uint32_t address);
 void sci_write(chip_t *chip, uint32_t address, uint16_t value);
 void sci_refresh(chip_t *chip); /* before a change of clock or pins, or a halt by a debugger */
 void sci_event(chip_t *chip);
-void sci_go(chip_t *chip); /* a debugger's halt ends: chip->debug still has its beginning */
+void sci_go(chip_t *chip); /* a debugger's halt ends; chip->debug still has the time at which it began */
 
 /* sysctrl.c: clocks, flash */
 void sysctrl_crystal(chip_t *chip, uint32_t hz);
@@ -89,11 +89,12 @@ void flash_write(chip_t *chip, uint32_t address, uint16_t value);
 
 /* watchdog.c */
 void watchdog_reset(chip_t *chip);
-bool watchdog_write(chip_t *chip, uint32_t address, uint16_t value); /* false: not its register */
-void watchdog_overflow(chip_t *chip);                                /* event */
+bool watchdog_write(chip_t *chip, uint32_t address,
+                    uint16_t value);  /* false: the register belongs to another part */
+void watchdog_overflow(chip_t *chip); /* event */
 void watchdog_refresh(chip_t *chip);
 void watchdog_halt(chip_t *chip); /* a debugger's halt begins */
-void watchdog_go(chip_t *chip);   /* it ends: chip->debug still has its beginning */
+void watchdog_go(chip_t *chip);   /* the halt ends; chip->debug still has the time at which it began */
 
 /* timer.c */
 void timer_reset(chip_t *chip);
@@ -118,9 +119,9 @@ void pie_reset(chip_t *chip);
 void pie_write(chip_t *chip, uint32_t address, uint16_t value);
 void pie_request(chip_t *chip, uint32_t group, uint32_t lines); /* lines: bit y-1 = INTgroup.y */
 void cpu_request(chip_t *chip, uint32_t n);                     /* INT13, INT14 */
-void cpu_update(chip_t *chip);                                  /* something that gates interrupts changed */
+void cpu_update(chip_t *chip);                                  /* a condition for interrupts changed */
 void cpu_enter(chip_t *chip);                                   /* event */
-bool cpu_in_background(const chip_t *chip);                     /* the CPU runs it, and no interrupt waits */
+bool cpu_in_background(const chip_t *chip); /* true: the CPU runs the background, and no interrupt waits */
 
 /* eqep.c */
 void eqep_reset(chip_t *chip);
@@ -137,12 +138,12 @@ void adc_reset(chip_t *chip, bool boot_rom);
 uint16_t adc_otp(uint32_t address);
 void adc_write(chip_t *chip, uint32_t address, uint16_t value);
 void adc_trigger(chip_t *chip, uint64_t cycle,
-                 uint32_t mask); /* SOC pulse; mask of ADCTRL2 bits that let it in */
+                 uint32_t mask); /* SOC pulse; mask: the bits of ADCTRL2 that allow it */
 void adc_event(chip_t *chip);    /* event */
 void adc_refresh(chip_t *chip);
 void adc_schedule(chip_t *chip);
 void adc_halt(chip_t *chip); /* a debugger's halt begins */
-void adc_go(chip_t *chip);   /* it ends: chip->debug still has its beginning */
+void adc_go(chip_t *chip);   /* the halt ends; chip->debug still has the time at which it began */
 
 /* epwm.c: registers */
 void epwm_reset(chip_t *chip);

@@ -207,7 +207,7 @@ static inline void inductance_rest(inductance_t *x)
     x->dither = (dq_t){0.0f, 0.0f};
 }
 
-/* In every `every`-th period with a locked loop: one step of the wave. */
+/* One step of the wave. The caller calls it once in `every` periods while the loop is locked. */
 void inductance_step(inductance_t *x, const inductance_input_t *input);
 
 #endif

@@ -33,9 +33,10 @@
 #define HAL_DEAD_BAND_MIN ((uint16_t)BOARD_DEAD_BAND_MIN)
 #define HAL_DEAD_BAND_MAX ((uint16_t)BOARD_DEAD_BAND_MAX)
 
-/* An interrupt of the application. Those of sample, trip and serial line run with interrupts off and must end
- * in hal_end_of_sample(), hal_end_of_trip() or hal_end_of_serial(); that of the medium task begins with
- * hal_begin_medium() and ends in hal_end_medium(), and between these two the others may interrupt it. */
+/* An interrupt of the application. The interrupts of sample, trip and serial line run with interrupts off.
+ * They must end with hal_end_of_sample(), hal_end_of_trip() or hal_end_of_serial(). The interrupt of the
+ * medium task begins with hal_begin_medium() and ends with hal_end_medium(); between these calls the others
+ * may interrupt it. */
 typedef void (*hal_interrupt_t)(void);
 
 typedef struct {

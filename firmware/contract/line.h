@@ -24,7 +24,7 @@ static inline bool line_has_codes(const table_row_t *row)
     return row->kind == SLOT_ENUM && row->access != TABLE_READ && row->id >= LINE_CODES_FROM;
 }
 
-/* The bits of a slot in the form of the link. */
+/* Converts the bits of a slot to the code that is sent. */
 static inline uint32_t line_bits(const table_row_t *row, uint32_t bits)
 {
     if (!line_has_codes(row)) {
@@ -33,7 +33,7 @@ static inline uint32_t line_bits(const table_row_t *row, uint32_t bits)
     return ((bits & UINT32_C(0xF)) * LINE_STEP ^ row->id * LINE_ROW) & UINT32_C(0xFFFFFFFF);
 }
 
-/* The bits of a slot from those of the link. false: they are no code. */
+/* Converts a received code to the bits of the slot. false: it is not a code. */
 static inline bool line_bits_back(const table_row_t *row, uint32_t on_line, uint32_t *bits)
 {
     *bits = on_line;

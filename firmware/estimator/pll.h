@@ -49,7 +49,7 @@
 /* At this speed and above the soft sign is +-1 [rad/s]. */
 #define PLL_SIGN_SPEED 20.0f
 
-/* Below this smooth speed [rad/s] e_q, which has a sign, replaces the amplitude. */
+/* Below this smooth speed [rad/s] the loop uses e_q, which has a sign, instead of the amplitude. */
 #define PLL_SIGNED_SPEED 80.0f
 
 /* Largest angle by which the feed-forward may rotate in one period [rad]; the integrator may rotate by twice
@@ -104,7 +104,7 @@ bool pll_params_check(const pll_params_t *params, params_error_t *why);
  * background. */
 void pll_prepare(pll_tuning_t *tuning, const pll_params_t *params);
 
-/* Sets the coefficients; the state is kept. The speed has no step if the detector is 0, else one in
+/* Sets the coefficients; the state is kept. If the detector is not 0, the speed has a step in
  * proportion to the change of kp. If the feed-forward is switched off, its last value stays and the
  * integrator works against it; the caller then has to reset the loop. */
 static inline void pll_take(pll_t *pll, const pll_tuning_t *tuning)

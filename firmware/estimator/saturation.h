@@ -1,10 +1,10 @@
-/* Saturation of the q axis: how far the flux of i_q is from L_q i_q, from a table that is even in i_q.
+/* Saturation of the q axis: the difference of the flux of i_q from L_q i_q, from a table that is even in i_q.
  *
  *     psi_q = (L_q + excess(|i_q|)) i_q            L_q a constant, that of the observer
  *     dpsi_q/di_q = L_q + excess + |i_q| slope     slope = d excess/d|i_q|
  *
- * The table has 17 points, linear between them, and keeps its last value beyond. It is made in the background
- * from two parameters, psi_q = L_0 i_q/sqrt(1 + (i_q/I_s)^2): docs/theory.md, 30.
+ * The table has 17 points. Values between them are interpolated; beyond its end the last value holds. The
+ * background computes it from two parameters, psi_q = L_0 i_q/sqrt(1 + (i_q/I_s)^2): docs/theory.md, 30.
  *
  * No state, no division in saturation_at(). Does not handle: an effect of i_d on psi_q or of i_q on psi_d. */
 #ifndef ESTIMATOR_SATURATION_H
@@ -19,10 +19,10 @@
 #define SATURATION_POINTS 17u
 
 typedef struct {
-    float inductance;  /* L_q [H], the constant one */
+    float inductance;  /* L_q [H], a constant */
     float bend;        /* L_0/L_q - 1 [-] */
     float current;     /* I_s [A]; 0: no saturation */
-    float current_max; /* of the table's end [A], > 0 with a saturation */
+    float current_max; /* current at the end of the table [A]; above 0 with a saturation */
 } saturation_params_t;
 
 typedef struct {
@@ -30,7 +30,7 @@ typedef struct {
     float excess[SATURATION_POINTS]; /* apparent inductance minus L_q [H] */
 } saturation_t;
 
-/* The q axis at one current. */
+/* Values of the q axis at one current. */
 typedef struct {
     float excess; /* [H] */
     float slope;  /* [H/A] */
@@ -39,7 +39,8 @@ typedef struct {
 /* The table; all zero without a saturation. Divisions and roots: for the background. */
 saturation_t saturation_prepare(const saturation_params_t *params);
 
-/* Apparent inductance at this i_q over L_q [-], by the law itself. For the background. */
+/* Apparent inductance at this i_q, divided by L_q [-], from the formula instead of the table. For the
+ * background. */
 float saturation_share(const saturation_params_t *params, float i_q);
 
 static inline bool saturation_is_on(const saturation_t *saturation)

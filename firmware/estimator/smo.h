@@ -72,13 +72,13 @@ typedef struct {
     ab_t current_err; /* x at t_k [A] */
     ab_t switched;    /* v [V], acts from t_k on */
     ab_t emf_hat;     /* e_hat at t_k [V] */
-    float gain_mean;  /* k_f [1/A]: vector form: of the sample; per axis: power-weighted */
+    float gain_mean;  /* k_f [1/A]; vector form: that of the sample; per axis: a mean, weighted by power */
     switching_t axes; /* of the forms per axis; not used by the vector form */
 } smo_t;
 
-/* true: the set is valid: ranges, T <= L/(2 R), and for the sigmoids the loop gain b k_s a_f/2 <=
- * SMO_LOOP_GAIN_MAX (field "gain", with the largest k_s for this slope as limit). The rule that k_s is larger
- * than the largest EMF belongs to the estimator, which knows that EMF. false: `why` has the first violated
+/* Checks a set: ranges; T <= L/(2 R); for the sigmoids, loop gain b k_s a_f/2 <= SMO_LOOP_GAIN_MAX. This last
+ * rule names the field "gain", with the largest k_s for this slope as limit. The estimator, which knows the
+ * largest EMF, checks that k_s is larger. true: the set is valid. false: `why` has the first violated
  * rule. */
 bool smo_params_check(const smo_params_t *params, params_error_t *why);
 
@@ -97,16 +97,16 @@ static inline void smo_take(smo_t *smo, const smo_tuning_t *tuning)
  * smo_params_check. */
 void smo_init(smo_t *smo, const smo_params_t *params);
 
-/* Sets the state of an observer settled on this `current` [A] at t_k and this `emf` [V], which is the
- * estimate to be continued (attenuated and with lag, as the result of smo_step; a true EMF has to be
- * multiplied by lag_attenuation and rotated back by lag_angle). With the voltage that holds both, u = R i_hat
+/* Sets the steady state for this `current` [A] at t_k and this `emf` [V]. `emf` is an estimate like the
+ * result of smo_step, attenuated and with lag. A true EMF has to be multiplied by lag_attenuation and rotated
+ * back by lag_angle. With the voltage that holds both, u = R i_hat
  * + emf, the next steps return `emf` again. For an emf of 99 % of k_s and more (a length in the vector form,
  * else a component), the switching voltage is that of the error at 99 %, extended by the same ratio. Both
  * arguments must be finite. 22 divisions per axis or vector; not for every period. */
 void smo_reset(smo_t *smo, ab_t current, ab_t emf);
 
-/* Sets the state of an observer settled on this current [A] and this current error x [A]; the caller supplies
- * the output of the filter for v, `emf_hat` [V]. */
+/* Sets the steady state for this current [A] and this current error x [A]. The caller supplies `emf_hat` [V],
+ * the output of the filter for v. */
 void smo_reset_error(smo_t *smo, ab_t current, ab_t error);
 
 /* e_hat [V] at t_k from the voltage [V] that acted on [t_k-1, t_k) and the current [A] at t_k. Finite for

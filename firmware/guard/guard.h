@@ -31,8 +31,8 @@ typedef struct {
     float limit[FAULT_LIMITS]; /* [unit of the quantity] by fault_limit_t, margin added */
 } guard_tuning_t;
 
-/* Results of the background: bits of the memories of app/self_watch.h that have changed, in their order, and
- * the state of the serial link. */
+/* Results of the background. The first bits are the memories of app/self_watch.h, in their order: 1 if the
+ * content has changed. The other bits are the state of the serial link. */
 #define GUARD_CORRUPT_PROGRAM        UINT32_C(1)
 #define GUARD_CORRUPT_INTERRUPT_CODE UINT32_C(2)
 #define GUARD_CORRUPT_STACK_END      UINT32_C(4)
@@ -66,7 +66,7 @@ typedef struct {
     uint32_t encoder_wrong;     /* [-] ENCODER_WATCH_... bits */
     uint32_t medium_late;       /* [-] 1: the medium task has missed two consecutive windows */
     uint32_t now;               /* [-] GUARD_... bits: which rows count */
-    const guard_found_t *found; /* NULL for the guard of the rows with the rate EACH, which do not need it */
+    const guard_found_t *found; /* NULL for the guard with the rate EACH: its rows do not use it */
 } guard_input_t;
 
 /* Bits of fault_when_t: conditions under which a row counts. */

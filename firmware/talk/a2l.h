@@ -19,21 +19,20 @@ typedef struct {
 typedef struct {
     const a2l_table_t *tables;
     uint32_t count;
-    uint32_t hash; /* over all tables: identifies a file that does not fit a drive */
+    uint32_t hash; /* over all tables: a drive with another hash needs another file */
     a2l_line_t line;
     xcp_segment_t segment; /* of the parameters */
 } a2l_t;
 
-/* The position where a part of the file begins, so that a later read need not start at the beginning of the
- * file. All zero: the beginning. */
+/* The position where a part of the file begins. A later read can start there. All zero: the beginning. */
 typedef struct {
     uint32_t part;
     uint32_t at; /* [characters] */
 } a2l_place_t;
 
-/* Writes the file up to the end of the window, which keeps only its part of it; after the call text->at is
- * the position reached: the end of the file if the window extends beyond it. `place` is then that of the
- * part in which the window ends. */
+/* Writes the file up to the end of the window. Only the characters in the window are kept. After the call
+ * text->at is the position reached: the end of the file if the window extends beyond it. `place` is then the
+ * part of the file in which the window ends. */
 void a2l_write(const a2l_t *a2l, a2l_place_t *place, text_t *text);
 
 /* The identification of the file: "lagless-" and eight hex digits. */

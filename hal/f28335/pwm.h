@@ -48,7 +48,7 @@ uint32_t pwm_elapsed(void);
 bool pwm_any_tripped(void);
 bool pwm_all_tripped(void);
 
-/* The power module pulls its fault line now. */
+/* True if the power module reports a fault on its fault line now. */
 bool pwm_fault_line(void);
 
 #endif

@@ -12,7 +12,7 @@
 
 #include "hal/board.h"
 
-/* Which eQEP, and its pins: first of four, and their function in the multiplexer. */
+/* The number of the eQEP, the first of its four pins, and the function of these pins in the multiplexer. */
 #if BOARD_ENCODER == BOARD_EQEP1_GPIO20
 #define QEP_MODULE  1u
 #define QEP_PIN     20u
@@ -27,7 +27,7 @@
 #define QEP_PIN_MUX 2u
 #endif
 
-/* 4 x lines - 1 for any number of lines >= 1. */
+/* True if count_max is 4 x lines - 1 for a number of lines >= 1. */
 bool qep_count_max_check(uint32_t count_max);
 
 /* Starts counting at position 0; the unit timer does not run yet. */
@@ -36,9 +36,9 @@ void qep_init(uint32_t count_max);
 /* Starts the unit timer at zero: call it immediately before or after the start of the carrier. */
 void qep_start(void);
 
-/* `elapsed` [SYSCLK cycles]: time since t_k. If the unit timer differs by more than 0.1 us, the position of
- * the last t_k was latched at another instant by this time. The call corrects the timer, so that the next
- * position is right. */
+/* `elapsed` [SYSCLK cycles] is the time since t_k. If the unit timer differs from it by more than 0.1 us, the
+ * last position was latched too early or too late by the difference. The call corrects the timer for the next
+ * position. */
 void qep_keep_step(uint32_t elapsed);
 
 /* Quadrature phase error (both inputs changed at once) since the last call. */

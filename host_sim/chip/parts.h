@@ -1,11 +1,10 @@
-/* What the parts of the virtual chip know of each other. Included by host_sim/chip/.c files only.
+/* Functions that the parts of the virtual chip call of each other. Only host_sim/chip/.c files include it.
  *
- * Order of things: every part keeps the cycle of its next event and puts the tick of it into chip->next;
- * chip.c takes the earliest. At equal ticks the order is that of source_t. Before a register write of a part
- * is obeyed, everything that is due at the present tick has happened. A part may handle several of its events
- * in one go as long as they are earlier than chip->limit, which every other part's planning lowers. A
- * callback into the world is the last thing a handler does, because the world may answer with chip_set_pin.
- */
+ * Order of events: every part stores the cycle of its next event and writes its tick to chip->next; chip.c
+ * handles the earliest. At equal ticks the order is that of source_t. All events that are due at the present
+ * tick are handled before a register write of a part takes effect. A part may handle several of its events in
+ * one call, as long as they are earlier than chip->limit; a part that plans an event lowers this limit. A
+ * handler calls the world last, because the world may answer with chip_set_pin. */
 #ifndef HOST_SIM_CHIP_PARTS_H
 #define HOST_SIM_CHIP_PARTS_H
 
@@ -44,7 +43,7 @@ extern __thread chip_t *chip_bound;
 
 /* chip.c */
 void chip_report(chip_t *chip, chip_report_kind_t kind, uint32_t address);
-void chip_refresh(chip_t *chip); /* registers that move by themselves */
+void chip_refresh(chip_t *chip); /* updates the registers that change by themselves */
 void chip_engine(chip_t *chip, uint64_t until);
 void chip_reset(chip_t *chip, bool boot_rom);
 void chip_schedule_rare(chip_t *chip);
@@ -52,12 +51,12 @@ void chip_schedule_rare(chip_t *chip);
 /* memory.c */
 void memory_power_on(chip_t *chip);
 
-/* flash.c: what the drive erases and programs itself */
+/* flash.c: the sectors that the drive erases and programs */
 void flash_power_on(chip_t *chip);
 void flash_reset(chip_t *chip);
-bool flash_api_runs(const chip_t *chip); /* its code is in the place of the interrupt's */
-/* The next operation of a memory that outlives the supply. *done: its bits, all or, in a cut of the power,
- * some. False: nothing happens, there is no power. */
+bool flash_api_runs(const chip_t *chip); /* its code is where the interrupt's code was */
+/* The next operation of a memory that keeps its content without power. *done: the bits that were changed; all
+ * of them, or only some if the power fails meanwhile. False: there is no power, and nothing is changed. */
 bool chip_storage_operation(chip_t *chip, uint32_t *done);
 
 /* i2c.c */
@@ -65,8 +64,8 @@ void i2c_reset(chip_t *chip);
 uint16_t i2c_read(chip_t *chip, uint32_t address);
 void i2c_write(chip_t *chip, uint32_t address, uint16_t value);
 void i2c_refresh(chip_t *chip);             /* before the clock changes */
-void i2c_pins(chip_t *chip);                /* pins became plain ones, or their levels changed */
-uint32_t i2c_lines_low(const chip_t *chip); /* mask of port B: pulled low by the memory */
+void i2c_pins(chip_t *chip);                /* the multiplexer or the levels of the pins changed */
+uint32_t i2c_lines_low(const chip_t *chip); /* the pins of port B that the memory pulls low */
 
 /* i2c_memory.c */
 void i2c_memory_power_on(chip_t *chip);
@@ -77,9 +76,9 @@ void sci_reset(chip_t *chip);
 void sci_power_cycle(chip_t *chip);
 uint16_t sci_read(chip_t *chip, uint32_t address);
 void sci_write(chip_t *chip, uint32_t address, uint16_t value);
-void sci_refresh(chip_t *chip); /* before clock, pins or a debugger's halt change what the line does */
+void sci_refresh(chip_t *chip); /* before a change of clock or pins, or a halt by a debugger */
 void sci_event(chip_t *chip);
-void sci_go(chip_t *chip); /* a debugger's halt ends: chip->debug still has its beginning */
+void sci_go(chip_t *chip); /* a debugger's halt ends; chip->debug still has the time at which it began */
 
 /* sysctrl.c: clocks, flash */
 void sysctrl_crystal(chip_t *chip, uint32_t hz);
@@ -90,11 +89,12 @@ void flash_write(chip_t *chip, uint32_t address, uint16_t value);
 
 /* watchdog.c */
 void watchdog_reset(chip_t *chip);
-bool watchdog_write(chip_t *chip, uint32_t address, uint16_t value); /* false: not its register */
-void watchdog_overflow(chip_t *chip);                                /* event */
+bool watchdog_write(chip_t *chip, uint32_t address,
+                    uint16_t value);  /* false: the register belongs to another part */
+void watchdog_overflow(chip_t *chip); /* event */
 void watchdog_refresh(chip_t *chip);
 void watchdog_halt(chip_t *chip); /* a debugger's halt begins */
-void watchdog_go(chip_t *chip);   /* it ends: chip->debug still has its beginning */
+void watchdog_go(chip_t *chip);   /* the halt ends; chip->debug still has the time at which it began */
 
 /* timer.c */
 void timer_reset(chip_t *chip);
@@ -110,7 +110,7 @@ void timer_debug(chip_t *chip); /* a debugger's halt began or ended */
 void gpio_reset(chip_t *chip);
 void gpio_write(chip_t *chip, uint32_t address, uint32_t value);
 void gpio_refresh(chip_t *chip);
-void gpio_show(chip_t *chip); /* the pins that PWM modules may drive: the first port alone */
+void gpio_show(chip_t *chip); /* updates the first port, whose pins PWM modules can drive */
 uint32_t gpio_mux(const chip_t *chip, uint32_t pin);
 uint32_t gpio_trip_low(const chip_t *chip); /* bit n-1: TZn pulled low */
 
@@ -119,9 +119,9 @@ void pie_reset(chip_t *chip);
 void pie_write(chip_t *chip, uint32_t address, uint16_t value);
 void pie_request(chip_t *chip, uint32_t group, uint32_t lines); /* lines: bit y-1 = INTgroup.y */
 void cpu_request(chip_t *chip, uint32_t n);                     /* INT13, INT14 */
-void cpu_update(chip_t *chip);                                  /* something that gates interrupts changed */
+void cpu_update(chip_t *chip);                                  /* a condition for interrupts changed */
 void cpu_enter(chip_t *chip);                                   /* event */
-bool cpu_in_background(const chip_t *chip);                     /* the CPU runs it, and no interrupt waits */
+bool cpu_in_background(const chip_t *chip); /* true: the CPU runs the background, and no interrupt waits */
 
 /* eqep.c */
 void eqep_reset(chip_t *chip);
@@ -138,12 +138,12 @@ void adc_reset(chip_t *chip, bool boot_rom);
 uint16_t adc_otp(uint32_t address);
 void adc_write(chip_t *chip, uint32_t address, uint16_t value);
 void adc_trigger(chip_t *chip, uint64_t cycle,
-                 uint32_t mask); /* SOC pulse; mask of ADCTRL2 bits that let it in */
+                 uint32_t mask); /* SOC pulse; mask: the bits of ADCTRL2 that allow it */
 void adc_event(chip_t *chip);    /* event */
 void adc_refresh(chip_t *chip);
 void adc_schedule(chip_t *chip);
 void adc_halt(chip_t *chip); /* a debugger's halt begins */
-void adc_go(chip_t *chip);   /* it ends: chip->debug still has its beginning */
+void adc_go(chip_t *chip);   /* the halt ends; chip->debug still has the time at which it began */
 
 /* epwm.c: registers */
 void epwm_reset(chip_t *chip);
@@ -159,42 +159,43 @@ typedef enum {
     EVENT_CBD
 } epwm_event_t;                               /* as in AQCTL */
 void epwm_clock(chip_t *chip);                /* PCLKCR1 or TBCLKSYNC changed */
-void epwm_settle(chip_t *chip);               /* everything due at the present tick has happened */
+void epwm_settle(chip_t *chip);               /* handles everything that is due at the present tick */
 void epwm_event(chip_t *chip);                /* event */
 void epwm_refresh(chip_t *chip);              /* TBCTR, TBSTS */
-void timebase_hold(chip_t *chip, uint32_t m); /* bring anchor and count to now */
-void timebase_plan(chip_t *chip, uint32_t m); /* next event after anchor */
+void timebase_hold(chip_t *chip, uint32_t m); /* sets anchor and count to the present */
+void timebase_plan(chip_t *chip, uint32_t m); /* computes the next event after the anchor */
 void timebase_start(chip_t *chip, uint32_t m);
 void timebase_sync(chip_t *chip, uint32_t m, uint64_t cycle); /* SYNCI pulse at module m */
 void timebase_schedule(chip_t *chip);
 uint32_t timebase_divider(uint32_t tbctl);
 void timebase_debug(chip_t *chip, uint32_t m); /* a debugger's halt began or ended, or FREE_SOFT changed */
-bool timebase_stops(const chip_t *chip, uint32_t m); /* a halt under way stops this counter */
+bool timebase_stops(const chip_t *chip, uint32_t m); /* true: the present halt stops this counter */
 
 /* trigger.c: event trigger */
 void trigger_events(chip_t *chip, uint32_t m, uint64_t cycle,
-                    uint32_t events);                                       /* events: 1 << epwm_event_t */
-void trigger_soc(chip_t *chip, uint32_t m, uint64_t cycle, uint32_t shift); /* shift 0 SOCA, 1 SOCB */
+                    uint32_t events); /* events: 1 << epwm_event_t */
+void trigger_soc(chip_t *chip, uint32_t m, uint64_t cycle,
+                 uint32_t shift); /* shift: 0 for SOCA, 1 for SOCB */
 void trigger_write(chip_t *chip, uint32_t m, uint32_t offset, uint16_t value);
 
 /* outputs.c: action qualifier, dead band, trip zone, pins */
 void outputs_act(chip_t *chip, uint32_t m, uint64_t cycle, uint32_t events, uint32_t mode, uint32_t up);
 void outputs_force(chip_t *chip, uint32_t m, uint64_t cycle);                 /* AQCSFRC becomes active */
 void outputs_once(chip_t *chip, uint32_t m, uint64_t cycle, uint16_t aqsfrc); /* one-shot force */
-void outputs_inputs(chip_t *chip, uint32_t m, uint64_t cycle);                /* a, b or IN_MODE changed */
+void outputs_inputs(chip_t *chip, uint32_t m, uint64_t cycle); /* input a or b, or IN_MODE, changed */
 void outputs_raw(chip_t *chip, uint32_t m);
-void outputs_changed(chip_t *chip); /* trip, mux or latch changed: tell the world */
-void outputs_show(chip_t *chip);    /* tell the world if levels changed */
+void outputs_changed(chip_t *chip); /* trip, mux or latch changed: reports it to the world */
+void outputs_show(chip_t *chip);    /* reports changed levels to the world */
 void trip_pins(chip_t *chip);       /* TZ pins or TZSEL changed */
 void trip_write(chip_t *chip, uint32_t m, uint32_t offset, uint16_t value);
-void trip_zero(chip_t *chip, uint32_t m); /* counter zero releases cycle-by-cycle trips */
+void trip_zero(chip_t *chip, uint32_t m); /* at counter zero: ends the cycle-by-cycle trips */
 
-/* carrier.c: the plain set-up, fast */
+/* carrier.c: a faster engine for the usual set-up of the modules */
 void carrier_try(chip_t *chip,
-                 uint64_t cycle); /* counters have just passed zero: take over if all is plain */
+                 uint64_t cycle); /* at counter zero: starts this engine if the set-up is the usual one */
 void carrier_event(chip_t *chip); /* event */
-void carrier_see(chip_t *chip);   /* edges of this period matter after all */
-void carrier_leave(chip_t *chip); /* back to the general engine */
+void carrier_see(chip_t *chip);   /* computes the edges of this period, which are needed after all */
+void carrier_leave(chip_t *chip); /* returns to the general engine */
 
 static inline bool carrier_has(const chip_t *chip, uint32_t m)
 {
@@ -206,14 +207,15 @@ static inline uint64_t earlier(uint64_t a, uint64_t b)
     return a < b ? a : b;
 }
 
-/* A part's next event. The part that runs ahead (chip->limit) stops before it. */
+/* Stores a part's next event. A part that handles several events in one call stops before it (chip->limit).
+ */
 static inline void chip_plan(chip_t *chip, source_t source, uint64_t tick)
 {
     chip->next[source] = tick;
     chip->limit = earlier(chip->limit, tick);
 }
 
-/* The duration of these cycles of the crystal, in ticks, up to the next whole one. */
+/* The duration of these cycles of the crystal [ticks], rounded up. */
 static inline uint64_t crystal_ticks(const chip_t *chip, uint64_t cycles)
 {
     const chip_clock_t *clock = &chip->clock;
@@ -236,8 +238,8 @@ static inline uint64_t tick_of(const chip_t *chip, uint64_t cycle)
     return clock->tick + ((cycle - clock->cycle) * clock->ticks + clock->cycles - 1u) / clock->cycles;
 }
 
-/* SYSCLK cycle that is under way at a tick, not before the last change of the clock. tick_of and cycle_of
- * undo each other as long as SYSCLK is at most 150 MHz. */
+/* The SYSCLK cycle to which a tick belongs; the tick must not be before the last change of the clock.
+ * cycle_of is the inverse of tick_of as long as SYSCLK is at most 150 MHz. */
 static inline uint64_t cycle_of(const chip_t *chip, uint64_t tick)
 {
     const chip_clock_t *clock = &chip->clock;
@@ -252,8 +254,8 @@ static inline uint64_t cycle_now(const chip_t *chip)
     return cycle_of(chip, chip->tick);
 }
 
-/* Dead band of one module: a rising edge leaves late on the one path, a falling edge on the other; a pulse
- * shorter than the delay never leaves. SPRUG04, dead-band submodule. */
+/* Dead band of one module (SPRUG04, dead-band submodule). One path delays rising edges, the other delays
+ * falling edges. A pulse shorter than the delay is lost. */
 static inline void deadband_rising_path(chip_epwm_t *epwm, uint64_t cycle, uint32_t level, uint64_t delay)
 {
     epwm->red_in = level;

@@ -23,8 +23,8 @@ typedef struct {
 const toml_entry_t *file_top(const file_t *file);
 bool file_fail(const file_t *file, const toml_entry_t *entry, const char *message);
 
-/* Zeroed memory that is freed with the experiment, with room for one more element; NULL: there is none, and
- * the error reports it. */
+/* Memory for `count` elements and one more, set to zero, which is freed with the experiment. NULL: there is
+ * not enough memory, and the error says so. */
 void *file_take(const file_t *file, size_t count, size_t size);
 
 /* Reads an optional, or a required, text of one line. */
@@ -48,7 +48,7 @@ bool file_is_name(const file_t *file, const toml_entry_t *entry);
 /* true: an expression can contain this name. */
 bool file_is_word(const file_t *file, const toml_entry_t *entry, const char *name);
 
-/* true: no earlier table of the array has the same text of this key. */
+/* true: in no earlier table of the array this key has the same text. */
 bool file_is_first(const file_t *file, const toml_entry_t *array, const toml_entry_t *table, const char *key);
 
 /* ---- parts of the file ---- */

@@ -271,7 +271,7 @@ static bool turn(experiment_run_t *run, course_t *course, scenario_error_t *erro
     return true;
 }
 
-/* A fault, a drive that is to be on and is not, or an expectation that is not met. */
+/* A fault, a bridge that is off although `enable` is on, or an expectation that is not met. */
 static bool is_lost(const watch_t *w, rig_t *rig)
 {
     const scenario_t *scenario = w->run->scenario;

@@ -99,13 +99,13 @@ typedef struct {
     const char *until;   /* row whose value is awaited; NULL: none */
     const char *choice;  /* awaited choice; NULL: see `below` */
     double below;        /* the value must be below this [unit of the row] */
-    double delay;        /* [s] from then to the injection */
+    double delay;        /* [s] from the event that `until` awaits to the injection */
 } matrix_manoeuvre_t;
 
 /* A row of the promises. The last row that contains a cell is valid for it. */
 typedef struct {
     uint32_t fault;      /* [-] index of the faults */
-    uint32_t manoeuvres; /* [-] bits of theirs */
+    uint32_t manoeuvres; /* [-] bits of the manoeuvres */
     uint32_t places;     /* [-] MATRIX_ENCODER_H ... */
     uint32_t reactions;  /* [-] MATRIX_RIDES ...; 0: the cell cannot occur */
     const char *reasons; /* names separated by blanks; "": none */

@@ -37,8 +37,8 @@ typedef struct {
     uint32_t state, enable; /* [-] ids */
     double on_state, on_request;
     int32_t why_not; /* [-] reason, of the last period that it was to be on in */
-    uint32_t
-        obeyed; /* [periods] since then the bridge is to be on and is not; looked at every OBEYED_EVERY */
+    uint32_t obeyed; /* [periods] since then the bridge is off although `enable` is on; judged every
+                        OBEYED_EVERY */
 } run_t;
 
 #define OBEYED_EVERY 16u /* [periods] */
@@ -210,7 +210,7 @@ static void look_whether_on(run_t *run)
 
 /* ---- does it obey? ---- */
 
-/* The bridge is to be on and is not. */
+/* The bridge is off although `enable` is on. */
 static bool disobeys(const run_t *run)
 {
     double state = 0.0;

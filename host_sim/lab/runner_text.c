@@ -19,10 +19,10 @@ const char *runner_unexpected_text(const runner_result_t *result, char *to, size
         snprintf(to, size, "fault %s at %s s, which no expectation names", fault != NULL ? fault->name : "?",
                  times_text(when, result->fault_period));
     } else if (result->unexpected && result->not_on != 0 && why != NULL) {
-        snprintf(to, size, "the drive is to be on and refuses with %s, which no expectation names",
-                 why->name);
+        snprintf(to, size, "the drive refuses `enable` with %s, which no expectation names", why->name);
     } else if (result->unexpected) {
-        snprintf(to, size, "the drive is to be on and is not, without a refusal, which no expectation names");
+        snprintf(to, size,
+                 "the bridge is off although `enable` is on, without a refusal, which no expectation names");
     }
     return to;
 }

@@ -172,9 +172,10 @@ scenario_t *scenario_read(const char *path, scenario_error_t *error);
 /* The same from memory; `path` is for messages. */
 scenario_t *scenario_read_text(const char *path, const char *text, size_t octets, scenario_error_t *error);
 
-/* The same, if scenario_override follows. Wrong values that it can replace (before t = 0, of [run] except
- * record, of [start]) are stored as refused, and the rules between rows are not judged. The caller must call
- * scenario_check, which reports the values that are still wrong. */
+/* The same, if scenario_override follows. It can replace the values before t = 0, those of [start], and those
+ * of [run] except record. A wrong one of these values is stored as refused and is no error yet. The rules
+ * between rows are not judged. The caller must call scenario_check, which reports the values that are still
+ * wrong. */
 scenario_t *scenario_read_to_mend(const char *path, scenario_error_t *error);
 scenario_t *scenario_read_text_to_mend(const char *path, const char *text, size_t octets,
                                        scenario_error_t *error);

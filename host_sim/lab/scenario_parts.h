@@ -11,7 +11,7 @@ typedef struct scenario_block {
     struct scenario_block *next;
 } scenario_block_t;
 
-/* A value of the file that is wrong, until an override replaces it. */
+/* A wrong value of the file, which an override may replace. */
 typedef struct scenario_refusal {
     struct scenario_refusal *next; /* in the order of the file */
     const table_row_t *row;        /* NULL: `key` */
@@ -30,10 +30,10 @@ struct scenario_memory {
 extern const char *const scenario_settable[SCENARIO_SETTABLE];
 const table_t *scenario_table(const char *name); /* NULL: no such table */
 
-/* Zeroed memory that is freed with the scenario; NULL: there is none. */
+/* Memory, set to zero, that is freed with the scenario. NULL: there is not enough memory. */
 void *scenario_take(scenario_t *scenario, size_t octets);
 
-/* Fills all but the file; returns false. Control characters become spaces. */
+/* Fills the members of `error` except the file and returns false. Control characters become spaces. */
 bool scenario_fail(scenario_error_t *error, scenario_place_t place, const char *name, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
@@ -72,7 +72,7 @@ bool scenario_row_accepts(const table_row_t *row, double value, scenario_place_t
 
 /* ---- reading ---- */
 
-/* Rows at t = 0 that replace those of the file, or with `under` are replaced by those of the file. */
+/* Additional rows at t = 0. They replace those of the file; with `under` those of the file replace them. */
 typedef struct {
     bool under;
     uint32_t entry; /* a table of the file with sections and [[at]]; 0: `settings` */

@@ -8,7 +8,8 @@
  * Only one command is pending at a time. A command without an answer is repeated after SYNCH; after
  * MASTER_SYNCHS of these without an answer the connection counts as lost. While the line is idle the master
  * sends a question every MASTER_ALIVE seconds, so that command_timeout of the drive does not act. If the
- * drive's time runs faster, it determines these seconds. Call-backs must not call functions that wait. */
+ * drive's time runs faster than real time, these are seconds of the drive. Call-backs must not call functions
+ * that wait. */
 #ifndef HOST_SIM_LINE_MASTER_H
 #define HOST_SIM_LINE_MASTER_H
 

@@ -183,7 +183,7 @@ static bool is_grid(const file_t *file, uint32_t across)
             return fail(
                 file, point->line,
                 "i_d = %g A, i_q = %g A is not on the grid of the other points, or one before it is missing; "
-                "accepted: each i_q of the least i_d with each i_d",
+                "accepted: the values of i_q of the first i_d, with each i_d",
                 point->value[0], point->value[1]);
         }
     }
@@ -214,7 +214,8 @@ static uint32_t add(const file_t *file, uint32_t across)
         flux_map_add(&(flux_map_grid_t){along, across, block, i_q, flux_d, flux_q}, &error);
     if (number == 0u) {
         (void)fail(file, 0u,
-                   "at i_d = %g A, i_q = %g A: %s; accepted: a map of a motor with the current along d first",
+                   "at i_d = %g A, i_q = %g A: %s; accepted: a map of a motor, with the current along d in "
+                   "the first column",
                    error.i_d, error.i_q, error.rule);
     }
     free(block);

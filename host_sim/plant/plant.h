@@ -190,8 +190,8 @@ void plant_advance(plant_t *plant, uint64_t tick);
  * advance the plant: channels that are sampled within a microsecond may share one plant_advance. */
 double plant_analog(plant_t *plant, plant_channel_t channel);
 
-/* Free-running quadrature counts at the present tick: floor(4 lines (theta_m + offset)/(2 pi)) minus the
- * counts that the encoder misses, with the faults of its tracks. */
+/* The encoder's position at the present tick [counts], without a limit: floor(4 lines (theta_m + offset)/(2
+ * pi)), minus the missed counts, with the faults of the tracks. */
 int64_t plant_encoder(const plant_t *plant);
 
 /* The same at a tick near the present one, without advancing the plant: the angle is extrapolated with the
@@ -199,7 +199,7 @@ int64_t plant_encoder(const plant_t *plant);
  * rad/s^2. */
 int64_t plant_encoder_at(const plant_t *plant, uint64_t tick);
 
-/* true while the module's fault output is active (the wired-OR of all of them). */
+/* true while a fault output of the power module is active; the outputs share one line. */
 bool plant_fault_line(const plant_t *plant);
 
 /* Reads all true values at the present tick. It takes about 100 ns, which is too slow for every period. */

@@ -136,11 +136,11 @@ typedef struct {
 /* The defaults of the table. */
 plant_params_t plant_params_default(void);
 
-/* true: every value is in its range, numbers of things are whole, and the rules between values hold. A
- * passive load is not negative. The break-away torque is 0 or at least the dry friction. No switch is both
- * open and shorted. A lost supply requires a capacitor. flux_linkage is that of the flux map within 1 %. The
- * natural frequency of an elastic shaft does not exceed PLANT_SHAFT_FASTEST. Otherwise false and *why has the
- * message; why may be NULL. Not a number is out of range. */
+/* true: every value is in its range, numbers that count something are whole, and the rules between values
+ * hold. A passive load is not negative. The break-away torque is 0 or at least the dry friction. No switch is
+ * both open and shorted. A lost supply requires a capacitor. flux_linkage is that of the flux map within 1 %.
+ * The natural frequency of an elastic shaft does not exceed PLANT_SHAFT_FASTEST. Otherwise false and *why has
+ * the message; why may be NULL. A value that is not a number (NaN) is out of range. */
 bool plant_params_check(const plant_params_t *params, plant_params_error_t *why);
 
 #endif

@@ -51,40 +51,41 @@ typedef struct {
       "switched: every gate edge; averaged: mean voltages, for long runs")                                   \
     F(5001, interrupt_delay, "s", 0.0f, 0.0f, 1e-3f, "added to the entry time of the sample interrupt")      \
     F(5002, stuck_current_a, "-", -1.0f, -1.0f, 4095.0f,                                                     \
-      "code of the ADC for current a, whatever current flows; -1: none")                                     \
+      "code that the ADC has for current a, independent of the current; -1: no fault")                       \
     F(5003, stuck_current_b, "-", -1.0f, -1.0f, 4095.0f,                                                     \
-      "code of the ADC for current b, whatever current flows; -1: none")                                     \
-    F(5004, stuck_dc_link, "-", -1.0f, -1.0f, 4095.0f, "code of the ADC for the DC link; -1: none")          \
+      "code that the ADC has for current b, independent of the current; -1: no fault")                       \
+    F(5004, stuck_dc_link, "-", -1.0f, -1.0f, 4095.0f,                                                       \
+      "code that the ADC has for the DC link; -1: no fault")                                                 \
     E(5005, metering, "off|on", "energy meters of the plant; they slow the simulation down")                 \
     E(5006, sensors, "adc|exact",                                                                            \
       "exact: the drive gets the true currents and DC link of t_k, without sensor errors and ADC")           \
     F(5007, stuck_current_c, "-", -1.0f, -1.0f, 4095.0f,                                                     \
-      "code of the ADC for current c, if it has a sensor, whatever current flows; -1: none")                 \
+      "code that the ADC has for current c, if that has a sensor; -1: no fault")                             \
     F(5008, interrupt_time, "-", 1.0f, 0.0f, 20.0f,                                                          \
-      "time from the sample interrupt's read to its writes, relative to its estimated cost on the chip")     \
+      "time between reading the samples and writing the outputs in the interrupt, relative to its "          \
+      "estimated cost on the chip")                                                                          \
     F(5009, section_time, "-", 1.0f, 0.0f, 10000.0f,                                                         \
-      "time for which the background keeps interrupts off for a change, relative to that of a change of "    \
+      "time for which the background disables interrupts, relative to its estimate for a change of "         \
       "parameters")                                                                                          \
     F(5010, background_time, "s", 2e-6f, 0.0f, 1.0f, "least time between two runs of the background")        \
     F(5011, brake_torque, "N m", 0.0f, 0.0f, 1e3f,                                                           \
       "brake on the shaft: slows it like dry friction, then holds it; 0: released")                          \
     F(5012, estimate_jump, "rad", 0.0f, -3.1415927f, 3.1415927f,                                             \
-      "added once to the electrical angle of the estimator's loop; then reads 0 again; a start of the "      \
-      "bridge clears it")                                                                                    \
+      "added once to the electrical angle of the estimator's loop; after that, or after a start of the "     \
+      "bridge, the value is 0 again")                                                                        \
     F(5013, missing_samples, "-", 0.0f, 0.0f, 10000.0f,                                                      \
-      "number of conversions from now on that, with their interrupts, do not occur; then reads 0 again")     \
+      "number of the next conversions that fail, with their interrupts; then the value is 0 again")          \
     F(5014, flip_bit, "-", 0.0f, 0.0f, 31.0f, "number of the bit that flip_word changes")                    \
     F(5015, flip_word, "-", -1.0f, -1.0f, 65535.0f,                                                          \
-      "changes once bit flip_bit of this 32-bit word of the application's variables: the drive's state, "    \
-      "then the staged and the active parameters, and again from the first; then reads -1 again")            \
+      "index of a 32-bit word in which bit flip_bit is changed once; then the value is -1 again. The words " \
+      "are the state of the drive, the staged, and the active parameters, in this order, repeated")          \
     E(5016, flip_memory, "none|flash|code_in_ram|stack_end|params",                                          \
-      "changes once bit flip_bit mod 16 of a word of this memory of the chip, or of the active parameters; " \
-      "then reads none again")                                                                               \
+      "memory of the chip, or the active parameters, in which bit flip_bit mod 16 of a word is changed "     \
+      "once; then the value is none again")                                                                  \
     F(5017, medium_time, "-", 1.0f, 0.0f, 100.0f,                                                            \
-      "time of the medium task without the interrupts during it, relative to its estimated cost on the "     \
-      "chip")                                                                                                \
+      "time of the medium task, without its interruptions, relative to its estimated cost on the chip")      \
     E(5047, enable_input, "active|lost",                                                                     \
-      "level of the board's enable input; a board without one accepts active alone")
+      "level of the board's enable input; a board without this input accepts only active")
 
 typedef struct {
 #define CONDITION_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */

@@ -104,7 +104,7 @@ static void advice_text(char *to, size_t size, const params_error_t *why)
     const table_row_t *row = rig_row(why->change);
     char number[RIG_NUMBER_SIZE];
     if (row == NULL) {
-        snprintf(to, size, "; no single row makes room");
+        snprintf(to, size, "; a change of one row is not enough");
         return;
     }
     const bool own = why->change == why->id;

@@ -192,7 +192,7 @@ class Measures(FirstHour):
         self.assertEqual(("measured", "rad/s"), (measure["verdict"], measure["unit"]))
         self.assertAlmostEqual(float(rpm) * 3.14159265 / 30, measure["value"], places=3)
         # nothing fails but the end: the drive is refused to it, and no expectation names that
-        self.expect(1, lagless("run", path, "--set", "plant.dc_voltage=150"), "measured ", "end of the run: the drive is to be on and refuses")
+        self.expect(1, lagless("run", path, "--set", "plant.dc_voltage=150"), "measured ", "end of the run: the drive refuses `enable` with ")
         self.assertEqual("", lagless("run", path, "--quiet").stdout)
 
     def test_a_measure_has_no_limits(self):

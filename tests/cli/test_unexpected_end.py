@@ -43,7 +43,7 @@ ENDS = (
     (SAG, "2 s", 1, UNNAMED),
     (SAG + at("1 s", 'requests.enable = "off"') + back("1.9 s"), "2 s", 1, UNNAMED),
     # refusals
-    (REFUSED + back("1.9 s"), "2 s", 1, "end of the run: the drive is to be on and refuses with dc_undervoltage", UNNAMED),
+    (REFUSED + back("1.9 s"), "2 s", 1, "end of the run: the drive refuses `enable` with dc_undervoltage", UNNAMED),
     ("", "20 ms", 0, "end state "),  # no time to come on
     (OFF + at("0.5 s", 'requests.enable = "on"'), "0.505 s", 0, "end state "),
     # named by the reason, by the state

@@ -77,8 +77,8 @@ static inline void current_control_turn(current_control_t *control, rotation_t t
     control->q.integral = integral.q;
 }
 
-/* The feed-forward of the EMF changes by this [V] because it has another origin: the integrals give it back,
- * so that the voltage has no step. */
+/* The EMF of the feed-forward now has another origin and differs by this `change` [V]. The integrals change
+ * by the opposite, so that the voltage has no step. */
 static inline void current_control_shift(current_control_t *control, dq_t change)
 {
     control->d.integral -= change.d;

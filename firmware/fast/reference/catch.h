@@ -60,13 +60,13 @@ typedef struct {
     float current;        /* along phase a [A] */
     float current_d;      /* along the d axis, once it is detected [A] */
     float lead;           /* 1.5 T [s] */
-    float reach;          /* longest EMF over the largest voltage of the link [-] */
+    float reach;          /* largest EMF, divided by the largest voltage of the link [-] */
     uint32_t early;       /* [periods] before the turn of the EMF is valid */
     uint32_t seen;        /* [periods] before the mean of the length begins */
     uint32_t settled;     /* [periods] before speed and rotation are valid */
     uint32_t sure;        /* [periods] after which a rotor that has rotated far enough is caught at once */
     float turn_sure;      /* this rotation over T [rad/s] */
-    uint32_t beyond;      /* [periods] for which an EMF that is too long must last */
+    uint32_t beyond;      /* [periods] for which the EMF must be too large */
 } catch_tuning_t;
 
 typedef struct {
@@ -83,13 +83,14 @@ typedef struct {
     uint32_t wanted;         /* [periods] of the whole catch */
     uint32_t turning;        /* [-] 1: a rotating rotor is detected */
     uint32_t found;          /* [-] 1: a step has ended with CATCH_TURNING */
-    uint32_t periods_beyond; /* [periods] consecutive, with an EMF that is too long */
+    uint32_t periods_beyond; /* [periods] in succession in which the EMF was too large */
 } catch_t;
 
 typedef enum { CATCH_GOES_ON, CATCH_TURNING, CATCH_STANDING, CATCH_TOO_FAST } catch_outcome_t;
 
-/* The current along the d axis of a rotor that is caught [A]: `current_d`, but at least clear of the doubtful
- * current [A]; negative for a salient rotor, where it increases the active flux. */
+/* The current along the d axis while a rotor is caught [A]: `current_d`, or more where the dead-time loss is
+ * uncertain, which is up to `doubtful` [A]. It is negative for a salient rotor, where it increases the active
+ * flux. */
 float catch_current_along(float doubtful, float current_d, bool salient);
 
 /* Computes the coefficients. It has divisions and exponentials and runs in the background. */
@@ -101,8 +102,8 @@ void catch_init(catch_t *catching);
 /* Begins a catch of at most `periods`; omega_e [rad/s] is the speed until one is measured. */
 void catch_enter(catch_t *catching, uint32_t periods, float omega_e);
 
-/* One period: EMF at t_k and its length [V], largest voltage of the link [V]. CATCH_TOO_FAST: the EMF is
- * longer than `reach` times that. No division. */
+/* One period. `emf` is the EMF at t_k and `length` its amount [V], `voltage_max` the largest voltage that the
+ * link allows [V]. CATCH_TOO_FAST: `length` is above `reach` times `voltage_max`. No division. */
 catch_outcome_t catch_step(catch_t *catching, const catch_tuning_t *tuning, ab_t emf, float length,
                            float voltage_max);
 
@@ -112,13 +113,13 @@ void catch_turn(catch_t *catching, const catch_tuning_t *tuning);
 /* The current reference [A]: along phase a, or along the d axis of a detected rotor. No division. */
 ab_t catch_current(const catch_t *catching, const catch_tuning_t *tuning);
 
-/* The voltage that equals this EMF [V] at the time when it acts. */
+/* The voltage to command now: it equals this EMF [V], rotated to the time when the voltage acts. */
 ab_t catch_voltage(const catch_t *catching, const catch_tuning_t *tuning, ab_t emf);
 
-/* The rotor as it was caught, at t_k. No division. */
+/* Angle and speed of the caught rotor at t_k. No division. */
 frame_t catch_rotor(const catch_t *catching);
 
-/* Length of the filtered EMF, the mean of some periods [V]. No division. */
+/* Amount of the EMF, averaged over some periods [V]. No division. */
 float catch_length(const catch_t *catching);
 
 /* Angle of the d axis [rad] for this EMF [V], whose speed has the sign of omega_e. No division. */

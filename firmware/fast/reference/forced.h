@@ -24,9 +24,10 @@
 #include "math/trig.h"
 
 /* Share of the observed EMF in the feed-forward [-]. The integrals supply the rest, because the lag of the
- * observer would otherwise close a loop of its own. For a salient rotor a current that moves against the
- * rotor's axes causes D di/dt in it, which the feed-forward returns with the gain D/L_d: the share is this
- * one over that gain where the gain is above 1. */
+ * observer would otherwise close a loop of its own. In a salient
+ * rotor the observed EMF contains D di/dt if the current moves relative to the axes of the rotor. The
+ * feed-forward returns this part with the gain D/L_d. Where the gain is above 1, the share is this value
+ * divided by the gain. */
 #define FORCED_EMF_SHARE 0.8f
 
 /* Cutoff of the high-pass [rad/s]: below every w_n that this law can damp. */

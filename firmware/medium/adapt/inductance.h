@@ -60,23 +60,23 @@
 #define INDUCTANCE_FREQUENCY_2   43.0f /* [Hz] if the first is too near */
 #define INDUCTANCE_FREQUENCY_3   57.0f /* [Hz] if the second is too near, too */
 #define INDUCTANCE_FREQUENCIES   3u
-#define INDUCTANCE_NEAR          4.0f     /* [Hz] */
-#define INDUCTANCE_NEAR_SIXTH    6.5f     /* [Hz] distance to six times the electrical one, under torque */
-#define INDUCTANCE_SPEED_MIN     30.0f    /* [rad/s] electrical */
-#define INDUCTANCE_EMF           0.1f     /* [V] least omega L times the dither, ten errors of the voltage */
-#define INDUCTANCE_R_SPEED_MAX   100.0f   /* [rad/s] up to which R is learnt: the dead time is known there */
-#define INDUCTANCE_SPEED_DRIFT   0.03f    /* [-] of the speed over a cycle: a larger drift is not steady */
-#define INDUCTANCE_R_SPEED_DRIFT 0.01f    /* [-] the same without torque and for R */
-#define INDUCTANCE_DETECTOR_MAX  0.1f     /* [-] */
-#define INDUCTANCE_CUTOFF        100.0f   /* [rad/s] of the low-pass that is subtracted */
-#define INDUCTANCE_MIN           0.5f     /* [-] of the parameter, also for R */
-#define INDUCTANCE_MAX           2.0f     /* [-] of the parameter, also for R */
-#define INDUCTANCE_AGREES        0.2f     /* [-] of L: two cycles agree within this */
-#define INDUCTANCE_LOOKED        0.2f     /* [-] of the initial rate, at which the first interval ends */
-#define INDUCTANCE_LOOK          1.0f     /* [s] of cycles with a result, in each later interval */
-#define INDUCTANCE_REST          20.0f    /* [s] from one interval to the next */
-#define INDUCTANCE_MISSED        2.0f     /* [s] by which cycles without a value exceed those with one */
-#define INDUCTANCE_MOVED         0.25f    /* [-] of the current limit: change of i_q that ends a pause */
+#define INDUCTANCE_NEAR          4.0f   /* [Hz] */
+#define INDUCTANCE_NEAR_SIXTH    6.5f   /* [Hz] distance to six times the electrical one, under torque */
+#define INDUCTANCE_SPEED_MIN     30.0f  /* [rad/s] electrical */
+#define INDUCTANCE_EMF           0.1f   /* [V] least omega L times the dither, ten errors of the voltage */
+#define INDUCTANCE_R_SPEED_MAX   100.0f /* [rad/s] up to which R is learnt: the dead time is known there */
+#define INDUCTANCE_SPEED_DRIFT   0.03f  /* [-] of the speed over a cycle: a larger drift is not steady */
+#define INDUCTANCE_R_SPEED_DRIFT 0.01f  /* [-] the same without torque and for R */
+#define INDUCTANCE_DETECTOR_MAX  0.1f   /* [-] */
+#define INDUCTANCE_CUTOFF        100.0f /* [rad/s] of the low-pass that is subtracted */
+#define INDUCTANCE_MIN           0.5f   /* [-] of the parameter, also for R */
+#define INDUCTANCE_MAX           2.0f   /* [-] of the parameter, also for R */
+#define INDUCTANCE_AGREES        0.2f   /* [-] of L: two cycles agree within this */
+#define INDUCTANCE_LOOKED        0.2f   /* [-] of the initial rate, at which the first interval ends */
+#define INDUCTANCE_LOOK          1.0f   /* [s] time of cycles with a result in each later interval */
+#define INDUCTANCE_REST          20.0f  /* [s] pause between two intervals */
+#define INDUCTANCE_MISSED        2.0f   /* [s] time of cycles without a value, less that of cycles with one */
+#define INDUCTANCE_MOVED         0.25f  /* [-] of the current limit: change of i_q that ends a pause */
 #define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1 and its rounding; above, nothing is learnt */
 
 typedef struct {
@@ -90,14 +90,14 @@ typedef struct {
     float rate;            /* initial rate [1/s], 0..20; 0 = off */
     float period;          /* T [s] */
     uint32_t every;        /* [periods] from one step to the next, at least 1 */
-    uint32_t ahead;        /* [steps] by which the dither acts later than in the next one */
+    uint32_t ahead;        /* [steps] delay of the dither, beyond the next step */
 } inductance_params_t;
 
 /* A frequency of the dither: a cycle consists of whole periods. */
 typedef struct {
     uint32_t steps; /* [-] in a cycle, each of `every` periods */
     float step;     /* advance of the wave's t per step [-] */
-    float per_sum;  /* amplitude of a current over its sum with s in a cycle, after the low-pass [-] */
+    float per_sum;  /* amplitude of a current, after the low-pass, divided by its sum with s in a cycle [-] */
 } inductance_wave_t;
 
 typedef struct {
@@ -113,12 +113,12 @@ typedef struct {
     float current;         /* amplitude of the dither [A] */
     float shows;           /* speed from which L is learnt [rad/s] electrical */
     float moved;           /* change of i_q that ends a pause [A] */
-    uint32_t look;         /* [steps] of cycles with a result, in a later interval */
+    uint32_t look;         /* [steps] INDUCTANCE_LOOK */
     uint32_t missed;       /* [steps] of cycles without a value that end an interval */
-    uint32_t rest;         /* [steps] from one interval to the next */
-    float mean_share;      /* of the low-pass that is subtracted [-] */
+    uint32_t rest;         /* [steps] INDUCTANCE_REST */
+    float mean_share;      /* share of the low-pass that is subtracted [-] */
     float time;            /* from one step to the next [s] */
-    float ahead;           /* [steps] by which the dither acts later than in the next one */
+    float ahead;           /* [steps] delay of the dither, beyond the next step */
 } inductance_tuning_t;
 
 /* Learning intervals and pauses. */
@@ -207,7 +207,7 @@ static inline void inductance_rest(inductance_t *x)
     x->dither = (dq_t){0.0f, 0.0f};
 }
 
-/* In every `every`-th period with a locked loop: one step of the wave. */
+/* One step of the wave. The caller calls it once in `every` periods while the loop is locked. */
 void inductance_step(inductance_t *x, const inductance_input_t *input);
 
 #endif

@@ -3,30 +3,33 @@
  *
  *     J domega_m/dt = K_t (i_q - i_L)      =>      domega/dt = K (i_q - i_L),    K = 1.5 p^2 psi_f/J
  *
- * While the reference of the speed is constant, i_q carries the load alone: i_L follows i_q within
- * 1/INERTIA_LOAD_CUTOFF. From the period in which the reference changes until the speed has arrived, a "way"
- * in the names below, i_L is held, and the excess of i_q accelerates. So i_q - i_L is the part of the torque
- * that is passed to the tracking loop, without the response of the speed control to a load, and J is learnt
- * from its sum over the way. After a start the load is unknown until the speed has once stayed near a
- * constant reference: until then i_L is all of i_q, and no way begins. It is also unknown whether a load
- * changes its sign with the speed: through zero the loop gets no torque if the load is significant.
+ * While the speed reference is constant, i_q carries only the load. Then i_L follows i_q within
+ * 1/INERTIA_LOAD_CUTOFF. The names below call a change of the speed a "way". It begins in the period in which
+ * the reference changes, and ends when the speed has arrived. During a way i_L is held, and i_q - i_L
+ * accelerates the shaft. The tracking loop gets i_q - i_L as its torque, without the response of the speed
+ * control to a load. J is learnt from the sum of i_q - i_L over the way.
  *
- * The way ends when the speed has stayed near a constant reference for INERTIA_TAIL. In this tail i_q - i_L
- * is the load that was added on the way, c, plus the torque for the remaining change of speed; on the way
- * itself the mean added load was c/2. From both, with sums S and times t,
+ * After a start the load is unknown until the speed has been near a constant reference once. Until then i_L
+ * equals i_q, and no way begins. It is also unknown whether the load changes its sign with the speed.
+ * Therefore the loop gets no torque at zero speed if the load is significant.
+ *
+ * The way ends when the speed has been near a constant reference for INERTIA_TAIL. In this tail i_q - i_L
+ * consists of two parts: the load c that was added on the way, and the torque for the remaining change of the
+ * speed. On the way itself the mean added load was c/2. With sums S and times t
  *
  *     dw_way  = K (S_way  - c t_way/2)
  *     dw_tail = K (S_tail - c t_tail)
  *     J = 1.5 p^2 psi_f (S_way - r S_tail)/(dw_way - r dw_tail),     r = t_way/(2 t_tail)
  *
- * for any R, L and dead time; a wrong psi_f affects J alone, K stays right. A way has a result only if all of
- * its samples were sound, the speed gained INERTIA_SPEED_LEAST, i_q was large enough and the load changed
- * little in comparison. The learnt J is the median of the last three results, which start from the parameter:
- * two results that agree are used (docs/theory.md, 26).
+ * for any R, L and dead time. A wrong psi_f affects only J; K remains right. A way has a result under four
+ * conditions: all of its samples were valid, the speed changed by INERTIA_SPEED_LEAST or more, i_q was large
+ * enough, and the load changed little compared with i_q - i_L. The learnt J is the median of three values, at
+ * first all J of the parameters, then the last three results (docs/theory.md, 26). A single
+ * wrong result therefore changes nothing.
  *
- * One step in every `every` periods of T, from the means over these; one division at the end of a way. Does
- * not handle: a load that rises and falls again on the way; friction, which changes its sign at zero speed
- * and makes the samples unsound. */
+ * The step is called once in `every` periods of T, with the means of these periods. It divides once, at the
+ * end of a way. Does not handle: a load that rises and falls again on the way; friction, which changes its
+ * sign at zero speed and makes the samples invalid. */
 #ifndef MEDIUM_ADAPT_INERTIA_H
 #define MEDIUM_ADAPT_INERTIA_H
 
@@ -36,15 +39,15 @@
 #include "math/bounds.h"
 #include "medium/adapt/assumed.h"
 
-#define INERTIA_LOAD_CUTOFF  1000.0f /* [rad/s] of the low-pass to i_L */
-#define INERTIA_ARRIVED      8.0f    /* [rad/s] electrical, from the reference */
+#define INERTIA_LOAD_CUTOFF  1000.0f /* [rad/s] of the low-pass from i_q to i_L */
+#define INERTIA_ARRIVED      8.0f    /* [rad/s] electrical: the speed is near the reference */
 #define INERTIA_TAIL         0.15f   /* [s] */
 #define INERTIA_LONGEST      4.0f    /* [s] longest way with its tail */
 #define INERTIA_SPEED_LEAST  60.0f   /* [rad/s] electrical */
 #define INERTIA_TORQUE_LEAST 0.02f   /* [-] of the current limit: mean of i_q - i_L on the way */
-#define INERTIA_LOAD_MOST    0.15f   /* [-] of that mean: the load that has been added */
-#define INERTIA_RANGE        5.0f    /* [-] factor to the parameter, either way */
-#define INERTIA_LOAD_UNKNOWN 1e6f    /* [A] in place of a load that is not known */
+#define INERTIA_LOAD_MOST    0.15f   /* [-] of that mean: largest load that may have been added */
+#define INERTIA_RANGE        5.0f    /* [-] largest factor between J and the parameter, up and down */
+#define INERTIA_LOAD_UNKNOWN 1e6f    /* [A] stands for an unknown load */
 
 typedef struct {
     float from;         /* J of the parameters [kg m^2], above 0 */

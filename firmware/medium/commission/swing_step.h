@@ -30,14 +30,14 @@ typedef struct {
     ab_t last;                /* current at the end of the last window [A] */
     ab_t before;              /* Psi_m at the beginning, once psi_f is known [Wb] */
     ab_t begun;               /* active flux at the beginning [Wb] */
-    float xx, xy, yy, xz, yz; /* sums of the circle */
+    float xx, xy, yy, xz, yz; /* sums for the fit of the circle */
     float impulse;            /* int of the torque [N m s] */
     float moving;             /* time forwards minus time backwards [s] */
     float peak;               /* largest speed, electrical [rad/s] */
-    uint32_t over; /* [-] 1: the first motion of the jump has ended, after which friction holds the rotor */
+    uint32_t over; /* [-] 1: the first motion after the jump has ended, and friction holds the rotor */
 } swing_motion_t;
 
-/* Sums of the regression: impulse on speed and time of the motion. */
+/* Sums of the regression of the impulse against speed and duration of the motion. */
 typedef struct {
     float ww, wt, tt, wp, tp, pp;
 } swing_fit_t;
@@ -45,17 +45,17 @@ typedef struct {
 typedef enum { SWING_BEGIN, SWING_ALIGN, SWING_JUMP, SWING_REST } swing_phase_t;
 
 typedef struct {
-    int32_t phase;              /* [-] swing_phase_t */
-    uint32_t jump;              /* [-] */
-    uint32_t windows;           /* [windows] of this jump */
-    uint32_t again;             /* [-] times that the current was made less for a salient rotor */
-    uint32_t freer;             /* [-] times that the braking was made less, because J did not show */
-    float flux, inertia, share; /* of the jumps in which J showed best [Wb], [kg m^2], [-] */
+    int32_t phase;    /* [-] swing_phase_t */
+    uint32_t jump;    /* [-] */
+    uint32_t windows; /* [windows] of this jump */
+    uint32_t again;   /* [-] number of times that the current was reduced for a salient rotor */
+    uint32_t freer;   /* [-] number of times that the braking was reduced, because J could not be measured */
+    float flux, inertia, share; /* of the jumps with the best measurement of J [Wb], [kg m^2], [-] */
     float current;              /* [A] */
     float angle;                /* of the axis [rad] */
-    ab_t rest[2];               /* voltage at rest that the law does not explain, of both directions [V] */
-    ab_t used;                  /* the one of this jump [V] */
-    float flux_sum;             /* of psi_f over the jumps [Wb] */
+    ab_t rest[2];   /* voltage at rest in addition to that of the equation, for each direction [V] */
+    ab_t used;      /* the element of `rest` for this jump [V] */
+    float flux_sum; /* of psi_f over the jumps [Wb] */
     swing_motion_t motion;
     swing_fit_t fit;
     standing_t standing;

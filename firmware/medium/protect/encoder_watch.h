@@ -152,7 +152,7 @@ static inline void encoder_watch_take(encoder_watch_t *watch, const encoder_watc
     watch->tuning = *tuning;
 }
 
-/* At the end of a window that is not judged: the next one begins here, and the state is reset. */
+/* Ends a window that is not judged and resets the state; the next window begins here. */
 static inline void encoder_watch_rest(encoder_watch_t *watch)
 {
     watch->windows = 0u;
@@ -166,7 +166,7 @@ static inline void encoder_watch_rest(encoder_watch_t *watch)
     watch->confirmed = 0u;
 }
 
-/* A window that is not judged ends: the next one begins with this current [A]. */
+/* Ends a window that is not judged; the next window begins with this current [A]. */
 static inline void encoder_watch_begin(encoder_watch_t *watch, ab_t current)
 {
     watch->voltage = (ab_t){0.0f, 0.0f};
@@ -187,9 +187,9 @@ static inline void encoder_watch_forget(encoder_watch_t *watch)
     watch->known = 0u;
 }
 
-/* True if the EMF of the last complete window is too short for a rotor with this speed [rad/s] electrical,
- * and does not turn as fast: it is the encoder that has this speed. The mean of an EMF that turns by 2x in
- * the window is sin(x)/x, 1 - x^2/6 or more of its length. */
+/* True if the rotor cannot have this speed [rad/s] electrical: the EMF of the last complete window is too
+ * small for it and does not turn as fast. The speed is then an error of the encoder. The EMF is a mean over
+ * the window: if it turns by 2x in the window, the factor of its length is sin(x)/x >= 1 - x^2/6. */
 static inline bool encoder_watch_denies(const encoder_watch_t *watch, float omega_e)
 {
     const dq_t emf = watch->last;

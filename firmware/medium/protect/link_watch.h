@@ -2,9 +2,10 @@
  *
  * The supply counts as lost while the voltage is below u_hold of fast/protect/link_limit.h, until the link is
  * above the band of the driving limit again. In and below that band u_hold decreases by LINK_SINK of U_under
- * in LINK_SINK_TIME. A link that the rotor feeds follows u_hold. The supply is low, but delivers power, under
- * two conditions. The link stays above u_hold, or above U_under while the rotor is too slow to feed it. And
- * its mean of LINK_FED_TIME does not decrease from one to the next. A low supply limits nothing until the
+ * in LINK_SINK_TIME. A link that the rotor feeds follows u_hold. The supply is only
+ * low, and still delivers power, if two conditions hold. First, the link stays above u_hold, or above U_under
+ * while the rotor is too slow to feed it. Second, the mean of the link voltage over LINK_FED_TIME is not less
+ * than the previous one. A low supply limits nothing until the
  * link has been above the band again, and counts as lost only below U_under. For ride_time after the loss a
  * link below U_under is no fault: the bridge opens, the rotor coasts, and the drive catches it when the link
  * voltage has returned.
@@ -20,7 +21,7 @@
 #define LINK_SINK      0.1f   /* [-] of dc_undervoltage, by which u_hold decreases ... */
 #define LINK_SINK_TIME 0.15f  /* [s] ... within this time */
 #define LINK_ABOVE     0.05f  /* [-] of the band: this far above u_hold the rotor does not feed the link */
-#define LINK_FED_TIME  50e-3f /* [s] of a mean that is compared with the one before */
+#define LINK_FED_TIME  50e-3f /* [s] of a mean, which is compared with the previous one */
 
 #define LINK_WINDOW  20e-3f /* [s] in which the ripple is measured: a period of the mains */
 #define LINK_RIPPLE  0.1f   /* [-] of the largest voltage in it */
@@ -62,7 +63,7 @@ typedef struct {
 } link_watch_input_t;
 
 typedef struct {
-    uint32_t lost_looks; /* [looks] since the supply is lost; 0: it is there */
+    uint32_t lost_looks; /* [looks] since the loss of the supply; 0: not lost */
     uint32_t low_looks;  /* [looks] below U_under, up to two */
     float sunk;          /* [V] decrease of u_hold */
     float fed_sum;       /* sum of u in this window [V] */

@@ -36,7 +36,8 @@ SECTIONS
                       *(.text:float_of_bits) *(.text:follow) *(.text:is_edge) *(.text:tap_slot_at) *(.text:value_of)
                       *(.text:watch)
                       /* firmware/drive/drive.c */
-                      *(.text:drive_step) *(.text:fast_bridge_on) *(.text:orders_of) *(.text:turn_window)
+                      *(.text:drive_step) *(.text:fast_bridge_on) *(.text:orders_of) *(.text:setpoint_begins)
+                      *(.text:turn_window)
                       /* firmware/estimator/encoder.c */
                       *(.text:encoder_phase)
                       /* firmware/estimator/estimator.c */
@@ -112,6 +113,8 @@ SECTIONS
                       *(.text:snapshot) *(.text:snapshot_catch) *(.text:still_watch_moved)
                       /* firmware/fast/measure.c */
                       *(.text:add) *(.text:add_scatter) *(.text:is_noisy) *(.text:square_sum)
+                      /* firmware/fast/protect/still_watch.c */
+                      *(.text:is_alone) *(.text:is_stuck)
                       /* firmware/fast/reference/catch.c */
                       *(.text:turned_on)
                       /* firmware/fast/reference/reference.c */

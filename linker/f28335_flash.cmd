@@ -31,8 +31,6 @@ SECTIONS
                       /* firmware/app/app.c */
                       *(.text:app_interrupt) *(.text:app_read) *(.text:app_trip) *(.text:app_write) *(.text:compare_of)
                       *(.text:current_of) *(.text:daq_sample) *(.text:drive_flags) *(.text:drive_took)
-                      /* firmware/app/talk.c */
-                      *(.text:waiting) *(.text:waiting_out)
                       /* firmware/contract/capture.c */
                       *(.text:begin) *(.text:capture_reset) *(.text:capture_step) *(.text:capture_trigger)
                       *(.text:float_of_bits) *(.text:follow) *(.text:is_edge) *(.text:tap_slot_at) *(.text:value_of)

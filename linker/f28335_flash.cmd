@@ -30,28 +30,29 @@ SECTIONS
                       /* begin: written by tools/check-linker --write */
                       /* firmware/app/app.c */
                       *(.text:app_interrupt) *(.text:app_read) *(.text:app_trip) *(.text:app_write) *(.text:compare_of)
-                      *(.text:current_of) *(.text:daq_sample) *(.text:drive_flags) *(.text:drive_took)
+                      *(.text:convert) *(.text:current_of) *(.text:daq_sample) *(.text:drive_flags) *(.text:drive_took)
+                      *(.text:pack)
                       /* firmware/contract/capture.c */
                       *(.text:begin) *(.text:capture_reset) *(.text:capture_step) *(.text:capture_trigger)
                       *(.text:float_of_bits) *(.text:follow) *(.text:is_edge) *(.text:tap_slot_at) *(.text:value_of)
                       *(.text:watch)
                       /* firmware/drive/drive.c */
-                      *(.text:drive_step) *(.text:fast_bridge_on) *(.text:orders_of) *(.text:setpoint_begins)
-                      *(.text:turn_window)
+                      *(.text:drive_step) *(.text:fast_bridge_on) *(.text:float_bits) *(.text:orders_of)
+                      *(.text:setpoint_begins) *(.text:turn_window)
                       /* firmware/estimator/encoder.c */
                       *(.text:encoder_phase)
                       /* firmware/estimator/estimator.c */
                       *(.text:angle_turn_back) *(.text:angle_wrap) *(.text:at_rest) *(.text:bounds_clamp)
                       *(.text:bounds_less) *(.text:bounds_magnitude) *(.text:bounds_more) *(.text:estimator_coast)
-                      *(.text:estimator_observe) *(.text:estimator_track) *(.text:float_bits) *(.text:frames_park)
-                      *(.text:inverse_root) *(.text:lag_impedance) *(.text:lag_undone) *(.text:lowpass_step)
-                      *(.text:observer_step) *(.text:one_period) *(.text:pll_filtered) *(.text:pll_is_emf)
-                      *(.text:pll_soft_sign) *(.text:pll_step_inline) *(.text:pll_turn) *(.text:rested)
-                      *(.text:saturation_at) *(.text:saturation_is_on) *(.text:show_observer) *(.text:show_tracker)
-                      *(.text:shown) *(.text:smo_predict) *(.text:smo_switch_vector) *(.text:smo_vector_gain)
-                      *(.text:tanh_ratio) *(.text:tracker_acceleration) *(.text:tracker_coast) *(.text:tracker_cross)
-                      *(.text:tracker_flux) *(.text:tracker_is_salient) *(.text:tracker_step) *(.text:tracker_straighten)
-                      *(.text:tracker_watch) *(.text:trig_turn)
+                      *(.text:estimator_observe) *(.text:estimator_track) *(.text:frames_park) *(.text:inverse_root)
+                      *(.text:lag_impedance) *(.text:lag_undone) *(.text:lowpass_step) *(.text:observer_step)
+                      *(.text:one_period) *(.text:pll_filtered) *(.text:pll_is_emf) *(.text:pll_soft_sign)
+                      *(.text:pll_step_inline) *(.text:pll_turn) *(.text:rested) *(.text:saturation_at)
+                      *(.text:saturation_is_on) *(.text:show_observer) *(.text:show_tracker) *(.text:shown)
+                      *(.text:smo_predict) *(.text:smo_switch_vector) *(.text:smo_vector_gain) *(.text:tanh_ratio)
+                      *(.text:tracker_acceleration) *(.text:tracker_coast) *(.text:tracker_cross) *(.text:tracker_flux)
+                      *(.text:tracker_is_salient) *(.text:tracker_step) *(.text:tracker_straighten) *(.text:tracker_watch)
+                      *(.text:trig_turn)
                       /* firmware/estimator/lag.c */
                       *(.text:conductance_of) *(.text:filter_of) *(.text:lag_angle) *(.text:lag_emf) *(.text:over)
                       *(.text:speed_within) *(.text:square_of) *(.text:times) *(.text:undoing)
@@ -102,19 +103,17 @@ SECTIONS
                       *(.text:reference_advance) *(.text:reference_in_rotor) *(.text:reference_rotor) *(.text:reference_run)
                       *(.text:reference_run_on_estimate) *(.text:reference_speed) *(.text:reference_stationary)
                       *(.text:reference_step) *(.text:reference_tracks) *(.text:run) *(.text:set_models) *(.text:smo_take)
-                      *(.text:still_watch_count) *(.text:still_watch_one) *(.text:sum_up) *(.text:svpwm_modulate)
-                      *(.text:tracker_set_flux) *(.text:tracker_take) *(.text:trig_advance) *(.text:validity_take)
-                      *(.text:voltage_uncertain)
+                      *(.text:still_watch_count) *(.text:still_watch_one) *(.text:still_watch_remember) *(.text:sum_up)
+                      *(.text:svpwm_modulate) *(.text:tracker_set_flux) *(.text:tracker_take) *(.text:trig_advance)
+                      *(.text:validity_take) *(.text:voltage_uncertain)
                       /* firmware/fast/fast_trips.c */
-                      *(.text:encoder_jumped) *(.text:estimate_is_denied) *(.text:fast_judge_still) *(.text:fast_judge_trips)
-                      *(.text:fast_open_bridge) *(.text:fast_watch_jump) *(.text:fault_set_both)
+                      *(.text:encoder_jumped) *(.text:estimate_is_denied) *(.text:fast_judge_still) *(.text:fast_open_bridge)
+                      *(.text:fast_watch_jump) *(.text:fault_set_both)
                       /* firmware/fast/fast_window.c */
                       *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:pair_ab) *(.text:pair_dq)
                       *(.text:snapshot) *(.text:snapshot_catch) *(.text:still_watch_moved)
-                      /* firmware/fast/measure.c */
-                      *(.text:add) *(.text:add_scatter) *(.text:is_noisy) *(.text:square_sum)
-                      /* firmware/fast/protect/still_watch.c */
-                      *(.text:is_alone) *(.text:is_stuck)
+                      /* firmware/fast/inverter/svpwm.c */
+                      *(.text:leg) *(.text:shortened) *(.text:svpwm_beyond)
                       /* firmware/fast/reference/catch.c */
                       *(.text:turned_on)
                       /* firmware/fast/reference/reference.c */

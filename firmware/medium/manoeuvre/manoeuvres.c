@@ -2,7 +2,10 @@
 
 #include "medium/manoeuvre/manoeuvres_parts.h"
 
-static const manoeuvre_row_t rows[] = {
+/* A power of two above the number of manoeuvres: an index that a flipped bit has changed still finds a row. */
+#define ROWS 16u
+
+static const manoeuvre_row_t rows[ROWS] = {
 #define MANOEUVRE_ROW(NAME, name, source, compared, step) {(int32_t)(source), (int32_t)(compared)},
     MANOEUVRES(MANOEUVRE_ROW)
 #undef MANOEUVRE_ROW
@@ -10,7 +13,7 @@ static const manoeuvre_row_t rows[] = {
 
 const manoeuvre_row_t *manoeuvres_row(const manoeuvres_t *m)
 {
-    return &rows[m->now];
+    return &rows[(uint32_t)m->now % ROWS];
 }
 
 void manoeuvres_enter(manoeuvres_t *m, manoeuvre_t manoeuvre)

@@ -28,40 +28,39 @@ static bool is_hidden(uint32_t number, const table_row_t *row)
     return number == (uint32_t)APP_TABLE_PARAMS && row->offset == line_key && app->talk.xcp.locked != 0u;
 }
 
-/* The row with this id, by a search from *place on, which becomes the place behind it: in a block it is
- * mostly that of the next id. */
-static const table_row_t *row_from(const table_t *table, uint32_t id, uint32_t *place)
+/* The octets of a slot that starts at `at`, as far as they are in a block of `count` octets from `address`
+ * on. */
+static void put_slot(uint32_t at, uint32_t bits, uint32_t address, uint32_t count, uint16_t *octets)
 {
-    uint32_t at = *place;
-    for (uint32_t n = 0; n < table->count; n++) {
-        const table_row_t *row = &table->rows[at];
-        at = at + 1u < table->count ? at + 1u : 0u;
-        if (row->id == id) {
-            *place = at;
-            return row;
+    for (uint32_t n = 0u; n < 4u; n++) {
+        if (at + n >= address && at + n < address + count) {
+            octets[at + n - address] = (uint16_t)(bits >> 8u * n & 0xFFu);
         }
     }
-    return NULL;
 }
 
-/* Numbers between the first and the last id that are no ids read 0: a client
- * may read a table in one block. */
-static bool row_bits(uint32_t number, uint32_t id, uint32_t *place, uint32_t *bits)
+/* A block of a table, in one pass over its rows. Numbers between the first and the last id that are no ids
+ * read 0: a client may read a table in one block. */
+static uint32_t read_rows(uint32_t number, uint32_t address, uint32_t count, uint16_t *octets)
 {
     const table_t *table = app_tables[number];
-    const table_row_t *found = row_from(table, id, place);
-    bool below = false;
-    bool above = false;
-    if (found != NULL) {
-        *bits = is_hidden(number, found) ? 0u : line_bits(found, table_bits(found, base_of(number)));
-        return true;
+    const void *base = base_of(number);
+    const uint32_t first = address / 4u;
+    const uint32_t last = (address + count - 1u) / 4u;
+    bool begun = false;
+    bool ends = false;
+    for (uint32_t n = 0u; n < count; n++) {
+        octets[n] = 0u;
     }
-    for (uint32_t n = 0; n < table->count; n++) {
-        below = below || table->rows[n].id < id;
-        above = above || table->rows[n].id > id;
+    for (uint32_t n = 0u; n < table->count; n++) {
+        const table_row_t *row = &table->rows[n];
+        begun = begun || row->id <= first;
+        ends = ends || row->id >= last;
+        if (row->id >= first && row->id <= last && !is_hidden(number, row)) {
+            put_slot(4u * row->id, line_bits(row, table_bits(row, base)), address, count, octets);
+        }
     }
-    *bits = 0u;
-    return below && above;
+    return begun && ends ? XCP_OK : XCP_OUT_OF_RANGE;
 }
 
 /* Two slots per fault, the newest first: reason and period. */
@@ -80,25 +79,21 @@ static bool fault_bits(uint32_t place, uint32_t *bits)
     return true;
 }
 
-static bool slot_bits(uint32_t extension, uint32_t number, uint32_t *place, uint32_t *bits)
+static bool slot_bits(uint32_t extension, uint32_t number, uint32_t *bits)
 {
-    if (extension < (uint32_t)APP_TABLES) {
-        return row_bits(extension, number, place, bits);
-    }
     return (extension == TALK_FAULTS && fault_bits(number, bits)) ||
            (extension == TALK_CAPTURE && capturing_slot(number, bits));
 }
 
 static uint32_t read_slots(uint32_t extension, uint32_t address, uint32_t count, uint16_t *octets)
 {
-    uint32_t bits = 0u;
-    uint32_t place = 0u;
-    for (uint32_t n = 0; n < count; n++) {
-        const uint32_t at = address + n;
-        if ((n == 0u || at % 4u == 0u) && !slot_bits(extension, at / 4u, &place, &bits)) {
+    const uint32_t end = address + count;
+    for (uint32_t at = address & ~UINT32_C(3); at < end; at += 4u) {
+        uint32_t bits = 0u;
+        if (!slot_bits(extension, at / 4u, &bits)) {
             return XCP_OUT_OF_RANGE;
         }
-        octets[n] = (uint16_t)(bits >> 8u * (at % 4u) & 0xFFu);
+        put_slot(at, bits, address, count, octets);
     }
     return XCP_OK;
 }
@@ -116,6 +111,9 @@ static uint32_t read(uint32_t extension, uint32_t address, uint32_t count, uint1
 {
     if (is_epk(extension, address)) {
         return talk_read_text(XCP_EXTENSION_EPK, address, count, octets);
+    }
+    if (extension < (uint32_t)APP_TABLES) {
+        return read_rows(extension, address, count, octets);
     }
     return talk_is_text(extension) ? talk_read_text(extension, address, count, octets)
                                    : read_slots(extension, address, count, octets);

@@ -244,6 +244,8 @@ static uint32_t download(xcp_call_t *call)
     return result;
 }
 
+#define CHECKSUM_PIECE 64u /* [octets] read at once */
+
 /* CRC-32 over the block at the memory transfer address. For a block that is too long the error answer
  * contains the largest length, as the standard requires. */
 static uint32_t build_checksum(xcp_call_t *call)
@@ -259,14 +261,17 @@ static uint32_t build_checksum(xcp_call_t *call)
         return XCP_OUT_OF_RANGE;
     }
     uint32_t crc = CRC_BEGIN;
-    for (uint32_t n = 0; n < octets; n += 4u) {
-        uint16_t slot[4];
-        const uint32_t result = call->access->read(xcp->extension, xcp->address + n, 4u, slot);
+    for (uint32_t n = 0; n < octets; n += CHECKSUM_PIECE) {
+        uint16_t piece[CHECKSUM_PIECE];
+        const uint32_t rest = octets - n;
+        const uint32_t length = rest < CHECKSUM_PIECE ? rest : CHECKSUM_PIECE;
+        const uint32_t result = call->access->read(xcp->extension, xcp->address + n, length, piece);
         if (result != XCP_OK) {
             return result;
         }
-        crc = crc_add(crc, (uint16_t)xcp_word(slot));
-        crc = crc_add(crc, (uint16_t)xcp_word(&slot[2]));
+        for (uint32_t at = 0; at < length; at += 2u) {
+            crc = crc_add(crc, (uint16_t)xcp_word(&piece[at]));
+        }
     }
     xcp->address += octets;
     call->answer[1] = CHECKSUM_CRC_32;

@@ -179,15 +179,17 @@ static bool talk(void)
     frames_put_long(&place[4], 4u * last->id);
     frames_put_long(&download[2], table_bits(last, &app->staged));
     send(place, sizeof place);
+    send(place, sizeof place); /* a place and a number act when they were received twice */
     send(download, sizeof download);
-    send(download, sizeof download); /* a number acts when it was received twice */
+    send(download, sizeof download);
     frames_put_long(&place[4], 4u * params_table.rows[0].id);
     frames_put_long(&checksum[4], 4u * (last->id - params_table.rows[0].id) < XCP_CHECKSUM_MAX
                                       ? 4u * (last->id - params_table.rows[0].id)
                                       : XCP_CHECKSUM_MAX);
     send(place, sizeof place);
+    send(place, sizeof place);
     send(checksum, sizeof checksum);
-    return app->talk.receiver.frames == 8u && app->talk.receiver.errors == 0u;
+    return app->talk.receiver.frames == 10u && app->talk.receiver.errors == 0u;
 }
 
 /* ---- orders ---- */

@@ -126,14 +126,12 @@ static void learn_ripple(medium_t *medium, const window_t *window)
             .omega_e = medium->manoeuvres.limits.pole_pairs * window->omega_m_ref,
             .time = learn->seen,
             .taken = share,
-            .noise = learn->noise,
         };
         const unequal_legs_input_t legs = {
             .rest = learn->rest,
             .current = learn->current,
             .time = learn->seen,
             .taken = legs_share,
-            .noise = learn->noise,
         };
         emf_shape_step(&medium->ripple.emf_shape, &shape);
         if (dead_time_learn_is_settled(learn)) {

@@ -29,7 +29,7 @@ static void turn(double omega, double d, double q, double seconds)
         const double complex rest =
             PSI * omega * (-left * sin(6.0 * theta) + J * left_q * cos(6.0 * theta)) * frame;
         const emf_shape_input_t input = {to_ab(J * PSI * omega * frame), to_ab(rest), (float)omega,
-                                         (float)STEP, (float)taken, 1.0f};
+                                         (float)STEP, (float)taken};
         emf_shape_step(&shape, &input);
     }
 }

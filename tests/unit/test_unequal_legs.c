@@ -56,7 +56,7 @@ static void turn(const lost_t *lost, double amplitude, double omega, double seco
         angle += omega * STEP;
         const double complex current = amplitude * cexp(J * angle);
         const double complex rest = rest_of(lost, current);
-        const unequal_legs_input_t input = {to_ab(rest), to_ab(current), (float)STEP, 1.0f, 1.0f};
+        const unequal_legs_input_t input = {to_ab(rest), to_ab(current), (float)STEP, 1.0f};
         unequal_legs_step(&legs, &input);
     }
 }

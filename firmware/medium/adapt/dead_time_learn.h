@@ -63,6 +63,7 @@
 #define DEAD_TIME_LEARN_SETTLED 0.2f
 #define DEAD_TIME_LEARN_NEAR    0.6f
 #define DEAD_TIME_LEARN_CHANCE  0.028f /* [-] of the dead band: effect of noise at the initial rate */
+#define DEAD_TIME_LEARN_BIAS    0.15f  /* [-] of the dead band: effect of the ripple of the least current */
 
 typedef struct {
     float rate;         /* initial rate [1/s]; 0: off */
@@ -81,8 +82,8 @@ typedef struct {
     float effective;      /* T_e/T of the parameters [-] */
     float least, most;    /* limits of the learnt value [-] */
     float band;           /* [-] */
-    float chance;         /* square of what a good sensor's noise makes, over the initial rate [s] */
-    float per_chance;     /* its inverse, times the square of the standard deviations [1/s] */
+    float chance;         /* square of what the noise of a good sensor makes at the initial rate [-] */
+    float bias;           /* error that the ripple of the least current makes [-] */
     float per_band;       /* psi_f over `band` [Wb] */
     float flux_linkage;   /* [Wb] */
     float current_square; /* least |i|^2 [A^2] */
@@ -96,7 +97,7 @@ typedef struct {
     float learnt;    /* T_e/T as learnt [-] */
     float rate;      /* present rate [1/s] */
     float scatter;   /* mean square of the error of T_e/T that a step shows [-] */
-    float noise;     /* noise of the steps over that of a good sensor, at least 1 [-] */
+    float ripple;    /* mean square of the least current over the current, of what has been learnt [-] */
     uint32_t begun;  /* [-] 1: the following values belong to the last periods */
     ab_t emf_mean;   /* m(e) [V] */
     ab_t along_mean; /* m(u) [-] */

@@ -38,7 +38,6 @@ void emf_shape_step(emf_shape_t *shape, const emf_shape_input_t *input)
     shape->learnt.d = follow(shape->learnt.d, taken.d, share, across, -sixth.beta);
     shape->learnt.q = follow(shape->learnt.q, taken.q, share, beyond, -sixth.alpha);
     shape->rate = gain_step(shape->rate, shape->tuning.rate, input->time);
-    const float rate = input->noise * shape->rate * shape->tuning.per_rate;
-    const float chance = gain_chance(EMF_SHAPE_CHANCE, rate, GAIN_LEAST);
+    const float chance = gain_chance(EMF_SHAPE_CHANCE, shape->rate * shape->tuning.per_rate, GAIN_LEAST);
     shape->used = (dq_t){gain_beyond(shape->learnt.d, chance), gain_beyond(shape->learnt.q, chance)};
 }

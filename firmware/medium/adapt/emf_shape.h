@@ -47,7 +47,6 @@ typedef struct {
     float omega_e; /* [rad/s] electrical */
     float time;    /* with which the step counts [s] */
     float taken;   /* share of `used` that was subtracted from this EMF [-] */
-    float noise;   /* noise over that of a good sensor, at least 1 [-] */
 } emf_shape_input_t;
 
 /* Takes over new coefficients. The learnt value is kept while learning is on. */

@@ -56,7 +56,7 @@ void unequal_legs_step(unequal_legs_t *legs, const unequal_legs_input_t *input)
     follow(&legs->voltage, share, voltage, input->taken, tuning->voltage_max);
     follow(&legs->resistance, share, resistance, input->taken, tuning->resistance_max);
     legs->rate = gain_step(legs->rate, tuning->rate, input->time);
-    const float rate = input->noise * legs->rate * tuning->per_rate;
+    const float rate = legs->rate * tuning->per_rate;
     use(&legs->voltage, gain_chance(tuning->voltage_chance, rate, GAIN_LEAST));
     use(&legs->resistance, gain_chance(tuning->resistance_chance, rate, GAIN_LEAST));
 }

@@ -59,7 +59,6 @@ typedef struct {
     ab_t current; /* of the same periods [A] */
     float time;   /* with which the step counts [s] */
     float taken;  /* share of the values in use that was subtracted from this EMF [-] */
-    float noise;  /* noise over that of a good sensor, at least 1 [-] */
 } unequal_legs_input_t;
 
 /* Takes over new coefficients. The learnt value is kept while learning is on. */

@@ -30,7 +30,8 @@
 #define LOSS_TIME     3.2e-3f     /* [s] */
 #define FLUX_TURN     2.6f  /* [-] of psi_f: half a turn, and an assumed psi_f that is a quarter too small */
 #define SUM_SHARE     0.08f /* [-] of the range */
-#define KNOWN         3u    /* [windows] with which p - m of the last but one is known */
+#define TURN_DOUBT    3.33333333f /* [-] speed of a tracked rotor over the speed whose EMF is uncertain */
+#define KNOWN         3u          /* [windows] with which p - m of the last but one is known */
 
 current_watch_tuning_t current_watch_prepare(const current_watch_params_t *params)
 {
@@ -147,7 +148,9 @@ static void suspect(current_watch_t *watch, uint32_t n, float value, float besid
                     current_watch_still_t near_zero)
 {
     current_watch_phase_t *phase = &watch->phase[n];
-    watch->suspected |= UINT32_C(1) << n;
+    const uint32_t bit = UINT32_C(1) << n;
+    watch->suspected |= bit;
+    watch->biased = watch->windows >= KNOWN ? watch->biased | bit : watch->biased & ~bit;
     phase->beside = beside;
     phase->path = 0.0f;
     phase->stuck = 0.0f;
@@ -172,19 +175,19 @@ static bool stands(const current_watch_tuning_t *tuning, const current_watch_pha
  * The uncertain part of the EMF turns with the rotor, the windows are at most one window more than `still`
  * apart, and the rotor that is assumed now may depend on the suspected sensor. */
 static float contradiction(const current_watch_t *watch, uint32_t n, const current_watch_window_t *window,
-                           float omega_e)
+                           float doubt)
 {
     const current_watch_phase_t *phase = &watch->phase[n];
     const float p = window->moved[n];
     const float emf = window->emf < phase->emf ? window->emf : phase->emf;
-    const float turn = 2.0f * watch->tuning.back * omega_e; /* in a period */
-    const float apart = bounds_magnitude(turn) * ((float)(int32_t)phase->still + window->periods);
+    const float turn = -2.0f * TURN_DOUBT * watch->tuning.back * doubt; /* in a period */
+    const float apart = turn * ((float)(int32_t)phase->still + window->periods);
     const float turned = (apart < 2.0f ? apart : 2.0f) * emf + HELD_SHARE * window->dead;
     const float beyond = bounds_magnitude(p) - window->dead - window->resistive - emf;
     const float changed = bounds_magnitude(p - window->periods * phase->held) - turned;
     const float biased = bounds_magnitude(p - phase->bias) - window->resistive - turned;
     const float more = beyond > changed ? beyond : changed;
-    return watch->windows >= KNOWN && biased > more ? biased : more;
+    return (watch->biased >> n & 1u) != 0u && biased > more ? biased : more;
 }
 
 /* True if a value is stuck: it has not changed by one bit in all periods of a window and the following ones,
@@ -216,7 +219,7 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
         suspect(watch, n, phase->value, beside, p / window->periods, right, STILL_ZERO);
     }
     phase->still += (uint32_t)(int32_t)window->periods;
-    const float more = contradiction(watch, n, window, input->omega_e);
+    const float more = contradiction(watch, n, window, input->doubt);
     phase->stuck += more > 0.0f ? more : 0.0f;
     phase->path += bounds_magnitude(p - window->periods * phase->held);
     const uint32_t jump = tuning->still[STILL_JUMP];

@@ -127,6 +127,7 @@ typedef struct {
 typedef struct {
     current_watch_tuning_t tuning;
     uint32_t suspected; /* [-] bits of the phases whose value is constant in a window or since a jump */
+    uint32_t biased;    /* [-] bits of these with a known `bias` */
     ab_t current;       /* at the last window's end [A] */
     float emf;          /* uncertain part of the EMF in the last window [A] */
     float asked;        /* square of the requested current at the last window's end [A^2] */

@@ -42,7 +42,8 @@ typedef struct {
 } talk_in_t;
 
 typedef struct {
-    uint16_t put, got; /* [-] as in talk_in_t */
+    uint16_t put; /* [-] as in talk_in_t */
+    uint16_t got; /* [-] */
     uint16_t octets[TALK_AHEAD + 1u];
 } talk_out_t;
 

@@ -127,7 +127,7 @@ bool hal_serial_sends(void)
 
 void hal_serial_baud(uint32_t baud)
 {
-    const uint32_t lspclk = (uint32_t)BOARD_LSPCLK_HZ;
+    const uint32_t lspclk = (uint32_t)BOARD_SYSCLK_HZ / UINT32_C(4);
     const uint32_t divider = (lspclk + UINT32_C(4) * baud) / (UINT32_C(8) * baud);
 
     if (has_clock()) {

@@ -30,6 +30,7 @@
 believed_t drive_believed(const params_t *params, const learnt_t *learnt)
 {
     believed_t believed = params_believed(params);
+    const bool salient = params_salient(&believed);
     if (learnt->resistance.from == believed.resistance) {
         believed.resistance = learnt->resistance.value;
     }
@@ -37,7 +38,7 @@ believed_t drive_believed(const params_t *params, const learnt_t *learnt)
         /* exactly 1 for a round rotor, which then stays round: the estimator
          * has more work for a salient one */
         const float ratio = params->motor_inductance_d / params->motor_inductance_q;
-        believed.inductance_d = ratio * learnt->inductance_q.value;
+        believed.inductance_d = salient ? believed.inductance_d : ratio * learnt->inductance_q.value;
         believed.inductance_q = learnt->inductance_q.value;
     }
     if (learnt->inertia.from == params->motor_inertia) {
@@ -116,6 +117,7 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
         .period = DRIVE_PERIOD,
         .every = DRIVE_WINDOW,
         .ahead = DRIVE_LATENCY,
+        .salient = params->motor_inductance_q > INDUCTANCE_SALIENT_MAX * params->motor_inductance_d,
     };
     tuning->medium.inductance = inductance_prepare(&inductance);
     const inertia_params_t inertia = {

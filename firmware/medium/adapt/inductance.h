@@ -77,7 +77,9 @@
 #define INDUCTANCE_REST          20.0f    /* [s] from one interval to the next */
 #define INDUCTANCE_MISSED        2.0f     /* [s] by which cycles without a value exceed those with one */
 #define INDUCTANCE_MOVED         0.25f    /* [-] of the current limit: change of i_q that ends a pause */
-#define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1 and its rounding; above, nothing is learnt */
+#define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1 and its rounding; above, the rotor is salient */
+#define INDUCTANCE_SALIENT_LEAST 1.5f     /* [-] L_q/L_d of a salient rotor from which L_q is learnt */
+#define INDUCTANCE_SALIENT_MIN   0.75f    /* [-] of the parameter, of a salient rotor, which stays one */
 
 typedef struct {
     float inductance_d;    /* assumed L_d [H], above 0 */
@@ -91,6 +93,7 @@ typedef struct {
     float period;          /* T [s] */
     uint32_t every;        /* [periods] from one step to the next, at least 1 */
     uint32_t ahead;        /* [steps] by which the dither acts later than in the next one */
+    bool salient;          /* by the parameters: the dither keeps the torque, and L_d stays */
 } inductance_params_t;
 
 /* A frequency of the dither: a cycle consists of whole periods. */
@@ -106,6 +109,7 @@ typedef struct {
     float from;            /* L_q of the parameters [H] */
     float inductance_q;    /* L_q that the observer uses [H] */
     float saliency;        /* L_d - L_q of the assumed values [H] */
+    float apart;           /* L_q - L_d of a salient rotor; 0: of a round one [H] */
     float ratio;           /* L_q/L_d [-] */
     float resistance;      /* R that the observer uses [ohm] */
     float resistance_from; /* R of the parameters [ohm] */
@@ -166,6 +170,8 @@ typedef struct {
     float omega;            /* at the beginning [rad/s] */
     float theta;            /* at the last step [rad] */
     float turned;           /* high-pass of the loop's angle [rad] */
+    float flux;             /* psi_a at the beginning; of a round rotor psi_f [Wb] */
+    float along;            /* t: i_q of the dither over its i_d at constant torque [-] */
     float emf_d_mean;       /* low-pass of e_d [V] */
     float emf_mean;         /* low-pass of e_q [V] */
     dq_t mean;              /* low-pass of the current [A] */
@@ -181,6 +187,7 @@ typedef struct {
     float detector;     /* present value [-] */
     float omega_smooth; /* present value [rad/s] electrical */
     float theta;        /* present angle of the rotor's frame [rad] */
+    float flux;         /* psi_a of the loop [Wb] */
     bool sound;         /* all samples and estimates are valid */
     bool voltage_known; /* the dead time is learnt: a missing voltage along d comes from R */
 } inductance_input_t;

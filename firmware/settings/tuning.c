@@ -118,6 +118,7 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
         .every = DRIVE_WINDOW,
         .ahead = DRIVE_LATENCY,
         .salient = params->motor_inductance_q > INDUCTANCE_SALIENT_MAX * params->motor_inductance_d,
+        .salient_too = params->salient_adaptation == (int32_t)SALIENT_ADAPTATION_ON,
     };
     tuning->medium.inductance = inductance_prepare(&inductance);
     const inertia_params_t inertia = {

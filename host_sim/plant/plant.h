@@ -12,9 +12,9 @@
  * each other (magnetics.h). So the EMF of phase a is -omega_e psi_f (sin theta + k_5 sin 5 theta + k_7 sin 7
  * theta).
  *
- * With iron_loss_resistance R_c the currents of these equations are those that make flux and torque. The phases
- * carry omega_e psi/R_c along the EMF beside them (iron.h), with the loss 1.5 (omega_e psi)^2/R_c; the legs, the
- * sensors and R see the sum.
+ * With iron_loss_resistance R_c the currents of these equations are those that make flux and torque. The
+ * phases carry omega_e psi/R_c along the EMF beside them (iron.h), with the loss 1.5 (omega_e psi)^2/R_c; the
+ * legs, the sensors and R see the sum.
  *
  * Shaft: J domega/dt = T - (T_c + T_passive) s(omega) - B omega - T_active, with a smooth sign that lets a
  * standstill rest: s = x (3 - x^2)/2, x = omega/w, limited to +-1 beyond w. w is PLANT_SHAFT_WIDTH, or
@@ -62,9 +62,10 @@
  * Time: ticks of 1/150 MHz. Bits are the same on every machine (IEEE double, no contraction; of libm only
  * sqrt, fabs, floor, ceil, ldexp).
  *
- * Not handled: iron loss beside a broken wire or by ripple, hysteresis, switching energy, warming (temperatures are parameters), the
- * current of a shoot-through in the IGBTs, the 0.2 us until a short circuit is shut off, over-temperature, a
- * floating node when only one or two legs are off (the zone leaks up to its width). */
+ * Not handled: iron loss beside a broken wire or by ripple, hysteresis, switching energy, warming
+ * (temperatures are parameters), the current of a shoot-through in the IGBTs, the 0.2 us until a short
+ * circuit is shut off, over-temperature, a floating node when only one or two legs are off (the zone leaks up
+ * to its width). */
 #ifndef HOST_SIM_PLANT_PLANT_H
 #define HOST_SIM_PLANT_PLANT_H
 

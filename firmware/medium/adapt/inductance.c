@@ -34,6 +34,12 @@ static inductance_wave_t wave_of(const inductance_params_t *params, float freque
     };
 }
 
+/* True if L_q of a salient rotor is learnt: with a smaller ratio it could become a round one. */
+static bool learns_salient(const inductance_params_t *params)
+{
+    return params->salient_too && params->from >= INDUCTANCE_SALIENT_LEAST * params->inductance_d;
+}
+
 inductance_tuning_t inductance_prepare(const inductance_params_t *params)
 {
     const float step = (float)params->every * params->period;
@@ -41,7 +47,7 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
     return (inductance_tuning_t){
         .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2),
                  wave_of(params, INDUCTANCE_FREQUENCY_3)},
-        .rate = params->salient && params->from < INDUCTANCE_SALIENT_LEAST * params->inductance_d ? 0.0f : params->rate,
+        .rate = !params->salient || learns_salient(params) ? params->rate : 0.0f,
         .from = params->from,
         .inductance_q = params->inductance_q,
         .saliency = params->inductance_d - params->inductance_q,
@@ -128,7 +134,8 @@ static uint32_t frequency_at(float omega, bool torque)
 /* True if R still has to be learnt at this speed [rad/s]. */
 static bool looks_for_resistance(const inductance_t *x, float speed)
 {
-    return x->tuning.apart == 0.0f && speed < INDUCTANCE_R_SPEED_MAX && x->resistance_rate > SETTLED * x->tuning.rate;
+    return x->tuning.apart == 0.0f && speed < INDUCTANCE_R_SPEED_MAX &&
+           x->resistance_rate > SETTLED * x->tuning.rate;
 }
 
 /* A cycle has ended, with or without a result, and L or R has followed it or not. Once the learning interval
@@ -184,7 +191,8 @@ static bool turns_with(inductance_t *x, const inductance_input_t *input)
 static bool begin(inductance_t *x, const inductance_input_t *input)
 {
     const float speed = bounds_magnitude(input->omega_smooth);
-    const bool torque = loaded(x, input->current.q) && turns_with(x, input);
+    const bool along = turns_with(x, input);
+    const bool torque = along && loaded(x, input->current.q);
     if (speed < INDUCTANCE_SPEED_MIN || !((torque && shows(x, speed)) || looks_for_resistance(x, speed))) {
         inductance_rest(x);
         return false;
@@ -218,8 +226,8 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
 /* True if the rotor turned and the loop followed it in the cycle that ends now. */
 static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, float speed)
 {
-    const bool turns = speed > INDUCTANCE_SPEED_MIN &&
-                       bounds_magnitude(x->emf_mean) > EMF_MIN * x->flux * speed;
+    const bool turns =
+        speed > INDUCTANCE_SPEED_MIN && bounds_magnitude(x->emf_mean) > EMF_MIN * x->flux * speed;
     return turns && x->sum.detector < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
 }
 
@@ -302,7 +310,8 @@ static void end(inductance_t *x, float omega_smooth)
         const inductance_tuning_t *tuning = &x->tuning;
         const float time = (float)wave->steps * tuning->time;
         oppose(x, wave);
-        if (tuning->apart == 0.0f && steady == STEADY && x->voltage_known != 0u && bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
+        if (tuning->apart == 0.0f && steady == STEADY && x->voltage_known != 0u &&
+            bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
             learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
             learnt = true;
         }
@@ -341,8 +350,8 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     const float t = later(x->t, x->tuning.ahead * x->tuning.wave[x->which].step);
     const float given = wave_at(t);
     const float d = x->tuning.current * given;
-    x->dither = (dq_t){d, x->along * d + x->swing.against_s * given +
-                              x->swing.against_c * wave_at(later(t, 0.5f))};
+    x->dither =
+        (dq_t){d, x->along * d + x->swing.against_s * given + x->swing.against_c * wave_at(later(t, 0.5f))};
     const float i_d = input->current.d - x->mean.d;
     const float i_q = input->current.q - x->mean.q - x->along * i_d;
     x->sum.emf += (input->emf.q - x->emf_mean) * s;

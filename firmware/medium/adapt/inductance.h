@@ -94,6 +94,7 @@ typedef struct {
     uint32_t every;        /* [periods] from one step to the next, at least 1 */
     uint32_t ahead;        /* [steps] by which the dither acts later than in the next one */
     bool salient;          /* by the parameters: the dither keeps the torque, and L_d stays */
+    bool salient_too;      /* L_q of a salient rotor is learnt */
 } inductance_params_t;
 
 /* A frequency of the dither: a cycle consists of whole periods. */

@@ -40,9 +40,16 @@
  *
  * One step in every `every` periods of T, from the means over these. The response to the dither of a step
  * is evaluated in the means of the next step; if the dither acts later, it is output earlier by the same
- * time. Two divisions at the end of a cycle. Does not handle: an L_q that falls with i_q by another law
- * than L_d; a salient rotor, for which the learnt value drifts away from the correct one and disturbs the
- * loop: above L_q = 1.1 L_d the rate is 0. */
+ * time. Two divisions at the end of a cycle.
+ *
+ * The e_q of a salient rotor does not show L_q, because an angle error changes it, too. Its dither keeps the
+ * torque, di_q = t di_d with t = D i_q/psi_a, and the angle shows L_q: that of the loop, and what e_d still
+ * shows of it (docs/theory.md, 24),
+ *
+ *     sum((e_d - psi_a omega turned) s)/sum(i_d s) = 2 omega t (assumed - true L_q)
+ *
+ * L_d then stays, and R is not learnt. Above L_q = 1.1 L_d without `salient_too`, and up to 1.5 L_d, the rate
+ * is 0. One division more at the beginning of a cycle. Does not handle: saturation. */
 #ifndef MEDIUM_ADAPT_INDUCTANCE_H
 #define MEDIUM_ADAPT_INDUCTANCE_H
 

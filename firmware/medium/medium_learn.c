@@ -165,6 +165,7 @@ static void learn_inductance(medium_t *medium, const window_t *window)
         .detector = window->estimate.detector,
         .omega_smooth = medium->means.omega,
         .theta = medium->means.theta,
+        .flux = window->estimate.flux,
         .sound = medium->means.unsound == 0u,
         .voltage_known = dead_time_learn_is_settled(&medium->dead_time_learn),
     };

@@ -53,6 +53,7 @@ typedef enum { CURRENT_NOT_JUDGED, CURRENT_JUDGED } current_judged_t;
 typedef enum { INERTIA_OFF, INERTIA_ON } inertia_adaptation_t;
 typedef enum { LINE_XCP, LINE_MODBUS } line_protocol_t;
 typedef enum { MTPA_OFF, MTPA_ON } mtpa_t;
+typedef enum { SALIENT_ADAPTATION_OFF, SALIENT_ADAPTATION_ON } salient_adaptation_t;
 typedef enum { WEAKENING_OFF, WEAKENING_ON } field_weakening_t;
 typedef enum { OVER_MODULATION_OFF, OVER_MODULATION_ON } over_modulation_t;
 typedef enum { FAULT_RECORD_SIGNALS, FAULT_RECORD_REPLAY } fault_record_t;
@@ -196,7 +197,10 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "loss is uncertain; 0: off")                                                                           \
     F(61, inductance_adaptation, "1/s", 3.0f, 0.0f, 20.0f, TABLE_LIVE,                                       \
       "initial rate at which L_d, L_q and R are learnt by a small alternating i_d; it decreases to a "       \
-      "tenth; 0, or motor_inductance_q above 1.1 motor_inductance_d: off")                                   \
+      "tenth; 0, or motor_inductance_q above 1.1 motor_inductance_d without salient_adaptation: off")        \
+    E(166, salient_adaptation, "off|on", SALIENT_ADAPTATION_OFF, TABLE_LIVE,                                 \
+      "on: with motor_inductance_q of 1.5 motor_inductance_d or more, L_q is learnt by a small alternating " \
+      "current that keeps the torque, at the rate inductance_adaptation")                                    \
     F(62, dead_time_adaptation, "1/s", 6.0f, 0.0f, 20.0f, TABLE_LIVE,                                        \
       "initial rate at which the legs' dead time is learnt from the EMF; it decreases to a tenth; 0: off")   \
     E(63, inertia_adaptation, "off|on", INERTIA_ON, TABLE_LIVE,                                              \
@@ -218,7 +222,7 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "current control")                                                                                     \
     E(165, over_modulation, "off|on", OVER_MODULATION_OFF, TABLE_LIVE,                                       \
       "on: the voltage may exceed that of a sinusoidal modulation, up to six-step within duties and dead "   \
-      "time; off: up to U_dc/sqrt3 within them")                                                              \
+      "time; off: up to U_dc/sqrt3 within them")                                                             \
     F(87, torque_slew, "s", 0.0f, 0.0f, 10.0f, TABLE_LIVE,                                                   \
       "time in which the torque may grow to that of current_limit; 0: 10 ms for a salient rotor, else no "   \
       "limit")                                                                                               \

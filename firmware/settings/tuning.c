@@ -30,6 +30,7 @@
 assumed_t drive_assumed(const params_t *params, const learnt_t *learnt)
 {
     assumed_t assumed = params_configured(params);
+    const bool salient = params_salient(&assumed);
     if (learnt->resistance.from == assumed.resistance) {
         assumed.resistance = learnt->resistance.value;
     }
@@ -37,7 +38,7 @@ assumed_t drive_assumed(const params_t *params, const learnt_t *learnt)
         /* exactly 1 for a round rotor, which then stays round: the estimator
          * has more work for a salient one */
         const float ratio = params->motor_inductance_d / params->motor_inductance_q;
-        assumed.inductance_d = ratio * learnt->inductance_q.value;
+        assumed.inductance_d = salient ? assumed.inductance_d : ratio * learnt->inductance_q.value;
         assumed.inductance_q = learnt->inductance_q.value;
     }
     if (learnt->inertia.from == params->motor_inertia) {
@@ -116,6 +117,8 @@ static void prepare_adaptation(drive_tuning_t *tuning, const params_t *params, c
         .period = DRIVE_PERIOD,
         .every = DRIVE_WINDOW,
         .ahead = DRIVE_LATENCY,
+        .salient = params->motor_inductance_q > INDUCTANCE_SALIENT_MAX * params->motor_inductance_d,
+        .salient_too = params->salient_adaptation == (int32_t)SALIENT_ADAPTATION_ON,
     };
     tuning->medium.inductance = inductance_prepare(&inductance);
     const inertia_params_t inertia = {

@@ -465,8 +465,8 @@ static inline void slope_at(const plant_t *plant, const line_t lines[3], double 
     out->copper = 1.5 * resistance * (i_d * i_d + i_q * i_q);
     if (plant->extras && plant->params.iron_loss_resistance > 0.0) {
         const iron_t iron = iron_at(plant, omega_e, i_d, i_q);
-        out->copper += 1.5 * ((u_d - resistance * i_d) * (i_d - iron.i_d) +
-                              (u_q - resistance * i_q) * (i_q - iron.i_q));
+        out->copper +=
+            1.5 * ((u_d - resistance * i_d) * (i_d - iron.i_d) + (u_q - resistance * i_q) * (i_q - iron.i_q));
     }
 }
 

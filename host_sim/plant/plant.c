@@ -522,7 +522,8 @@ static void make_rate(plant_t *plant, double own)
     plant->bend_d = q->saturation_d > 0.0 ? 1.0 / (q->saturation_d * q->saturation_d) : 0.0;
     plant->bend_q = q->saturation_q > 0.0 ? 1.0 / (q->saturation_q * q->saturation_q) : 0.0;
     plant->map = (uint32_t)q->flux_map;
-    plant->saturates = plant->bend_d > 0.0 || plant->bend_q > 0.0 || plant->map != 0u || q->iron_loss_resistance > 0.0;
+    plant->saturates =
+        plant->bend_d > 0.0 || plant->bend_q > 0.0 || plant->map != 0u || q->iron_loss_resistance > 0.0;
     plant->ohms = q->resistance + plant->r_mean + own;
     plant->rate_other =
         (q->dc_ripple != 0.0 ? q->dc_ripple_frequency : 0.0) + shaft_rate(plant) + plant->work_rate;

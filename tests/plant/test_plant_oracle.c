@@ -78,10 +78,11 @@ static const struct {
      "saturation_d = 5, saturation_q = 5, load_kind = 1, load_torque = 3, inertia = 0.01", ORACLE_FLUX, 20.0,
      -120.0, 0.0, 8.0, 300, 0.0, 0.0},
     {"with a loss of the iron on a salient machine",
-     "inductance_d = 0.008, inductance_q = 0.02, iron_loss_resistance = 150, inertia = 0.003", ORACLE_FLUX, 0.0,
-     157.0796, -4.0, 10.0, 150, 0.0, 0.0},
+     "inductance_d = 0.008, inductance_q = 0.02, iron_loss_resistance = 150, inertia = 0.003", ORACLE_FLUX,
+     0.0, 157.0796, -4.0, 10.0, 150, 0.0, 0.0},
     {"with a loss of the iron on a machine that saturates",
-     "saturation_d = 5, saturation_q = 5, iron_loss_resistance = 150, load_kind = 1, load_torque = 3, inertia = "
+     "saturation_d = 5, saturation_q = 5, iron_loss_resistance = 150, load_kind = 1, load_torque = 3, "
+     "inertia = "
      "0.01",
      ORACLE_FLUX, 20.0, -120.0, 0.0, 8.0, 150, 0.0, 0.0},
     {"with EMF harmonics", "emf_5th = 0.05, emf_7th = -0.03, load_torque = 5, inertia = 0.003",

@@ -235,8 +235,8 @@ static void test_a_flux_linkage_that_is_not_that_of_the_map_is_refused(void)
 #define IRON  150.0 /* [ohm] */
 #define LOSSY BENT ", iron_loss_resistance = 150, " NO_DROPS ", shaft_locked = 1, shaft_locked_speed = 100"
 
-/* Terminals open, then short-circuited, at 400 rad/s: u = R i + j omega psi with i = o + j omega psi/R_c, solved
- * on paper for o, the current that makes the flux; what the shaft gives is the loss of R and R_c. */
+/* Terminals open, then short-circuited, at 400 rad/s: u = R i + j omega psi with i = o + j omega psi/R_c,
+ * solved on paper for o, the current that makes the flux; what the shaft gives is the loss of R and R_c. */
 static void test_the_iron_brakes_and_takes_its_current(void)
 {
     const double omega = 400.0;

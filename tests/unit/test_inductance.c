@@ -71,6 +71,7 @@ static void assume(const motor_t *motor)
         .rate = (float)motor->rate,
         .period = (float)PERIOD,
         .every = EVERY,
+        .salient = motor->l_q_from > 1.10001 * motor->l_d_from,
     };
     const inductance_tuning_t tuning = inductance_prepare(&params);
     inductance_take(&x, &tuning);
@@ -104,6 +105,7 @@ static void period(int number, dq_t emf, dq_t current, const inductance_input_t 
     means.detector = beside->detector;
     means.omega_smooth = beside->omega_smooth;
     means.theta = beside->theta;
+    means.flux = beside->flux;
     if (number % (int)EVERY == 0) {
         inductance_step(&x, &means);
     }
@@ -497,4 +499,89 @@ static void test_another_parameter_starts_anew_and_another_rate_does_not(void)
     motor.rate = 0.0;
     assume(&motor);
     TEST_ASSERT_TRUE(x.learnt.value == x.learnt.from);
+}
+
+/* ---- a salient rotor ---- */
+
+#define FLUX   0.1
+#define L_D    6.667e-3
+#define L_Q    20e-3
+#define AT_I_D -5.0
+#define AT_I_Q 8.0
+
+static void believe_salient(double l_q_from)
+{
+    const inductance_params_t params = {
+        .inductance_d = (float)L_D,
+        .inductance_q = x.learnt.value,
+        .from = (float)l_q_from,
+        .resistance = (float)R_TRUE,
+        .resistance_from = (float)R_TRUE,
+        .flux_linkage = (float)FLUX,
+        .current_max = 10.0f,
+        .rate = 3.0f,
+        .period = (float)PERIOD,
+        .every = EVERY,
+        .salient = true,
+        .salient_too = true,
+    };
+    const inductance_tuning_t tuning = inductance_prepare(&params);
+    inductance_take(&x, &tuning);
+}
+
+/* Seconds of a rotor that turns evenly. An L_q believed wrong by dL shows as the EMF omega (psi_a - dL i),
+ * whose angle the loop follows with this bandwidth [rad/s]. Returns the largest change of the torque [-]. */
+static double run_salient(double l_q_from, double omega, double bandwidth, double seconds)
+{
+    double i_d = AT_I_D, i_q = AT_I_Q, ahead = 0.0, rotor = 0.0, ripple = 0.0;
+    x.learnt = (learnt_value_t){(float)l_q_from, (float)l_q_from};
+    believe_salient(l_q_from);
+    const inductance_tuning_t tuning = x.tuning;
+    inductance_init(&x, &tuning);
+    for (int n = 1; n <= (int)(seconds / PERIOD + 0.5); n++) {
+        const double wrong = (double)x.tuning.inductance_q - L_Q;
+        const double along = FLUX - (L_Q - L_D) * i_d - wrong * i_d;
+        const double angle = atan2(-wrong * i_q, along);
+        const double emf = omega * hypot(wrong * i_q, along);
+        ahead += PERIOD * bandwidth * (angle - ahead);
+        rotor = remainder(rotor + PERIOD * omega, 2.0 * PI);
+        const inductance_input_t input = {.omega_smooth = (float)omega,
+                                          .theta = (float)remainder(rotor + ahead, 2.0 * PI),
+                                          .flux = (float)(FLUX - (L_Q - L_D) * AT_I_D),
+                                          .sound = true,
+                                          .voltage_known = true};
+        period(n, (dq_t){(float)(-emf * sin(angle - ahead)), (float)(emf * cos(angle - ahead))},
+               (dq_t){(float)i_d, (float)i_q}, &input);
+        i_d += 0.1 * (AT_I_D + (double)x.dither.d - i_d);
+        i_q += 0.1 * (AT_I_Q + (double)x.dither.q - i_q);
+        const double torque = (FLUX - (L_Q - L_D) * i_d) * i_q;
+        ripple = fmax(ripple, fabs(torque / ((FLUX - (L_Q - L_D) * AT_I_D) * AT_I_Q) - 1.0));
+        if (n % 100 == 0) {
+            believe_salient(l_q_from);
+        }
+    }
+    return ripple;
+}
+
+static void test_l_q_of_a_salient_rotor_goes_to_the_truth(void)
+{
+    static const double cases[][3] = {
+        {0.8, 500.0, 100.0}, {1.2, 500.0, 100.0}, {0.8, -100.0, 400.0}, {1.2, 100.0, 20.0}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        memset(&x, 0, sizeof x);
+        time_now = 0.0;
+        (void)run_salient(cases[n][0] * L_Q, cases[n][1], cases[n][2], 8.0);
+        TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, (double)x.learnt.value / L_Q);
+    }
+}
+
+/* Along di_q = t di_d, t = D i_q/psi_a = 0.64, the torque changes by t^2 (di_d/i_q)^2 = 0.16 %; by i_d alone
+ * it would change by t di_d/i_q = 4 %. */
+static void test_a_salient_rotor_that_is_known_stays_as_it_is_and_feels_no_torque(void)
+{
+    memset(&x, 0, sizeof x);
+    const double ripple = run_salient(L_Q, 500.0, 100.0, 5.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 1.0, (double)x.learnt.value / L_Q);
+    TEST_ASSERT_TRUE(ripple > 5e-4);
+    TEST_ASSERT_TRUE(ripple < 2.5e-3);
 }

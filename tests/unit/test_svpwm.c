@@ -142,8 +142,8 @@ static svpwm_t over(double share, double angle)
 }
 
 /* Fundamental over range u_dc of legs that a sine of the amplitude a range u_dc, less the mean of the two
- * extreme legs, drives beyond their range: by integration, up to 2/3 with one clipped interval of +-d around 30
- * degrees, cos d = 1/(sqrt(3) a), beyond with one from zero to acos(1/(3 a)). Six-step has 2/pi. */
+ * extreme legs, drives beyond their range: by integration, up to 2/3 with one clipped interval of +-d around
+ * 30 degrees, cos d = 1/(sqrt(3) a), beyond with one from zero to acos(1/(3 a)). Six-step has 2/pi. */
 static double clipped(double a)
 {
     if (a <= 1.0 / sqrt(3.0)) {
@@ -196,6 +196,7 @@ static void test_overmodulation_leaves_the_linear_range_as_requested(void)
         const ab_t wanted = polar(0.99999 / sqrt(3.0) * 0.92 * 311.0, angle);
         const svpwm_t made = over(0.99999 / sqrt(3.0), angle);
         TEST_ASSERT_TRUE(made.voltage.alpha == wanted.alpha && made.voltage.beta == wanted.beta && !made.cut);
-        TEST_ASSERT_DOUBLE_WITHIN(2.0 * VOLT_TOLERANCE, 0.0, cabs(vector_of(made.duty, 311.0) - of_ab(wanted)));
+        TEST_ASSERT_DOUBLE_WITHIN(2.0 * VOLT_TOLERANCE, 0.0,
+                                  cabs(vector_of(made.duty, 311.0) - of_ab(wanted)));
     }
 }

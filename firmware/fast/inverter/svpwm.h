@@ -53,8 +53,8 @@ typedef struct {
 /* The duties of a leg from duty_min to duty_max, 0 <= duty_min <= duty_max <= 1 [-]. */
 svpwm_tuning_t svpwm_prepare(float duty_min, float duty_max, bool over);
 
-/* The rest of svpwm_modulate() where the span exceeds `inside` u_dc. `phases`: the voltage of each leg [V]. One
- * division, and one for a vector that is shortened. */
+/* The rest of svpwm_modulate() where the span exceeds `inside` u_dc. `phases`: the voltage of each leg [V].
+ * One division, and one for a vector that is shortened. */
 svpwm_t svpwm_beyond(const svpwm_tuning_t *tuning, ab_t voltage, abc_t phases, float u_dc);
 
 /* Duties for `voltage` [V] at the DC link `u_dc` [V], each within the range of this tuning. If no voltage can

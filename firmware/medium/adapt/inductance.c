@@ -16,6 +16,8 @@
 #define ANSWER_MAX    1.5f                                    /* [-] of the commanded i_d */
 #define EMF_MIN       0.5f                                    /* [-] of psi_f |omega| */
 #define SETTLED       0.2f /* [-] of the initial rate: at this rate R has been learnt for long enough */
+#define ALONG_MIN     0.2f /* [-] least t with which the angle shows L_q */
+#define ALONG_MAX     3.0f /* [-] */
 #define PLAUSIBLE_MAX 3.0f /* [-] of the parameter: largest L that a noisy cycle can give */
 
 static inductance_wave_t wave_of(const inductance_params_t *params, float frequency)
@@ -32,6 +34,12 @@ static inductance_wave_t wave_of(const inductance_params_t *params, float freque
     };
 }
 
+/* True if L_q of a salient rotor is learnt: with a smaller ratio it could become a round one. */
+static bool learns_salient(const inductance_params_t *params)
+{
+    return params->salient_too && params->from >= INDUCTANCE_SALIENT_LEAST * params->inductance_d;
+}
+
 inductance_tuning_t inductance_prepare(const inductance_params_t *params)
 {
     const float step = (float)params->every * params->period;
@@ -39,10 +47,11 @@ inductance_tuning_t inductance_prepare(const inductance_params_t *params)
     return (inductance_tuning_t){
         .wave = {wave_of(params, INDUCTANCE_FREQUENCY_1), wave_of(params, INDUCTANCE_FREQUENCY_2),
                  wave_of(params, INDUCTANCE_FREQUENCY_3)},
-        .rate = params->inductance_q > INDUCTANCE_SALIENT_MAX * params->inductance_d ? 0.0f : params->rate,
+        .rate = !params->salient || learns_salient(params) ? params->rate : 0.0f,
         .from = params->from,
         .inductance_q = params->inductance_q,
         .saliency = params->inductance_d - params->inductance_q,
+        .apart = params->salient ? params->inductance_q - params->inductance_d : 0.0f,
         .ratio = params->inductance_q / params->inductance_d,
         .resistance = params->resistance,
         .resistance_from = params->resistance_from,
@@ -125,7 +134,8 @@ static uint32_t frequency_at(float omega, bool torque)
 /* True if R still has to be learnt at this speed [rad/s]. */
 static bool looks_for_resistance(const inductance_t *x, float speed)
 {
-    return speed < INDUCTANCE_R_SPEED_MAX && x->resistance_rate > SETTLED * x->tuning.rate;
+    return x->tuning.apart == 0.0f && speed < INDUCTANCE_R_SPEED_MAX &&
+           x->resistance_rate > SETTLED * x->tuning.rate;
 }
 
 /* A cycle has ended, with or without a result, and L or R has followed it or not. Once the learning interval
@@ -162,11 +172,27 @@ static bool rests(inductance_t *x, float i_q)
     return x->look.rests != 0u;
 }
 
+/* The direction of constant torque at this current; false: a salient rotor has too little of i_q to show L_q.
+ * T/(1.5 p) = psi_a i_q, psi_a = psi_f - D i_d: it is constant along di_q = t di_d, t = D i_q/psi_a. */
+static bool turns_with(inductance_t *x, const inductance_input_t *input)
+{
+    const float apart = x->tuning.apart;
+    if (apart == 0.0f) {
+        x->flux = x->tuning.flux_linkage;
+        x->along = 0.0f;
+        return true;
+    }
+    x->flux = input->flux;
+    x->along = bounds_clamp(apart * input->current.q / input->flux, ALONG_MAX);
+    return !bounds_within(x->along, ALONG_MIN);
+}
+
 /* Begins a cycle. false: the conditions for a result are not met. */
 static bool begin(inductance_t *x, const inductance_input_t *input)
 {
     const float speed = bounds_magnitude(input->omega_smooth);
-    const bool torque = loaded(x, input->current.q);
+    const bool along = turns_with(x, input);
+    const bool torque = along && loaded(x, input->current.q);
     if (speed < INDUCTANCE_SPEED_MIN || !((torque && shows(x, speed)) || looks_for_resistance(x, speed))) {
         inductance_rest(x);
         return false;
@@ -200,8 +226,8 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
 /* True if the rotor turned and the loop followed it in the cycle that ends now. */
 static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, float speed)
 {
-    const bool turns = speed > INDUCTANCE_SPEED_MIN &&
-                       bounds_magnitude(x->emf_mean) > EMF_MIN * x->tuning.flux_linkage * speed;
+    const bool turns =
+        speed > INDUCTANCE_SPEED_MIN && bounds_magnitude(x->emf_mean) > EMF_MIN * x->flux * speed;
     return turns && x->sum.detector < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
 }
 
@@ -212,8 +238,10 @@ static float said_by(const inductance_t *x, const inductance_wave_t *wave, float
         return 0.0f;
     }
     const inductance_tuning_t *tuning = &x->tuning;
-    const float miss = x->sum.emf / (omega * x->sum.answer) - tuning->saliency;
-    const float said = tuning->inductance_q + tuning->ratio * miss;
+    const float per_answer = 1.0f / (omega * x->sum.answer);
+    const float miss = tuning->apart == 0.0f ? tuning->ratio * (x->sum.emf * per_answer - tuning->saliency)
+                                             : -0.5f * x->sum.drop * per_answer / x->along;
+    const float said = tuning->inductance_q + miss;
     return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
 }
 
@@ -242,7 +270,7 @@ static void learn(const inductance_tuning_t *tuning, float time, float said, lea
 {
     const float share = *rate * time;
     const float next = lowpass_step(learnt->value, share < SHARE_MAX ? share : SHARE_MAX, said);
-    const float least = INDUCTANCE_MIN * learnt->from;
+    const float least = (tuning->apart > 0.0f ? INDUCTANCE_SALIENT_MIN : INDUCTANCE_MIN) * learnt->from;
     const float most = INDUCTANCE_MAX * learnt->from;
     learnt->value = next < most ? (next > least ? next : least) : most;
     *rate = gain_step(*rate, tuning->rate, time);
@@ -282,7 +310,8 @@ static void end(inductance_t *x, float omega_smooth)
         const inductance_tuning_t *tuning = &x->tuning;
         const float time = (float)wave->steps * tuning->time;
         oppose(x, wave);
-        if (steady == STEADY && x->voltage_known != 0u && bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
+        if (tuning->apart == 0.0f && steady == STEADY && x->voltage_known != 0u &&
+            bounds_within(x->omega, INDUCTANCE_R_SPEED_MAX)) {
             learn(tuning, time, resistance_said(x), &x->resistance, &x->resistance_rate);
             learnt = true;
         }
@@ -320,18 +349,20 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     const float c = wave_at(later(x->t, 0.5f));
     const float t = later(x->t, x->tuning.ahead * x->tuning.wave[x->which].step);
     const float given = wave_at(t);
-    x->dither = (dq_t){x->tuning.current * given,
-                       x->swing.against_s * given + x->swing.against_c * wave_at(later(t, 0.5f))};
-    const float i_q = input->current.q - x->mean.q;
+    const float d = x->tuning.current * given;
+    x->dither =
+        (dq_t){d, x->along * d + x->swing.against_s * given + x->swing.against_c * wave_at(later(t, 0.5f))};
+    const float i_d = input->current.d - x->mean.d;
+    const float i_q = input->current.q - x->mean.q - x->along * i_d;
     x->sum.emf += (input->emf.q - x->emf_mean) * s;
-    x->sum.answer += (input->current.d - x->mean.d) * s;
+    x->sum.answer += i_d * s;
     x->swing.s += i_q * s;
     x->swing.c += i_q * c;
     const float moved = angle_wrap(input->theta - x->theta) - x->tuning.time * x->omega;
     x->theta = input->theta;
     x->turned = (1.0f - share) * (x->turned + moved);
     x->emf_d_mean = lowpass_step(x->emf_d_mean, share, input->emf.d);
-    x->sum.drop += (input->emf.d - x->emf_d_mean - x->tuning.flux_linkage * x->omega * x->turned) * s;
+    x->sum.drop += (input->emf.d - x->emf_d_mean - x->flux * x->omega * x->turned) * s;
     x->sum.detector += bounds_magnitude(input->detector);
     if (!input->sound) {
         x->sound = 0u;

@@ -40,9 +40,16 @@
  *
  * One step in every `every` periods of T, from the means over these. The response to the dither of a step
  * is evaluated in the means of the next step; if the dither acts later, it is output earlier by the same
- * time. Two divisions at the end of a cycle. Does not handle: an L_q that falls with i_q by another law
- * than L_d; a salient rotor, for which the learnt value drifts away from the correct one and disturbs the
- * loop: above L_q = 1.1 L_d the rate is 0. */
+ * time. Two divisions at the end of a cycle.
+ *
+ * The e_q of a salient rotor does not show L_q, because an angle error changes it, too. Its dither keeps the
+ * torque, di_q = t di_d with t = D i_q/psi_a, and the angle shows L_q: that of the loop, and what e_d still
+ * shows of it (docs/theory.md, 24),
+ *
+ *     sum((e_d - psi_a omega turned) s)/sum(i_d s) = 2 omega t (assumed - true L_q)
+ *
+ * L_d then stays, and R is not learnt. Above L_q = 1.1 L_d without `salient_too`, and up to 1.5 L_d, the rate
+ * is 0. One division more at the beginning of a cycle. Does not handle: saturation. */
 #ifndef MEDIUM_ADAPT_INDUCTANCE_H
 #define MEDIUM_ADAPT_INDUCTANCE_H
 
@@ -77,7 +84,9 @@
 #define INDUCTANCE_REST          20.0f  /* [s] pause between two intervals */
 #define INDUCTANCE_MISSED        2.0f   /* [s] time of cycles without a value, less that of cycles with one */
 #define INDUCTANCE_MOVED         0.25f  /* [-] of the current limit: change of i_q that ends a pause */
-#define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1 and its rounding; above, nothing is learnt */
+#define INDUCTANCE_SALIENT_MAX   1.10001f /* [-] L_q/L_d: 1.1 and its rounding; above, the rotor is salient */
+#define INDUCTANCE_SALIENT_LEAST 1.5f     /* [-] L_q/L_d of a salient rotor from which L_q is learnt */
+#define INDUCTANCE_SALIENT_MIN   0.75f    /* [-] of the parameter, of a salient rotor, which stays one */
 
 typedef struct {
     float inductance_d;    /* assumed L_d [H], above 0 */
@@ -91,6 +100,8 @@ typedef struct {
     float period;          /* T [s] */
     uint32_t every;        /* [periods] from one step to the next, at least 1 */
     uint32_t ahead;        /* [steps] delay of the dither, beyond the next step */
+    bool salient;          /* by the parameters: the dither keeps the torque, and L_d stays */
+    bool salient_too;      /* L_q of a salient rotor is learnt */
 } inductance_params_t;
 
 /* A frequency of the dither: a cycle consists of whole periods. */
@@ -106,6 +117,7 @@ typedef struct {
     float from;            /* L_q of the parameters [H] */
     float inductance_q;    /* L_q that the observer uses [H] */
     float saliency;        /* L_d - L_q of the assumed values [H] */
+    float apart;           /* L_q - L_d of a salient rotor; 0: of a round one [H] */
     float ratio;           /* L_q/L_d [-] */
     float resistance;      /* R that the observer uses [ohm] */
     float resistance_from; /* R of the parameters [ohm] */
@@ -166,6 +178,8 @@ typedef struct {
     float omega;            /* at the beginning [rad/s] */
     float theta;            /* at the last step [rad] */
     float turned;           /* high-pass of the loop's angle [rad] */
+    float flux;             /* psi_a at the beginning; of a round rotor psi_f [Wb] */
+    float along;            /* t: i_q of the dither over its i_d at constant torque [-] */
     float emf_d_mean;       /* low-pass of e_d [V] */
     float emf_mean;         /* low-pass of e_q [V] */
     dq_t mean;              /* low-pass of the current [A] */
@@ -181,6 +195,7 @@ typedef struct {
     float detector;     /* present value [-] */
     float omega_smooth; /* present value [rad/s] electrical */
     float theta;        /* present angle of the rotor's frame [rad] */
+    float flux;         /* psi_a of the loop [Wb] */
     bool sound;         /* all samples and estimates are valid */
     bool voltage_known; /* the dead time is learnt: a missing voltage along d comes from R */
 } inductance_input_t;

@@ -269,7 +269,7 @@ observer_rows_t params_observer(const params_t *params, const assumed_t *assumed
         .current_max = params->estimate_current_max,
     };
     if (in_force.gain == 0.0f) {
-        in_force.gain = by_rule(OBSERVER_REACH * params_flux_most(params, believed) * omega_most,
+        in_force.gain = by_rule(OBSERVER_REACH * params_flux_most(params, assumed) * omega_most,
                                 PARAMS_OBSERVER_GAIN_LEAST, PARAM_observer_gain);
     }
     if (in_force.slope == 0.0f) {

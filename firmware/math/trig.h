@@ -59,8 +59,8 @@ static inline rotation_t trig_advance(rotation_t from, float angle)
  * one and a non-finite one give 0. One division. */
 float trig_atan2(float y, float x);
 
-/* Angle of a rotation [rad], within +-ANGLE_LARGEST and within 2e-6 of the exact angle; within 6e-6 where its
- * length is 1 within 1e-3 only. A series of the arc sine of the shorter component, accurate within 3e-3, and
+/* Angle of a rotation [rad], within +-ANGLE_LARGEST. The error is at most 2e-6, or 6e-6 if the length differs
+ * from 1 by up to 1e-3. Method: a series of the arc sine of the smaller component, with an error of 3e-3, and
  * one Newton step. (0, 0) gives 0. No division. */
 float trig_angle(rotation_t rotation);
 

@@ -9,7 +9,7 @@
 
 #include "math/frames_q.h"
 
-/* sin(2 pi n/64), Q30; the cosine is a quarter of the table further. */
+/* sin(2 pi n/64), Q30; the cosine is found 16 entries later. */
 #define TRIG_Q_STEPS   64
 #define TRIG_Q_QUARTER 16
 extern const int32_t trig_q_sines[TRIG_Q_STEPS + TRIG_Q_QUARTER];

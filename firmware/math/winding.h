@@ -23,9 +23,10 @@ static inline winding_t winding_prepare(float resistance, float inductance, floa
     return (winding_t){per_volt, 0.5f * per_volt * resistance};
 }
 
-/* The link [V] below which its whole voltage, 2/3 u_dc, changes the current of this inductance [H] by less
- * than 2 % of the range [A] in a period [s]: at the voltage limit a current may then stay within a code, or
- * lag its reference by tens of milliseconds. */
+/* A limit of the link voltage [V] for this inductance [H], range of the current [A] and period [s]. Below it
+ * the largest voltage, 2/3 u_dc, changes the current by less than 2 % of the range in a period. At the
+ * voltage limit the current may then stay within one code of the ADC, or lag its reference by tens of
+ * milliseconds. */
 static inline float winding_slow_link(float inductance, float range, float period)
 {
     return 0.02f * 1.5f * range * inductance / period;

@@ -252,7 +252,7 @@ bool rig_flash_load(rig_t *rig, const uint8_t *octets, size_t size);
 typedef enum { RIG_NEVER, RIG_EQUAL, RIG_NOT_EQUAL, RIG_ABOVE, RIG_BELOW } rig_compare_t;
 bool rig_stop_when(rig_t *rig, uint32_t id, rig_compare_t compare, double value);
 
-/* Before this period runs, rig_stop_at is called, an empty function for a breakpoint. */
+/* Makes the rig call rig_stop_at before this period. rig_stop_at is an empty function for a breakpoint. */
 void rig_stop_before(rig_t *rig, uint32_t period);
 void rig_stop_at(rig_t *rig, uint32_t period);
 

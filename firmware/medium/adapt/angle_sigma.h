@@ -1,7 +1,7 @@
-/* Standard uncertainty of the estimated angle: the root of the sum of the squares of the contributions that
- * the drive knows, of which each is a standard deviation.
+/* Standard uncertainty of the estimated angle. Each cause that the drive knows contributes a standard
+ * deviation; the result is the root of the sum of their squares.
  *
- * An error of the EMF turns the estimate by its component across the EMF, along the d axis, over the EMF. The
+ * An error of the EMF causes an angle error: its component along the d axis, divided by the EMF. The
  * components of the assumed values and of the sensors are
  *
  *     V       (4/pi) u(V) ((i_d/|i|)^2 + 1/2 (12/35)^2 f^2)^(1/2)
@@ -9,20 +9,21 @@
  *     R       u(R) i_d
  *     gains   ANGLE_SIGMA_GAIN |omega| L_q |i|
  *
- * The loss of the legs acts along the current, and across it with a sawtooth (dead_time_learn.h), whose sixth
- * harmonic the loop follows with the share f = k_p/(k_p^2 + 36 omega^2)^(1/2). A value that is learnt with
- * the rate g (gain.h) has (g/g_0)^6 of its initial error left, and noise in proportion to the root of g:
+ * The voltage that the legs lose has a component along the current, and a sawtooth across it
+ * (dead_time_learn.h). The loop follows the sixth harmonic of this sawtooth with the share
+ * f = k_p/(k_p^2 + 36 omega^2)^(1/2). After a value was learnt until its rate is g (gain.h), (g/g_0)^6 of the
+ * initial error remains, and noise in proportion to the root of g:
  *
  *     u^2 = ((g/g_0)^12 data^2 + (g/g_0) learnt^2) value^2
  *
- * While the ripple of the switching, u_dc T/(8 L_d), exceeds the current, the current changes its sign within
- * a period, and the model of the legs is less accurate: the square of ANGLE_SIGMA_V_RIPPLE times the ripple's
- * share of the current's square is added for V.
+ * The ripple of the current is r = u_dc T/(8 L_d). If r exceeds the current, the current changes its sign
+ * within a period, and the model of the legs is less accurate. Therefore u(V)^2 contains another term,
+ * (ANGLE_SIGMA_V_RIPPLE V)^2 r^2/(r^2 + |i|^2).
  *
- * The loop adds its own error: the mean detector, beyond twice its noise, is the angle by which it lags, and
- * the noise of the detector passes it with T (k_p + k_i/k_p)/2 of its variance; both are low-passed. While
- * the loop coasts its speed is not corrected, and the angle drifts by ANGLE_SIGMA_DRIFT of the angle by which
- * the rotor turns.
+ * The loop adds errors of its own. Its lag is the mean of the detector, as far as this exceeds twice its
+ * noise. The noise of the detector causes T (k_p + k_i/k_p)/2 of its variance in the angle. Both are
+ * low-passed. While the loop coasts, its speed is not corrected, and the angle error increases by
+ * ANGLE_SIGMA_DRIFT of the angle by which the rotor turns.
  *
  * One step per window. Does not handle: errors that the drive cannot know, such as a wrong number of pole
  * pairs, or a loop that has lost the rotor (lock.h). */
@@ -33,18 +34,17 @@
 
 #include "math/frames.h"
 
-/* Where no angle is known: the standard deviation of one that is equally likely everywhere, pi/sqrt 3 [rad].
- */
+/* The value for an unknown angle: the standard deviation of a uniform distribution, pi/sqrt 3 [rad]. */
 #define ANGLE_SIGMA_UNKNOWN 1.8137994f
 
-#define ANGLE_SIGMA_LEAST     0.2e-3f /* [rad] of resolution and harmonics of the EMF that are not learnt */
+#define ANGLE_SIGMA_LEAST     0.2e-3f /* [rad] by resolution, and by harmonics of the EMF that are not learnt */
 #define ANGLE_SIGMA_GAIN      2e-3f   /* [-] of a sensor, current or DC link */
 #define ANGLE_SIGMA_V_LEARNT  2e-3f   /* [-] of V, by noise, at the initial rate */
 #define ANGLE_SIGMA_L_LEARNT  5e-3f   /* [-] the same of L_q */
 #define ANGLE_SIGMA_R_LEARNT  0.03f   /* [-] the same of R */
-#define ANGLE_SIGMA_V_RIPPLE  0.05f   /* [-] of V, where the ripple of the current exceeds its mean */
+#define ANGLE_SIGMA_V_RIPPLE  0.05f   /* [-] of V, if the ripple exceeds the current */
 #define ANGLE_SIGMA_DRIFT     0.05f   /* [-] of the speed of a loop that coasts */
-#define ANGLE_SIGMA_MEAN_TIME 10e-3f  /* [s] of the means of the detector and of its square */
+#define ANGLE_SIGMA_MEAN_TIME 10e-3f /* [s] of the means of the detector and of its square */
 
 typedef struct {
     float data;         /* standard uncertainty of V, L and R before they are learnt [-], relative */

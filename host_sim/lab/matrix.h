@@ -193,17 +193,17 @@ const char *matrix_never(const matrix_cell_t *cell);
 
 /* The cells of a scenario: each fault that can come under way, `only` one if that is not NULL. Source and
  * speed of its drive at that time say which promise is held against it: that of run_fast, or below 300 r/min
- * run_slow, on shaft h, with as much more current as its overcurrent_trip is more than that of the paper's rig. The
- * faults are as large for its motor as those of the table for the paper's (matrix_scaled). Faults that are
- * wrong from the beginning are none: they belong into the file. A fault is watched for as long as its row
- * says, while the scenario's course goes on. Returns how many. `cells` as below. false in *good: the drive is
- * not at work at that time, `error` says so. */
+ * run_slow, on shaft h, with as much more current as its overcurrent_trip is more than that of the paper's
+ * rig. The faults are as large for its motor as those of the table for the paper's (matrix_scaled). Faults
+ * that are wrong from the beginning are none: they belong into the file. A fault is watched for as long as
+ * its row says, while the scenario's course goes on. Returns how many. `cells` as below. false in *good: the
+ * drive is not at work at that time, `error` says so. */
 size_t matrix_around(const matrix_user_t *user, const char *only, matrix_cell_t *cells, bool *good,
                      scenario_error_t *error);
 
-/* The run of a board that is not the paper's rig: the library's motor with the largest current of those for which
- * this board is proposed, at 0.3 of its top speed with 0.6 of its rated torque. *at [s]: the faults come. NULL:
- * `error`. */
+/* The run of a board that is not the paper's rig: the library's motor with the largest current of those for
+ * which this board is proposed, at 0.3 of its top speed with 0.6 of its rated torque. *at [s]: the faults
+ * come. NULL: `error`. */
 scenario_t *matrix_of_board(double *at, scenario_error_t *error);
 
 /* What an absolute value of a fault's row is on this rig, which stands in a scenario: of brakes, currents,

@@ -634,7 +634,8 @@ int command_matrix(int argc, char **argv)
         "or a name of `lagless scenarios`) each fault that can occur during operation is "
         "injected into this run at the time --at, while the run continues. The promise is that of "
         "the paper's rig at such a speed, with the current scaled by the ratio of overcurrent_trip. On a "
-        "board that is not the default, and without --scenario, this is a run of the library's motor with the "
+        "board that is not the default, and without --scenario, this is a run of the library's motor with "
+        "the "
         "largest current for which the board is proposed.",
         NULL,
         NULL,
@@ -660,8 +661,7 @@ int command_matrix(int argc, char **argv)
         return EXIT_INTERNAL;
     }
     bool good = true;
-    const size_t count = user ? lay_out_user(&options, cells, &good)
-                                                  : matrix_lay_out(&options.choice, cells);
+    const size_t count = user ? lay_out_user(&options, cells, &good) : matrix_lay_out(&options.choice, cells);
     int exit_code = EXIT_USAGE;
     if (!good) {
         exit_code = EXIT_USAGE;

@@ -241,9 +241,9 @@ size_t matrix_around(const matrix_user_t *user, const char *only, matrix_cell_t 
 double matrix_current(const matrix_cell_t *cell)
 {
     const table_row_t *trip = rig_row_by_name("overcurrent_trip");
-    return cell->user == NULL
-               ? cell->promise->current
-               : cell->promise->current * scenario_initial(cell->user->scenario, trip) / matrix_standard("overcurrent_trip");
+    return cell->user == NULL ? cell->promise->current
+                              : cell->promise->current * scenario_initial(cell->user->scenario, trip) /
+                                    matrix_standard("overcurrent_trip");
 }
 
 /* ---- judgement ---- */

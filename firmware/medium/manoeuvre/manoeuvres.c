@@ -2,7 +2,8 @@
 
 #include "medium/manoeuvre/manoeuvres_parts.h"
 
-/* A power of two above the number of manoeuvres: an index that a flipped bit has changed still finds a row. */
+/* A power of two above the number of manoeuvres: an index that a flipped bit has changed still finds a row.
+ */
 #define ROWS 16u
 
 static const manoeuvre_row_t rows[ROWS] = {

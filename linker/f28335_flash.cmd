@@ -109,6 +109,8 @@ SECTIONS
                       /* firmware/fast/fast_window.c */
                       *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:snapshot)
                       *(.text:snapshot_catch) *(.text:still_watch_moved)
+                      /* firmware/fast/inverter/svpwm.c */
+                      *(.text:leg) *(.text:shortened) *(.text:svpwm_beyond)
                       /* firmware/fast/measure.c */
                       *(.text:add) *(.text:add_scatter) *(.text:is_noisy) *(.text:square_sum)
                       /* firmware/fast/reference/catch.c */

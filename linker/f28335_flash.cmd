@@ -30,27 +30,28 @@ SECTIONS
                       /* begin: written by tools/check-linker --write */
                       /* firmware/app/app.c */
                       *(.text:app_interrupt) *(.text:app_read) *(.text:app_trip) *(.text:app_write) *(.text:compare_of)
-                      *(.text:current_of) *(.text:daq_sample) *(.text:drive_flags) *(.text:drive_took)
+                      *(.text:convert) *(.text:current_of) *(.text:daq_sample) *(.text:drive_flags) *(.text:drive_took)
+                      *(.text:pack)
                       /* firmware/contract/capture.c */
                       *(.text:begin) *(.text:capture_reset) *(.text:capture_step) *(.text:capture_trigger)
                       *(.text:float_of_bits) *(.text:follow) *(.text:is_edge) *(.text:tap_slot_at) *(.text:value_of)
                       *(.text:watch)
                       /* firmware/drive/drive.c */
-                      *(.text:drive_step) *(.text:fast_bridge_on) *(.text:orders_of) *(.text:turn_window)
+                      *(.text:drive_step) *(.text:fast_bridge_on) *(.text:float_bits) *(.text:orders_of) *(.text:record_mix)
+                      *(.text:record_step) *(.text:turn_window)
                       /* firmware/estimator/encoder.c */
                       *(.text:encoder_phase)
                       /* firmware/estimator/estimator.c */
                       *(.text:angle_turn_back) *(.text:angle_wrap) *(.text:at_rest) *(.text:bounds_clamp)
                       *(.text:bounds_less) *(.text:bounds_magnitude) *(.text:bounds_more) *(.text:estimator_coast)
-                      *(.text:estimator_observe) *(.text:estimator_track) *(.text:float_bits) *(.text:frames_park)
-                      *(.text:inverse_root) *(.text:lag_impedance) *(.text:lag_undone) *(.text:lowpass_step)
-                      *(.text:observer_step) *(.text:one_period) *(.text:pll_filtered) *(.text:pll_is_emf)
-                      *(.text:pll_soft_sign) *(.text:pll_step_inline) *(.text:pll_turn) *(.text:rested)
-                      *(.text:saturation_at) *(.text:saturation_is_on) *(.text:show_observer) *(.text:show_tracker)
-                      *(.text:smo_predict) *(.text:smo_switch_vector) *(.text:smo_vector_gain) *(.text:tanh_ratio)
-                      *(.text:tracker_acceleration) *(.text:tracker_coast) *(.text:tracker_cross) *(.text:tracker_flux)
-                      *(.text:tracker_is_salient) *(.text:tracker_step) *(.text:tracker_straighten) *(.text:tracker_watch)
-                      *(.text:trig_turn)
+                      *(.text:estimator_observe) *(.text:estimator_track) *(.text:frames_park) *(.text:inverse_root)
+                      *(.text:lag_impedance) *(.text:lag_undone) *(.text:lowpass_step) *(.text:observer_step)
+                      *(.text:one_period) *(.text:pll_filtered) *(.text:pll_is_emf) *(.text:pll_soft_sign)
+                      *(.text:pll_step_inline) *(.text:pll_turn) *(.text:rested) *(.text:saturation_at)
+                      *(.text:saturation_is_on) *(.text:show_observer) *(.text:show_tracker) *(.text:smo_predict)
+                      *(.text:smo_switch_vector) *(.text:smo_vector_gain) *(.text:tanh_ratio) *(.text:tracker_acceleration)
+                      *(.text:tracker_coast) *(.text:tracker_cross) *(.text:tracker_flux) *(.text:tracker_is_salient)
+                      *(.text:tracker_step) *(.text:tracker_straighten) *(.text:tracker_watch) *(.text:trig_turn)
                       /* firmware/estimator/lag.c */
                       *(.text:conductance_of) *(.text:filter_of) *(.text:lag_angle) *(.text:lag_emf) *(.text:over)
                       *(.text:speed_within) *(.text:square_of) *(.text:times) *(.text:undoing)

@@ -55,9 +55,13 @@ static commission_verdict_t judge(const loop_step_t *step, const commission_tuni
     if (!(square > 0.0f)) {
         return commission_failed(COMMISSION_REASON_CURRENT_LOOP, 0);
     }
-    const float saturates =
-        results->inductance_d_least > 0.0f ? results->inductance_d / results->inductance_d_least : 1.0f;
-    results->loop_gain = step->moved / (square * tuning->loop_gain * saturates);
+    const float least =
+        results->inductance_d_least > 0.0f ? results->inductance_d_least : results->inductance_d;
+    /* L/R of few periods: see loop_step.h */
+    const float x = results->resistance * tuning->period / least;
+    const float bends = 1.0f - 0.5f * x / (1.0f + 0.75f * x / tuning->loop_gain);
+    const float design = tuning->loop_gain * bends * results->inductance_d / least;
+    results->loop_gain = step->moved / (square * design);
     return bounds_within(results->loop_gain - 1.0f, TOLERANCE)
                ? commission_finished()
                : commission_failed(COMMISSION_REASON_CURRENT_LOOP, 0);

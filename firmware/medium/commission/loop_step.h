@@ -8,7 +8,9 @@
  * The least-squares value of K over forty steps is K_0 L_hat/L, with K_0 of the parameters. A rise time
  * would not show L: at small L/R it hardly depends on it. The noise of the sensors adds its square to the sum
  * of e^2; that is taken out. If the d axis saturates, L at the standing current is less than the L_d of the
- * parameters by a ratio that the step `inductance` has measured, and K_0 is larger by this ratio. */
+ * parameters by a ratio that the step `inductance` has measured, and K_0 is larger by this ratio. For an L/R
+ * of few periods the fit gives less, by the factor 1 - (x/2)/(1 + 3 x/(4 K_0)) with x = R T/L: within 0.6 %
+ * of the exact law of the winding for K_0 of 0.05 to 0.25 and x up to 0.5. */
 #ifndef MEDIUM_COMMISSION_LOOP_STEP_H
 #define MEDIUM_COMMISSION_LOOP_STEP_H
 

@@ -67,16 +67,31 @@ static void look(void)
     hal_interrupts_on();
 }
 
+/* A single store needs no bracket, but its record does: the event and the change belong to one period. */
+static void hold_for_record(void)
+{
+    if (app->drive.record.on != 0u) {
+        hal_interrupts_off();
+    }
+}
+
+static void go_on_for_record(void)
+{
+    if (app->drive.record.on != 0u) {
+        hal_interrupts_on();
+    }
+}
+
 /* Computes the tuning of a set with the assumed values and offers it: the only function that writes it. An
  * earlier tuning that has not been taken over yet is withdrawn. */
 static void tune(const params_t *params, const assumed_t *assumed)
 {
     app->assumed = *assumed;
     app->assumed_at = app->seen.period;
-    hal_interrupts_off();
+    hold_for_record();
     recording_event(RECORDING_WITHDRAWN, 0u);
     drive_withdraw(&app->drive); /* from here on the interrupt ignores the offer */
-    hal_interrupts_on();
+    go_on_for_record();
     recording_offer(params, assumed);
     drive_prepare(drive_idle_tuning(&app->drive), params, assumed);
 }
@@ -181,9 +196,9 @@ bool app_apply(params_error_t *why)
     } else {
         const assumed_t before = assumption(&app->active);
         tune(&app->active, &before); /* offers the active set again: an earlier offer may be withdrawn */
-        hal_interrupts_off();
+        hold_for_record();
         offer();
-        hal_interrupts_on();
+        go_on_for_record();
     }
     return taken;
 }

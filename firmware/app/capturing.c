@@ -68,7 +68,7 @@ static capture_tuning_t usual(void)
     return tuning;
 }
 
-static void begin(const capture_tuning_t *tuning)
+static void start_usual(const capture_tuning_t *tuning)
 {
     app->recording.whole[0] = 0u;
     app->recording.whole[1] = 0u;
@@ -80,7 +80,7 @@ static void begin(const capture_tuning_t *tuning)
 void capturing_start(void)
 {
     const capture_tuning_t tuning = usual();
-    begin(&tuning);
+    start_usual(&tuning);
 }
 
 void capturing_restart(void)
@@ -88,7 +88,7 @@ void capturing_restart(void)
     const capture_tuning_t tuning = usual();
     if (app->drive.capture.asked == 0u) {
         hal_interrupts_off();
-        begin(&tuning);
+        start_usual(&tuning);
         hal_interrupts_on();
     }
 }
@@ -97,7 +97,7 @@ void capturing_release(void)
 {
     const capture_tuning_t tuning = usual();
     hal_interrupts_off();
-    begin(&tuning);
+    start_usual(&tuning);
     hal_interrupts_on();
     for (uint32_t id = FIRST_ROW; id <= LAST_ROW; id++) {
         table_default(table_by_id(&services_table, id), &app->services);

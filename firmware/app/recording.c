@@ -50,7 +50,7 @@ capture_tuning_t recording_tuning(void)
 
 /* Slots `from` to `to` of a struct. Four at a time, because the copy has to be over before the next sample.
  */
-static void copy(uint32_t *slots, const void *base, uint32_t from, uint32_t to)
+static void copy_slots(uint32_t *slots, const void *base, uint32_t from, uint32_t to)
 {
     uint32_t n = from;
     for (; n + 4u <= to; n += 4u) {
@@ -79,8 +79,8 @@ static bool copy_fast(uint32_t *slots, uint32_t *period)
     const drive_t *drive = &app->drive;
     for (uint32_t n = 0; n < TRIES; n++) {
         const uint32_t before = now_of(&drive->fast.period);
-        copy(slots, drive, 0u, SLOT_OF(medium));
-        copy(slots, drive, SLOT_OF(handed), RECORDING_STATE);
+        copy_slots(slots, drive, 0u, SLOT_OF(medium));
+        copy_slots(slots, drive, SLOT_OF(handed), RECORDING_STATE);
         if (now_of(&drive->fast.period) == before) {
             *period = before;
             return true;
@@ -106,10 +106,10 @@ static bool take(uint32_t number)
         return false;
     }
     slots[0] = app->recording.events;
-    copy(&state[RECORDING_STATE], &app->active, 0u, RECORDING_PARAMS);
-    copy(&state[RECORDING_STATE + RECORDING_PARAMS], &app->assumed, 0u, RECORDING_ASSUMED);
+    copy_slots(&state[RECORDING_STATE], &app->active, 0u, RECORDING_PARAMS);
+    copy_slots(&state[RECORDING_STATE + RECORDING_PARAMS], &app->assumed, 0u, RECORDING_ASSUMED);
     hide_key(&state[RECORDING_STATE]);
-    copy(state, drive, SLOT_OF(medium), SLOT_OF(handed));
+    copy_slots(state, drive, SLOT_OF(medium), SLOT_OF(handed));
     /* a trip between the samples does not change the period: it triggers the capture */
     return copy_fast(state, &app->recording.period[number]) && now_of(&drive->handed) == handed &&
            is_waiting();

@@ -466,7 +466,7 @@ commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuni
         }
         return commission_goes_on();
     }
-    if (step->phase >= TORQUE_STEADY_FAST) {
+    if (step->phase >= (int32_t)TORQUE_STEADY_FAST) {
         return hold_speed(step, tuning, input, wish, results, psi);
     }
     if (input->runs == 0u) {

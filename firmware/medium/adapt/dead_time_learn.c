@@ -13,14 +13,10 @@
 #define ALONG    (4.0f / 3.14159265f)
 #define WAY_MOST 3.0f
 
-#define SIGMAS        4.0f     /* [-] standard deviations by which a learnt value has to differ */
-#define SCATTER_SHARE 0.03125f /* [-] weight of a step in the scatter */
-
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
 {
     const float effective = params->effective;
     const float current = DEAD_TIME_LEARN_ZONES * params->zone;
-    const float chance = DEAD_TIME_LEARN_CHANCE * params->band;
     return (dead_time_learn_tuning_t){
         .rate = params->rate,
         .per_rate = params->rate > 0.0f ? 1.0f / params->rate : 0.0f,
@@ -28,8 +24,6 @@ dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t 
         .least = effective < 0.0f ? effective : 0.0f,
         .most = DEAD_TIME_LEARN_RANGE * (effective > params->band ? effective : params->band),
         .band = params->band,
-        .chance = chance * chance,
-        .bias = DEAD_TIME_LEARN_BIAS * params->band,
         .per_band = params->flux_linkage / (DEAD_TIME_LEARN_EMF_FULL * params->band),
         .flux_linkage = params->flux_linkage,
         .current_square = current * current,
@@ -46,8 +40,6 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
         learn->effective = tuning->effective;
         learn->learnt = tuning->effective;
         learn->rate = tuning->rate;
-        learn->scatter = 0.0f;
-        learn->ripple = 0.0f;
         learn->begun = 0u;
     }
     if (tuning->rate != learn->tuning.rate) {
@@ -146,18 +138,14 @@ static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
 }
 
-/* The parameters stay in use until the learnt value differs from them by more than noise can explain: that of
- * a good sensor, or the scatter of the steps, of which the learnt value has the share rate times `time`; and
- * by more than the ripple of the currents with which it was learnt. */
-static void use(dead_time_learn_t *learn, float time)
+/* The parameters stay in use until the learnt value differs from them by more than noise can explain. */
+static void use(dead_time_learn_t *learn)
 {
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
-    const float differs = learn->learnt - tuning->effective;
-    const float good = tuning->chance * tuning->per_rate;
-    const float seen = SIGMAS * SIGMAS * time * learn->scatter;
-    const float ripple = tuning->bias * learn->ripple;
-    const float chance = learn->rate * (seen > good ? seen : good) + ripple * ripple;
-    learn->effective = differs * differs > chance ? learn->learnt : tuning->effective;
+    const float share = learn->rate * tuning->per_rate;
+    const float chance = DEAD_TIME_LEARN_CHANCE * tuning->band * share * inverse_root(share);
+    const bool differs = !bounds_within(learn->learnt - tuning->effective, chance);
+    learn->effective = differs ? learn->learnt : tuning->effective;
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
@@ -187,12 +175,9 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     const float seen = across * twelfth(along) * learn->way * per_volt;
     const float missed = (1.0f / (ALONG * POWER)) * seen;
     const float wanted = learn->learnt + learn->rate * time * (learn->effective + missed - learn->learnt);
-    const float swing = tuning->swing * tuning->flux_linkage * input->omega_e_ref * inverse;
-    learn->ripple += learn->rate * time * (swing * swing - learn->ripple);
-    learn->scatter = lowpass_step(learn->scatter, SCATTER_SHARE, missed * missed);
     learn->rate = gain_step(learn->rate, tuning->rate, time);
     if (wanted >= tuning->least && wanted <= tuning->most) {
         learn->learnt = wanted;
     }
-    use(learn, time);
+    use(learn);
 }

@@ -21,10 +21,10 @@
  *     s = sin 12 phi,   w = 1/2 + dphi/(2 dphi_ref)
  *
  * V_hat then follows V with the rate g (medium/adapt/gain.h; docs/theory.md, 25). The learnt value is used
- * once it differs from the parameters by more than the noise can explain, four times the root of g times
- * the scatter of a step. The law does not need the rotor's angle: it also learns in a forced frame and while
- * the estimate is lost. The learnt quantity is a time, because the unknown part is delays; the voltage then
- * follows the link. An error of the drop is learnt as if it were time.
+ * once it differs from the parameters by more than noise can explain; this threshold falls with the square
+ * root of g. The law does not need the rotor's angle: it also learns in a forced frame and while the estimate
+ * is lost. The learnt quantity is a time, because the unknown part is delays; the voltage then follows the
+ * link. An error of the drop is learnt as if it were time.
  *
  * A component across the current that exceeds the whole dead band's voltage is ignored. If the component
  * against the current exceeds the effect of unequal legs, the current measurement is wrong and nothing is
@@ -63,7 +63,6 @@
 #define DEAD_TIME_LEARN_SETTLED 0.2f
 #define DEAD_TIME_LEARN_NEAR    0.6f
 #define DEAD_TIME_LEARN_CHANCE  0.028f /* [-] of the dead band: effect of noise at the initial rate */
-#define DEAD_TIME_LEARN_BIAS    0.15f  /* [-] of the dead band: effect of the ripple of the least current */
 
 typedef struct {
     float rate;         /* initial rate [1/s]; 0: off */
@@ -82,8 +81,6 @@ typedef struct {
     float effective;      /* T_e/T of the parameters [-] */
     float least, most;    /* limits of the learnt value [-] */
     float band;           /* [-] */
-    float chance;         /* square of what the noise of a good sensor makes at the initial rate [-] */
-    float bias;           /* error that the ripple of the least current makes [-] */
     float per_band;       /* psi_f over `band` [Wb] */
     float flux_linkage;   /* [Wb] */
     float current_square; /* least |i|^2 [A^2] */
@@ -96,8 +93,6 @@ typedef struct {
     float effective; /* T_e/T in use [-] */
     float learnt;    /* T_e/T as learnt [-] */
     float rate;      /* present rate [1/s] */
-    float scatter;   /* mean square of the error of T_e/T that a step shows [-] */
-    float ripple;    /* mean square of the least current over the current, of what has been learnt [-] */
     uint32_t begun;  /* [-] 1: the following values belong to the last periods */
     ab_t emf_mean;   /* m(e) [V] */
     ab_t along_mean; /* m(u) [-] */

@@ -28,10 +28,10 @@
  * same content on the chip and on the desk. */
 #define RECORDING_STATE    ((uint32_t)(offsetof(drive_t, tunings) / sizeof(uint32_t)))
 #define RECORDING_PARAMS   ((uint32_t)(sizeof(params_t) / sizeof(uint32_t)))
-#define RECORDING_ASSUMED ((uint32_t)(sizeof(assumed_t) / sizeof(uint32_t)))
+#define RECORDING_ASSUMED  ((uint32_t)(sizeof(assumed_t) / sizeof(uint32_t)))
 #define RECORDING_SNAPSHOT (1u + RECORDING_STATE + RECORDING_PARAMS + RECORDING_ASSUMED) /* [slots] */
-#define RECORDING_EVENTS   UINT32_C(64)                                                   /* newest kept */
-#define RECORDING_EVENT    3u                                                             /* [slots] of one */
+#define RECORDING_EVENTS   UINT32_C(64)                                                  /* newest kept */
+#define RECORDING_EVENT    3u                                                            /* [slots] of one */
 #define RECORDING_ROWS                                                                                       \
     ((CAPTURE_SLOTS - RECORDING_EVENT * RECORDING_EVENTS - 2u * RECORDING_SNAPSHOT) / RECORD_COLUMNS)
 #define RECORDING_AFTER UINT32_C(16) /* [periods] recorded after the trigger */
@@ -43,11 +43,11 @@
 
 /* What an event is about: the id of a parameter or a request that has these bits from now on, or one of
  * these. A parameter acts with the next offer. */
-#define RECORDING_WITHDRAWN UINT32_C(10000) /* the offered tuning, and the parameters for it */
-#define RECORDING_OFFERED   UINT32_C(10001) /* a tuning of the parameters and assumed values */
-#define RECORDING_REPORTED  UINT32_C(10002) /* what the background has found, GUARD_CORRUPT_... */
-#define RECORDING_ASSUMED_AT                                                                                \
-    UINT32_C(10010) /* and following: an assumed value, in the order of the struct */
+#define RECORDING_WITHDRAWN  UINT32_C(10000) /* the offered tuning, and the parameters for it */
+#define RECORDING_OFFERED    UINT32_C(10001) /* a tuning of the parameters and assumed values */
+#define RECORDING_REPORTED   UINT32_C(10002) /* what the background has found, GUARD_CORRUPT_... */
+#define RECORDING_ASSUMED_AT UINT32_C(10010) /* and following: an assumed value, in the order of the struct  \
+                                              */
 
 /* What a client reads: a head, the rows from the oldest to the newest, events and snapshots. */
 typedef enum {

@@ -13,8 +13,8 @@
  * times this flux. The axes do not influence each other (magnetics.h).
  *
  * With iron_loss_resistance R_c the currents of these equations are those that produce flux and torque. In
- * addition the phases carry omega_e psi/R_c along the EMF (iron.h), with the loss 1.5 (omega_e psi)^2/R_c. The
- * legs, the sensors and R carry the sum.
+ * addition the phases carry omega_e psi/R_c along the EMF (iron.h), with the loss 1.5 (omega_e psi)^2/R_c.
+ * The legs, the sensors and R carry the sum.
  *
  * Shaft: J domega/dt = T - (T_c + T_passive) s(omega) - B omega - T_active, with a smooth sign s = x (3 -
  * x^2)/2, x = omega/w, limited to +-1. w is PLANT_SHAFT_WIDTH, or PLANT_SHAFT_FOLLOW (T_c + T_passive)/J if

@@ -15,7 +15,7 @@
 
 void loop_step_begin(loop_step_t *step)
 {
-    *step = (loop_step_t){.phase = LOOP_BEGIN};
+    *step = (loop_step_t){.phase = (int32_t)LOOP_BEGIN};
 }
 
 static commission_verdict_t begin(loop_step_t *step, const commission_tuning_t *tuning,
@@ -28,7 +28,7 @@ static commission_verdict_t begin(loop_step_t *step, const commission_tuning_t *
     }
     standing_begin(&step->standing, -SIXTH_TURN, input->u_dc, tuning, results, order);
     order->current = results->current_hold;
-    step->phase = LOOP_ALIGN;
+    step->phase = (int32_t)LOOP_ALIGN;
     return commission_goes_on();
 }
 
@@ -43,7 +43,7 @@ static void run(loop_step_t *step, const commission_tuning_t *tuning, const comm
     order->serial++;
     order->step = bounds_less(SHARE * order->current, most);
     order->periods = periods_of(EVERY, tuning->period);
-    step->phase = LOOP_RUNS;
+    step->phase = (int32_t)LOOP_RUNS;
     step->windows = 0u;
 }
 
@@ -86,29 +86,29 @@ commission_verdict_t loop_step(loop_step_t *step, const commission_tuning_t *tun
                                const commission_input_t *input, excite_order_t *order,
                                commission_results_t *results)
 {
-    if (step->phase == LOOP_BEGIN) {
+    if (step->phase == (int32_t)LOOP_BEGIN) {
         return begin(step, tuning, input, order, results);
     }
     if (input->seen->serial != order->serial) {
         return commission_goes_on();
     }
-    if (step->phase == LOOP_RUNS) {
+    if (step->phase == (int32_t)LOOP_RUNS) {
         return run_on(step, tuning, input, order, results);
     }
-    if (step->phase == LOOP_TURN) {
+    if (step->phase == (int32_t)LOOP_TURN) {
         if (standing_turn(&step->standing, 0.0f, tuning, input->seen, order)) {
             standing_wait(&step->standing);
-            step->phase = LOOP_STILL;
+            step->phase = (int32_t)LOOP_STILL;
         }
         return commission_goes_on();
     }
     const standing_want_t want = {periods_of(BLOCK, tuning->window), order->current, ACROSS * order->current};
     switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
-        if (step->phase == LOOP_STILL) {
+        if (step->phase == (int32_t)LOOP_STILL) {
             run(step, tuning, input, order);
         } else {
-            step->phase = LOOP_TURN;
+            step->phase = (int32_t)LOOP_TURN;
         }
         break;
     case STANDING_NEVER:

@@ -19,11 +19,11 @@
 typedef enum { LOOP_BEGIN, LOOP_ALIGN, LOOP_TURN, LOOP_STILL, LOOP_RUNS } loop_phase_t;
 
 typedef struct {
-    loop_phase_t phase; /* [-] of the step */
-    uint32_t windows;   /* [windows] of the stepping reference */
-    float moved;        /* sum of (e_k - e_k+1) e_k-1 [A^2] */
-    float square;       /* sum of e_k-1^2 [A^2] */
-    float periods;      /* [periods] */
+    int32_t phase;    /* [-] loop_phase_t */
+    uint32_t windows; /* [windows] of the stepping reference */
+    float moved;      /* sum of (e_k - e_k+1) e_k-1 [A^2] */
+    float square;     /* sum of e_k-1^2 [A^2] */
+    float periods;    /* [periods] */
     standing_t standing;
 } loop_step_t;
 

@@ -10,7 +10,7 @@
 
 void turn_step_begin(turn_step_t *step)
 {
-    *step = (turn_step_t){.phase = TURN_BEGIN};
+    *step = (turn_step_t){.phase = (int32_t)TURN_BEGIN};
 }
 
 static commission_verdict_t begin(turn_step_t *step, const commission_tuning_t *tuning,
@@ -23,7 +23,7 @@ static commission_verdict_t begin(turn_step_t *step, const commission_tuning_t *
     standing_begin(&step->standing, 0.0f, input->u_dc, tuning, results, order);
     order->current = results->current_hold;
     step->left = ANGLE_TWO_PI * tuning->pole_pairs;
-    step->phase = TURN_ALIGN;
+    step->phase = (int32_t)TURN_ALIGN;
     return commission_goes_on();
 }
 
@@ -36,7 +36,7 @@ static void advance(turn_step_t *step, const commission_tuning_t *tuning, const 
     step->left -= angle_wrap(step->standing.angle - before);
     if (arrived) {
         standing_wait(&step->standing);
-        step->phase = TURN_STILL;
+        step->phase = (int32_t)TURN_STILL;
     }
 }
 
@@ -44,23 +44,23 @@ commission_verdict_t turn_step(turn_step_t *step, const commission_tuning_t *tun
                                const commission_input_t *input, excite_order_t *order,
                                const commission_results_t *results)
 {
-    if (step->phase == TURN_BEGIN) {
+    if (step->phase == (int32_t)TURN_BEGIN) {
         return begin(step, tuning, input, order, results);
     }
     if (input->seen->serial != order->serial) {
         return commission_goes_on();
     }
-    if (step->phase == TURN_TURNS) {
+    if (step->phase == (int32_t)TURN_TURNS) {
         advance(step, tuning, input, order);
         return commission_goes_on();
     }
     const standing_want_t want = {periods_of(SETTLE, tuning->window), order->current, LAG * order->current};
     switch (standing_step(&step->standing, want, input->seen)) {
     case STANDING_STEADY:
-        if (step->phase == TURN_STILL) {
+        if (step->phase == (int32_t)TURN_STILL) {
             return commission_finished();
         }
-        step->phase = TURN_TURNS;
+        step->phase = (int32_t)TURN_TURNS;
         break;
     case STANDING_NEVER:
         return commission_failed(COMMISSION_REASON_ROTOR_SWINGS, 0);

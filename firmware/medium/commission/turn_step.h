@@ -9,8 +9,8 @@
 typedef enum { TURN_BEGIN, TURN_ALIGN, TURN_TURNS, TURN_STILL } turn_phase_t;
 
 typedef struct {
-    turn_phase_t phase; /* [-] of the step */
-    float left;         /* electrical angle to go [rad] */
+    int32_t phase; /* [-] turn_phase_t */
+    float left;    /* electrical angle to go [rad] */
     standing_t standing;
 } turn_step_t;
 

@@ -64,8 +64,9 @@
 #define BOARD_OVERVOLTAGE_MV      345000
 #define BOARD_OVERVOLTAGE_MAX_MV  360000 /* the end of the ADC's scale */
 
-#define BOARD_MODULE_CONTINUOUS_MA 10000 /* 17: half of the module's rated current, for a leg at standstill  \
-                                          */
+#define BOARD_MODULE_CONTINUOUS_MA                                                                           \
+    10000 /* 17: half of the module's rated current, for a leg at standstill                                 \
+           */
 #define BOARD_MODULE_TIME_MS 100
 #define BOARD_GATE_CHARGE_US 300 /* upper gates from bootstrap capacitors */
 

@@ -65,8 +65,9 @@
 #define BOARD_OVERVOLTAGE_MV      400000
 #define BOARD_OVERVOLTAGE_MAX_MV  450000 /* limit of the stage */
 
-#define BOARD_MODULE_CONTINUOUS_MA 25000 /* 17: half of the module's rated current, for a leg at standstill  \
-                                          */
+#define BOARD_MODULE_CONTINUOUS_MA                                                                           \
+    25000 /* 17: half of the module's rated current, for a leg at standstill                                 \
+           */
 #define BOARD_MODULE_TIME_MS 200
 #define BOARD_GATE_CHARGE_US 0 /* four isolated supplies */
 

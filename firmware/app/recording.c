@@ -18,8 +18,6 @@ typedef char recording_fits[(CAPTURE_SLOTS > 2u * RECORDING_SNAPSHOT + RECORDING
                                 ? 1
                                 : -1];
 
-static const char board_name[] = BOARD_NAME;
-
 static uint32_t now_of(const volatile uint32_t *slot)
 {
     return *slot;
@@ -190,8 +188,9 @@ static uint32_t number_of(const void *base, size_t offset)
     return (uint32_t)((const uint32_t *)slot - (const uint32_t *)base);
 }
 
-static uint32_t hash_places(const table_t *table, const void *base, uint32_t hash)
+static uint32_t hash_places(const table_t *table, const void *base, uint32_t before)
 {
+    uint32_t hash = before;
     for (uint32_t n = 0; n < table->count; n++) {
         const table_row_t *row = &table->rows[n];
         hash = record_mix(hash, row->id);
@@ -210,6 +209,7 @@ uint32_t recording_layout(void)
 
 static uint32_t name_slot(uint32_t number)
 {
+    static const char board_name[] = BOARD_NAME;
     uint32_t bits = 0u;
     for (uint32_t n = 0; n < 4u; n++) {
         const uint32_t at = 4u * number + n;

@@ -135,6 +135,7 @@ static void show(void)
 {
     hal_leds(app->seen.bridge_on != 0u, app->seen.state == (int32_t)DRIVE_FAULT);
     capturing_show();
+    recording_step();
 }
 
 /* The last task: when it runs, all others have run, and the interrupt has run since the last time. */
@@ -149,9 +150,9 @@ static void feed(void)
 void app_background(void)
 {
 #if BOARD_STORE == BOARD_STORE_I2C
-    static void (*const tasks[])(void) = {look, learn, watch, show, recording_step, parameters_step, feed};
+    static void (*const tasks[])(void) = {look, learn, watch, show, parameters_step, feed};
 #else
-    static void (*const tasks[])(void) = {look, learn, watch, show, recording_step, feed};
+    static void (*const tasks[])(void) = {look, learn, watch, show, feed};
 #endif
     tasks[app->task]();
     app->task = (app->task + 1u) % (uint32_t)(sizeof tasks / sizeof tasks[0]);

@@ -25,7 +25,7 @@
 #include "settings/params.h"
 
 /* Every member of these structs has the size of a slot (tests/cli/test_replay.py), so that the slots have the
- * same content on the chip and on the desk. */
+ * same content on the chip and on the host. */
 #define RECORDING_STATE    ((uint32_t)(offsetof(drive_t, tunings) / sizeof(uint32_t)))
 #define RECORDING_PARAMS   ((uint32_t)(sizeof(params_t) / sizeof(uint32_t)))
 #define RECORDING_ASSUMED  ((uint32_t)(sizeof(assumed_t) / sizeof(uint32_t)))

@@ -1,4 +1,4 @@
-/* The record of a period, from which the desk runs the drive again: what the step received, and a checksum of
+/* The record of a period, from which the host runs the drive again: what the step received, and a checksum of
  * what it returned. It is four slots, which the capture (contract/capture.h) keeps like those of four
  * signals:
  *

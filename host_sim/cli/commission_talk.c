@@ -286,7 +286,7 @@ void commission_print_sheet(const commission_result_t *result, const commission_
     };
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         if (isfinite(rows[n].measured) && isfinite(rows[n].said)) {
-            printf("  %-6s measured %.4g, the plate says %.4g %s: %+.1f %%\n", rows[n].name,
+            printf("  %-6s measured %.4g, plate %.4g %s: %+.1f %%\n", rows[n].name,
                    rows[n].factor * rows[n].measured, rows[n].factor * rows[n].said, rows[n].unit,
                    100.0 * (rows[n].measured / rows[n].said - 1.0));
         }

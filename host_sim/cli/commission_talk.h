@@ -30,7 +30,7 @@ typedef struct {
 /* --answer NAME=VALUE. false: it is none of the accepted ones. */
 bool commission_talk_answer(commission_answers_t *answers, const char *text);
 
-/* Asks for link and free shaft on a terminal, and puts answers and call-backs into the options. */
+/* Requests link voltage and free shaft on a terminal, and puts answers and call-backs into the options. */
 void commission_talk_begin(commission_talk_t *talk, commission_options_t *steps);
 void commission_talk_end(commission_talk_t *talk);
 

@@ -1,5 +1,5 @@
-/* Commissioning from a page: what the page asks for, the run, and what the page is told. The run waits inside
- * and lets the scope work meanwhile, so that samples, values and STOP go on. */
+/* Commissioning from a page: the request of the page, the run, and the report to the page. While the run waits,
+ * it lets the scope work, so that samples, values and STOP continue. */
 #ifndef HOST_SIM_SCOPE_SCOPE_COMMISSION_H
 #define HOST_SIM_SCOPE_SCOPE_COMMISSION_H
 
@@ -11,11 +11,11 @@
 #include "host_sim/scope/commission_line.h"
 
 typedef struct {
-    /* the scope: works for so long [s], false: the line is lost or the program ends; and tells the pages */
+    /* the scope: works for this time [s], false: the line is lost or the program ends; then it reports to the pages */
     bool (*work)(void *context, double seconds);
     void (*tell)(void *context);
     void *context;
-    /* what a page wants */
+    /* request of a page */
     bool wanted, stopped;
     commission_plate_t plate;
     commission_options_t options;

@@ -285,6 +285,7 @@ static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void
 {
     judge_anew("leg_drop_a");
     put("theta_err", 1.0f);
+    put("true_i_a", 2.0f);
     put("true_omega_m", 0.99f * (float)watch.excused[0].blind);
     pass(0.5);
     expect(HELD, "below the speed that is told");

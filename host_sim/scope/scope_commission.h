@@ -1,5 +1,5 @@
-/* Commissioning from a page: the request of the page, the run, and the report to the page. While the run waits,
- * it lets the scope work, so that samples, values and STOP continue. */
+/* Commissioning from a page: the request of the page, the run, and the report to the page. While the run
+ * waits, it lets the scope work, so that samples, values and STOP continue. */
 #ifndef HOST_SIM_SCOPE_SCOPE_COMMISSION_H
 #define HOST_SIM_SCOPE_SCOPE_COMMISSION_H
 
@@ -11,7 +11,8 @@
 #include "host_sim/scope/commission_line.h"
 
 typedef struct {
-    /* the scope: works for this time [s], false: the line is lost or the program ends; then it reports to the pages */
+    /* the scope: works for this time [s], false: the line is lost or the program ends; then it reports to the
+     * pages */
     bool (*work)(void *context, double seconds);
     void (*tell)(void *context);
     void *context;

@@ -408,8 +408,8 @@ static int run(options_t *options)
         options->output.folder == NULL ? calloc(options->campaign.runs, sizeof *keeper.texts) : NULL;
     int exit_code = EXIT_INTERNAL;
     if (results == NULL || (options->output.folder == NULL && keeper.texts == NULL)) {
-        fprintf(stderr,
-                "lagless campaign: there is not enough memory for this number of runs; divide them with --shard\n");
+        fprintf(stderr, "lagless campaign: there is not enough memory for this number of runs; divide them "
+                        "with --shard\n");
     } else {
         exit_code = options->output.folder != NULL ? open_results(options, &keeper, results) : EXIT_DONE;
         exit_code = exit_code == EXIT_DONE ? run_with(options, &keeper, results) : exit_code;

@@ -118,7 +118,8 @@ static bool read_measure(const file_t *file, const toml_entry_t *entry, measure_
     measure->begin = rig_periods(measure->from);
     measure->end = to != NULL ? rig_periods(measure->to) : UINT32_MAX;
     return measure->begin < measure->end ||
-           file_fail(file, entry, "its window contains no period; accepted: from below to, within the duration");
+           file_fail(file, entry,
+                     "its window contains no period; accepted: from below to, within the duration");
 }
 
 bool file_read_measures(const file_t *file)

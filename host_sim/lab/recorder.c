@@ -290,8 +290,7 @@ static bool check(const recorder_options_t *options, recorder_error_t *error)
         return refuse(error, text);
     }
     if ((options->formats & RECORDER_VCD) != 0u && options->isr_ticks == 0u) {
-        return refuse(error,
-                      "an interrupt of 0 ticks would not be visible: accepted 1 and more");
+        return refuse(error, "an interrupt of 0 ticks would not be visible: accepted 1 and more");
     }
     return true;
 }

@@ -263,9 +263,8 @@ static bool read_all(const recorder_t *recorder, const char *path, void *data, r
     if (mat != NULL) {
         Mat_Close(mat);
     }
-    return good ||
-           failed(error, path,
-                  "the file could not be written completely: the file differs when it is read again");
+    return good || failed(error, path,
+                          "the file could not be written completely: the file differs when it is read again");
 }
 
 bool recorder_mat_write(const recorder_t *recorder, const char *path, recorder_error_t *error)

@@ -68,8 +68,9 @@ static void flush_out(master_t *master)
         }
         if (done < 0) {
             if (errno != EAGAIN && errno != EINTR) {
-                master_break(master, errno == EPIPE || errno == ECONNRESET ? "the other end closed the connection"
-                                                                           : strerror(errno));
+                master_break(master, errno == EPIPE || errno == ECONNRESET
+                                         ? "the other end closed the connection"
+                                         : strerror(errno));
             }
             return;
         }
@@ -178,8 +179,8 @@ static void synch(master_t *master)
 {
     static const uint8_t packet[1] = {XCP_SYNCH};
     if (master->synchs++ == MASTER_SYNCHS) {
-        master_break(master, master->connected ? "the drive does not answer any more"
-                                               : "no XCP device answers");
+        master_break(master,
+                     master->connected ? "the drive does not answer any more" : "no XCP device answers");
         return;
     }
     if (!master->connected) {

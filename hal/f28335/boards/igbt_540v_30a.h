@@ -12,8 +12,7 @@
 #define BOARD_LEG_B 2 /* GPIO2, 3 */
 #define BOARD_LEG_C 3 /* GPIO4, 5 */
 
-#define BOARD_GATE_ACTIVE_HIGH 0 /* 5: the light-emitting diodes of the optocouplers are connected to 3.3 V  \
-                                  */
+#define BOARD_GATE_ACTIVE_HIGH 0 /* 5: the diodes of the optocouplers are connected to 3.3 V */
 
 #define BOARD_TRIP_ZONE    1 /* 6: TZ1 = GPIO12, the module's fault output, open collector */
 #define BOARD_TRIP_PULL_UP 1

@@ -116,7 +116,7 @@ class Memory(Case):
     def test_a_link_that_is_lost_meanwhile_is_told(self):
         result = connect(self.drive("vanishes").target, self.SAVE)
         self.assertEqual(result.returncode, 3, result.stdout)
-        self.assertRegex(result.stderr, "line 4: save: .*(the memory was busy|closed the line)")
+        self.assertRegex(result.stderr, "line 4: save: .*(the memory was busy|closed the connection)")
 
 
 class Session(Case):
@@ -345,7 +345,7 @@ class WrongLines(Case):
         ("record omega_m for 1 s --out x --format vcd", "accepted csv, mat, mdf, separated by commas"),
         ("capture dance", "accepted: on, signals, after, arm"),
         ("capture on full moon", "accepted: fault, command, SIGNAL above VALUE"),
-        ("capture read --out x", "holds nothing yet"),
+        ("capture read --out x", "is still empty"),
         ("explain frob", "frob: no such reason"),
         ("load", "load: this drive has no saved parameters"),
         ("quit now", "no argument is accepted"))
@@ -401,7 +401,7 @@ class BrokenLines(Case):
         self.assertLess(time.monotonic() - started, 2.0)
         self.assertEqual(client.returncode, 3)
         self.assertIn("line 2: wait: ", errors)
-        self.assertIn("closed the line", errors)
+        self.assertIn("closed the connection", errors)
 
     def test_a_motor_that_is_left_alone_is_stopped_and_that_is_told(self):
         server = self.serve()

@@ -176,7 +176,7 @@ class Scope(command_line.TestCase):
     def test_drives_own_buffer_comes_over_the_serial_line(self):
         """All that the drive has kept, by the numbers of the periods themselves; nothing of one that is not held."""
         page = self.scope(self.serve("--serial"))
-        self.assertIn("holds nothing yet", page.ask("/capture")["text"])
+        self.assertIn("is still empty", page.ask("/capture")["text"])
         for wish in ("capture_1 2000", "capture_2 2024", "capture_3 2044", "capture_signals 3", "capture_after 100", "capture_on command"):
             self.assertTrue(page.ask("/set", wish)["ok"], wish)
         self.assertTrue(page.ask("/order", "capture_arm")["ok"])
@@ -196,7 +196,7 @@ class Scope(command_line.TestCase):
         volts = [struct.unpack("<f", struct.pack("<I", slot))[0] for slot in slots[1::3]]
         self.assertTrue(all(abs(each - 311) < 2 for each in volts), volts[:9])
         self.assertTrue(page.ask("/order", "capture_release")["ok"])
-        self.assertIn("holds nothing yet", page.ask("/capture")["text"])
+        self.assertIn("is still empty", page.ask("/capture")["text"])
         self.assertLess(took, 0.5)
 
     def test_stop_is_answered_at_once_while_samples_stream_over_the_serial_line(self):

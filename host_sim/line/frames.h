@@ -11,13 +11,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define FRAMES_HEADER 4u
-#define FRAMES_PACKET 128u  /* [octets] the longest packet of the drive */
-#define FRAMES_TAIL   3u    /* [octets] at most, on a serial line */
-#define FRAMES_ROOM   8192u /* [octets] buffer for received octets */
-#define FRAMES_SILENCE                                                                                       \
-    0.05 /* [s] silence that ends an incomplete frame; USB adapters deliver every 16 ms                      \
-          */
+#define FRAMES_HEADER  4u
+#define FRAMES_PACKET  128u  /* [octets] the longest packet of the drive */
+#define FRAMES_TAIL    3u    /* [octets] at most, on a serial line */
+#define FRAMES_ROOM    8192u /* [octets] buffer for received octets */
+#define FRAMES_SILENCE 0.05  /* [s] silence that ends an incomplete frame; USB adapters send every 16 ms */
 
 typedef struct {
     bool lossless;

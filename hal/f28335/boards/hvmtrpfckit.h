@@ -64,11 +64,9 @@
 #define BOARD_OVERVOLTAGE_MV      345000
 #define BOARD_OVERVOLTAGE_MAX_MV  360000 /* the end of the ADC's scale */
 
-#define BOARD_MODULE_CONTINUOUS_MA                                                                           \
-    10000 /* 17: half of the module's rated current, for a leg at standstill                                 \
-           */
-#define BOARD_MODULE_TIME_MS 100
-#define BOARD_GATE_CHARGE_US 300 /* upper gates from bootstrap capacitors */
+#define BOARD_MODULE_CONTINUOUS_MA 10000 /* 17: half of the module's rated current: leg at standstill */
+#define BOARD_MODULE_TIME_MS       100
+#define BOARD_GATE_CHARGE_US       300 /* upper gates from bootstrap capacitors */
 
 #define BOARD_SERIAL_BAUD 937500 /* 18: LSPCLK / 40, exactly */
 #define BOARD_SERIAL_PINS BOARD_SCIA_GPIO28

@@ -65,11 +65,9 @@
 #define BOARD_OVERVOLTAGE_MV      400000
 #define BOARD_OVERVOLTAGE_MAX_MV  450000 /* limit of the stage */
 
-#define BOARD_MODULE_CONTINUOUS_MA                                                                           \
-    25000 /* 17: half of the module's rated current, for a leg at standstill                                 \
-           */
-#define BOARD_MODULE_TIME_MS 200
-#define BOARD_GATE_CHARGE_US 0 /* four isolated supplies */
+#define BOARD_MODULE_CONTINUOUS_MA 25000 /* 17: half of the module's rated current: leg at standstill */
+#define BOARD_MODULE_TIME_MS       200
+#define BOARD_GATE_CHARGE_US       0 /* four isolated supplies */
 
 #define BOARD_SERIAL_BAUD 937500 /* 18: LSPCLK / 40, exactly */
 #define BOARD_SERIAL_PINS BOARD_SCIA_GPIO28

@@ -13,7 +13,7 @@
 #include "settings/params.h"
 
 /* Number of words of one memory in a call; each call checks one memory. */
-#define SELF_WATCH_WORDS 16u
+#define SELF_WATCH_WORDS 20u
 
 /* Memories: those of the board, and the parameters. Bit n of `found` is memory n. */
 #define SELF_WATCH_PARAMS   ((uint32_t)HAL_REGIONS)

@@ -18,9 +18,11 @@
 
 #include "contract/table.h"
 
-#define CAPTURE_SLOTS   UINT32_C(4096) /* of the ring, 32 bits each */
-#define CAPTURE_COLUMNS UINT32_C(12)   /* at most */
-#define CAPTURE_PERIODS UINT32_C(512)  /* at most */
+#ifndef CAPTURE_SLOTS                /* a simulated target with little memory has fewer */
+#define CAPTURE_SLOTS UINT32_C(4096) /* of the ring, 32 bits each */
+#endif
+#define CAPTURE_COLUMNS UINT32_C(12)  /* at most */
+#define CAPTURE_PERIODS UINT32_C(512) /* at most */
 
 typedef enum { CAPTURE_IDLE, CAPTURE_ARMED, CAPTURE_TRIGGERED, CAPTURE_HELD } capture_state_t;
 #define CAPTURE_STATE_NAMES "idle|armed|triggered|held"

@@ -8,8 +8,7 @@ set(CMAKE_SYSTEM_PROCESSOR avr)
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
 set(CMAKE_C_COMPILER avr-gcc)
 # The drive takes more than 256 K of flash, though it is built without what it does not call, with short calls, and with one copy of what functions begin and end with.
-# The ring of the capture is 1 K smaller: with the whole one, 700 octets are left for the stack of the fixed-point replay.
-set(CMAKE_C_FLAGS_INIT "-mmcu=atmega2560 -ffunction-sections -mcall-prologues -DCAPTURE_SLOTS=3840ul")
+set(CMAKE_C_FLAGS_INIT "-mmcu=atmega2560 -ffunction-sections -mcall-prologues")
 set(CMAKE_EXE_LINKER_FLAGS_INIT "-mrelax -Wl,--gc-sections")
 set(CMAKE_EXECUTABLE_SUFFIX_C .elf)
 set(CMAKE_CROSSCOMPILING_EMULATOR "${CMAKE_CURRENT_LIST_DIR}/../../build/host/tests/target/avr_simulator")

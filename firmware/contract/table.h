@@ -44,6 +44,13 @@ typedef struct {
     table_whole_t whole;     /* [unit] of every other kind */
 } table_row_t;
 
+/* The one line of a row; a build for a target with little memory leaves it out. */
+#ifdef TABLE_WITHOUT_TEXTS
+#define TABLE_TEXT(text) ""
+#else
+#define TABLE_TEXT(text) text
+#endif
+
 typedef struct {
     const char *name;
     const table_row_t *rows;

@@ -9,12 +9,13 @@
 
 static const table_row_t rows[] = {
 #define ROW_FLOAT(id, name, unit, initial, min, max, access, text)                                           \
-    {id, SLOT_FLOAT, access, offsetof(params_t, name), #name, unit, text, "", initial, min, max, {0, 0, 0}},
+    {id,  SLOT_FLOAT, access,   offsetof(params_t, name), #name, unit, TABLE_TEXT(text), "", initial,        \
+     min, max,        {0, 0, 0}},
 #define ROW_INT(id, name, unit, initial, min, max, access, text)                                             \
-    {id,   SLOT_INT, access, offsetof(params_t, name), #name, unit, text, "",                                \
+    {id,   SLOT_INT, access, offsetof(params_t, name), #name, unit, TABLE_TEXT(text), "",                    \
      0.0f, 0.0f,     0.0f,   {initial, min, max}},
 #define ROW_ENUM(id, name, choices, initial, access, text)                                                   \
-    {id,   SLOT_ENUM, access, offsetof(params_t, name), #name, "-", text, choices,                           \
+    {id,   SLOT_ENUM, access, offsetof(params_t, name), #name, "-", TABLE_TEXT(text), choices,               \
      0.0f, 0.0f,      0.0f,   {initial, 0, 0}},
     DRIVE_PARAMS(ROW_FLOAT, ROW_INT, ROW_ENUM)
 #undef ROW_FLOAT

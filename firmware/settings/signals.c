@@ -1,7 +1,8 @@
 #include "settings/signals.h"
 
 #define ROW(id, kind, name, slot, unit, text, choices)                                                       \
-    {id, kind, TABLE_READ, offsetof(drive_t, slot), #name, unit, text, choices, 0.0f, 0.0f, 0.0f, {0, 0, 0}},
+    {id,   kind, TABLE_READ, offsetof(drive_t, slot), #name, unit, TABLE_TEXT(text), choices, 0.0f,          \
+     0.0f, 0.0f, {0, 0, 0}},
 #define ROW_FLOAT(id, name, slot, unit, text)   ROW(id, SLOT_FLOAT, name, slot, unit, text, "")
 #define ROW_UINT(id, name, slot, unit, text)    ROW(id, SLOT_UINT, name, slot, unit, text, "")
 #define ROW_INT(id, name, slot, unit, text)     ROW(id, SLOT_INT, name, slot, unit, text, "")

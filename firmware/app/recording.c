@@ -181,20 +181,14 @@ void recording_offer(const params_t *params, const assumed_t *assumed)
 
 /* ---- what a client reads ---- */
 
-/* Number of the slot at a row's offset, which counts the chars of the target. */
-static uint32_t number_of(const void *base, size_t offset)
-{
-    const void *slot = (const char *)base + offset;
-    return (uint32_t)((const uint32_t *)slot - (const uint32_t *)base);
-}
-
-static uint32_t hash_places(const table_t *table, const void *base, uint32_t before)
+/* The numbers of the rows' slots, which are the same on every target. */
+static uint32_t hash_places(const table_t *table, uint32_t before)
 {
     uint32_t hash = before;
     for (uint32_t n = 0; n < table->count; n++) {
         const table_row_t *row = &table->rows[n];
         hash = record_mix(hash, row->id);
-        hash = record_mix(hash, number_of(base, row->offset));
+        hash = record_mix(hash, (uint32_t)(row->offset / sizeof(uint32_t)));
     }
     return hash;
 }
@@ -202,9 +196,9 @@ static uint32_t hash_places(const table_t *table, const void *base, uint32_t bef
 uint32_t recording_layout(void)
 {
     uint32_t hash = record_mix(RECORDING_STATE, RECORDING_SNAPSHOT);
-    hash = hash_places(&signals_table, &app->drive, hash);
-    hash = hash_places(&requests_table, &app->drive.requests, hash);
-    return hash_places(&params_table, &app->active, hash);
+    hash = hash_places(&signals_table, hash);
+    hash = hash_places(&requests_table, hash);
+    return hash_places(&params_table, hash);
 }
 
 static uint32_t name_slot(uint32_t number)

@@ -61,10 +61,15 @@ class Modbus(stuck.TestCase):
         path = FOLDER / f"{self.id().split('.')[-1]}.toml"
         path.write_text(SCENARIO.format(more), encoding="utf-8")
         process = subprocess.Popen([LAGLESS, "serve", str(path), "--serial", "--quiet"], text=True, stdout=subprocess.PIPE)
-        self.addCleanup(lambda: (process.kill(), process.communicate()))
+        self.addCleanup(self.stop, process)
         self.name = process.stdout.readline().split()[-1]
         time.sleep(0.2)  # the drive changes its protocol
         return self.name
+
+    def stop(self, process):
+        process.terminate()
+        process.communicate(timeout=20)
+        self.assertEqual(process.returncode, 0, "serve ends in order when it is stopped")
 
     def open(self, more=""):
         self.line = os.open(self.serve(more), os.O_RDWR | os.O_NOCTTY)

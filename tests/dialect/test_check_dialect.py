@@ -48,6 +48,12 @@ TREE = {
         '    static const char *const names[] = {"double", "uint8_t 1.0"};\n'
         '    return n < sizeof names / sizeof names[0] ? names[n] : "";\n'
         "}\n"
+        "typedef struct { size_t offset; } row_t;\n"
+        "size_t angle_slot(const row_t *row);\n"
+        "size_t angle_slot(const row_t *row)\n"
+        "{\n"
+        "    return row->offset / sizeof(uint32_t);\n"
+        "}\n"
         # So long that the compiler jumps over it by address, which is no call of itself.
         "float angle_long(float x)\n"
         "{\n"

@@ -323,7 +323,7 @@ static float load_share(medium_t *medium, const medium_tuning_t *tuning, const w
     if (inertia->tuning.on == 0u || window->tracking == 0u) {
         return 0.0f;
     }
-    const float share = inertia_load_share(inertia, tuning->load_follows, tuning->load_most);
+    const float share = inertia_load_share(inertia, &tuning->load);
     /* the setpoint that has changed the reference is not in a window yet */
     return medium->speed.still <= DRIVE_LATENCY && share < 1.0f ? 0.0f : share;
 }

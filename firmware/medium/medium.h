@@ -48,8 +48,7 @@ typedef struct {
     emf_shape_tuning_t emf_shape;
     unequal_legs_tuning_t unequal_legs;
     angle_sigma_tuning_t angle_sigma;
-    float load_most;    /* load uncertainty at which a change of speed is still predicted [A] */
-    float load_follows; /* share with which the load follows i_q, per period [-] */
+    inertia_shares_t load; /* how the load of the fast task follows i_q */
     manoeuvres_tuning_t manoeuvres;
     encoder_watch_tuning_t encoder_watch;
     motion_watch_tuning_t motion_watch;

@@ -212,8 +212,11 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .period = DRIVE_PERIOD,
     };
     tuning->fast.doubt = doubt_prepare(&doubt);
-    tuning->medium.load_most = tuning->fast.doubt.load_most;
-    tuning->medium.load_follows = lowpass_share(INERTIA_LOAD_CUTOFF, DRIVE_PERIOD);
+    tuning->medium.load = (inertia_shares_t){
+        .follows = lowpass_share(INERTIA_LOAD_CUTOFF, DRIVE_PERIOD),
+        .settles = lowpass_share(INERTIA_LOAD_SETTLES, DRIVE_PERIOD),
+        .most = tuning->fast.doubt.load_most,
+    };
 }
 
 static void prepare_control(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)

@@ -277,8 +277,9 @@ static void print_tune_json(const motor_sheet_t *sheet, const tune_t *tune)
 {
     printf("{\"motor\": ");
     json_text(stdout, sheet->name);
-    printf(", \"link_v\": %.9g, \"top_speed_rad_s\": %.9g, \"torque_nm\": %.9g, \"rows\": [", tune->link,
-           tune->speed_top, tune->torque_top);
+    printf(", \"link_v\": %.9g, \"top_speed_rad_s\": %.9g, \"torque_nm\": %.9g, \"handover_rad_s\": %.9g, "
+           "\"response_s\": %.9g, \"rows\": [",
+           tune->link, tune->speed_top, tune->torque_top, tune->handover, tune->response);
     for (uint32_t n = 0; n < tune->count; n++) {
         const table_row_t *row = tune->rows[n].row;
         printf("%s\n  {\"id\": %lu, \"table\": \"%s\", \"name\": \"%s\", \"unit\": \"%s\", \"value\": ",

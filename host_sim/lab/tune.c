@@ -564,14 +564,14 @@ static void add_estimator(tune_t *tune, const given_t *g)
         add(tune, "pll_bandwidth", bandwidth, "[rad/s] 4 feedforward_cutoff: least overshoot (theory, 7)");
     }
     add(tune, "torque_feedforward", 1.0, "K i_q with motor_inertia (theory, 9)");
-    const double answer = ANSWER / bandwidth;
     const double stop = g->speed * g->inertia / g->rated_torque;
-    if (stop < answer) {
+    tune->response = ANSWER / bandwidth;
+    if (stop < tune->response) {
         warn(tune,
              "a step of the rated torque stops an inertia of %.3g kg m^2 within %.3g ms, before the speed "
              "control reacts (%.3g ms): give the inertia of the load (load_inertia), or let the load rise "
              "over %.3g s",
-             g->inertia, 1e3 * stop, 1e3 * answer,
+             g->inertia, 1e3 * stop, 1e3 * tune->response,
              tune_load_time(g->rated_torque, g->speed, g->inertia, bandwidth));
     }
 

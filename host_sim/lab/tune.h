@@ -46,6 +46,7 @@ typedef struct {
     double torque_top;  /* [N m] rated torque, or less if the board's current limits it */
     double current;     /* [A] peak, for torque_top */
     double handover;    /* [rad/s] mechanical, end of the forced frame in a start */
+    double response;    /* [s] time in which the speed control reacts to a load */
     bool needs_encoder; /* too salient for the estimator */
 } tune_t;
 

@@ -313,8 +313,15 @@ static void test_load_is_seen_as_unknown_until_the_speed_has_stayed_at_its_refer
     TEST_ASSERT_EQUAL_FLOAT(0.0f, inertia_load_seen(&x));
 }
 
-/* A load of 4 A, known at 100 rad/s: followed while the reference stands, held on the way; through zero and
- * after it until the end all of i_q is load, if that is not below the limit. */
+static float load_share(float most)
+{
+    return inertia_load_share(&x, &(inertia_shares_t){.follows = 0.1f, .settles = 0.01f, .most = most});
+}
+
+/* A load of 4 A, known at 100 rad/s: i_L follows it while the reference is constant, and is held on the way.
+ * From the time at which the rotor is near zero until the end all of i_q is load, if the load reaches the
+ * limit. The reference may have passed zero long before: then a change of i_L would be a step of the
+ * feed-forward at full speed. */
 static void test_through_zero_all_is_load_beside_a_load_that_matters(void)
 {
     for (int sign = -1; sign <= 1; sign += 2) {
@@ -324,23 +331,44 @@ static void test_through_zero_all_is_load_beside_a_load_that_matters(void)
         stand(0.0, 0.3);
         stand(sign * 4.0, 0.1);
         const float load = x.load;
-        TEST_ASSERT_EQUAL_FLOAT(0.1f, inertia_load_share(&x, 0.1f, 1.0f));
+        TEST_ASSERT_EQUAL_FLOAT(0.1f, load_share(1.0f));
         reference = sign * 200.0;
         step(sign * 4.0, true); /* the current answers a period later */
         stand(sign * 10.0, 0.01);
-        TEST_ASSERT_EQUAL_FLOAT(0.0f, inertia_load_share(&x, 0.1f, 1.0f));
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, load_share(1.0f));
         reference = sign * -100.0;
+        stand(sign * -10.0, 0.01); /* the reference has passed zero, and the rotor still turns fast */
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, load_share(1.0f));
+        omega = sign * 0.99 * (double)INERTIA_NEAR_ZERO;
         stand(sign * -10.0, 0.01);
-        TEST_ASSERT_EQUAL_FLOAT(1.0f, inertia_load_share(&x, 0.1f, 1.0f));
-        TEST_ASSERT_EQUAL_FLOAT(1.0f, inertia_load_share(&x, 0.1f, fabsf(load)));
-        TEST_ASSERT_EQUAL_FLOAT(0.0f, inertia_load_share(&x, 0.1f, nextafterf(fabsf(load), 10.0f)));
+        TEST_ASSERT_EQUAL_FLOAT(1.0f, load_share(1.0f));
+        TEST_ASSERT_EQUAL_FLOAT(1.0f, load_share(fabsf(load)));
+        TEST_ASSERT_EQUAL_FLOAT(0.0f, load_share(nextafterf(fabsf(load), 10.0f)));
         omega = sign * -50.0;
         stand(sign * -10.0, 0.01);
-        TEST_ASSERT_EQUAL_FLOAT(1.0f, inertia_load_share(&x, 0.1f, 1.0f));
+        TEST_ASSERT_EQUAL_FLOAT(1.0f, load_share(1.0f));
         omega = sign * -100.0;
         stand(sign * -4.0, (double)INERTIA_TAIL + 0.02);
-        TEST_ASSERT_EQUAL_FLOAT(0.1f, inertia_load_share(&x, 0.1f, 1.0f));
+        TEST_ASSERT_EQUAL_FLOAT(0.1f, load_share(1.0f));
     }
+}
+
+/* From the arrival until the way ends i_L moves slowly to the load that has changed on the way, and follows
+ * i_q after that. */
+static void test_load_settles_slowly_after_a_change_of_the_speed(void)
+{
+    omega = 100.0;
+    reference = 100.0;
+    stand(0.0, 0.3);
+    reference = 200.0;
+    step(0.0, true);
+    stand(8.0, 0.05);
+    TEST_ASSERT_EQUAL_FLOAT(0.0f, load_share(10.0f));
+    omega = 200.0;
+    stand(3.0, 0.5 * (double)INERTIA_TAIL);
+    TEST_ASSERT_EQUAL_FLOAT(0.01f, load_share(10.0f));
+    stand(3.0, 0.5 * (double)INERTIA_TAIL + 0.02);
+    TEST_ASSERT_EQUAL_FLOAT(0.1f, load_share(10.0f));
 }
 
 /* K of the inertia that is assumed, half of that of the parameter: 5 A for 0.1 s. */

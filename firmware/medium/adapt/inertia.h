@@ -40,10 +40,12 @@
 #include "medium/adapt/assumed.h"
 
 #define INERTIA_LOAD_CUTOFF  1000.0f /* [rad/s] of the low-pass from i_q to i_L */
+#define INERTIA_LOAD_SETTLES 25.0f   /* [rad/s] the same during the tail of a way */
 #define INERTIA_ARRIVED      8.0f    /* [rad/s] electrical: the speed is near the reference */
 #define INERTIA_TAIL         0.15f   /* [s] */
 #define INERTIA_LONGEST      4.0f    /* [s] longest way with its tail */
 #define INERTIA_SPEED_LEAST  60.0f   /* [rad/s] electrical */
+#define INERTIA_NEAR_ZERO    60.0f   /* [rad/s] electrical: the load may change its sign soon */
 #define INERTIA_TORQUE_LEAST 0.02f   /* [-] of the current limit: mean of i_q - i_L on the way */
 #define INERTIA_LOAD_MOST    0.15f   /* [-] of that mean: largest load that may have been added */
 #define INERTIA_RANGE        5.0f    /* [-] largest factor between J and the parameter, up and down */
@@ -72,6 +74,12 @@ typedef struct {
 } inertia_tuning_t;
 
 typedef struct {
+    float follows; /* share per period with which the load follows i_q at a constant speed [-] */
+    float settles; /* the same after a change of the speed, until the way ends [-] */
+    float most;    /* load from which a way through zero gives the loop no torque [A] */
+} inertia_shares_t;
+
+typedef struct {
     inertia_tuning_t tuning;
     learnt_value_t learnt; /* J [kg m^2] */
     float said[2];         /* of the last two ways [kg m^2] */
@@ -80,7 +88,7 @@ typedef struct {
     float omega_ref;       /* of the last step [rad/s], electrical */
     /* of the way */
     uint32_t under_way;  /* [-] 1 */
-    uint32_t through;    /* [-] 1: the way passes, or has passed, zero speed */
+    uint32_t through;    /* [-] 1: the rotor is near zero speed on a way through it, or was */
     uint32_t sound;      /* [-] 1: all samples so far were sound */
     uint32_t steps;      /* [-] since the beginning */
     uint32_t left;       /* [-] remaining steps of its tail; 0: not arrived */
@@ -144,7 +152,8 @@ static inline void inertia_step(inertia_t *x, const inertia_input_t *input)
         }
         return;
     }
-    x->through |= input->omega_ref * input->omega < 0.0f ? 1u : 0u;
+    x->through |=
+        input->omega_ref * input->omega < 0.0f && bounds_within(input->omega, INERTIA_NEAR_ZERO) ? 1u : 0u;
     x->sum += beyond;
     x->steps++;
     if (moves || !bounds_within(input->omega_ref - input->omega, INERTIA_ARRIVED)) {
@@ -161,15 +170,19 @@ static inline void inertia_step(inertia_t *x, const inertia_input_t *input)
     }
 }
 
-/* The share with which the load estimate of the fast task follows i_q in each period: `follows` while the
- * reference of the speed is constant, 0 on a way, and 1, all of i_q, while the load is unknown or while the
- * way passes zero with a load of `most` [A] or more. */
-static inline float inertia_load_share(const inertia_t *x, float follows, float most)
+/* The share with which the load estimate of the fast task follows i_q in each period. On a way it is 0, and
+ * `settles` from the arrival on: the loop has compensated for a load that changed on the way, and a jump of
+ * i_L would be a load step. All of i_q is load while the load is unknown, or once the rotor is near zero
+ * speed on a way through it with a load of `most`. */
+static inline float inertia_load_share(const inertia_t *x, const inertia_shares_t *shares)
 {
-    if (x->under_way != 0u) {
-        return x->through != 0u && !bounds_within(x->load, most) ? 1.0f : 0.0f;
+    if (x->under_way == 0u) {
+        return x->share < 1.0f ? shares->follows : 1.0f;
     }
-    return x->share < 1.0f ? follows : 1.0f;
+    if (x->through != 0u && !bounds_within(x->load, shares->most)) {
+        return 1.0f;
+    }
+    return x->left != 0u ? shares->settles : 0.0f;
 }
 
 /* i_L [A] for a part that has to know the load; INERTIA_LOAD_UNKNOWN while the loop gets no torque. Without

@@ -9,6 +9,7 @@
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/cli/streams.h"
+#include "host_sim/lab/boards.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/motor.h"
 #include "host_sim/lab/motor_trial.h"
@@ -273,13 +274,16 @@ static error_t parse_tune(int key, char *argument, struct argp_state *state)
     }
 }
 
-static void print_tune_json(const motor_sheet_t *sheet, const tune_t *tune)
+static void print_tune_json(const motor_sheet_t *sheet, const motor_t *motor, const tune_t *tune)
 {
+    const board_facts_t *proposed = boards_propose(motor);
     printf("{\"motor\": ");
     json_text(stdout, sheet->name);
     printf(", \"link_v\": %.9g, \"top_speed_rad_s\": %.9g, \"torque_nm\": %.9g, \"handover_rad_s\": %.9g, "
-           "\"response_s\": %.9g, \"rows\": [",
+           "\"response_s\": %.9g, \"board\": ",
            tune->link, tune->speed_top, tune->torque_top, tune->handover, tune->response);
+    json_text(stdout, proposed != NULL ? proposed->name : rig_board);
+    printf(", \"rows\": [");
     for (uint32_t n = 0; n < tune->count; n++) {
         const table_row_t *row = tune->rows[n].row;
         printf("%s\n  {\"id\": %lu, \"table\": \"%s\", \"name\": \"%s\", \"unit\": \"%s\", \"value\": ",
@@ -355,7 +359,7 @@ int command_tune(int argc, char **argv)
         return complain("tune", options.motor, &error);
     }
     if (options.json) {
-        print_tune_json(&sheet, &tune);
+        print_tune_json(&sheet, &motor, &tune);
     } else {
         tune_boards(stdout, &motor, "# ");
         tune_print(stdout, &tune, "");

@@ -47,6 +47,7 @@ void inertia_begin(inertia_t *x, float omega)
 {
     x->under_way = 1u;
     x->through = 0u;
+    x->near = 0u;
     x->sound = 1u;
     x->steps = 0u;
     x->left = 0u;
@@ -84,6 +85,7 @@ void inertia_end(inertia_t *x, float omega)
     const float turned = gained - r * gained_tail;
     const float pushed = x->sum_arrived - r * sum_tail;
     x->under_way = 0u;
+    x->left = tuning->tail_steps;
     if (x->sound == 0u || x->steps > tuning->most_steps || bounds_within(gained, INERTIA_SPEED_LEAST) ||
         !(bounds_magnitude(x->sum_arrived) > tuning->torque * way)) {
         return;

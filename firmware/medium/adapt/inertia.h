@@ -40,7 +40,7 @@
 #include "medium/adapt/assumed.h"
 
 #define INERTIA_LOAD_CUTOFF  1000.0f /* [rad/s] of the low-pass from i_q to i_L */
-#define INERTIA_LOAD_SETTLES 25.0f   /* [rad/s] the same during the tail of a way */
+#define INERTIA_LOAD_SETTLES 25.0f   /* [rad/s] the same for INERTIA_TAIL after a way */
 #define INERTIA_ARRIVED      8.0f    /* [rad/s] electrical: the speed is near the reference */
 #define INERTIA_TAIL         0.15f   /* [s] */
 #define INERTIA_LONGEST      4.0f    /* [s] longest way with its tail */
@@ -75,7 +75,7 @@ typedef struct {
 
 typedef struct {
     float follows; /* share per period with which the load follows i_q at a constant speed [-] */
-    float settles; /* the same after a change of the speed, until the way ends [-] */
+    float settles; /* the same for INERTIA_TAIL after a way, and before zero speed [-] */
     float most;    /* load from which a way through zero gives the loop no torque [A] */
 } inertia_shares_t;
 
@@ -88,10 +88,11 @@ typedef struct {
     float omega_ref;       /* of the last step [rad/s], electrical */
     /* of the way */
     uint32_t under_way;  /* [-] 1 */
-    uint32_t through;    /* [-] 1: the rotor is near zero speed on a way through it, or was */
+    uint32_t through;    /* [-] 1: the reference has passed zero before the rotor, or the rotor has */
+    uint32_t near;       /* [-] 1: the rotor is or was near zero speed */
     uint32_t sound;      /* [-] 1: all samples so far were sound */
     uint32_t steps;      /* [-] since the beginning */
-    uint32_t left;       /* [-] remaining steps of its tail; 0: not arrived */
+    uint32_t left;       /* [-] remaining steps of its tail, 0: not arrived; after it, in which i_L settles */
     float omega;         /* at the beginning [rad/s] */
     float omega_arrived; /* at the beginning of the tail [rad/s] */
     float sum;           /* sum(i_q - i_L) since the beginning [A] */
@@ -119,6 +120,7 @@ void inertia_take(inertia_t *x, const inertia_tuning_t *tuning);
 static inline void inertia_rest(inertia_t *x)
 {
     x->under_way = 0u;
+    x->left = 0u;
     x->load = 0.0f;
     x->share = 1.0f;
 }
@@ -141,6 +143,7 @@ static inline void inertia_step(inertia_t *x, const inertia_input_t *input)
     const float beyond = input->i_q - x->load;
     x->omega_ref = input->omega_ref;
     if (x->under_way == 0u) {
+        x->left -= x->left != 0u ? 1u : 0u;
         if (!moves || x->share >= 1.0f) {
             x->load += x->share * beyond;
         }
@@ -152,8 +155,8 @@ static inline void inertia_step(inertia_t *x, const inertia_input_t *input)
         }
         return;
     }
-    x->through |=
-        input->omega_ref * input->omega < 0.0f && bounds_within(input->omega, INERTIA_NEAR_ZERO) ? 1u : 0u;
+    x->through |= input->omega_ref * input->omega < 0.0f ? 1u : 0u;
+    x->near |= x->through != 0u && bounds_within(input->omega, INERTIA_NEAR_ZERO) ? 1u : 0u;
     x->sum += beyond;
     x->steps++;
     if (moves || !bounds_within(input->omega_ref - input->omega, INERTIA_ARRIVED)) {
@@ -170,19 +173,22 @@ static inline void inertia_step(inertia_t *x, const inertia_input_t *input)
     }
 }
 
-/* The share with which the load estimate of the fast task follows i_q in each period. On a way it is 0, and
- * `settles` from the arrival on: the loop has compensated for a load that changed on the way, and a jump of
- * i_L would be a load step. All of i_q is load while the load is unknown, or once the rotor is near zero
- * speed on a way through it with a load of `most`. */
+/* The share with which the load estimate of the fast task follows i_q in each period. It is 0 on a way. The
+ * loop compensates for a load that changes there, so a jump of i_L would be a load step for it: for some
+ * time after the way i_L only `settles`. On a way through zero with a load of `most` it settles too, and all
+ * of i_q is load once the rotor is near zero speed, or while the load is unknown. */
 static inline float inertia_load_share(const inertia_t *x, const inertia_shares_t *shares)
 {
-    if (x->under_way == 0u) {
-        return x->share < 1.0f ? shares->follows : 1.0f;
+    if (x->under_way != 0u) {
+        if (x->through == 0u || bounds_within(x->load, shares->most)) {
+            return 0.0f;
+        }
+        return x->near != 0u ? 1.0f : shares->settles;
     }
-    if (x->through != 0u && !bounds_within(x->load, shares->most)) {
+    if (x->share >= 1.0f) {
         return 1.0f;
     }
-    return x->left != 0u ? shares->settles : 0.0f;
+    return x->left != 0u ? shares->settles : shares->follows;
 }
 
 /* i_L [A] for a part that has to know the load; INERTIA_LOAD_UNKNOWN while the loop gets no torque. Without

@@ -76,6 +76,7 @@ static int32_t check_loop(loop_t *loop, double resistance, double inductance, do
     bench->commission.results.inductance_d_least = (float)least;
     bench->commission.results.resistance = (float)resistance;
     bench->commission.results.current_hold = TUNING.current_hold;
+    bench->commission.results.current_aligned = TUNING.current_hold;
     order_step(bench, &tuning, COMMISSION_CURRENT_LOOP);
     while (bench->commission.state < (int32_t)COMMISSION_DONE) {
         if (bench->commission.order.kind == (int32_t)EXCITE_LOOP) {
@@ -126,6 +127,21 @@ static void test_saturation_of_the_d_axis_is_no_error_of_the_loop(void)
     TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE,
                             check_loop(&loop, RESISTANCE, 0.7 * INDUCTANCE, 0.7 * INDUCTANCE, 0.015));
     TEST_ASSERT_DOUBLE_WITHIN(0.05, 1.0, (double)loop.bench.commission.results.loop_gain);
+}
+
+/* A salient rotor that left the axis at I_h and was aligned at 0.6 of it: with the step of 0.2 the largest
+ * reference is this current. */
+static void test_a_rotor_that_was_aligned_at_less_current_gets_no_more_than_this_current(void)
+{
+    bench_t bench = {.seen = {.serial = 0u}};
+    commission_init(&bench.commission, &TUNING);
+    bench.commission.results.resistance = (float)RESISTANCE;
+    bench.commission.results.inductance_pulse = (float)INDUCTANCE;
+    bench.commission.results.inductance_d = (float)INDUCTANCE;
+    bench.commission.results.current_hold = TUNING.current_hold;
+    bench.commission.results.current_aligned = 0.6f * TUNING.current_hold;
+    order_step(&bench, &TUNING, COMMISSION_CURRENT_LOOP);
+    TEST_ASSERT_FLOAT_WITHIN(1e-5f, 0.5f * TUNING.current_hold, bench.commission.order.current);
 }
 
 /* The axis advances by p electrical turns; `across`: the rotor lags behind it. */

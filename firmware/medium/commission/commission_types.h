@@ -116,6 +116,7 @@ typedef struct {
     float dead_voltage;       /* loss of a leg whose sign is certain [V] */
     float current_zone;       /* half width of the passage of a leg's loss through zero current [A] */
     float current_hold;       /* I_h: largest current of the standing motor [A] */
+    float current_aligned;    /* at which the step `inductance` found the rotor aligned, at most I_h [A] */
     float inductance_d;       /* incremental, at 0.6 I_h [H] */
     float inductance_d_least; /* the same at I_h [H] */
     float inductance_q;       /* without current [H] */

@@ -18,6 +18,15 @@ void loop_step_begin(loop_step_t *step)
     *step = (loop_step_t){.phase = (int32_t)LOOP_BEGIN};
 }
 
+/* A rotor with L_q > L_d is aligned up to a limit only (docs/theory.md, 30). Where it has left the axis at
+ * I_h, the steps of the reference stay within the current at which it was aligned. */
+static float standing_current(const commission_results_t *results)
+{
+    return results->current_aligned < results->current_hold
+               ? results->current_aligned * (1.0f / (1.0f + SHARE))
+               : results->current_hold;
+}
+
 static commission_verdict_t begin(loop_step_t *step, const commission_tuning_t *tuning,
                                   const commission_input_t *input, excite_order_t *order,
                                   commission_results_t *results)
@@ -27,7 +36,7 @@ static commission_verdict_t begin(loop_step_t *step, const commission_tuning_t *
         return commission_failed(COMMISSION_REASON_EARLIER_STEP, 0);
     }
     standing_begin(&step->standing, -SIXTH_TURN, input->u_dc, tuning, results, order);
-    order->current = results->current_hold;
+    order->current = standing_current(results);
     step->phase = (int32_t)LOOP_ALIGN;
     return commission_goes_on();
 }

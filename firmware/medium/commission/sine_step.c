@@ -216,6 +216,7 @@ static commission_verdict_t judge(const sine_step_t *step, const commission_tuni
     if (!(inductance_q > 0.4f * inductance_d && inductance_q < SALIENCY_MOST * inductance_d)) {
         return commission_failed(COMMISSION_REASON_INDUCTANCE_IMPLAUSIBLE, 0);
     }
+    results->current_aligned = step->current;
     results->inductance_d = inductance_d;
     results->inductance_d_least = step->value[RUN_D_MOST];
     results->inductance_q = inductance_q;

@@ -23,7 +23,7 @@ static mirror_reply_t poll(uint16_t words[MIRROR_GROUP])
     return MIRROR_LOST;
 }
 
-/* A transfer takes 0.3 ms. Writing may take three times what its data sheet says; 10 ms are for the
+/* A transfer takes 0.3 ms. Writing may take three times the time of the data sheet; 10 ms are for the
  * background, which may be late. */
 static const mirror_bus_t bus = {
     .write = hal_eeprom_write,

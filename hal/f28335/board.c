@@ -201,7 +201,7 @@ hal_status_t hal_init(const hal_config_t *config)
         return status;
     }
 #if BOARD_SERIAL_BAUD != 0
-    connect_serial(); /* before anything else: the line tells why the rest did not come up */
+    connect_serial(); /* first of all, because the line reports why a later part did not start */
 #endif
     serial_init();
     if (!pwm_init(config->dead_band_count)) {

@@ -55,7 +55,7 @@ void serial_init(void)
     restart_line();
 }
 
-/* What the receiver has to say beside its octets. After a break it hears nothing more until it is restarted.
+/* Errors of the receiver. After a break it receives nothing more until it is restarted.
  */
 static void look_after_receiver(uint16_t fifo)
 {

@@ -112,8 +112,8 @@ void pie_reset(chip_t *chip)
     }
 }
 
-/* The vector of what the CPU takes now. No enabled flag left in the group (software took it away meanwhile):
- * the manual says its first vector is fetched. */
+/* The vector of the interrupt that the CPU takes now. If software has cleared the last enabled flag of the
+ * group, the first vector of the group is fetched, by the manual. */
 static uint32_t fetch(chip_t *chip, uint32_t n)
 {
     if (n > PIE_GROUPS) {

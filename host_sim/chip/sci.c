@@ -361,7 +361,8 @@ void sci_event(chip_t *chip)
 
 void sci_go(chip_t *chip)
 {
-    if ((regs(chip)->SCIPRI & SCIPRI_FREE) == 0u) { /* it stood; what the line said meanwhile went by */
+    if ((regs(chip)->SCIPRI & SCIPRI_FREE) ==
+        0u) { /* the receiver was halted; what came on the line meanwhile is lost */
         chip->sci.sent_at += chip->tick - chip->debug.since;
         chip->sci.looks_from = chip->tick;
     }

@@ -101,7 +101,7 @@ static rig_t *running_rig(bool averaged, source_t source, double rpm)
     return rig;
 }
 
-/* At the end of the scenario, where its drive has to be on; NULL: said why. */
+/* At the end of the scenario, where its drive has to be on; NULL: the reason has been printed. */
 static rig_t *rig_after(const scenario_t *scenario, bool averaged)
 {
     course_t course = {0};
@@ -166,8 +166,9 @@ static double interrupt_ns(const scenario_t *scenario)
 
 /* ---- one step of the estimator ---- */
 
-/* A running sensorless drive's estimator and what it gets; NULL: said why. `worst`: everything that may be
- * switched on is, and a criterion of validity fails in every period, too short for the drive to give up. */
+/* A running sensorless drive's estimator and what it gets; NULL: the reason has been printed. `worst`: every
+ * optional part is switched on, and a criterion of validity fails in every period, each time for too short a
+ * time for the drive to report a fault. */
 static void *estimator_record(const scenario_t *scenario, bool worst)
 {
     static const struct {
@@ -238,7 +239,7 @@ static void become_valgrind(const char *what, int input, int messages)
     _exit(NOT_INSTALLED);
 }
 
-/* What callgrind says it has collected; NAN: nothing. */
+/* Instructions that callgrind reports; NAN: none. */
 static double collected(int messages)
 {
     char line[512];
@@ -255,7 +256,7 @@ static double collected(int messages)
     return count;
 }
 
-/* Instructions of a replay; NAN: `why` says what was missing. */
+/* Instructions of a replay; NAN: `why` has what is missing. */
 static double instructions_of(const char *what, FILE *record, const char **why)
 {
     int messages[2];
@@ -284,7 +285,7 @@ static double instructions_of(const char *what, FILE *record, const char **why)
     return (double)NAN;
 }
 
-/* Of one step, mean over the record; NAN: `why` says why not. */
+/* Of one step, mean over the record; NAN: `why` has the reason. */
 static double estimator_instructions(const void *record, const char **why)
 {
     FILE *file = tmpfile();

@@ -31,7 +31,7 @@ typedef struct {
     const char *scenario; /* NULL: none */
 } options_t;
 
-#define RUNS_AROUND 200u /* of a scenario, if --runs does not say */
+#define RUNS_AROUND 200u /* runs of a scenario without --runs */
 
 /* ---- the command line ---- */
 
@@ -265,8 +265,8 @@ static int is_violation(const struct dirent *entry)
            length > 0;
 }
 
-/* Scenarios of an earlier campaign: they would be taken for this one's. false: there are, or an input is
- * among them; said so. */
+/* Scenarios of an earlier campaign, which would be confused with those of this one. false: there are some, or
+ * an input is among them; a message has been printed. */
 static bool clear_scenarios(const char *folder)
 {
     struct dirent **entries = NULL;

@@ -1,4 +1,4 @@
-/* What `lagless commission` asks and says. */
+/* Questions and output of `lagless commission`. */
 #include "host_sim/cli/commission_talk.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* What `lagless commission` asks and says. */
+/* Questions and output of `lagless commission`. */
 #ifndef HOST_SIM_CLI_COMMISSION_TALK_H
 #define HOST_SIM_CLI_COMMISSION_TALK_H
 

@@ -130,7 +130,7 @@ static bool connect_help(session_t *session, uint32_t count, char **words)
     return true;
 }
 
-/* Reasons by number or name: as `lagless explain` tells them. */
+/* Reasons by number or name, with the text of `lagless explain`. */
 static bool connect_explain(session_t *session, uint32_t count, char **words)
 {
     char name[] = "lagless explain";
@@ -396,7 +396,8 @@ static void catch_interrupt(void)
     sigaction(SIGINT, &action, NULL);
 }
 
-/* A motor that is left running is not left alone: said where nobody would see it otherwise. */
+/* The motor still runs when the client ends: printed on stderr, because the user would not see it otherwise.
+ */
 static void tell_running(session_t *session)
 {
     double state;

@@ -286,7 +286,7 @@ bool connect_erase(session_t *session, uint32_t count, char **words)
     return simple_order(session, 0u, words, "erase", "erased: this drive has no saved parameters", NULL);
 }
 
-/* A drive that has begun anew has forgotten what it was ordered: one that only said so is found out. */
+/* A drive that has restarted has lost its orders; this detects a drive that reports a restart without one. */
 bool connect_restart(session_t *session, uint32_t count, char **words)
 {
     master_refusal_t refusal;

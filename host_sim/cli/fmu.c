@@ -37,7 +37,7 @@ typedef struct {
     size_t count;
 } content_t;
 
-/* The library of this build. false: said why on stderr. */
+/* The library of this build. false: the reason has been printed on stderr. */
 static bool read_library(content_t *content)
 {
     const char *set = getenv("LAGLESS_FMU");

@@ -1,5 +1,4 @@
-/* `lagless map`: how far the estimated angle is off when the drive assumes something wrong, and whether that
- * is what theory says. */
+/* `lagless map`: error of the estimated angle with wrong assumed values, compared with the theory. */
 #include <argp.h>
 #include <math.h>
 #include <stdio.h>
@@ -384,7 +383,7 @@ static bool draw(const options_t *options, const char *data_path, const char *pn
     return true;
 }
 
-/* Runs the map and tells it; data: of map.json, NULL without a folder. */
+/* Runs the map and prints it; data: of map.json, NULL without a folder. */
 static int run(const options_t *options, FILE *data, const char *data_path)
 {
     const map_setup_t *setup = &options->setup;
@@ -442,7 +441,7 @@ static int run_into(const options_t *options)
     return drawn ? exit_code : EXIT_INTERNAL;
 }
 
-/* Takes over what the scenario says; false: said why. */
+/* Takes over the entries of the scenario; false: the reason has been printed. */
 static bool take_scenario(options_t *options, const scenario_t *scenario)
 {
     scenario_error_t error;

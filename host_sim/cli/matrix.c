@@ -36,7 +36,7 @@ typedef struct {
 
 /* ---- the command line ---- */
 
-/* Is there a fault of this name? Else says so and which one may be meant. */
+/* true: a fault has this name. Otherwise prints a message with the most similar name. */
 static bool knows_fault(const char *name)
 {
     names_search_t search = names_search(name);
@@ -135,7 +135,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     }
 }
 
-/* ---- what is told of a cell ---- */
+/* ---- the output for a cell ---- */
 
 static const char *reason_name(int32_t reason)
 {
@@ -578,7 +578,7 @@ static int run_into(const options_t *options, matrix_cell_t *cells, size_t count
     return exit_code;
 }
 
-/* false in *good: said why. */
+/* false in *good: the reason has been printed. */
 static size_t lay_out_user(options_t *options, matrix_cell_t *cells, bool *good)
 {
     scenario_error_t error = {.message = ""};

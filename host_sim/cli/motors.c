@@ -17,7 +17,7 @@
 
 #define RPM (3.14159265358979323846 / 30.0)
 
-/* `motor`: whose it is where the error does not say. */
+/* `motor`: name of the motor, for errors that do not contain it. */
 static int complain(const char *command, const char *motor, const scenario_error_t *error)
 {
     char text[1200];

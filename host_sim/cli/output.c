@@ -178,7 +178,7 @@ bool output_allowed_pictures(const char *folder, const char *name, const char *f
 #define UNFINISHED 8u
 static char unfinished[UNFINISHED][PATH_SIZE + 16]; /* partial files; "" where there is none */
 
-/* Takes them away, says so, and ends as the signal would have. */
+/* Removes them, prints a message, and ends like the signal. */
 static void take_away(int number)
 {
     static const char text[] = "\nlagless: stopped; nothing is written\n";
@@ -336,7 +336,7 @@ static const char *setting(const char *variable, const char *standard)
     return value != NULL && value[0] != '\0' ? value : standard;
 }
 
-/* What the script tells of its progress, until it ends. */
+/* Output of the script about its progress, until it ends. */
 static void follow(int descriptor)
 {
     output_progress_t progress = output_progress_begin();
@@ -364,7 +364,7 @@ static void offer(int descriptor)
 
 #define ARGUMENTS_MAX 12u
 
-/* In the child: becomes the script, or says why not. */
+/* In the child process: starts the script, or prints the reason for its failure. */
 static void become(const char *python, const char *path, const char *const *arguments, FILE *input)
 {
     const char *words[ARGUMENTS_MAX + 4u] = {python, "-B", path};

@@ -168,7 +168,8 @@ static const paper_row_t *sibling(const paper_t *paper, const paper_row_t *row, 
     return paper_row_by_id(paper, id);
 }
 
-/* A row, the ideal drive's number beside it. `said`: the reason of the row before, which is not told again.
+/* A row, with the number of the ideal drive. `said`: the reason of the row before, which is not printed
+ * twice.
  */
 static const char *print_row(const paper_row_t *row, const paper_row_t *ideal, const char *said)
 {

@@ -1,5 +1,5 @@
-/* `lagless plot RECORDING`, `lagless compare A B`: what tools/plot/look.py does, and what it is told of the
- * tables. */
+/* `lagless plot RECORDING`, `lagless compare A B`: run tools/plot/look.py with the data of the tables that it
+ * needs. */
 #include "host_sim/cli/plot.h"
 
 #include <argp.h>
@@ -34,7 +34,7 @@ bool plot_formats(const char *command, const char *formats)
     return good;
 }
 
-/* ---- what a recording does not say of itself ---- */
+/* ---- data that a recording does not contain ---- */
 
 static void write_rows(FILE *file)
 {

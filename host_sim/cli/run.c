@@ -27,7 +27,7 @@
 #define ISR_TICKS    600u /* [1/150 MHz] 4 us: how long VCD shows the interrupt to take */
 #define SETTINGS_MAX 256u
 
-/* Recorded when neither scenario nor command line says what. */
+/* Recorded signals, if neither scenario nor command line names any. */
 static const char *const default_rows[] = {"omega_m_ref", "true_omega_m", "i_d", "i_q", "theta_err", "u_dc"};
 
 /* What the panels of --plot show, recorded besides what the scenario asks for. */
@@ -227,7 +227,7 @@ static void list_settings(const scenario_t *scenario, settings_t *settings)
     }
 }
 
-/* What happens when, as the recording tells it. */
+/* The events of the recording, with their times. */
 static bool note_events(recorder_t *recorder, const scenario_t *scenario)
 {
     bool good = true;
@@ -657,8 +657,8 @@ static int draw(const options_t *options, recording_t *recording)
     return drawn == EXIT_DONE ? EXIT_DONE : EXIT_INTERNAL;
 }
 
-/* Writes everything out and says where it is. The history first: as long as the recording is not closed, no
- * other run takes these names. */
+/* Writes all files and prints their names. The history is the first: until the recording is closed, no other
+ * run uses these names. */
 static int close_recording(const options_t *options, const runner_result_t *result, recording_t *recording)
 {
     recorder_error_t error;

@@ -31,7 +31,7 @@ static ssize_t to_descriptor(int descriptor, const char *octets, size_t count)
     while (done < count) {
         const ssize_t part = write(descriptor, octets + done, count - done);
         if (part < 0 && errno != EINTR) {
-            return 0; /* a stream's way to say error; errno is write's */
+            return 0; /* how a stream reports an error; errno is that of write() */
         }
         done += part > 0 ? (size_t)part : 0u;
     }

@@ -292,8 +292,8 @@ static void judge_reset(campaign_watch_t *watch, uint32_t period)
     watch->gates_seen = watch->gates != 0u;
 }
 
-/* A sensor that stands is told within so long, or a third of a turn. With the bridge off nothing is at stake,
- * and one at zero shows what is right. */
+/* A stuck sensor is reported within this time, or within a third of a turn. It is not judged with the bridge
+ * off, or if it is stuck at zero while zero is the correct value. */
 static void judge_notice(campaign_watch_t *watch, campaign_excused_t *excuse, uint32_t period,
                          const uint32_t *rows)
 {

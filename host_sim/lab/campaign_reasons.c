@@ -103,7 +103,7 @@ static const struct {
 /* What else makes a reason true: it was so shortly before. */
 typedef enum { BY_FAULT, BY_SPEED, BY_CURRENT, BY_HIGH_LINK, BY_LOW_LINK, BY_ANGLE, BY_FRAME } witness_t;
 
-/* Reasons that say what is wrong; the others say what the drive could not do. */
+/* Reasons that name a cause; the others name what the drive could not do. */
 static const struct {
     int32_t reason;
     uint32_t what;

@@ -283,8 +283,8 @@ static bool try_step(commission_work_t *work, commission_do_t step)
     return good;
 }
 
-/* An error of the measured link is the same one of R, L and psi_f. false: it is beyond what a divider may
- * have, and `result` says so. */
+/* An error of the measured link causes the same error of R, L and psi_f. false: it is larger than the
+ * tolerance of a divider, and `result` has the reason. */
 static bool link_agrees(commission_work_t *work)
 {
     char text[160];

@@ -51,8 +51,9 @@ bool commission_ask_turn(commission_work_t *work);
 /* Parameters that follow from the result, for the use of the drive. */
 bool commission_stage_result(commission_work_t *work);
 
-/* Parameters for the next step, from what is measured so far. false: refused, and `error` says why; if R is
- * known already, plate and measurement contradict each other, which is the reason of the result, and true. */
+/* Parameters for the next step, from the present results. false: they are refused, and `error` has the
+ * reason. If R is already known, the plate contradicts the measurement: this becomes the reason of the
+ * result, and the function returns true. */
 bool commission_stage(commission_work_t *work);
 
 /* The speed of a turning step [rad/s], mechanical. */

@@ -125,7 +125,8 @@ static bool raise_handover(commission_work_t *work, double by_rule)
     return commission_put(work, "handover_speed", work->raised > 1.0 ? work->handover : 0.0);
 }
 
-/* The rows of tune for what is measured so far. false: refused, and `tuned` says whether by the drive. */
+/* The rows of `lagless tune` for the present results. false: they are refused; `tuned` is true if the drive
+ * refuses them. */
 static bool put_rows(commission_work_t *work, tune_t *tune, bool *tuned)
 {
     const motor_t motor = motor_so_far(work);

@@ -226,7 +226,7 @@ static double call(parser_t *parser, const char *name, size_t length)
     return function->of(arguments, count);
 }
 
-/* ---- what runs and rows say ---- */
+/* ---- values of runs and rows ---- */
 
 typedef enum { POINT_WRONG, POINT_NONE, POINT_THERE } point_found_t;
 

@@ -106,7 +106,7 @@ static bool read_tolerance(const file_t *file, const toml_entry_t *table, claim_
     return true;
 }
 
-/* The points of one sweep: as `at` says, else the only one, else that of the flavour. */
+/* The points of one sweep: those of `at`; without it the only one, or that of the flavour. */
 static bool read_at(const file_t *file, const toml_entry_t *table, uint32_t s, claim_t *claim)
 {
     const experiment_t *experiment = file->experiment;
@@ -318,7 +318,7 @@ static bool check_points(const file_t *file, const claim_t *claim, const toml_en
     return true;
 }
 
-/* A sweep of many points that neither `at` nor a `for` of the value says anything of. */
+/* A sweep of several points that neither `at` nor a `for` of the value mentions. */
 static bool check_said(const file_t *file, const claim_t *claim, const toml_entry_t *entry, uint32_t ranged)
 {
     const experiment_t *experiment = file->experiment;

@@ -42,7 +42,7 @@ static double asked(const experiment_t *experiment, const experiment_run_t *run,
     return value / look->scale;
 }
 
-/* Runs with different courses of the reference, told apart by its value at the start. */
+/* Runs with different courses of the reference, distinguished by its value at the start. */
 static size_t find_references(const experiment_t *experiment,
                               const experiment_run_t *references[REFERENCES_MAX])
 {

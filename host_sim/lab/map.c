@@ -78,8 +78,8 @@ static const change_t real_changes[CHANGES_MAX] = {
     {"plant.current_gain_error_a", 0.0, 0.002},
 };
 
-/* What the drive may learn about its machine. Off is 0. On is what the scenario says, or if that is 0, the
- * row's default, or if that is 0 too, this. A row that a drive does not have is passed over. */
+/* The rows by which the drive learns its motor. Off is 0. On is the value of the scenario; if it is 0, the
+ * default of the row; if this is 0 too, the value here. A row that a drive does not have is skipped. */
 static const struct {
     const char *row;
     double on; /* [unit of the row] */

@@ -46,7 +46,7 @@ static bool speaks_of(map_claim_t claim, const map_point_t *point)
     return false;
 }
 
-/* What a deviation does to the mean, beyond what theory says and what that leaves open [mrad]. */
+/* Change of the mean by a deviation, beyond the law of the theory and its tolerance [mrad]. */
 static double distance(map_claim_t claim, const map_point_t *point, const map_point_t *nominal)
 {
     const double moved = point->mean_mrad - nominal->mean_mrad;

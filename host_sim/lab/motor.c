@@ -17,7 +17,9 @@
 #define BLOCK_MEAN                                                                                           \
     (3.0 * SQRT_3 / PI) /* [-] of the EMF between two lines over 60 degrees, per peak of a phase */
 
-#define FLUX_AGREES    0.05 /* [-] two ways to say psi_f are the same up to here: what data sheets round */
+#define FLUX_AGREES                                                                                          \
+    0.05 /* [-] largest difference between two values of psi_f that count as the same: data sheets round     \
+            them */
 #define TORQUE_MORE    1.1  /* [-] rated torque over Kt I that no motor without reluctance torque has */
 #define TORQUE_LESS    0.6  /* [-] below which more than iron loss at speed is missing */
 #define FRICTION_SHARE 0.01 /* [-] of the rated torque, where none is given */
@@ -72,7 +74,7 @@ static bool find_key(const char *name, motor_key_t *key)
     return false;
 }
 
-/* Both axes are one family: `inductance` says both. */
+/* Both axes are one family: `inductance` sets both. */
 static motor_quantity_t family(motor_key_t key)
 {
     return keys[key].quantity == MOTOR_INDUCTANCE_D ? MOTOR_INDUCTANCE_Q : keys[key].quantity;
@@ -385,7 +387,7 @@ static void name_family(motor_quantity_t quantity, char *to, size_t size)
     }
 }
 
-/* Every quantity but the flux is said once. */
+/* Every quantity but the flux is given once. */
 static bool said_once(const motor_sheet_t *sheet, scenario_error_t *error)
 {
     const bool both = sheet->has[MOTOR_KEY_inductance] || sheet->has[MOTOR_KEY_inductance_line];

@@ -358,7 +358,7 @@ static bool copy_meta(recorder_t *recorder, const recorder_meta_t *meta, recorde
     return good || refuse(error, "no memory for the recording");
 }
 
-/* Does the plan fit? false: says what would. */
+/* true: the plan fits. false: the error has the accepted values. */
 static bool check_plan(const recorder_t *recorder, const recorder_options_t *options, recorder_error_t *error)
 {
     const uint64_t edges = (options->formats & RECORDER_VCD) != 0u
@@ -393,8 +393,8 @@ static bool no_file(recorder_error_t *error, const char *path, const char *why)
     return false;
 }
 
-/* Opens the partial file for this recording alone. Emptied only once it is locked: it may be another one's,
- * or what a killed one left. false: said why. */
+/* Opens the partial file for this recording alone. It is emptied only after it is locked, because it may
+ * belong to another process, or be left over from one that was killed. false: the reason has been printed. */
 static bool claim(recorder_file_t *file, recorder_error_t *error)
 {
     struct stat mine;
@@ -486,7 +486,7 @@ void recorder_abandon(recorder_t *recorder)
 
 /* ---- the end ---- */
 
-/* Several things may go wrong; all are told. */
+/* Several errors may occur; all are reported. */
 static void also(recorder_error_t *error, const char *text)
 {
     const size_t used = strlen(error->text);

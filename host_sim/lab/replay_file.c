@@ -192,7 +192,7 @@ static bool read_slots(const char *text, replay_file_t *to, char why[REPLAY_FILE
            fail(why, "slots %" PRIu32 ": accepted is the number of slots that follow", to->count);
 }
 
-/* What the lines say is what the slots contain. */
+/* The values of the lines agree with the slots. */
 static bool judge_lines(const replay_file_t *to, const char *board, uint32_t period,
                         char why[REPLAY_FILE_WHY])
 {

@@ -42,8 +42,8 @@ void replay_file_write(FILE *file, const char *tables, const uint32_t *slots, ui
 /* Identity of the drive's tables in this program, "lagless-1a2b3c4d". */
 const char *replay_file_tables(char to[24]);
 
-/* false: `why` names the line, what is wrong and what is accepted. What belongs to another firmware or board
- * is for rig_replay_begin to say, except for the tables. */
+/* false: `why` names the line, the error and the accepted values. Whether the record is of another firmware
+ * or board is checked by rig_replay_begin(), except for the tables. */
 bool replay_file_read(const char *path, replay_file_t *to, char why[REPLAY_FILE_WHY]);
 void replay_file_free(replay_file_t *file);
 

@@ -11,7 +11,7 @@
 #include "host_sim/lab/scenario_parts.h"
 #include "host_sim/lab/tune.h"
 
-/* A value is wrong, as the error says. true: that is kept for later, and reading goes on. */
+/* A value is wrong; the error has the reason. true: the error is kept, and reading continues. */
 static bool refuse_later(const reading_t *reading, const table_row_t *row, const char *key)
 {
     if (!reading->to_mend) {
@@ -188,7 +188,7 @@ static bool is_one_of(const toml_entry_t *entry, const char *keys)
     return false;
 }
 
-/* Refuses an entry that is none of the keys. A row's name tells in which table it belongs. */
+/* Refuses an entry that is none of the keys. If it is the name of a row, the message names its table. */
 static bool refuse_key(const reading_t *reading, const toml_entry_t *entry, const char *keys,
                        const char *accepted)
 {
@@ -874,9 +874,8 @@ static bool read_sheet(const reading_t *reading, const toml_entry_t *motor, moto
     return motor_read_table(reading->file, motor, "name|file", sheet, reading->error);
 }
 
-/* Fills the rows of params and plant that the file does not set itself. Whether the motor runs with an
- * encoder is for the file alone to say: the drive refuses a motor that it cannot run without one, with the
- * reason. */
+/* Fills the rows of params and plant that the file does not set itself. The file alone decides whether the
+ * motor runs with an encoder; the drive refuses a motor that it cannot run without one, with the reason. */
 static bool read_motor(const reading_t *reading, const toml_entry_t *top)
 {
     const toml_entry_t *entry = reading_find(reading, top, "motor");
@@ -1102,7 +1101,7 @@ static bool read_expects(const reading_t *reading, const toml_entry_t *top)
     uint32_t expects;
     uint32_t measures = 0;
     const toml_entry_t *expect = reading_tables(reading, top, "expect", &expects, &good);
-    /* What says more measures by itself. */
+    /* A claim with more keys measures by itself. */
     const toml_entry_t *measure = good && reading->more->keys == NULL
                                       ? reading_tables(reading, top, "measure", &measures, &good)
                                       : NULL;

@@ -251,7 +251,8 @@ struct scanner_t {
     }
 };
 
-/* What toml++ can not be trusted with; false: said why. What is no TOML at all is left to it. */
+/* Checks that toml++ does not do reliably; false: the reason has been printed. What is no TOML at all is left to
+ * it. */
 bool is_readable(const char *text, size_t octets, toml_error_t *error)
 {
     scanner_t scanner{text, text + octets};
@@ -344,7 +345,7 @@ toml_file_t *parse(const char *text, size_t octets, toml_error_t *error)
     return file_of(list, text, octets);
 }
 
-/* The whole file; false: said why. */
+/* The whole file; false: the reason has been printed. */
 bool load(const char *path, std::vector<char> &content, toml_error_t *error)
 {
     const place_t nowhere = {0u, 0u};

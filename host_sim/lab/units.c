@@ -206,8 +206,8 @@ static const struct {
 } by_text[] = {{"rad/s", UNITS_SPEED}, {"rad/s^2", UNITS_ACCELERATION}};
 #define BY_TEXT (sizeof by_text / sizeof by_text[0])
 
-/* Units of a motor's keys that say which value of an alternating quantity is meant: they have the spellings
- * of their unit, and those that say the same. */
+/* Units of a motor's keys that state which value of an alternating quantity is meant. They have the spellings
+ * of their unit and further ones with the same meaning. */
 static const struct {
     const char *variety, *unit;
 } varieties[] = {
@@ -467,7 +467,7 @@ bool units_read(const char *text, const char *unit, double *value, units_error_t
         return refuse(why, text, what, unit);
     }
 
-    /* No point and no group separator, so that the locale has no say; strtod rounds to nearest. */
+    /* No point and no group separator, so that the locale has no effect; strtod rounds to nearest. */
     char digits[DIGITS + 32u];
     snprintf(digits, sizeof digits, "%se%ld", number.digits, number.power + found->power);
     const double result = strtod(digits, NULL) * found->factor;

@@ -161,7 +161,7 @@ static void take_client(wire_t *wire, int client)
 }
 
 #ifndef POLLRDHUP
-#define POLLRDHUP 0 /* POLLHUP alone says it there */
+#define POLLRDHUP 0 /* only POLLHUP reports this there */
 #endif
 
 static bool happens(int file, short what)
@@ -170,8 +170,8 @@ static bool happens(int file, short what)
     return poll(&look, 1, 0) == 1 && (look.revents & (what | POLLHUP)) != 0;
 }
 
-/* The first one stays; all others see an end at once. Who came after the first one had closed waits until
- * what that one still said is read. */
+/* The first client stays, and all others are disconnected at once. A client that comes after the first one
+ * has closed waits until the remaining octets of the first one are read. */
 static void look_for_clients(wire_t *wire)
 {
     while (!is_terminal(wire) && wire->leaving == 0u && happens(wire->listener, POLLIN)) {
@@ -298,7 +298,7 @@ static void wait_for_room(wire_t *wire, uint32_t room)
         struct pollfd look = {.fd = wire->client, .events = POLLOUT};
         (void)poll(&look, 1, STOP_LOOK_MS);
         send_waiting(wire);
-        look_for_clients(wire); /* a second one is told so meanwhile, too */
+        look_for_clients(wire); /* meanwhile a second client gets this answer, too */
     }
 }
 

@@ -275,7 +275,7 @@ static void receive(master_t *master)
     }
 }
 
-/* ---- the drive's clock, which also tells it that somebody is there ---- */
+/* ---- the drive's clock; reading it also resets the command timeout ---- */
 
 static void take_clock(void *context, int result, const uint8_t *data, uint32_t octets)
 {

@@ -378,8 +378,8 @@ static void current_slope(const plant_t *plant, double omega_e, double cosine, d
     *di_q = dy * m_q - y * omega_e * m_d;
 }
 
-/* A leg's law as straight lines at the present link: what interval_pole says, with all that no current
- * changes worked out once for the many currents of a sub-divided interval. */
+/* A leg's law as straight lines at the present link: interval_pole() with all parts that do not depend on a
+ * current computed once, for the many currents of a divided interval. */
 typedef struct {
     double at[2], r[2];  /* [V], [ohm] outside the zone: v = at - r i */
     double middle, fall; /* [V] at no current; across the zone */

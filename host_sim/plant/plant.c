@@ -181,7 +181,8 @@ static void shoot_through(plant_t *plant, uint32_t leg)
     }
 }
 
-/* Arms whose IGBT carries too much. Rare: the length of the current vector says whether to look. */
+/* Arms whose IGBT carries too much current. This is rare, so the length of the current vector is examined
+ * first. */
 static void protect(plant_t *plant)
 {
     uint32_t over = 0;
@@ -478,7 +479,7 @@ static void make_link(plant_t *plant, const plant_params_t *before)
     }
 }
 
-/* Tracks A (1) and B (2) of the encoder where its disc says `count`: 00, A, AB, B and round again. */
+/* Tracks A (1) and B (2) of the encoder at the position `count` of its disc: 00, A, AB, B and round again. */
 static uint32_t tracks_at(const plant_params_t *q, int64_t count)
 {
     static const uint32_t way[4] = {0u, 1u, 3u, 2u};

@@ -10,8 +10,8 @@
 #define VOLT_HALF 1.5 /* [V] of the pin for current_range */
 #define VOLT_FULL 3.0 /* [V] of the pin for dc_range */
 
-/* A leg's command before the dead band. The switch that it turns to is told to be on at `on_at`, unless the
- * command has changed again by then. */
+/* A leg's command before the dead band. The switch that it selects gets its turn-on command at `on_at`,
+ * unless the command has changed again before. */
 typedef struct {
     bool upper;
     uint64_t on_at; /* [ticks]; PLANT_NEVER: it is on */

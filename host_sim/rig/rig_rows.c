@@ -54,7 +54,7 @@ const char *rig_value_text(char to[RIG_NUMBER_SIZE], double value)
     return to;
 }
 
-/* One end of a range or a value in it, as short as it can be told without a step out of the range. */
+/* One end of a range or a value in it, with as few digits as possible, and rounded into the range. */
 static void end_text(char to[RIG_NUMBER_SIZE], double end, double min, double max, int least_digits)
 {
     const double slot = (double)(float)end;

@@ -1,4 +1,4 @@
-/* Values by the ids of their rows: tables, get and set, and what a refusal has to say. */
+/* Values by the ids of their rows: tables, get and set, and the texts of refusals. */
 #include <assert.h>
 #include <math.h>
 #include <stdio.h>
@@ -10,7 +10,7 @@
 #include "settings/rules.h"
 #include "settings/signals.h"
 
-#define OTHERS_OF 4 /* [-] rows of a rule at most, of which a refusal tells all values */
+#define OTHERS_OF 4 /* [-] largest number of rows of a rule whose values a refusal prints */
 
 static const table_t *const tables[TABLES] = {
     [PARAMS] = &params_table,         [REQUESTS] = &requests_table, [SIGNALS] = &signals_table,

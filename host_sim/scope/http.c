@@ -320,8 +320,8 @@ static bool is_own(const http_t *http, const char *before, const char *text)
     return strcasecmp(text, address) == 0 || strcasecmp(text, name) == 0;
 }
 
-/* The user, or a page of this server: what a browser says of where a request comes from, and a foreign page
- * cannot say otherwise. Headers that are not there say nothing. */
+/* true: the request is from the user or from a page of this server. A browser states the origin of a request
+ * in headers that a foreign page cannot change. A missing header decides nothing. */
 static bool is_own_page(const http_t *http, const char *head)
 {
     char host[64], origin[64], site[32];

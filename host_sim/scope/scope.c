@@ -24,7 +24,7 @@
 #define AGAIN_TRY   0.05  /* [s] that a try lasts, at least */
 #define LONGEST     0.1   /* [s] of waiting */
 #define BLOCK_MAX   15u   /* [slots] of one question: MASTER_READ_MAX octets */
-#define SAMPLES_MAX 4096u /* [samples] until they are told, whatever the time */
+#define SAMPLES_MAX 4096u /* [samples] after which they are sent, whatever the time */
 #define LINE_SHARE  0.8   /* [-] of a serial line that samples may take */
 #define SILENT      2.0   /* [s] without a sample that should come: the drive has begun anew */
 #define TEXT_MAX    700u

@@ -140,7 +140,7 @@ void scope_commission_run(scope_commission_t *commission, master_t *master)
     tell(commission);
 }
 
-/* ---- what a page is told ---- */
+/* ---- messages to a page ---- */
 
 static void put_number(FILE *to, const char *name, double value)
 {

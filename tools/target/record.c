@@ -22,7 +22,7 @@ static FILE *file;
 static uint32_t recorded, length;                   /* [periods] of this part: so far, in all */
 static params_t prepared;                           /* the newest set whose tuning was prepared, */
 static assumed_t prepared_with;                     /* with this assumption */
-static void (*tampering)(drive_samples_t *samples); /* with what the sensors say; NULL: nobody */
+static void (*tampering)(drive_samples_t *samples); /* with the samples of the sensors; NULL: none */
 
 static void put(uint32_t word)
 {
@@ -188,7 +188,7 @@ static void start_on_shaft(double speed)
     run_to(MANOEUVRE_RUN, 200);
 }
 
-/* ---- what the sensors may say ---- */
+/* ---- possible samples of the sensors ---- */
 
 static void no_number(drive_samples_t *samples)
 {

@@ -1,4 +1,4 @@
-/* What a drive's interrupt got and gave, for a replay on another machine. A file of 32-bit words, lowest
+/* Inputs and outputs of a drive's interrupt, for a replay on another machine. A file of 32-bit words, lowest
  * octet first:
  *
  *     RECORDING_MAGIC, hash over the tables params, requests and signals, number of parts

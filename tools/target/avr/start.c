@@ -1,4 +1,4 @@
-/* Console, end and what avr-libc lacks. simulator.c says what the three registers do. */
+/* Console, end and what avr-libc lacks. The three registers are described in simulator.c. */
 #include <avr/io.h>
 #include <math.h>
 #include <signal.h>

@@ -20,6 +20,7 @@
 #include "fast/inverter/doubt.h"
 #include "fast/inverter/inverter.h"
 #include "fast/measure.h"
+#include "fast/protect/chopper.h"
 #include "fast/protect/link_limit.h"
 #include "fast/protect/still_watch.h"
 #include "fast/reference/reference.h"
@@ -44,8 +45,9 @@ typedef enum {
 } drive_gates_t;
 
 typedef struct {
-    abc_t duty;    /* [-] 0..1, high time of each leg over the period; acts from t_{k+1} */
-    int32_t gates; /* [-] drive_gates_t */
+    abc_t duty;       /* [-] 0..1, high time of each leg over the period; acts from t_{k+1} */
+    int32_t gates;    /* [-] drive_gates_t */
+    uint32_t outputs; /* [-] DRIVE_OUTPUT_... bits, at once */
 } drive_command_t;
 
 /* Single values of the tuning. */
@@ -67,6 +69,7 @@ typedef struct {
     current_control_tuning_t current_control;
     reference_tuning_t reference;
     link_limit_tuning_t link;
+    chopper_tuning_t chopper;
     still_watch_tuning_t still_watch;
     fast_limits_t limits;
 } fast_tuning_t;
@@ -111,6 +114,12 @@ typedef struct {
     drive_fault_t stop;  /* reason for which the bridge was opened in this window */
 } fast_report_t;
 
+/* The outputs beside the gates. */
+typedef struct {
+    uint32_t permitted; /* [-] DRIVE_OUTPUT_... bits that may be on */
+    uint32_t chops;     /* [-] 1: the link voltage requires the chopper */
+} fast_outputs_t;
+
 typedef struct {
     uint32_t period; /* [periods] the clock of the drive */
     fast_shaft_t shaft;
@@ -124,6 +133,7 @@ typedef struct {
     fast_control_t control;
     float load_current; /* part of i_q that carries the load and does not accelerate [A] */
     bounds_t bounds;    /* present limits of i_q by heat and DC link [A] */
+    fast_outputs_t outputs;
     drive_command_t command;
 
     measure_t measure;

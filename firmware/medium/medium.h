@@ -26,14 +26,23 @@
 #include "medium/adapt/unequal_legs.h"
 #include "medium/commission/commission.h"
 #include "medium/manoeuvre/manoeuvres.h"
+#include "medium/protect/chopper_watch.h"
 #include "medium/protect/current_watch.h"
 #include "medium/protect/encoder_watch.h"
+#include "medium/protect/holding_brake.h"
 #include "medium/protect/link_watch.h"
 #include "medium/protect/motion_watch.h"
 #include "medium/protect/oscillation_watch.h"
 #include "medium/protect/thermal.h"
 #include "medium/sequence.h"
 #include "settings/requests.h"
+
+/* Brake chopper and holding brake. */
+typedef struct {
+    chopper_watch_tuning_t chopper;
+    holding_brake_tuning_t brake;
+    float preload; /* torque before the brake is released [N m] */
+} medium_outputs_tuning_t;
 
 typedef struct {
     guard_tuning_t guard;
@@ -57,6 +66,7 @@ typedef struct {
     current_watch_tuning_t current_watch;
     thermal_tuning_t thermal;
     link_watch_tuning_t link;
+    medium_outputs_tuning_t outputs;
     commission_tuning_t commission;
     params_in_force_t in_force;
 } medium_tuning_t;
@@ -81,6 +91,12 @@ typedef struct {
     unequal_legs_t unequal_legs;
     ab_t spared; /* part that is subtracted for the estimator, for the setpoint [V] */
 } medium_ripple_t;
+
+/* Brake chopper and holding brake. */
+typedef struct {
+    chopper_watch_t chopper;
+    holding_brake_t brake;
+} medium_outputs_t;
 
 /* The state of the background. */
 typedef struct {
@@ -119,6 +135,7 @@ typedef struct {
     medium_found_t found;
     thermal_t thermal;
     link_watch_t link;
+    medium_outputs_t outputs;
     commission_t commission;
 
     medium_background_t background;

@@ -138,6 +138,20 @@ const rule_t rules[RULES] = {
                    {{PARAM_dc_undervoltage, LESS_HELPS},
                     {PARAM_dc_overvoltage, MORE_HELPS},
                     {PARAM_ride_through_time, LESS_HELPS}}},
+    [RULE_CHOPPER] = {"chopper_voltage = 0, or chopper_voltage <= 0.95 dc_overvoltage, else the link limits "
+                      "braking before the chopper is on",
+                      2,
+                      {{PARAM_chopper_voltage, LESS_HELPS}, {PARAM_dc_overvoltage, MORE_HELPS}}},
+    [RULE_CHOPPER_CURRENT] = {"chopper_voltage = 0, or dc_overvoltage / chopper_resistance <= the largest "
+                              "current of the board's chopper",
+                              3,
+                              {{PARAM_chopper_resistance, MORE_HELPS},
+                               {PARAM_dc_overvoltage, LESS_HELPS},
+                               {PARAM_chopper_voltage, LESS_HELPS}}},
+    [RULE_BRAKE] = {"holding_brake = off, or the board has a brake output and position_source = encoder, "
+                    "because no known torque holds the shaft without an encoder",
+                    2,
+                    {{PARAM_holding_brake, LESS_HELPS}, {PARAM_position_source, LESS_HELPS}}},
     [RULE_OPEN] =
         {"field_weakening = off, or 1.732 motor_flux_linkage motor_pole_pairs overspeed_trip <= the largest "
          "dc_overvoltage of the board, else a rotor at that speed charges the DC link beyond it while the "
@@ -240,6 +254,9 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     case RULE_HANDOVER:
     case RULE_RAMP:
     case RULE_RIDE:
+    case RULE_CHOPPER:
+    case RULE_CHOPPER_CURRENT:
+    case RULE_BRAKE:
     case RULE_OPEN:
     case RULE_SATURATION:
     case RULE_SALIENT:
@@ -280,6 +297,22 @@ static bool salient_takes(const params_t *params)
                            params->encoder_fault_reaction == (int32_t)ENCODER_FAULT_SENSORLESS;
     const assumed_t assumed = params_configured(params);
     return !estimated || assumed.inductance_q <= CHOSEN_SALIENT_MAX * assumed.inductance_d * ROUNDING;
+}
+
+/* The rules of chopper and brake. */
+static bool outputs_take(rule_number_t rule, const params_t *params)
+{
+    if (rule == RULE_BRAKE) {
+        return params->holding_brake == (int32_t)BRAKE_NONE ||
+               (DRIVE_HAS_BRAKE && params->position_source == (int32_t)POSITION_ENCODER);
+    }
+    if (params->chopper_voltage == 0.0f) {
+        return true;
+    }
+    if (rule == RULE_CHOPPER) {
+        return params->chopper_voltage <= (LINK_FULL - LINK_OVER_BAND) * params->dc_overvoltage * ROUNDING;
+    }
+    return params->dc_overvoltage <= DRIVE_CHOPPER_CURRENT * params->chopper_resistance * ROUNDING;
 }
 
 /* True if the board's link withstands the EMF of a rotor at its trip speed,
@@ -339,6 +372,10 @@ bool rules_hold(rule_number_t rule, const params_t *params)
         return params->ride_through_time == 0.0f ||
                (LINK_HOLD + LINK_HOLD_BAND) * params->dc_undervoltage <=
                    (LINK_FULL - LINK_OVER_BAND) * params->dc_overvoltage * ROUNDING;
+    case RULE_CHOPPER:
+    case RULE_CHOPPER_CURRENT:
+    case RULE_BRAKE:
+        return outputs_take(rule, params);
     case RULE_OPEN:
         return params->field_weakening == (int32_t)WEAKENING_OFF || open_bridge_takes(params);
     case RULE_SATURATION:

@@ -83,8 +83,8 @@ void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *b
     }
 }
 
-/* Outputs that this setpoint permits. While the bridge is open because of a fault, the brake stays set, and the
- * chopper stays off until a setpoint that was made of the fault permits it. */
+/* Outputs that this setpoint permits. While the bridge is open because of a fault, the brake stays set, and
+ * the chopper stays off until a setpoint that was made of the fault permits it. */
 static uint32_t permitted(const fast_bridge_t *bridge, const setpoint_t *setpoint)
 {
     if (bridge->open == 0u) {

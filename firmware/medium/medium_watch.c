@@ -210,9 +210,9 @@ void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_
 /* Power that the winding takes in the last period of the window [W]. */
 static float power_of(const window_t *window)
 {
-    return window->estimating == 0u ? 0.0f
-                                    : 1.5f * (window->voltage.d * window->current.d +
-                                              window->voltage.q * window->current.q);
+    return window->estimating == 0u
+               ? 0.0f
+               : 1.5f * (window->voltage.d * window->current.d + window->voltage.q * window->current.q);
 }
 
 static void watch_brake(medium_t *medium, const holding_brake_tuning_t *tuning, const window_t *window)
@@ -248,7 +248,8 @@ void medium_watch_outputs(medium_t *medium, const medium_tuning_t *tuning, const
 }
 
 /* True if the chopper may work in spite of this fault: the measured link voltage, the program and the brake
- * circuit are not in doubt. The brake switch of an intelligent module shares its protection and its supply. */
+ * circuit are not in doubt. The brake switch of an intelligent module shares its protection and its supply.
+ */
 static bool chopper_survives(int32_t reason)
 {
     switch (reason) {

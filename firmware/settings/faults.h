@@ -180,7 +180,8 @@
       "has cooled",                                                                                          \
       "brake less often or more slowly; check chopper_resistance, chopper_power, chopper_time_constant")     \
     F(151, CHOPPER_NO_EFFECT, "chopper_no_effect", chopper_no_effect, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS,     \
-      OPEN, "the DC link did not fall while the chopper was on: no brake resistor, or a supply above "       \
+      OPEN,                                                                                                  \
+      "the DC link did not fall while the chopper was on: no brake resistor, or a supply above "             \
       "chopper_voltage",                                                                                     \
       "check brake resistor, fuse and wiring; set chopper_voltage above the supply")                         \
     F(152, BRAKE_TORQUE, "brake_torque", brake_torque, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,             \

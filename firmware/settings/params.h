@@ -26,15 +26,15 @@
 #define DRIVE_CURRENT_SENSORS BOARD_CURRENT_SENSORS /* [-] 2: current c is minus the sum of the others; 3 */
 #define DRIVE_SINK_SENSOR     (BOARD_SINK_INPUT != BOARD_NONE) /* without a sensor no temperature is judged */
 #define DRIVE_HAS_BRAKE       (BOARD_BRAKE_OUTPUT != BOARD_NONE) /* without an output there is no brake */
-#define DRIVE_MOTOR_SENSOR    (BOARD_MOTOR_INPUT != BOARD_NONE) /* the same for the motor */
+#define DRIVE_MOTOR_SENSOR    (BOARD_MOTOR_INPUT != BOARD_NONE)  /* the same for the motor */
 
 /* Largest current reference [A]: the range above it is needed for ripple and overshoot below the trip. */
 #define DRIVE_CURRENT_LIMIT_MAX (0.8f * DRIVE_CURRENT_RANGE)
 
-/* Largest threshold of the chopper [V]; 0: the board has no chopper output. Largest current of its switch [A].
+/* Largest threshold of the chopper [V]; 0: the board has no chopper output. Largest current of its switch
+ * [A].
  */
-#define DRIVE_CHOPPER_MAX                                                                                    \
-    (BOARD_CHOPPER_OUTPUT == BOARD_NONE ? 0.0f : BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV))
+#define DRIVE_CHOPPER_MAX     (BOARD_CHOPPER_OUTPUT == BOARD_NONE ? 0.0f : BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV))
 #define DRIVE_CHOPPER_CURRENT BOARD_AMPERES(BOARD_CHOPPER_CURRENT_MA)
 
 /* Number of periods in this time [s]: at least one. */

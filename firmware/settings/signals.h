@@ -191,7 +191,7 @@
     U(2168, medium_cycles_max, medium_took.longest, "cycles",                                                \
       "largest value of medium_cycles since the start")                                                      \
     U(2095, coasting, medium.found.coasting, "-", "1: the bridge is off until the lost supply is back")      \
-    U(2252, outputs, fast.command.outputs, "-", "outputs of the board: 1 chopper on, 2 brake released")       \
+    U(2252, outputs, fast.command.outputs, "-", "outputs of the board: 1 chopper on, 2 brake released")      \
     F(2253, chopper_heat, medium.outputs.chopper.heat, "-",                                                  \
       "heat of the brake resistor; 1: that of a continuous chopper_power")                                   \
     E(2254, brake_state, medium.outputs.brake.state, BRAKE_STATE_NAMES, "state of the holding brake")        \

@@ -29,7 +29,7 @@
 #define GATE_PINS (UINT32_C(0x555) << (4u * (PWM_LEADER - 1u)))
 
 #define OUTPUTS (BOARD_CHOPPER_OUTPUT != BOARD_NONE || BOARD_BRAKE_OUTPUT != BOARD_NONE)
-#define LEDS (BOARD_LED_RUN != BOARD_NONE || BOARD_LED_FAULT != BOARD_NONE)
+#define LEDS    (BOARD_LED_RUN != BOARD_NONE || BOARD_LED_FAULT != BOARD_NONE)
 
 static bool config_is_good(const hal_config_t *config)
 {

@@ -106,7 +106,7 @@ typedef struct {
     uint64_t shoot_through_tick; /* [tick] PLANT_NEVER: none yet */
     uint64_t random;             /* state of the noise */
     uint64_t period_end;         /* [tick] end of the carrier period of the averaged laws */
-    uint64_t holding_since; /* [tick] of the last change of the brake output */
+    uint64_t holding_since;      /* [tick] of the last change of the brake output */
     uint64_t ripple_since;       /* [tick] at which the ripple of the source has the phase 0 */
     uint64_t works;              /* a load depends on the square of the speed, on the table or on the angle */
     int64_t count_shift;         /* [counts] difference of the encoder from the present state of its tracks */

@@ -918,8 +918,8 @@ static bool empty(uint32_t row)
            row == R_leg_voltage_alpha_hat || row == R_leg_voltage_beta_hat ||
            row == R_leg_resistance_alpha_hat || row == R_leg_resistance_beta_hat || row == R_field_weakened ||
            row == R_voltage_trim || row == R_faults_later_2 || row == R_warnings_2 || row == R_motor_heat ||
-           row == R_module_heat || row == R_dc_swing || row == R_coasting ||
-           row == R_outputs || row == R_chopper_heat || row == R_brake_state ||
+           row == R_module_heat || row == R_dc_swing || row == R_coasting || row == R_outputs ||
+           row == R_chopper_heat || row == R_brake_state ||
            (row >= R_commission_state && row <= R_commission_friction_viscous) ||
            (row == R_warnings && !DRIVE_SINK_SENSOR);
 }

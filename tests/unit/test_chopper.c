@@ -1,14 +1,15 @@
-/* Brake chopper: a link of C u^2/2 with a resistor, and the heat of a first-order body, both in closed form. */
+/* Brake chopper: a link of C u^2/2 with a resistor, and the heat of a first-order body, both in closed form.
+ */
 #include "fast/protect/chopper.h"
 #include "medium/protect/chopper_watch.h"
 #include "tests/unit/compare.h"
 
-#define CHOPS      365.0  /* [V] */
-#define RESISTANCE 47.0   /* [ohm] */
-#define CONTINUOUS 200.0  /* [W] */
-#define TIME       10.0   /* [s] */
-#define LOOK       0.8e-3 /* [s] of 8 periods */
-#define PERIODS    8u
+#define CHOPS        365.0  /* [V] */
+#define RESISTANCE   47.0   /* [ohm] */
+#define CONTINUOUS   200.0  /* [W] */
+#define TIME         10.0   /* [s] */
+#define LOOK         0.8e-3 /* [s] of 8 periods */
+#define PERIODS      8u
 #define EFFECT_LOOKS 26u /* 20 ms, and the first look, which stores the voltage */
 
 static chopper_watch_t watch;
@@ -108,7 +109,8 @@ static void test_a_resistor_that_takes_energy_is_not_reported_absent(void)
     for (size_t n = 0; n < sizeof farads / sizeof farads[0]; n++) {
         TEST_ASSERT_EQUAL_UINT32(0u, looks_until_no_effect(RESISTANCE, farads[n], 0.0));
         TEST_ASSERT_EQUAL_UINT32(0u, looks_until_no_effect(RESISTANCE, farads[n], 1000.0));
-        TEST_ASSERT_EQUAL_UINT32(0u, looks_until_no_effect(RESISTANCE, farads[n], 385.0 * 385.0 / RESISTANCE));
+        TEST_ASSERT_EQUAL_UINT32(0u,
+                                 looks_until_no_effect(RESISTANCE, farads[n], 385.0 * 385.0 / RESISTANCE));
     }
 }
 

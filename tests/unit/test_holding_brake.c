@@ -12,7 +12,7 @@ void setUp(void)
 {
     const holding_brake_params_t params = {
         .on = true,
-        .release_time = 40e-3f, /* 50 looks, and one for the setpoint */
+        .release_time = 40e-3f, /* 50 looks, one more, and two until the output is set */
         .apply_time = 80e-3f,   /* 100 */
         .preload = 7.0f,
         .current_limit = 10.0f,
@@ -47,7 +47,7 @@ static void test_it_is_released_when_the_torque_is_there(void)
 {
     TEST_ASSERT_EQUAL_UINT32(6u, until(BRAKE_RELEASING, 100u)); /* 4 ms, and one */
     TEST_ASSERT_TRUE(holding_brake_opens(&brake));
-    TEST_ASSERT_EQUAL_UINT32(51u, until(BRAKE_RELEASED, 1000u));
+    TEST_ASSERT_EQUAL_UINT32(53u, until(BRAKE_RELEASED, 1000u));
     TEST_ASSERT_TRUE(holding_brake_opens(&brake));
     TEST_ASSERT_EQUAL_UINT32(0u, brake.failed);
 }
@@ -90,7 +90,7 @@ static void test_it_is_set_for_its_apply_time_before_it_counts_as_set(void)
     input.set = true;
     stays(BRAKE_APPLYING, 1u);
     TEST_ASSERT_FALSE(holding_brake_opens(&brake));
-    TEST_ASSERT_EQUAL_UINT32(101u, until(BRAKE_SET, 1000u));
+    TEST_ASSERT_EQUAL_UINT32(102u, until(BRAKE_SET, 1000u));
     stays(BRAKE_SET, 2000u);
     TEST_ASSERT_EQUAL_UINT32(0u, brake.failed);
 }

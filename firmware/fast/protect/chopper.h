@@ -1,4 +1,5 @@
-/* Brake chopper: connects the brake resistor to the DC link by hysteresis of the link voltage, in each period.
+/* Brake chopper: connects the brake resistor to the DC link by hysteresis of the link voltage, in each
+ * period.
  *
  *     on above U_chop, off below (1 - CHOPPER_BAND) U_chop
  *

@@ -5,10 +5,10 @@
  * `share` is the part of the window in which the chopper was on. Above CHOPPER_HOT the resistor is overloaded
  * until h is below CHOPPER_COOL. The model starts cold.
  *
- * Effect: while the chopper is on for CHOPPER_LOOK without a break, a resistor reduces the energy of the link,
- * C u^2/2, by u^2/R less what the motor returns, P. It has no effect if in this time the voltage has fallen by
- * less than CHOPPER_FALL and P was below half of u^2/R: with that P a resistor makes the link fall by
- * CHOPPER_FALL for every R C up to CHOPPER_LOOK/(4 CHOPPER_FALL) = 1 s. The resistor is then absent, or a
+ * Effect: while the chopper is on for CHOPPER_LOOK without a break, a resistor reduces the energy of the
+ * link, C u^2/2, by u^2/R less what the motor returns, P. It has no effect if in this time the voltage has
+ * fallen by less than CHOPPER_FALL and P was below half of u^2/R: with that P a resistor makes the link fall
+ * by CHOPPER_FALL for every R C up to CHOPPER_LOOK/(4 CHOPPER_FALL) = 1 s. The resistor is then absent, or a
  * supply above the threshold holds the link; the condition lasts until the link is below the band of the
  * chopper.
  *
@@ -39,13 +39,13 @@ typedef struct {
 } chopper_watch_params_t;
 
 typedef struct {
-    uint32_t on;        /* [-] 1: there is a chopper */
-    float below;        /* [V] */
-    float conductance;  /* 1/R [S] */
-    float share;        /* of the new power in h, 1 - exp(-t/tau) [-] */
-    float per_square;   /* h per period of a look that the chopper was on, and u^2 [1/V^2] */
-    uint32_t most;      /* [periods] of a look */
-    uint32_t looks;     /* [looks] of CHOPPER_LOOK */
+    uint32_t on;       /* [-] 1: there is a chopper */
+    float below;       /* [V] */
+    float conductance; /* 1/R [S] */
+    float share;       /* of the new power in h, 1 - exp(-t/tau) [-] */
+    float per_square;  /* h per period of a look that the chopper was on, and u^2 [1/V^2] */
+    uint32_t most;     /* [periods] of a look */
+    uint32_t looks;    /* [looks] of CHOPPER_LOOK */
 } chopper_watch_tuning_t;
 
 typedef struct {

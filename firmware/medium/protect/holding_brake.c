@@ -3,7 +3,10 @@
 #include "math/bounds.h"
 #include "math/periods.h"
 
-/* A time in looks; at least one, because the setpoint acts later than the look. */
+/* Looks from a look until the setpoint that was made of it has set the output. */
+#define OUTPUT_LOOKS 2u
+
+/* A time in looks, which may end between two of them. */
 static uint32_t looks_of(float time, float period)
 {
     return periods_of(time, period) + 1u;
@@ -13,8 +16,8 @@ holding_brake_tuning_t holding_brake_prepare(const holding_brake_params_t *param
 {
     return (holding_brake_tuning_t){
         .on = params->on ? UINT32_C(1) : UINT32_C(0),
-        .release_looks = looks_of(params->release_time, params->period),
-        .apply_looks = looks_of(params->apply_time, params->period),
+        .release_looks = looks_of(params->release_time, params->period) + OUTPUT_LOOKS,
+        .apply_looks = looks_of(params->apply_time, params->period) + OUTPUT_LOOKS,
         .steady_looks = looks_of(BRAKE_STEADY, params->period),
         .torque_looks = looks_of(BRAKE_TORQUE_TIME, params->period),
         .preload = params->preload,

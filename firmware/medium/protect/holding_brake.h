@@ -1,10 +1,10 @@
 /* The holding brake of the shaft: a spring sets it, its output releases it.
  *
- *     set --> releasing   the bridge is on, speed control can take over, and the torque of the winding is that
- *                         of the pre-torque, within BRAKE_NEAR of the current limit for BRAKE_STEADY
- *     releasing --> released   after the release time; until then speed control holds speed zero
- *     releasing, released --> applying   the sequence wants the brake set; speed control holds speed zero
- *     applying --> set    after the apply time; then the bridge may open
+ *     set --> releasing   the bridge is on, speed control can take over, and the torque of the winding is
+ * that of the pre-torque, within BRAKE_NEAR of the current limit for BRAKE_STEADY releasing --> released
+ * after the release time; until then speed control holds speed zero releasing, released --> applying   the
+ * sequence wants the brake set; speed control holds speed zero applying --> set    after the apply time; then
+ * the bridge may open
  *
  * While the bridge is off, the brake is set. The fast task removes the output in the period in which it opens
  * the bridge (fast/fast.c), without waiting for this module. If the torque is not present BRAKE_TORQUE_TIME
@@ -18,8 +18,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define BRAKE_NEAR        0.05f  /* [-] of the current limit: largest difference of the torque */
-#define BRAKE_STEADY      4e-3f  /* [s] for which the difference must be smaller */
+#define BRAKE_NEAR        0.05f   /* [-] of the current limit: largest difference of the torque */
+#define BRAKE_STEADY      4e-3f   /* [s] for which the difference must be smaller */
 #define BRAKE_TORQUE_TIME 500e-3f /* [s] until a missing torque is a fault */
 
 typedef enum { BRAKE_SET, BRAKE_RELEASING, BRAKE_RELEASED, BRAKE_APPLYING } brake_state_t;

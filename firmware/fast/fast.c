@@ -106,7 +106,7 @@ static void begin_window(fast_t *fast, fast_orders_t orders)
     set_models(fast, orders);
     fast->link.sunk = setpoint->link.sunk;
     fast->link.low = setpoint->link.low;
-    fast->outputs.permitted = permitted(&fast->bridge, setpoint);
+    fast->bridge.outputs.permitted = permitted(&fast->bridge, setpoint);
     const bool later = fast->link.limits != 0u && fast->bridge.on != 0u; /* in limit_by_link() */
     if (!later) {
         limit(fast, setpoint);
@@ -369,7 +369,7 @@ static void sum_up(fast_t *fast)
 /* Brake chopper and holding brake of the board. */
 static inline void drive_outputs(fast_t *fast, const chopper_tuning_t *tuning)
 {
-    fast_outputs_t *outputs = &fast->outputs;
+    fast_outputs_t *outputs = &fast->bridge.outputs;
     outputs->chops = chopper_step(outputs->chops, tuning, fast->measure.measured.u_dc);
     const uint32_t on = outputs->permitted & (outputs->chops | DRIVE_OUTPUT_BRAKE);
     fast->sum.chopped += on & DRIVE_OUTPUT_CHOPPER;

@@ -80,6 +80,12 @@ typedef struct {
     frame_t frame; /* the same as a frame, computed while control uses the encoder */
 } fast_shaft_t;
 
+/* The outputs beside the gates. */
+typedef struct {
+    uint32_t permitted; /* [-] DRIVE_OUTPUT_... bits that may be on */
+    uint32_t chops;     /* [-] 1: the link voltage requires the chopper */
+} fast_outputs_t;
+
 typedef struct {
     uint32_t on;       /* [periods] since the first duties went out, up to FAST_ON; 0: the bridge is off */
     uint32_t charging; /* [periods] for which only the lower switches remain on */
@@ -87,6 +93,7 @@ typedef struct {
     uint32_t open; /* [-] 1: the bridge stays off until a setpoint of window open_since or later has the gates
                       off */
     uint32_t open_since; /* [windows] number of the window that contains the reason */
+    fast_outputs_t outputs;
 } fast_bridge_t;
 
 /* Data from the medium task. */
@@ -114,12 +121,6 @@ typedef struct {
     drive_fault_t stop;  /* reason for which the bridge was opened in this window */
 } fast_report_t;
 
-/* The outputs beside the gates. */
-typedef struct {
-    uint32_t permitted; /* [-] DRIVE_OUTPUT_... bits that may be on */
-    uint32_t chops;     /* [-] 1: the link voltage requires the chopper */
-} fast_outputs_t;
-
 typedef struct {
     uint32_t period; /* [periods] the clock of the drive */
     fast_shaft_t shaft;
@@ -133,7 +134,6 @@ typedef struct {
     fast_control_t control;
     float load_current; /* part of i_q that carries the load and does not accelerate [A] */
     bounds_t bounds;    /* present limits of i_q by heat and DC link [A] */
-    fast_outputs_t outputs;
     drive_command_t command;
 
     measure_t measure;

@@ -100,5 +100,6 @@ void fast_miss(fast_t *fast)
     begin_sums(&fast->sum);
     fast->given.late++;
     fast->given.overdue = fast->given.late >= FAST_LATE_WINDOWS ? UINT32_C(1) : UINT32_C(0);
-    fast->outputs.permitted = fast->given.overdue != 0u ? 0u : fast->outputs.permitted; /* no watch runs */
+    fast->bridge.outputs.permitted =
+        fast->given.overdue != 0u ? 0u : fast->bridge.outputs.permitted; /* no watch runs */
 }

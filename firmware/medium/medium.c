@@ -404,7 +404,7 @@ void medium_init(medium_t *medium, const medium_tuning_t *tuning)
     inertia_init(&medium->inertia, &tuning->inertia);
     encoder_watch_init(&medium->encoder_watch, &tuning->encoder_watch);
     motion_watch_init(&medium->motion_watch, &tuning->motion_watch);
-    oscillation_watch_init(&medium->oscillation_watch, &tuning->oscillation_watch);
+    oscillation_watch_init(&medium->speed.oscillation, &tuning->oscillation_watch);
     thermal_init(&medium->thermal, &tuning->thermal);
     commission_init(&medium->commission, &tuning->commission);
     medium_set_tuning(medium, tuning);
@@ -430,7 +430,7 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
     manoeuvres_take(&medium->manoeuvres, &tuning->manoeuvres);
     encoder_watch_take(&medium->encoder_watch, &tuning->encoder_watch);
     motion_watch_take(&medium->motion_watch, &tuning->motion_watch);
-    oscillation_watch_take(&medium->oscillation_watch, &tuning->oscillation_watch);
+    oscillation_watch_take(&medium->speed.oscillation, &tuning->oscillation_watch);
     current_watch_take(&medium->current_watch, &tuning->current_watch);
     thermal_take(&medium->thermal, &tuning->thermal);
     commission_take(&medium->commission, &tuning->commission);

@@ -105,11 +105,12 @@ typedef struct {
     params_in_force_t in_force; /* of the parameter set, for the signals */
 } medium_background_t;
 
-/* State of the mechanical speed. */
+/* State of the mechanical speed and of its control. */
 typedef struct {
     float trip;      /* overspeed limit of the tuning [rad/s] */
     float reference; /* of the last setpoint [rad/s] */
     uint32_t still;  /* [windows] since the reference changed, up to those until it is in a window */
+    oscillation_watch_t oscillation;
 } medium_speed_t;
 
 typedef struct {
@@ -130,7 +131,6 @@ typedef struct {
 
     encoder_watch_t encoder_watch;
     motion_watch_t motion_watch;
-    oscillation_watch_t oscillation_watch;
     current_watch_t current_watch;
     medium_found_t found;
     thermal_t thermal;

@@ -101,7 +101,7 @@ static bool doubts_emf(const medium_t *medium, const window_t *window)
 /* A speed loop that oscillates is made slower. In mode current the speed is not controlled. */
 static void watch_oscillation(medium_t *medium, const window_t *window, const requests_t *requests)
 {
-    oscillation_watch_t *watch = &medium->oscillation_watch;
+    oscillation_watch_t *watch = &medium->speed.oscillation;
     if (requests->mode != (int32_t)MODE_SPEED) {
         oscillation_watch_rest(watch);
     } else if (oscillation_watch_step(watch, window->reference.q, window->omega_m_ref)) {
@@ -122,7 +122,7 @@ static void rest(medium_t *medium)
 {
     encoder_watch_forget(&medium->encoder_watch);
     motion_watch_rest(&medium->motion_watch);
-    oscillation_watch_rest(&medium->oscillation_watch);
+    oscillation_watch_rest(&medium->speed.oscillation);
     medium->found.moves_wrong = 0u;
 }
 

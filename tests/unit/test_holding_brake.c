@@ -13,7 +13,7 @@ void setUp(void)
     const holding_brake_params_t params = {
         .on = true,
         .release_time = 40e-3f, /* 50 looks, one more, and two until the output is set */
-        .apply_time = 80e-3f,   /* 100 */
+        .apply_time = 80e-3f,   /* 100, the same */
         .preload = 7.0f,
         .current_limit = 10.0f,
         .period = (float)LOOK,
@@ -90,7 +90,7 @@ static void test_it_is_set_for_its_apply_time_before_it_counts_as_set(void)
     input.set = true;
     stays(BRAKE_APPLYING, 1u);
     TEST_ASSERT_FALSE(holding_brake_opens(&brake));
-    TEST_ASSERT_EQUAL_UINT32(102u, until(BRAKE_SET, 1000u));
+    TEST_ASSERT_EQUAL_UINT32(103u, until(BRAKE_SET, 1000u));
     stays(BRAKE_SET, 2000u);
     TEST_ASSERT_EQUAL_UINT32(0u, brake.failed);
 }

@@ -131,6 +131,17 @@
     "docs/board.md, line 20: BOARD_STORE_PINS, BOARD_STORE_ADDRESS, BOARD_STORE_PAGE_OCTETS or BOARD_STORE_WRITE_US is missing"
 #endif
 
+#if !defined(BOARD_CHOPPER_OUTPUT) || !defined(BOARD_BRAKE_OUTPUT)
+#error "docs/board.md, line 21: BOARD_CHOPPER_OUTPUT or BOARD_BRAKE_OUTPUT is missing (BOARD_NONE: no output)"
+#endif
+#if BOARD_CHOPPER_OUTPUT != BOARD_NONE &&                                                                    \
+    (!defined(BOARD_CHOPPER_ACTIVE_HIGH) || !defined(BOARD_CHOPPER_CURRENT_MA))
+#error "docs/board.md, line 21: BOARD_CHOPPER_ACTIVE_HIGH or BOARD_CHOPPER_CURRENT_MA is missing"
+#endif
+#if BOARD_BRAKE_OUTPUT != BOARD_NONE && !defined(BOARD_BRAKE_ACTIVE_HIGH)
+#error "docs/board.md, line 21: BOARD_BRAKE_ACTIVE_HIGH is missing"
+#endif
+
 /* ---- Line 2: clocks ---- */
 
 #define BOARD_PLL_TIMES (2 * (BOARD_SYSCLK_HZ / 1000) / (BOARD_CRYSTAL_HZ / 1000)) /* PLLCR; then /2 */
@@ -249,6 +260,12 @@
 /* Without an input nothing is debounced. */
 #if !defined(BOARD_ENABLE_DEBOUNCE_US)
 #define BOARD_ENABLE_DEBOUNCE_US 0
+#endif
+
+/* ---- Line 21: brake chopper and holding brake ---- */
+
+#if !defined(BOARD_CHOPPER_CURRENT_MA)
+#define BOARD_CHOPPER_CURRENT_MA 100 /* without an output it has no effect */
 #endif
 
 /* ---- Can it be right? ---- */

@@ -321,4 +321,41 @@
 #endif
 #endif
 
+/* ---- Line 21: brake chopper and holding brake ---- */
+
+#if BOARD_STORE == BOARD_STORE_I2C
+#define BOARD_PIN_IS_OF_STORE(pin) BOARD_PIN_IS_STORE(pin)
+#else
+#define BOARD_PIN_IS_OF_STORE(pin) 0
+#endif
+#define BOARD_OUTPUT_IS_TAKEN(pin)                                                                           \
+    (BOARD_PIN_IS_TAKEN(pin) || BOARD_PIN_IS_SERIAL(pin) || BOARD_PIN_IS_OF_STORE(pin) ||                    \
+     (pin) == BOARD_LED_RUN || (pin) == BOARD_LED_FAULT || (pin) == BOARD_ENABLE_INPUT)
+#if (BOARD_CHOPPER_OUTPUT != BOARD_NONE && (BOARD_CHOPPER_OUTPUT < 0 || BOARD_CHOPPER_OUTPUT > 87)) ||       \
+    (BOARD_BRAKE_OUTPUT != BOARD_NONE && (BOARD_BRAKE_OUTPUT < 0 || BOARD_BRAKE_OUTPUT > 87))
+#error                                                                                                       \
+    "docs/board.md, line 21: BOARD_CHOPPER_OUTPUT and BOARD_BRAKE_OUTPUT are the number of a GPIO, 0 to 87, or BOARD_NONE"
+#endif
+#if (BOARD_CHOPPER_OUTPUT != BOARD_NONE && BOARD_OUTPUT_IS_TAKEN(BOARD_CHOPPER_OUTPUT)) ||                   \
+    (BOARD_BRAKE_OUTPUT != BOARD_NONE && BOARD_OUTPUT_IS_TAKEN(BOARD_BRAKE_OUTPUT))
+#error                                                                                                       \
+    "docs/board.md, line 21: BOARD_CHOPPER_OUTPUT or BOARD_BRAKE_OUTPUT is a pin of lines 4, 6, 13, 14, 18, 19 or 20"
+#endif
+#if BOARD_CHOPPER_OUTPUT != BOARD_NONE
+#if BOARD_CHOPPER_OUTPUT == BOARD_BRAKE_OUTPUT
+#error "docs/board.md, line 21: BOARD_CHOPPER_OUTPUT and BOARD_BRAKE_OUTPUT are one pin"
+#endif
+#if BOARD_CHOPPER_ACTIVE_HIGH != 0 && BOARD_CHOPPER_ACTIVE_HIGH != 1
+#error "docs/board.md, line 21: BOARD_CHOPPER_ACTIVE_HIGH is 0 or 1"
+#endif
+#if BOARD_CHOPPER_CURRENT_MA < 100 || BOARD_CHOPPER_CURRENT_MA > 1000000
+#error "docs/board.md, line 21: BOARD_CHOPPER_CURRENT_MA is accepted from 100 to 1000000"
+#endif
+#endif
+#if BOARD_BRAKE_OUTPUT != BOARD_NONE
+#if BOARD_BRAKE_ACTIVE_HIGH != 0 && BOARD_BRAKE_ACTIVE_HIGH != 1
+#error "docs/board.md, line 21: BOARD_BRAKE_ACTIVE_HIGH is 0 or 1"
+#endif
+#endif
+
 #endif

@@ -102,6 +102,11 @@ void hal_read(hal_samples_t *samples);
  * The caller ensures the shortest pulse. */
 void hal_write_compare(uint16_t a, uint16_t b, uint16_t c);
 
+/* Sets the outputs of brake chopper and holding brake, if the board has them: resistor connected, brake
+ * released. They act at once. After hal_init, and on an unexpected interrupt, both are off. While the chip is
+ * in reset the resistors of the board determine their level. */
+void hal_outputs(bool chopper, bool brake);
+
 /* Forces the one-shot trip: all six gates off at once, without a call of on_trip. It may be called from
  * anywhere, any number of times. */
 void hal_gates_off(void);

@@ -107,6 +107,8 @@ void app_write(const drive_command_t *command)
     case GATES_KEEP:
         break;
     }
+    hal_outputs((command->outputs & DRIVE_OUTPUT_CHOPPER) != 0u,
+                (command->outputs & DRIVE_OUTPUT_BRAKE) != 0u);
     hal_end_of_sample();
 }
 

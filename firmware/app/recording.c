@@ -51,14 +51,15 @@ capture_tuning_t recording_tuning(void)
 static void copy_slots(uint32_t *slots, const void *base, uint32_t from, uint32_t to)
 {
     uint32_t n = from;
-    for (; n + 4u <= to; n += 4u) {
+    for (; to - n >= 4u; n += 4u) {
         slots[n] = tap_slot(base, n);
         slots[n + 1u] = tap_slot(base, n + 1u);
         slots[n + 2u] = tap_slot(base, n + 2u);
         slots[n + 3u] = tap_slot(base, n + 3u);
     }
-    for (; n < to; n++) {
+    for (uint32_t left = (to - from) & 3u; left != 0u; left--) {
         slots[n] = tap_slot(base, n);
+        n++;
     }
 }
 

@@ -83,6 +83,17 @@ void fast_turn(fast_t *fast, const fast_orders_t *orders, const fast_orders_t *b
     }
 }
 
+/* Outputs that this setpoint permits. While the bridge is open because of a fault, the brake stays set, and
+ * the chopper stays off until a setpoint that was made of the fault permits it. */
+static uint32_t permitted(const fast_bridge_t *bridge, const setpoint_t *setpoint)
+{
+    if (bridge->open == 0u) {
+        return setpoint->outputs;
+    }
+    const bool judged = (int32_t)(setpoint->number - bridge->open_since) >= 0;
+    return judged ? setpoint->outputs & ~DRIVE_OUTPUT_BRAKE : 0u;
+}
+
 /* The first period of a window takes over the new setpoint and the new tuning. */
 static void begin_window(fast_t *fast, fast_orders_t orders)
 {
@@ -95,6 +106,7 @@ static void begin_window(fast_t *fast, fast_orders_t orders)
     set_models(fast, orders);
     fast->link.sunk = setpoint->link.sunk;
     fast->link.low = setpoint->link.low;
+    fast->bridge.outputs.permitted = permitted(&fast->bridge, setpoint);
     const bool later = fast->link.limits != 0u && fast->bridge.on != 0u; /* in limit_by_link() */
     if (!later) {
         limit(fast, setpoint);
@@ -354,6 +366,16 @@ static void sum_up(fast_t *fast)
     sum->reference.q += fast->demand.current.q;
 }
 
+/* Brake chopper and holding brake of the board. */
+static inline void drive_outputs(fast_t *fast, const chopper_tuning_t *tuning)
+{
+    fast_outputs_t *outputs = &fast->bridge.outputs;
+    outputs->chops = chopper_step(outputs->chops, tuning, fast->measure.measured.u_dc);
+    const uint32_t on = outputs->permitted & (outputs->chops | DRIVE_OUTPUT_BRAKE);
+    fast->sum.chopped += on & DRIVE_OUTPUT_CHOPPER;
+    fast->command.outputs = on;
+}
+
 void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *samples, int32_t opens,
                drive_command_t *command)
 {
@@ -377,6 +399,7 @@ void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *sample
     } else {
         fast_rest(fast, orders, samples);
     }
+    drive_outputs(fast, &orders.tuning->chopper);
     inverter_remember(&fast->inverter, &fast->command.duty, fast->measure.measured.current,
                       fast->measure.measured.u_dc);
     *command = fast->command;

@@ -20,6 +20,7 @@
 #include "fast/inverter/doubt.h"
 #include "fast/inverter/inverter.h"
 #include "fast/measure.h"
+#include "fast/protect/chopper.h"
 #include "fast/protect/link_limit.h"
 #include "fast/protect/still_watch.h"
 #include "fast/reference/reference.h"
@@ -44,8 +45,9 @@ typedef enum {
 } drive_gates_t;
 
 typedef struct {
-    abc_t duty;    /* [-] 0..1, high time of each leg over the period; acts from t_{k+1} */
-    int32_t gates; /* [-] drive_gates_t */
+    abc_t duty;       /* [-] 0..1, high time of each leg over the period; acts from t_{k+1} */
+    int32_t gates;    /* [-] drive_gates_t */
+    uint32_t outputs; /* [-] DRIVE_OUTPUT_... bits, at once */
 } drive_command_t;
 
 /* Single values of the tuning. */
@@ -67,6 +69,7 @@ typedef struct {
     current_control_tuning_t current_control;
     reference_tuning_t reference;
     link_limit_tuning_t link;
+    chopper_tuning_t chopper;
     still_watch_tuning_t still_watch;
     fast_limits_t limits;
 } fast_tuning_t;
@@ -77,6 +80,12 @@ typedef struct {
     frame_t frame; /* the same as a frame, computed while control uses the encoder */
 } fast_shaft_t;
 
+/* The outputs beside the gates. */
+typedef struct {
+    uint32_t permitted; /* [-] DRIVE_OUTPUT_... bits that may be on */
+    uint32_t chops;     /* [-] 1: the link voltage requires the chopper */
+} fast_outputs_t;
+
 typedef struct {
     uint32_t on;       /* [periods] since the first duties went out, up to FAST_ON; 0: the bridge is off */
     uint32_t charging; /* [periods] for which only the lower switches remain on */
@@ -84,6 +93,7 @@ typedef struct {
     uint32_t open; /* [-] 1: the bridge stays off until a setpoint of window open_since or later has the gates
                       off */
     uint32_t open_since; /* [windows] number of the window that contains the reason */
+    fast_outputs_t outputs;
 } fast_bridge_t;
 
 /* Data from the medium task. */

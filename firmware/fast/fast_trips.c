@@ -8,6 +8,7 @@ void fast_open_bridge(fast_t *fast, uint32_t window)
     if (fast->bridge.open == 0u) {
         fast->bridge.open = 1u;
         fast->bridge.open_since = window;
+        fast->bridge.outputs.permitted = 0u; /* the chopper until a setpoint has judged the reason */
     }
 }
 

@@ -12,6 +12,7 @@ static void begin_sums(window_sums_t *sum)
     sum->unsound = 0u;
     sum->moved = 0u;
     sum->limited = 0u;
+    sum->chopped = 0u;
     sum->scatter = 0.0f;
     sum->voltage = none;
     sum->current = none;
@@ -99,4 +100,6 @@ void fast_miss(fast_t *fast)
     begin_sums(&fast->sum);
     fast->given.late++;
     fast->given.overdue = fast->given.late >= FAST_LATE_WINDOWS ? UINT32_C(1) : UINT32_C(0);
+    fast->bridge.outputs.permitted =
+        fast->given.overdue != 0u ? 0u : fast->bridge.outputs.permitted; /* no watch runs */
 }

@@ -75,6 +75,7 @@ typedef struct {
     uint32_t moved;   /* [-] bits of the current sensors whose value has changed since the end of the previous
                          window */
     uint32_t limited; /* [-] 1: the applied voltage was less than control required */
+    uint32_t chopped; /* [periods] in which the chopper was on */
     float scatter;    /* sum of the detector's square [-] */
     ab_t voltage;     /* that was applied [V] */
     ab_t current;     /* [A] */

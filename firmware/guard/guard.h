@@ -57,6 +57,8 @@ typedef struct {
     uint32_t heat;             /* [-] THERMAL_... bits */
     uint32_t link;             /* [-] LINK_... bits */
     uint32_t loops;            /* [-] GUARD_LOOP_... bits */
+    uint32_t chopper;          /* [-] CHOPPER_... bits */
+    uint32_t brake_torque;     /* [-] 1: the torque for releasing the brake is missing */
 } guard_found_t;
 
 /* Inputs of the guard. */

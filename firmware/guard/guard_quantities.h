@@ -10,6 +10,7 @@
 #include "guard/guard.h"
 #include "math/bounds.h"
 #include "medium/manoeuvre/manoeuvres.h"
+#include "medium/protect/chopper_watch.h"
 #include "medium/protect/current_watch.h"
 #include "medium/protect/encoder_watch.h"
 #include "medium/protect/link_watch.h"
@@ -84,6 +85,9 @@ static inline uint32_t guard_bad_sample(const guard_input_t *input)
     BITS(loop_slow, found->loops, GUARD_LOOP_SLOW) /* the tracking loop is configured too slow */            \
     BITS(oscillation, found->loops,                                                                          \
          GUARD_LOOP_OSCILLATED) /* the speed loop oscillated and was slowed down */                          \
+    BITS(chopper_overload, found->chopper, CHOPPER_OVERLOAD) /* the brake resistor, also the next */         \
+    BITS(chopper_no_effect, found->chopper, CHOPPER_NO_EFFECT)                                               \
+    WHOLE(brake_torque, found->brake_torque) /* the torque for releasing the brake is missing */             \
     /* the master of the serial link was silent for too long */                                              \
     BITS(master_silent, found->reported, GUARD_MASTER_SILENT)
 

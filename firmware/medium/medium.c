@@ -147,6 +147,8 @@ static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_
         .link = medium->link.conditions,
         .loops = (m->limits.slow_loop != 0u ? GUARD_LOOP_SLOW : 0u) |
                  (m->run.calm < 1.0f ? GUARD_LOOP_OSCILLATED : 0u),
+        .chopper = medium->outputs.chopper.conditions,
+        .brake_torque = medium->outputs.brake.failed,
     };
     const guard_input_t input = {
         .measured = &window->measured,
@@ -170,6 +172,7 @@ static uint32_t sequence(medium_t *medium, const window_t *window, const request
         .stops = medium->guard.stops,
         .standing =
             manoeuvres_knows(&medium->manoeuvres) && bounds_within(window->omega_m, SEQUENCE_STANDSTILL),
+        .brake_set = medium->outputs.brake.state == (int32_t)BRAKE_SET,
         .bridge = (bridge_t)window->bridge,
         .calibration = (calibration_t)window->sensors.calibration,
     };
@@ -193,7 +196,7 @@ static run_wish_t commissioned(const turning_wish_t *wish)
                         0.0f};
 }
 
-static run_wish_t wish(const medium_t *medium, const requests_t *requests)
+static run_wish_t wish(const medium_t *medium, const medium_tuning_t *tuning, const requests_t *requests)
 {
     run_wish_t wish = {RUN_SPEED,
                        requests->speed_request,
@@ -209,6 +212,9 @@ static run_wish_t wish(const medium_t *medium, const requests_t *requests)
         wish.mode = RUN_CURRENT;
     } else if (requests->mode == (int32_t)MODE_TORQUE) {
         wish.mode = RUN_TORQUE;
+    }
+    if (tuning->outputs.brake.on != 0u && wish.mode != RUN_ZERO) {
+        medium_hold(medium, tuning, &wish);
     }
     return wish;
 }
@@ -254,7 +260,8 @@ static void commission(medium_t *medium, const window_t *window, const requests_
 }
 
 /* Executes the active manoeuvre: source of the frame and references. */
-static void manoeuvre(medium_t *medium, const window_t *window, const requests_t *requests, uint32_t order)
+static void manoeuvre(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
+                      const requests_t *requests, uint32_t order)
 {
     manoeuvres_t *m = &medium->manoeuvres;
     setpoint_t *setpoint = &medium->setpoint;
@@ -280,7 +287,7 @@ static void manoeuvre(medium_t *medium, const window_t *window, const requests_t
         manoeuvres_stand(m, setpoint);
         return;
     }
-    const manoeuvres_input_t input = medium_manoeuvres_input(medium, window, wish(medium, requests));
+    const manoeuvres_input_t input = medium_manoeuvres_input(medium, window, wish(medium, tuning, requests));
     const uint32_t tracked = m->tracking;
     run_limit(&m->run, window->bounds.lower, window->bounds.upper);
     run_look(&m->run, window->measured.u_dc, m->limits.pole_pairs * window->omega_m, window->voltage);
@@ -334,6 +341,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint_t *setpoint = &medium->setpoint;
     const sequence_t *sequence = &medium->sequence;
     setpoint->gates = order & SEQUENCE_ON;
+    setpoint->outputs = medium_outputs(medium, tuning, setpoint->gates);
     setpoint->calibrate = (int32_t)(sequence->state == (int32_t)DRIVE_NOT_READY ? CALIBRATE_ALL
                                     : sequence->state == (int32_t)DRIVE_FAULT   ? CALIBRATE_NOT
                                                                                 : CALIBRATE_BLOCKS);
@@ -377,10 +385,11 @@ void medium_step(medium_t *medium, const medium_tuning_t *tuning, const window_t
     medium_watch_currents(medium, window);
     medium_watch_motion(medium, window, requests);
     medium_limit(medium, tuning, window, requests);
+    medium_watch_outputs(medium, tuning, window);
     judge(medium, tuning, window);
     const uint32_t order = sequence(medium, window, requests);
     commission(medium, window, requests);
-    manoeuvre(medium, window, requests, order);
+    manoeuvre(medium, tuning, window, requests, order);
     set(medium, tuning, window, order);
 }
 
@@ -395,7 +404,7 @@ void medium_init(medium_t *medium, const medium_tuning_t *tuning)
     inertia_init(&medium->inertia, &tuning->inertia);
     encoder_watch_init(&medium->encoder_watch, &tuning->encoder_watch);
     motion_watch_init(&medium->motion_watch, &tuning->motion_watch);
-    oscillation_watch_init(&medium->oscillation_watch, &tuning->oscillation_watch);
+    oscillation_watch_init(&medium->speed.oscillation, &tuning->oscillation_watch);
     thermal_init(&medium->thermal, &tuning->thermal);
     commission_init(&medium->commission, &tuning->commission);
     medium_set_tuning(medium, tuning);
@@ -421,7 +430,7 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
     manoeuvres_take(&medium->manoeuvres, &tuning->manoeuvres);
     encoder_watch_take(&medium->encoder_watch, &tuning->encoder_watch);
     motion_watch_take(&medium->motion_watch, &tuning->motion_watch);
-    oscillation_watch_take(&medium->oscillation_watch, &tuning->oscillation_watch);
+    oscillation_watch_take(&medium->speed.oscillation, &tuning->oscillation_watch);
     current_watch_take(&medium->current_watch, &tuning->current_watch);
     thermal_take(&medium->thermal, &tuning->thermal);
     commission_take(&medium->commission, &tuning->commission);

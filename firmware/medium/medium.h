@@ -26,14 +26,23 @@
 #include "medium/adapt/unequal_legs.h"
 #include "medium/commission/commission.h"
 #include "medium/manoeuvre/manoeuvres.h"
+#include "medium/protect/chopper_watch.h"
 #include "medium/protect/current_watch.h"
 #include "medium/protect/encoder_watch.h"
+#include "medium/protect/holding_brake.h"
 #include "medium/protect/link_watch.h"
 #include "medium/protect/motion_watch.h"
 #include "medium/protect/oscillation_watch.h"
 #include "medium/protect/thermal.h"
 #include "medium/sequence.h"
 #include "settings/requests.h"
+
+/* Brake chopper and holding brake. */
+typedef struct {
+    chopper_watch_tuning_t chopper;
+    holding_brake_tuning_t brake;
+    float preload; /* torque before the brake is released [N m] */
+} medium_outputs_tuning_t;
 
 typedef struct {
     guard_tuning_t guard;
@@ -56,6 +65,7 @@ typedef struct {
     current_watch_tuning_t current_watch;
     thermal_tuning_t thermal;
     link_watch_tuning_t link;
+    medium_outputs_tuning_t outputs;
     commission_tuning_t commission;
     params_in_force_t in_force;
 } medium_tuning_t;
@@ -81,6 +91,12 @@ typedef struct {
     ab_t spared; /* part that is subtracted for the estimator, for the setpoint [V] */
 } medium_ripple_t;
 
+/* Brake chopper and holding brake. */
+typedef struct {
+    chopper_watch_t chopper;
+    holding_brake_t brake;
+} medium_outputs_t;
+
 /* The state of the background. */
 typedef struct {
     uint32_t unattended;        /* [periods] since its last pass; 0: none yet */
@@ -88,11 +104,12 @@ typedef struct {
     params_in_force_t in_force; /* of the parameter set, for the signals */
 } medium_background_t;
 
-/* State of the mechanical speed. */
+/* State of the mechanical speed and of its control. */
 typedef struct {
     float trip;      /* overspeed limit of the tuning [rad/s] */
     float reference; /* of the last setpoint [rad/s] */
     uint32_t still;  /* [windows] since the reference changed, up to those until it is in a window */
+    oscillation_watch_t oscillation;
 } medium_speed_t;
 
 typedef struct {
@@ -113,11 +130,11 @@ typedef struct {
 
     encoder_watch_t encoder_watch;
     motion_watch_t motion_watch;
-    oscillation_watch_t oscillation_watch;
     current_watch_t current_watch;
     medium_found_t found;
     thermal_t thermal;
     link_watch_t link;
+    medium_outputs_t outputs;
     commission_t commission;
 
     medium_background_t background;

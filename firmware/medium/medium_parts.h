@@ -21,6 +21,16 @@ void medium_watch_motion(medium_t *medium, const window_t *window, const request
 void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
                   const requests_t *requests);
 
+/* The brake resistor, and the holding brake. */
+void medium_watch_outputs(medium_t *medium, const medium_tuning_t *tuning, const window_t *window);
+
+/* The outputs of the board that the setpoint permits: DRIVE_OUTPUT_... bits. `bridge` [-] 1: it has to be on.
+ */
+uint32_t medium_outputs(const medium_t *medium, const medium_tuning_t *tuning, uint32_t bridge);
+
+/* The request while the holding brake is not released: its pre-torque, then speed zero. */
+void medium_hold(const medium_t *medium, const medium_tuning_t *tuning, run_wish_t *wish);
+
 /* The measurements at the end of the window, for a fault with this reason. */
 drive_fault_t medium_seen_in(const window_t *window, int32_t reason);
 

@@ -101,7 +101,7 @@ static bool doubts_emf(const medium_t *medium, const window_t *window)
 /* A speed loop that oscillates is made slower. In mode current the speed is not controlled. */
 static void watch_oscillation(medium_t *medium, const window_t *window, const requests_t *requests)
 {
-    oscillation_watch_t *watch = &medium->oscillation_watch;
+    oscillation_watch_t *watch = &medium->speed.oscillation;
     if (requests->mode != (int32_t)MODE_SPEED) {
         oscillation_watch_rest(watch);
     } else if (oscillation_watch_step(watch, window->reference.q, window->omega_m_ref)) {
@@ -122,7 +122,7 @@ static void rest(medium_t *medium)
 {
     encoder_watch_forget(&medium->encoder_watch);
     motion_watch_rest(&medium->motion_watch);
-    oscillation_watch_rest(&medium->oscillation_watch);
+    oscillation_watch_rest(&medium->speed.oscillation);
     medium->found.moves_wrong = 0u;
 }
 
@@ -203,4 +203,100 @@ void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_
     };
     link_watch_step(&medium->link, &tuning->link, &link);
     ride_through(medium, window, requests);
+}
+
+/* ---- chopper and brake ---- */
+
+/* Power that the winding takes in the last period of the window [W]. */
+static float power_of(const window_t *window)
+{
+    return window->estimating == 0u
+               ? 0.0f
+               : 1.5f * (window->voltage.d * window->current.d + window->voltage.q * window->current.q);
+}
+
+static void watch_brake(medium_t *medium, const holding_brake_tuning_t *tuning, const window_t *window)
+{
+    const manoeuvres_t *m = &medium->manoeuvres;
+    const sequence_t *sequence = &medium->sequence;
+    const holding_brake_input_t input = {
+        .bridge = sequence_bridge_on(sequence),
+        .holds = m->now == (int32_t)MANOEUVRE_RUN && window->bridge == (int32_t)BRIDGE_ON &&
+                 sequence->state != (int32_t)DRIVE_SWITCHED_ON,
+        .set = sequence->setting != 0u,
+        .torque = run_torque(&m->run) * window->current.q,
+    };
+    holding_brake_step(&medium->outputs.brake, tuning, &input);
+}
+
+void medium_watch_outputs(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
+{
+    const medium_outputs_tuning_t *outputs = &tuning->outputs;
+    if (outputs->chopper.on != 0u) {
+        const chopper_watch_input_t input = {
+            .u_dc = window->measured.u_dc,
+            .chopped = window->sum.chopped,
+            .power = power_of(window),
+        };
+        chopper_watch_step(&medium->outputs.chopper, &outputs->chopper, &input);
+    } else {
+        medium->outputs.chopper.conditions = 0u;
+    }
+    if (outputs->brake.on != 0u) {
+        watch_brake(medium, &outputs->brake, window);
+    }
+}
+
+/* True if the chopper may work in spite of this fault: the measured link voltage, the program and the brake
+ * circuit are not in doubt. The brake switch of an intelligent module shares its protection and its supply.
+ */
+static bool chopper_survives(int32_t reason)
+{
+    switch (reason) {
+    case REASON_MODULE_FAULT:
+    case REASON_GATES_REFUSED:
+    case REASON_BAD_SAMPLE:
+    case REASON_LATE:
+    case REASON_MEDIUM_LATE:
+    case REASON_BACKGROUND_STALLED:
+    case REASON_PROGRAM_CORRUPT:
+    case REASON_PARAMS_CORRUPT:
+    case REASON_STACK_LOW:
+    case REASON_STORE_CORRUPT:
+    case REASON_BOARD_FAILED:
+    case REASON_CHOPPER_OVERLOAD:
+    case REASON_CHOPPER_NO_EFFECT:
+        return false;
+    default:
+        return true;
+    }
+}
+
+uint32_t medium_outputs(const medium_t *medium, const medium_tuning_t *tuning, uint32_t bridge)
+{
+    const sequence_t *sequence = &medium->sequence;
+    uint32_t outputs = 0u;
+    if (tuning->outputs.chopper.on != 0u && medium->outputs.chopper.conditions == 0u &&
+        (sequence->state != (int32_t)DRIVE_FAULT || chopper_survives(sequence->fault_reason))) {
+        outputs |= DRIVE_OUTPUT_CHOPPER;
+    }
+    if (tuning->outputs.brake.on != 0u && bridge != 0u && holding_brake_opens(&medium->outputs.brake)) {
+        outputs |= DRIVE_OUTPUT_BRAKE;
+    }
+    return outputs;
+}
+
+void medium_hold(const medium_t *medium, const medium_tuning_t *tuning, run_wish_t *wish)
+{
+    switch ((brake_state_t)medium->outputs.brake.state) {
+    case BRAKE_SET:
+        *wish = (run_wish_t){RUN_TORQUE, 0.0f, {0.0f, 0.0f}, tuning->outputs.preload};
+        break;
+    case BRAKE_RELEASING:
+    case BRAKE_APPLYING:
+        *wish = (run_wish_t){RUN_STOP, 0.0f, {0.0f, 0.0f}, 0.0f};
+        break;
+    case BRAKE_RELEASED:
+        break;
+    }
 }

@@ -24,6 +24,7 @@ sequence_tuning_t sequence_prepare(const params_t *params)
         .dc_undervoltage = params->dc_undervoltage,
         .stop_windows = DRIVE_WINDOWS(params->fault_stop_time),
         .retries = (uint32_t)params->module_fault_retries,
+        .brakes = params->holding_brake == (int32_t)BRAKE_HOLDING ? UINT32_C(1) : UINT32_C(0),
         .debounce = DRIVE_WINDOWS((float)BOARD_ENABLE_DEBOUNCE_US / 1e6f),
     };
 }
@@ -38,6 +39,7 @@ void sequence_init(sequence_t *sequence, const sequence_tuning_t *tuning)
 static void enter(sequence_t *sequence, drive_state_t state)
 {
     sequence->state = (int32_t)state;
+    sequence->setting = 0u;
     sequence->retry_windows = 0u;
 }
 
@@ -181,11 +183,13 @@ static uint32_t in_switched_on(sequence_t *sequence, const sequence_input_t *inp
 
 static uint32_t in_operation(sequence_t *sequence, const sequence_input_t *input)
 {
-    if (input->requests->enable == (int32_t)REQUEST_OFF) {
+    const bool asked_off = input->requests->enable == (int32_t)REQUEST_OFF;
+    if (asked_off && sequence->tuning.brakes == 0u) {
         enter(sequence, DRIVE_READY);
         return OFF;
     }
-    if (input->requests->enable == (int32_t)REQUEST_QUICK_STOP) {
+    if (asked_off || input->requests->enable == (int32_t)REQUEST_QUICK_STOP) {
+        sequence->stopping = 0u;
         enter(sequence, DRIVE_QUICK_STOP);
     }
     if (sequence->retried != 0u) {
@@ -202,16 +206,15 @@ static uint32_t in_quick_stop(sequence_t *sequence, const sequence_input_t *inpu
     sequence->stopping++;
     const bool over = sequence->stopping >= sequence->tuning.stop_windows ||
                       sequence->input_stop >= INPUT_STOP_WINDOWS || sequence->input_losses > 1u;
-    if (for_fault && (asked_off || input->standing || over)) {
-        sequence_fault(sequence, sequence->stop_reason);
-        return OFF;
-    }
-    if (asked_off) {
-        enter(sequence, DRIVE_READY);
-        return OFF;
-    }
-    if (input->standing) {
-        enter(sequence, DRIVE_READY);
+    const bool brakes = sequence->tuning.brakes != 0u;
+    const bool ends = input->standing || (asked_off && !brakes) || (over && (for_fault || brakes));
+    sequence->setting |= ends ? UINT32_C(1) : UINT32_C(0);
+    if (sequence->setting != 0u && input->brake_set) {
+        if (for_fault) {
+            sequence_fault(sequence, sequence->stop_reason);
+        } else {
+            enter(sequence, DRIVE_READY);
+        }
         return OFF;
     }
     if (input->requests->enable == (int32_t)REQUEST_ON) { /* a stop that has begun is completed */

@@ -12,6 +12,9 @@
  *
  * quick stop: speed reference zero until standstill, then ready; or, if a fault stops the motor, fault.
  *
+ * With a holding brake `enable` = off stops a motor in operation like a quick stop. When a stop has ended,
+ * the brake is set, and the motor holds the shaft until the brake does. Only then the bridge opens.
+ *
  * fault: gates off until fault_reset, then not ready.
  *
  * The enable input of the board is a second condition beside `enable`: without it the bridge does not come
@@ -57,6 +60,7 @@ typedef struct {
     float dc_undervoltage; /* [V] below it the bridge stays off */
     uint32_t stop_windows; /* [windows] longest stop for a fault; then the bridge opens */
     uint32_t retries;      /* [-] number of automatic resets of a fault of the power module */
+    uint32_t brakes;       /* [-] 1: there is a holding brake */
     uint32_t debounce;     /* [windows] for which the enable input must have its new level */
 } sequence_tuning_t;
 
@@ -68,6 +72,7 @@ typedef struct {
     int32_t stop_reason;   /* [-] reason_t of the fault for which the motor is being stopped; REASON_NONE */
     int32_t fault_present; /* [-] reason_t: why the last reset was refused; REASON_NONE: none was */
     fault_set_t faults_later; /* faults that came after the latched one */
+    uint32_t setting;         /* [-] 1: the stop has ended, and the holding brake is being set */
     uint32_t stopping;        /* [windows] of the present stop for a fault */
     uint32_t retried; /* [-] automatic resets since `enable` was off, or since a minute without faults */
     uint32_t retry_windows;   /* [windows] since the fault, or of operation */
@@ -100,6 +105,7 @@ typedef struct {
     fault_set_t faults;        /* rows of the fault table that open the bridge */
     fault_set_t stops;         /* rows that require a stop */
     bool standing;             /* the rotor is known to stand */
+    bool brake_set;            /* the holding brake is set; true without one */
     bridge_t bridge;           /* state in the last sample */
     calibration_t calibration; /* result while not ready, state of the offsets while ready */
 } sequence_input_t;

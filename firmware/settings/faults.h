@@ -174,7 +174,19 @@
       "check for an elastic coupling; lower speed_kp and speed_ki, or pll_bandwidth and feedforward_cutoff") \
     F(85, MEDIUM_LATE, "medium_late", medium_late, HOLDS, "", 0.0f, EACH, 1u, RUNNING, OPEN,                 \
       "the medium task had no setpoint ready for two consecutive windows",                                   \
-      "shorten what was added to the interrupts; request fewer signals over the serial link")
+      "shorten what was added to the interrupts; request fewer signals over the serial link")                \
+    F(150, CHOPPER_OVERLOAD, "chopper_overload", chopper_overload, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, OPEN,  \
+      "the brake resistor carried more than chopper_power for too long: the chopper stays off until it "     \
+      "has cooled",                                                                                          \
+      "brake less often or more slowly; check chopper_resistance, chopper_power, chopper_time_constant")     \
+    F(151, CHOPPER_NO_EFFECT, "chopper_no_effect", chopper_no_effect, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS,     \
+      OPEN,                                                                                                  \
+      "the DC link did not fall while the chopper was on: no brake resistor, or a supply above "             \
+      "chopper_voltage",                                                                                     \
+      "check brake resistor, fuse and wiring; set chopper_voltage above the supply")                         \
+    F(152, BRAKE_TORQUE, "brake_torque", brake_torque, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,             \
+      "the motor did not have the torque of brake_preload within 0.5 s: the brake was not released",         \
+      "check brake_preload against current_limit, and the DC link")
 
 /* The bit of each row, and the number of rows. */
 typedef enum {

@@ -25,10 +25,17 @@
 #define DRIVE_CURRENT_RANGE   BOARD_CURRENT_RANGE   /* [A] range of the current sensors in both directions */
 #define DRIVE_CURRENT_SENSORS BOARD_CURRENT_SENSORS /* [-] 2: current c is minus the sum of the others; 3 */
 #define DRIVE_SINK_SENSOR     (BOARD_SINK_INPUT != BOARD_NONE) /* without a sensor no temperature is judged */
-#define DRIVE_MOTOR_SENSOR    (BOARD_MOTOR_INPUT != BOARD_NONE) /* the same for the motor */
+#define DRIVE_HAS_BRAKE       (BOARD_BRAKE_OUTPUT != BOARD_NONE) /* without an output there is no brake */
+#define DRIVE_MOTOR_SENSOR    (BOARD_MOTOR_INPUT != BOARD_NONE)  /* the same for the motor */
 
 /* Largest current reference [A]: the range above it is needed for ripple and overshoot below the trip. */
 #define DRIVE_CURRENT_LIMIT_MAX (0.8f * DRIVE_CURRENT_RANGE)
+
+/* Largest threshold of the chopper [V]; 0: the board has no chopper output. Largest current of its switch
+ * [A].
+ */
+#define DRIVE_CHOPPER_MAX     (BOARD_CHOPPER_OUTPUT == BOARD_NONE ? 0.0f : BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV))
+#define DRIVE_CHOPPER_CURRENT BOARD_AMPERES(BOARD_CHOPPER_CURRENT_MA)
 
 /* Number of periods in this time [s]: at least one. */
 #define DRIVE_PERIODS(seconds) ((uint32_t)((seconds) / DRIVE_PERIOD + 0.5f))
@@ -56,6 +63,7 @@ typedef enum { MTPA_OFF, MTPA_ON } mtpa_t;
 typedef enum { SALIENT_ADAPTATION_OFF, SALIENT_ADAPTATION_ON } salient_adaptation_t;
 typedef enum { WEAKENING_OFF, WEAKENING_ON } field_weakening_t;
 typedef enum { OVER_MODULATION_OFF, OVER_MODULATION_ON } over_modulation_t;
+typedef enum { BRAKE_NONE, BRAKE_HOLDING } holding_brake_choice_t;
 typedef enum { FAULT_RECORD_SIGNALS, FAULT_RECORD_REPLAY } fault_record_t;
 typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNORED } encoder_fault_reaction_t;
 
@@ -275,6 +283,22 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
     E(205, fault_record, "signals|replay", FAULT_RECORD_SIGNALS, TABLE_LIVE,                                 \
       "what the drive keeps of the time before a fault: 12 signals of 341 periods, or the raw samples and "  \
       "the state from which `lagless replay` runs the drive's tasks again")                                  \
+    F(236, chopper_voltage, "V", 0.0f, 0.0f, DRIVE_CHOPPER_MAX, TABLE_LIVE,                                  \
+      "DC-link voltage above which the chopper output connects the brake resistor, until 2 % below; 0: "     \
+      "no chopper")                                                                                          \
+    F(237, chopper_resistance, "ohm", 100.0f, 0.1f, 10000.0f, TABLE_LIVE, "brake resistor of the chopper")   \
+    F(238, chopper_power, "W", 100.0f, 1.0f, 1e6f, TABLE_LIVE, "continuous power of the brake resistor")     \
+    F(239, chopper_time_constant, "s", 30.0f, 0.1f, 3600.0f, TABLE_LIVE,                                     \
+      "thermal time constant of the brake resistor")                                                         \
+    E(240, holding_brake, "off|on", BRAKE_NONE, TABLE_OFF,                                                   \
+      "on: the brake output releases a holding brake when the motor has torque, and sets it before the "     \
+      "bridge opens; `enable` = off then stops the motor like quick_stop; with an encoder only")             \
+    F(241, brake_release_time, "s", 0.1f, 0.0f, 5.0f, TABLE_LIVE,                                            \
+      "time from the brake output until the shaft is free; until then the speed reference is zero")          \
+    F(242, brake_apply_time, "s", 0.1f, 0.0f, 5.0f, TABLE_LIVE,                                              \
+      "time from the end of the brake output until the brake holds; until then the motor holds")             \
+    F(243, brake_preload, "N m", 0.0f, -10000.0f, 10000.0f, TABLE_LIVE,                                      \
+      "torque that the motor must have before the brake is released: that of the load at standstill")        \
     I(91, module_fault_retries, "-", 0, 0, 100, TABLE_LIVE,                                                  \
       "number of faults of the power module that the drive resets by itself: after a second it starts the "  \
       "motor again if `enable` is still on")

@@ -138,6 +138,20 @@ const rule_t rules[RULES] = {
                    {{PARAM_dc_undervoltage, LESS_HELPS},
                     {PARAM_dc_overvoltage, MORE_HELPS},
                     {PARAM_ride_through_time, LESS_HELPS}}},
+    [RULE_CHOPPER] = {"chopper_voltage = 0, or chopper_voltage <= 0.95 dc_overvoltage, else the link limits "
+                      "braking before the chopper is on",
+                      2,
+                      {{PARAM_chopper_voltage, LESS_HELPS}, {PARAM_dc_overvoltage, MORE_HELPS}}},
+    [RULE_CHOPPER_CURRENT] = {"chopper_voltage = 0, or dc_overvoltage / chopper_resistance <= the largest "
+                              "current of the board's chopper",
+                              3,
+                              {{PARAM_chopper_resistance, MORE_HELPS},
+                               {PARAM_dc_overvoltage, LESS_HELPS},
+                               {PARAM_chopper_voltage, LESS_HELPS}}},
+    [RULE_BRAKE] = {"holding_brake = off, or the board has a brake output and position_source = encoder, "
+                    "because no known torque holds the shaft without an encoder",
+                    2,
+                    {{PARAM_holding_brake, LESS_HELPS}, {PARAM_position_source, LESS_HELPS}}},
     [RULE_OPEN] =
         {"field_weakening = off, or 1.732 motor_flux_linkage motor_pole_pairs overspeed_trip <= the largest "
          "dc_overvoltage of the board, else a rotor at that speed charges the DC link beyond it while the "
@@ -226,24 +240,7 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
         observer->gain = of_all->gain;
         take_reach(&alone, &all);
         break;
-    case RULE_TRIP:
-    case RULE_LINK:
-    case RULE_DELAY:
-    case RULE_ENCODER:
-    case RULE_TURN:
-    case RULE_FEEDFORWARD:
-    case RULE_FORGETTING:
-    case RULE_START:
-    case RULE_LOW_SPEED:
-    case RULE_FALLBACK:
-    case RULE_CATCH:
-    case RULE_HANDOVER:
-    case RULE_RAMP:
-    case RULE_RIDE:
-    case RULE_OPEN:
-    case RULE_SATURATION:
-    case RULE_SALIENT:
-    case RULES:
+    default:
         break;
     }
     return estimator_params_check(&alone, &ignored);
@@ -282,12 +279,35 @@ static bool salient_takes(const params_t *params)
     return !estimated || assumed.inductance_q <= CHOSEN_SALIENT_MAX * assumed.inductance_d * ROUNDING;
 }
 
+/* The rules of brake and chopper. */
+static bool outputs_take(rule_number_t rule, const params_t *params)
+{
+    if (rule == RULE_BRAKE) {
+        return params->holding_brake == (int32_t)BRAKE_NONE ||
+               (params->position_source == (int32_t)POSITION_ENCODER && DRIVE_HAS_BRAKE);
+    }
+    if (params->chopper_voltage == 0.0f) {
+        return true;
+    }
+    if (rule == RULE_CHOPPER) {
+        return params->chopper_voltage <= (LINK_FULL - LINK_OVER_BAND) * params->dc_overvoltage * ROUNDING;
+    }
+    return params->dc_overvoltage <= DRIVE_CHOPPER_CURRENT * params->chopper_resistance * ROUNDING;
+}
+
 /* True if the board's link withstands the EMF of a rotor at its trip speed,
  * rectified while the bridge is off. */
 static bool open_bridge_takes(const params_t *params)
 {
     return SQRT_3 * params->motor_flux_linkage * (float)params->motor_pole_pairs * params->overspeed_trip <=
            BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) * ROUNDING;
+}
+
+/* True if the limits of braking and driving by the link are apart. */
+static bool ride_takes(const params_t *params)
+{
+    return (LINK_HOLD + LINK_HOLD_BAND) * params->dc_undervoltage <=
+           (LINK_FULL - LINK_OVER_BAND) * params->dc_overvoltage * ROUNDING;
 }
 
 bool rules_hold(rule_number_t rule, const params_t *params)
@@ -300,12 +320,10 @@ bool rules_hold(rule_number_t rule, const params_t *params)
     case RULE_DELAY:
         return params->turn_off_delay <= (params->dead_time + params->turn_on_delay) * ROUNDING;
     case RULE_ENCODER:
-        /* With fewer counts per pole pair the angle steps by more than 25 mrad,
-         * and the current becomes noisy. */
+        /* A step of the angle above 25 mrad makes the current noisy. */
         return 256 * params->motor_pole_pairs <= 4 * params->encoder_lines;
     case RULE_TURN:
-        /* Largest turn of the frame per sample: the delays of the loop are
-         * compensated to first order only. */
+        /* The delays of the loop are compensated to first order only. */
         return params->overspeed_trip * (float)params->motor_pole_pairs * DRIVE_PERIOD <= 0.5f * ROUNDING;
     case RULE_FEEDFORWARD:
         return params->feedforward_cutoff <= 0.95f * params->pll_bandwidth * ROUNDING;
@@ -336,9 +354,11 @@ bool rules_hold(rule_number_t rule, const params_t *params)
     case RULE_RAMP:
         return start_takes(rule, params);
     case RULE_RIDE:
-        return params->ride_through_time == 0.0f ||
-               (LINK_HOLD + LINK_HOLD_BAND) * params->dc_undervoltage <=
-                   (LINK_FULL - LINK_OVER_BAND) * params->dc_overvoltage * ROUNDING;
+        return params->ride_through_time == 0.0f || ride_takes(params);
+    case RULE_CHOPPER:
+    case RULE_CHOPPER_CURRENT:
+    case RULE_BRAKE:
+        return outputs_take(rule, params);
     case RULE_OPEN:
         return params->field_weakening == (int32_t)WEAKENING_OFF || open_bridge_takes(params);
     case RULE_SATURATION:

@@ -42,6 +42,9 @@ typedef enum {
     RULE_HANDOVER,
     RULE_RAMP,
     RULE_RIDE,
+    RULE_CHOPPER,
+    RULE_CHOPPER_CURRENT,
+    RULE_BRAKE,
     RULES
 } rule_number_t;
 

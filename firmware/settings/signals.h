@@ -191,6 +191,10 @@
     U(2168, medium_cycles_max, medium_took.longest, "cycles",                                                \
       "largest value of medium_cycles since the start")                                                      \
     U(2095, coasting, medium.found.coasting, "-", "1: the bridge is off until the lost supply is back")      \
+    U(2252, outputs, fast.command.outputs, "-", "outputs of the board: 1 chopper on, 2 brake released")      \
+    F(2253, chopper_heat, medium.outputs.chopper.heat, "-",                                                  \
+      "heat of the brake resistor; 1: that of a continuous chopper_power")                                   \
+    E(2254, brake_state, medium.outputs.brake.state, BRAKE_STATE_NAMES, "state of the holding brake")        \
     F(2068, encoder_theta_e, fast.shaft.position.theta_e, "rad", "electrical angle of the encoder at t_k")   \
     F(2069, encoder_omega_e, fast.shaft.position.omega_e, "rad/s", "electrical speed of the encoder")
 

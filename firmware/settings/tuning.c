@@ -362,6 +362,31 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
     tuning->medium.link = link_watch_prepare(&watch);
 }
 
+static void prepare_outputs(drive_tuning_t *tuning, const params_t *params)
+{
+    tuning->fast.chopper = chopper_prepare(params->chopper_voltage);
+    const chopper_watch_params_t resistor = {
+        .voltage = params->chopper_voltage,
+        .below = tuning->fast.chopper.below,
+        .resistance = params->chopper_resistance,
+        .continuous = params->chopper_power,
+        .time = params->chopper_time_constant,
+        .period = DRIVE_WINDOW_PERIOD,
+        .periods = (float)DRIVE_WINDOW,
+    };
+    tuning->medium.outputs.chopper = chopper_watch_prepare(&resistor);
+    const holding_brake_params_t brake = {
+        .on = params->holding_brake == (int32_t)BRAKE_HOLDING,
+        .release_time = params->brake_release_time,
+        .apply_time = params->brake_apply_time,
+        .preload = tuning->medium.manoeuvres.run.per_torque * params->brake_preload,
+        .current_limit = params->current_limit,
+        .period = DRIVE_WINDOW_PERIOD,
+    };
+    tuning->medium.outputs.brake = holding_brake_prepare(&brake);
+    tuning->medium.outputs.preload = params->brake_preload;
+}
+
 void drive_prepare(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
     tuning->fast.measure = measure_prepare(params);
@@ -377,5 +402,6 @@ void drive_prepare(drive_tuning_t *tuning, const params_t *params, const assumed
     prepare_motion(tuning, params, assumed);
     prepare_current_watch(tuning, params);
     prepare_limits(tuning, params, assumed);
+    prepare_outputs(tuning, params);
     tuning->medium.in_force = params_in_force(params, assumed);
 }

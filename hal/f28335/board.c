@@ -28,7 +28,8 @@
 /* Six neighbours, from GPIO0 = EPWM1A or GPIO6 = EPWM4A on, each with function 1. */
 #define GATE_PINS (UINT32_C(0x555) << (4u * (PWM_LEADER - 1u)))
 
-#define LEDS (BOARD_LED_RUN != BOARD_NONE || BOARD_LED_FAULT != BOARD_NONE)
+#define OUTPUTS (BOARD_CHOPPER_OUTPUT != BOARD_NONE || BOARD_BRAKE_OUTPUT != BOARD_NONE)
+#define LEDS    (BOARD_LED_RUN != BOARD_NONE || BOARD_LED_FAULT != BOARD_NONE)
 
 static bool config_is_good(const hal_config_t *config)
 {
@@ -159,6 +160,50 @@ void hal_leds(bool run, bool fault)
 #endif
 }
 
+#if OUTPUTS
+static inline void set_pin(uint16_t pin, bool high)
+{
+    const volatile gpio_data_regs_t *port = GPIO_DATA(pin / 32u);
+
+    bus_write32(high ? &port->SET : &port->CLEAR, GPIO_PIN(pin));
+}
+
+/* A pin becomes an output at the level that it has been set to before. */
+static void drive_pin(uint16_t pin)
+{
+    const volatile gpio_control_regs_t *port = GPIO_CONTROL(pin / 32u);
+
+    bus_allow();
+    bus_write32(&port->DIR, port->DIR | GPIO_PIN(pin));
+    bus_protect();
+}
+
+static void connect_outputs(void)
+{
+    hal_outputs(false, false);
+#if BOARD_CHOPPER_OUTPUT != BOARD_NONE
+    drive_pin((uint16_t)BOARD_CHOPPER_OUTPUT);
+#endif
+#if BOARD_BRAKE_OUTPUT != BOARD_NONE
+    drive_pin((uint16_t)BOARD_BRAKE_OUTPUT);
+#endif
+}
+#endif
+
+void hal_outputs(bool chopper, bool brake)
+{
+#if BOARD_CHOPPER_OUTPUT != BOARD_NONE
+    set_pin((uint16_t)BOARD_CHOPPER_OUTPUT, chopper == (BOARD_CHOPPER_ACTIVE_HIGH != 0));
+#else
+    (void)chopper;
+#endif
+#if BOARD_BRAKE_OUTPUT != BOARD_NONE
+    set_pin((uint16_t)BOARD_BRAKE_OUTPUT, brake == (BOARD_BRAKE_ACTIVE_HIGH != 0));
+#else
+    (void)brake;
+#endif
+}
+
 hal_memory_t hal_memory(hal_region_t region)
 {
     static const bus_region_t of[HAL_REGIONS] = {BUS_PROGRAM, BUS_INTERRUPT_CODE, BUS_STACK_END};
@@ -210,6 +255,9 @@ hal_status_t hal_init(const hal_config_t *config)
     connect_pins();
 #if BOARD_ENABLE_INPUT != BOARD_NONE
     connect_enable();
+#endif
+#if OUTPUTS
+    connect_outputs();
 #endif
 #if LEDS
     connect_led((uint16_t)BOARD_LED_RUN);

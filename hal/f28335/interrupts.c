@@ -12,6 +12,7 @@
 static HAL_INTERRUPT void unexpected(void)
 {
     hal_gates_off();
+    hal_outputs(false, false);
 }
 
 static uint16_t group_bit(uint16_t group)

@@ -831,10 +831,11 @@ static void link_step(plant_t *plant, double h, double charge)
     double v = plant->v_dc - charge * plant->link_rate;
     double source = interval_source(plant, h);
     double given = v < source ? h * plant->source_rate : 0.0;
-    bool chops = plant->chopper_rate > 0.0 && v > q->chopper_voltage;
+    bool driven = q->chopper_driven != 0.0;
+    bool chops = plant->chopper_rate > 0.0 && (driven ? plant->chops != 0u : v > q->chopper_voltage);
     if (given > 0.0 || chops) {
         v = (v + given * source) / (1.0 + given + (chops ? h * plant->chopper_rate : 0.0));
-        v = chops && v < q->chopper_voltage ? q->chopper_voltage : v;
+        v = chops && !driven && v < q->chopper_voltage ? q->chopper_voltage : v;
     }
     plant->v_dc = v > 0.0 ? v : 0.0;
 }

@@ -395,11 +395,12 @@ static void make_shaft(plant_t *plant)
     plant->load_active = elastic ? active : 0.0;
     plant->load_width_inverse = width_inverse(plant->load_torque, plant->load_inverse);
     plant->active_torque = elastic ? 0.0 : active;
-    plant->dry_torque = q->friction_coulomb + opposing + plant->brake_torque;
-    bool sticks = q->friction_breakaway > 0.0 || plant->brake_torque > 0.0;
+    double brake = plant->brake_torque + (plant->holds != 0u ? q->holding_torque : 0.0);
+    plant->dry_torque = q->friction_coulomb + opposing + brake;
+    bool sticks = q->friction_breakaway > 0.0 || brake > 0.0;
     double friction =
         q->friction_breakaway > q->friction_coulomb ? q->friction_breakaway : q->friction_coulomb;
-    plant->hold_torque = sticks ? friction + opposing + plant->brake_torque : 0.0;
+    plant->hold_torque = sticks ? friction + opposing + brake : 0.0;
     plant->width_inverse = width_inverse(plant->dry_torque, plant->inertia_inverse);
 }
 
@@ -615,6 +616,7 @@ void plant_init(plant_t *plant, const plant_params_t *params, uint64_t seed)
     plant->shoot_through_tick = PLANT_NEVER;
     plant->cos_e = 1.0;
     plant->idle = 1;
+    plant->holds = 1;
     plant->v_dc = params->dc_voltage;
     for (uint32_t leg = 0; leg < 3; leg++) {
         plant->wire[leg] = leg;
@@ -657,6 +659,25 @@ void plant_set_brake(plant_t *plant, double torque)
     plant->brake_torque = torque;
     make_shaft(plant);
     interval_restart(plant);
+}
+
+void plant_outputs(plant_t *plant, bool chopper, bool released)
+{
+    const plant_params_t *q = &plant->params;
+    plant->chops = chopper;
+    if (plant->released != (uint32_t)released) {
+        plant->released = released;
+        plant->holding_since = plant->tick;
+    }
+    double passed = (double)(plant->tick - plant->holding_since) / (double)PLANT_TICKS_PER_SECOND;
+    bool late = passed >= (released ? q->holding_release_time : q->holding_apply_time);
+    if (late && plant->holds == (uint32_t)released) {
+        plant->holds = !released;
+        if (q->holding_torque > 0.0) {
+            make_shaft(plant);
+            interval_restart(plant);
+        }
+    }
 }
 
 void plant_set_metering(plant_t *plant, bool on)

@@ -47,7 +47,8 @@
  * until the protection acts. An open switch never conducts. A shorted switch always conducts, and is not
  * switched off by the protection; when the other switch of the leg turns on, this is a shoot-through. Both
  * have an effect with gate edges only, not in averaged mode. DC link: constant voltage, or a capacitor behind
- * a resistance and a rectifier (no current to the source), with a chopper across it. The source is a constant
+ * a resistance and a rectifier (no current to the source), with a chopper across it, which switches by itself
+ * or by the output of the board. The source is a constant
  * voltage plus a sine.
  *
  * Protection of the module, as in Mitsubishi's L series (data sheet of PM50B5LA060; the return to operation
@@ -162,6 +163,11 @@ void plant_set_motion(plant_t *plant, double theta_m, double omega_m);
 /* Sets the torque [N m] of a brake on the shaft, >= 0 (asserted); 0: released. The brake acts like dry
  * friction. It has no effect on a locked shaft. */
 void plant_set_brake(plant_t *plant, double torque);
+
+/* Outputs of the board at this tick, at which the plant must be: the chopper connects its resistor, where
+ * chopper_driven says so, and the holding brake is released or set, which happens at the first call after its
+ * release or apply time. To be called at least once in a period. */
+void plant_outputs(plant_t *plant, bool chopper, bool released);
 
 /* on: counts the energies from zero, which takes computing time; off after init. The energies satisfy dc =
  * copper + inverter + mechanical + change of magnetic + change of kinetic, unless motion or parameters are

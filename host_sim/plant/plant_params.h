@@ -103,7 +103,11 @@
     P(saturation_d,          "A",        0.0,     0.0,    1e4,    "current I_s at which the flux of i_d is inductance_d i_d/sqrt(1 + (i_d/I_s)^2), 1/sqrt 2 of the unsaturated one; 0: no saturation, else 1 A at least") \
     P(saturation_q,          "A",        0.0,     0.0,    1e4,    "the same of i_q and inductance_q") \
     P(flux_map,              "-",        0.0,     0.0,    32.0,   "number of a flux map, psi_d and psi_q over i_d and i_q, in place of inductances and saturation; in a scenario the name of its CSV file; 0: none") \
-    P(iron_loss_resistance,  "ohm",      0.0,     0.0,    1e6,    "resistance R_c of the iron: the loss 1.5 (omega_e psi)^2/R_c by a current omega_e psi/R_c along the EMF; 0: no loss, else 10 ohm at least")
+    P(iron_loss_resistance,  "ohm",      0.0,     0.0,    1e6,    "resistance R_c of the iron: the loss 1.5 (omega_e psi)^2/R_c by a current omega_e psi/R_c along the EMF; 0: no loss, else 10 ohm at least") \
+    P(chopper_driven,        "-",        0.0,     0.0,    1.0,    "1: the chopper output of the board connects chopper_resistance; 0: chopper_voltage does") \
+    P(holding_torque,        "N m",      0.0,     0.0,    1e4,    "torque of the holding brake on the brake output of the board, set by a spring; 0: none") \
+    P(holding_release_time,  "s",        0.05,    0.0,    5.0,    "from the brake output until the holding brake is free") \
+    P(holding_apply_time,    "s",        0.03,    0.0,    5.0,    "from the end of the brake output until the holding brake holds")
 /* clang-format on */
 
 /* load_kind */

@@ -106,6 +106,7 @@ typedef struct {
     uint64_t shoot_through_tick; /* [tick] PLANT_NEVER: none yet */
     uint64_t random;             /* state of the noise */
     uint64_t period_end;         /* [tick] end of the carrier period of the averaged laws */
+    uint64_t holding_since;      /* [tick] of the last change of the brake output */
     uint64_t ripple_since;       /* [tick] at which the ripple of the source has the phase 0 */
     uint64_t works;              /* a load depends on the square of the speed, on the table or on the angle */
     int64_t count_shift;         /* [counts] difference of the encoder from the present state of its tracks */
@@ -132,6 +133,9 @@ typedef struct {
     uint32_t uneven;   /* a leg has an additional resistance */
     uint32_t averaged; /* PLANT_EDGES: no; whose zero vector is at the ends of a period */
     uint32_t map;      /* [-] number of the flux map; 0: none */
+    uint32_t chops;    /* the chopper output is on */
+    uint32_t released; /* the brake output is on */
+    uint32_t holds;    /* the holding brake is set */
     uint32_t idle;     /* no current flows: only the shaft moves */
     uint32_t harmonics; /* the EMF has harmonics */
     uint32_t metering;

@@ -115,6 +115,7 @@ static void begin_period(rig_t *rig)
     plant_t *plant = &rig->state.plant;
     rig_truth_t *truth = &rig->state.ahead[rig->state.begun % RIG_AHEAD];
     plant_advance(plant, next_begin(&rig->state));
+    rig_follow_outputs(rig);
     rig->state.begun++;
     truth->true_theta_e = (float)plant->theta_e;
     truth->true_omega_m = (float)plant->omega_m;

@@ -71,6 +71,9 @@ chip_world_t rig_world(rig_t *rig);
 void rig_drive_enable_input(rig_t *rig); /* the pin as its row requires */
 void rig_follow_fault_line(rig_t *rig);  /* call it after a change of the plant without a gate edge */
 
+/* The plant follows the outputs of brake chopper and holding brake, at its present tick. */
+void rig_follow_outputs(rig_t *rig);
+
 /* rig_software.c */
 void rig_software_bind(rig_t *rig);
 uint64_t rig_section(void *context);           /* [ticks] that a section with interrupts off takes */

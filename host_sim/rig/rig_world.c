@@ -51,6 +51,22 @@ void rig_drive_enable_input(rig_t *rig)
 #endif
 }
 
+#define DRIVEN(pin, level) (chip_pin_out(&rig->state.chip, (pin)) == (int32_t)(level))
+
+/* A pin that the chip does not drive yet is held at the level of off by the board. */
+void rig_follow_outputs(rig_t *rig)
+{
+    bool chopper = false;
+    bool released = false;
+#if BOARD_CHOPPER_OUTPUT != BOARD_NONE
+    chopper = DRIVEN(BOARD_CHOPPER_OUTPUT, BOARD_CHOPPER_ACTIVE_HIGH);
+#endif
+#if BOARD_BRAKE_OUTPUT != BOARD_NONE
+    released = DRIVEN(BOARD_BRAKE_OUTPUT, BOARD_BRAKE_ACTIVE_HIGH);
+#endif
+    plant_outputs(&rig->state.plant, chopper, released);
+}
+
 /* Only the currents move within a microsecond; slow quantities are taken at the plant's present instant. */
 static double on_analog(void *context, uint64_t tick, uint32_t channel)
 {

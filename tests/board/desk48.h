@@ -75,3 +75,9 @@
 #define BOARD_ENABLE_DEBOUNCE_US 2000
 
 #define BOARD_STORE BOARD_STORE_FLASH /* 20 */
+
+#define BOARD_CHOPPER_OUTPUT      58 /* 21: inverting driver; relay of the brake */
+#define BOARD_CHOPPER_ACTIVE_HIGH 0
+#define BOARD_CHOPPER_CURRENT_MA  40000
+#define BOARD_BRAKE_OUTPUT        59
+#define BOARD_BRAKE_ACTIVE_HIGH   1

@@ -228,6 +228,14 @@ class Mistakes(BoardFileTest):
                                 ("0x50 to 0x57", {"BOARD_STORE_ADDRESS": 0x58}), ("0x50 to 0x57", {"BOARD_STORE_ADDRESS": 0x4F}),
                                 ("multiple of 8", {"BOARD_STORE_PAGE_OCTETS": 12}), ("up to 128", {"BOARD_STORE_PAGE_OCTETS": 136}),
                                 ("0 (none) to 20000", {"BOARD_STORE_WRITE_US": 20001})]],
+        (21, "the number of a GPIO, 0 to 87, or BOARD_NONE", {"BOARD_CHOPPER_OUTPUT": 88}),
+        (21, "the number of a GPIO, 0 to 87, or BOARD_NONE", {"BOARD_BRAKE_OUTPUT": -1}),
+        *[(21, "is a pin of lines 4, 6, 13, 14, 18, 19 or 20", {name: pin}) for name in ("BOARD_CHOPPER_OUTPUT", "BOARD_BRAKE_OUTPUT")
+          for pin in (11, 17, 24, 32, 36, 50)],
+        (21, "are one pin", {"BOARD_BRAKE_OUTPUT": 58}),
+        (21, "BOARD_CHOPPER_ACTIVE_HIGH is 0 or 1", {"BOARD_CHOPPER_ACTIVE_HIGH": 2}),
+        (21, "BOARD_CHOPPER_CURRENT_MA is accepted from 100 to 1000000", {"BOARD_CHOPPER_CURRENT_MA": 99}),
+        (21, "BOARD_BRAKE_ACTIVE_HIGH is 0 or 1", {"BOARD_BRAKE_ACTIVE_HIGH": 2}),
     ]
 
     def test_each_mistake_names_the_line(self):

@@ -260,6 +260,36 @@ static void test_enable_input_is_read_at_its_pin_and_off_with_an_open_wire(void)
 #endif
 }
 
+static void expect_output(int32_t pin, bool high)
+{
+    if (pin != BOARD_NONE) {
+        TEST_ASSERT_EQUAL_INT32(high, chip_pin_out(&chip, (uint32_t)pin));
+    }
+}
+
+#if BOARD_CHOPPER_OUTPUT == BOARD_NONE
+#define CHOPPER_HIGH false
+#else
+#define CHOPPER_HIGH (BOARD_CHOPPER_ACTIVE_HIGH != 0)
+#endif
+#if BOARD_BRAKE_OUTPUT == BOARD_NONE
+#define BRAKE_HIGH false
+#else
+#define BRAKE_HIGH (BOARD_BRAKE_ACTIVE_HIGH != 0)
+#endif
+
+static void test_chopper_and_brake_follow_their_orders_and_are_off_at_first(void)
+{
+    expect_output(BOARD_CHOPPER_OUTPUT, !CHOPPER_HIGH);
+    expect_output(BOARD_BRAKE_OUTPUT, !BRAKE_HIGH);
+    for (uint32_t n = 0; n < 4u; n++) {
+        const bool chopper = (n & 1u) != 0u, brake = (n & 2u) != 0u;
+        hal_outputs(chopper, brake);
+        expect_output(BOARD_CHOPPER_OUTPUT, chopper == CHOPPER_HIGH);
+        expect_output(BOARD_BRAKE_OUTPUT, brake == BRAKE_HIGH);
+    }
+}
+
 static void expect_led(int32_t pin, bool lit)
 {
     if (pin != BOARD_NONE) {

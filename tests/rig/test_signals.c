@@ -106,6 +106,9 @@
     X(i_q_upper)                                                                                             \
     X(dc_swing)                                                                                              \
     X(coasting)                                                                                              \
+    X(outputs)                                                                                               \
+    X(chopper_heat)                                                                                          \
+    X(brake_state)                                                                                           \
     X(speed_calm)                                                                                            \
     X(torque_current)                                                                                        \
     X(field_weakened)                                                                                        \
@@ -521,6 +524,9 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(module_heat, 0.0, 0.0)
     EXPECT(dc_swing, 0.0, 0.0)
     EXPECT(coasting, 0.0, 0.0)
+    EXPECT(outputs, 0.0, 0.0) /* tests/cases/chopper.grid, tests/rig/test_brake.c */
+    EXPECT(chopper_heat, 0.0, 0.0)
+    EXPECT(brake_state, 0.0, 0.0)
     /* no step of commissioning is requested here; tests/lab/test_commission.c runs them */
     EXPECT(commission_state, 0.0, 0.0)
     EXPECT(commission_reason, 0.0, 0.0)
@@ -912,7 +918,8 @@ static bool empty(uint32_t row)
            row == R_leg_voltage_alpha_hat || row == R_leg_voltage_beta_hat ||
            row == R_leg_resistance_alpha_hat || row == R_leg_resistance_beta_hat || row == R_field_weakened ||
            row == R_voltage_trim || row == R_faults_later_2 || row == R_warnings_2 || row == R_motor_heat ||
-           row == R_module_heat || row == R_dc_swing || row == R_coasting ||
+           row == R_module_heat || row == R_dc_swing || row == R_coasting || row == R_outputs ||
+           row == R_chopper_heat || row == R_brake_state ||
            (row >= R_commission_state && row <= R_commission_friction_viscous) ||
            (row == R_warnings && !DRIVE_SINK_SENSOR);
 }

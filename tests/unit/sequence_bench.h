@@ -33,7 +33,7 @@ static uint32_t order; /* of the last window */
 
 /* What the machine is to find, whichever quantity tells it. */
 static struct {
-    bool fault_line, tripped, undervoltage, feeding, standing, not_enabled;
+    bool fault_line, tripped, undervoltage, feeding, standing, not_enabled, brake_free;
 } is;
 static measured_t measured;
 static bridge_t bridge; /* as the fast task has it */
@@ -64,8 +64,9 @@ static inline void steps(uint32_t count)
     measured.u_dc = is.undervoltage ? 0.999f * UNDERVOLTAGE : UNDERVOLTAGE;
     measured.current = (ab_t){(is.feeding ? 0.61f : 0.59f) * FEEDING, -0.8f * FEEDING};
     for (uint32_t n = 0; n < count; n++) {
-        order = sequence_step(&sequence, &(sequence_input_t){&requests, &measured, input.faults, input.stops,
-                                                             is.standing, bridge, input.calibration});
+        order = sequence_step(&sequence,
+                              &(sequence_input_t){&requests, &measured, input.faults, input.stops,
+                                                  is.standing, !is.brake_free, bridge, input.calibration});
         bridge = (order & SEQUENCE_ON) != 0u ? bridge : BRIDGE_OFF;
     }
 }

@@ -14,7 +14,9 @@ static bool interrupts_on;
 static bool interrupts_wrong; /* off twice, or on twice */
 static uint32_t dead_band, encoder_max;
 static uint32_t fed;
+static bool output_chopper, output_brake;
 static bool led_run, led_fault;
+static bool output_chopper, output_brake;
 static bool medium_requested;
 static uint32_t cycles;          /* the free-running timer, */
 static uint32_t cycles_per_call; /* and what passes with each of its readings, and with that of the sample */
@@ -111,6 +113,12 @@ static uint32_t memory_words = 100u;
 hal_memory_t hal_memory(hal_region_t region)
 {
     return (hal_memory_t){memories[region], memory_words};
+}
+
+void hal_outputs(bool chopper, bool brake)
+{
+    output_chopper = chopper;
+    output_brake = brake;
 }
 
 void hal_leds(bool run, bool fault)

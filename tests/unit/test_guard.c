@@ -181,6 +181,9 @@ static const struct {
     {"dc_limits", AT(found.link), LINK_LIMITS, 0.0f},
     {"loop_slow", AT(found.loops), GUARD_LOOP_SLOW, 0.0f},
     {"oscillation", AT(found.loops), GUARD_LOOP_OSCILLATED, 0.0f},
+    {"chopper_overload", AT(found.chopper), CHOPPER_OVERLOAD, 0.0f},
+    {"chopper_no_effect", AT(found.chopper), CHOPPER_NO_EFFECT, 0.0f},
+    {"brake_torque", AT(found.brake_torque), 1u, 0.0f},
 };
 #define WAYS (sizeof ways / sizeof ways[0])
 
@@ -415,7 +418,7 @@ static const rule_t debounces[] = {{" bad_sample late ", 3.0f},
 static const rule_t moments[] = {
     {" overcurrent bad_sample dc_overvoltage sink_hot motor_hot sink_warm motor_warm program_corrupt "
      "params_corrupt stack_low encoder_lost motor_overload module_overload derating master_silent "
-     "loop_slow oscillation ",
+     "loop_slow oscillation chopper_overload chopper_no_effect ",
      FAULT_ALWAYS},
     {" encoder_phase encoder_jump encoder_direction encoder_mismatch runaway ", FAULT_ENCODER},
     {" estimate_amplitude estimate_detector estimate_current estimate_speed unlocked ", FAULT_TRACKING},
@@ -448,9 +451,9 @@ static void test_reactions_are_as_fast_as_the_danger(void)
 /* A row's place is its bit, and its number permanent: append only. Each is a reason that can be read. */
 static void test_rows_keep_their_places_and_numbers(void)
 {
-    static const int32_t numbers[] = {20, 21, 30, 22, 26, 29, 23, 28, 24, 25, 32, 33, 34, 35, 37,
-                                      38, 39, 40, 41, 42, 66, 67, 68, 69, 48, 49, 50, 51, 52, 53,
-                                      54, 43, 44, 45, 46, 56, 57, 58, 59, 60, 61, 71, 83, 84, 85};
+    static const int32_t numbers[] = {20, 21, 30, 22, 26, 29, 23, 28, 24, 25, 32, 33, 34, 35,  37,  38,
+                                      39, 40, 41, 42, 66, 67, 68, 69, 48, 49, 50, 51, 52, 53,  54,  43,
+                                      44, 45, 46, 56, 57, 58, 59, 60, 61, 71, 83, 84, 85, 150, 151, 152};
     TEST_ASSERT_EQUAL_UINT32(sizeof numbers / sizeof numbers[0], ROWS);
     for (uint32_t n = 0; n < ROWS; n++) {
         TEST_ASSERT_EQUAL_INT32_MESSAGE(numbers[n], fault_rows[n].reason, fault_rows[n].name);

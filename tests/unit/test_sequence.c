@@ -96,7 +96,7 @@ static void test_a_rotor_that_feeds_the_link_is_not_started_on(void)
             const float length = (over != 0 ? 1.001f : 0.999f) * FEEDING;
             measured.current = (ab_t){length * direction.alpha, length * direction.beta};
             (void)sequence_step(&sequence, &(sequence_input_t){&requests, &measured, NOTHING, NOTHING, false,
-                                                               BRIDGE_OFF, CALIBRATION_GOES_ON});
+                                                               true, BRIDGE_OFF, CALIBRATION_GOES_ON});
             expect_state(over != 0 ? DRIVE_READY : DRIVE_SWITCHED_ON);
             TEST_ASSERT_EQUAL_INT32(over != 0 ? REASON_ROTOR_TOO_FAST : REASON_NONE, sequence.refusal);
         }
@@ -453,4 +453,66 @@ static void test_no_input_leads_where_it_must_not(void)
         }
     }
     TEST_ASSERT_EQUAL_MEMORY(may, seen, sizeof may); /* and every one of them can be had */
+}
+
+/* With a holding brake a motor that turns is stopped first, and the bridge stays on until the brake is set.
+ */
+static void with_brake(void)
+{
+    from(DRIVE_OPERATION_ENABLED);
+    sequence.tuning.brakes = 1u;
+    is.brake_free = true;
+}
+
+static void test_with_a_brake_a_stop_opens_the_bridge_only_when_it_is_set(void)
+{
+    static const int32_t wishes[] = {REQUEST_OFF, REQUEST_QUICK_STOP};
+    for (size_t n = 0; n < sizeof wishes / sizeof wishes[0]; n++) {
+        with_brake();
+        wish(wishes[n], 10, DRIVE_QUICK_STOP, ON);
+        TEST_ASSERT_EQUAL_UINT32(0u, sequence.setting);
+        is.standing = true;
+        go(1, DRIVE_QUICK_STOP, ON);
+        TEST_ASSERT_EQUAL_UINT32(1u, sequence.setting);
+        is.standing = false; /* what moves while the brake closes does not free it again */
+        go(20, DRIVE_QUICK_STOP, ON);
+        TEST_ASSERT_EQUAL_UINT32(1u, sequence.setting);
+        is.brake_free = false;
+        go(1, DRIVE_READY, OFF);
+        TEST_ASSERT_EQUAL_UINT32(0u, sequence.setting);
+    }
+}
+
+static void test_with_a_brake_that_was_never_released_off_acts_at_standstill(void)
+{
+    with_brake();
+    is.brake_free = false;
+    is.standing = true;
+    wish(REQUEST_OFF, 1, DRIVE_QUICK_STOP, ON);
+    go(1, DRIVE_READY, OFF);
+}
+
+static void test_with_a_brake_a_stop_that_does_not_end_sets_it_after_its_time(void)
+{
+    with_brake();
+    wish(REQUEST_OFF, STOP_WINDOWS, DRIVE_QUICK_STOP, ON);
+    TEST_ASSERT_EQUAL_UINT32(0u, sequence.setting);
+    go(1, DRIVE_QUICK_STOP, ON);
+    TEST_ASSERT_EQUAL_UINT32(1u, sequence.setting);
+    is.brake_free = false;
+    go(1, DRIVE_READY, OFF);
+}
+
+static void test_with_a_brake_a_stop_for_a_fault_sets_it_and_a_fault_that_opens_does_not_wait(void)
+{
+    with_brake();
+    input.stops = OVERCURRENT;
+    go(1, DRIVE_QUICK_STOP, ON);
+    is.standing = true;
+    go(5, DRIVE_QUICK_STOP, ON);
+    is.brake_free = false;
+    go_to_fault(1, REASON_OVERCURRENT);
+    with_brake();
+    input.faults = LATE;
+    go_to_fault(1, REASON_LATE);
 }

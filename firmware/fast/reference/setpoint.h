@@ -45,6 +45,10 @@ typedef enum {
     CALIBRATE_BLOCKS /* repeated measurement, block by block */
 } calibrate_t;
 
+/* The outputs of the board beside the gates: bits. Without them the chopper is off and the brake is set. */
+#define DRIVE_OUTPUT_CHOPPER UINT32_C(1) /* the brake resistor is connected to the link */
+#define DRIVE_OUTPUT_BRAKE   UINT32_C(2) /* the holding brake is released */
+
 /* A forced frame. */
 typedef struct {
     float speed;   /* at the end of the window [rad/s], electrical */
@@ -84,6 +88,7 @@ typedef struct {
     uint32_t gates;        /* [-] 1: the bridge has to be on */
     int32_t calibrate;     /* [-] calibrate_t, while the gates are off */
     ab_t trim;             /* change of the sensors' offsets that the trim has found [A] */
+    uint32_t outputs;      /* [-] DRIVE_OUTPUT_... bits: the chopper is permitted, the brake is released */
     uint32_t moments;      /* [-] GUARD_... bits: which fast rows of the fault table count */
     int32_t jump;          /* [-] jump_reaction_t */
     uint32_t jump_periods; /* [periods] longest duration of a catch after such a step */

@@ -78,3 +78,11 @@
 #define BOARD_ENABLE_DEBOUNCE_US 5000
 
 #define BOARD_STORE BOARD_STORE_FLASH /* 20 */
+
+/* 21: a seventh switch beside the module, and a relay for the brake. Resistors of 2.2 kohm to ground keep the
+ * resistor off and the brake set during a reset. */
+#define BOARD_CHOPPER_OUTPUT      30
+#define BOARD_CHOPPER_ACTIVE_HIGH 1
+#define BOARD_CHOPPER_CURRENT_MA  40000
+#define BOARD_BRAKE_OUTPUT        32
+#define BOARD_BRAKE_ACTIVE_HIGH   1

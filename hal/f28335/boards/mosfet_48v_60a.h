@@ -77,3 +77,11 @@
 #define BOARD_ENABLE_DEBOUNCE_US 5000
 
 #define BOARD_STORE BOARD_STORE_FLASH /* 20 */
+
+/* 21: a MOSFET for the resistor, and another one for a brake of 24 V. Resistors of 2.2 kohm to ground keep
+ * the resistor off and the brake set during a reset. */
+#define BOARD_CHOPPER_OUTPUT      30
+#define BOARD_CHOPPER_ACTIVE_HIGH 1
+#define BOARD_CHOPPER_CURRENT_MA  60000
+#define BOARD_BRAKE_OUTPUT        32
+#define BOARD_BRAKE_ACTIVE_HIGH   1

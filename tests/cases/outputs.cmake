@@ -1,0 +1,2 @@
+# Brake chopper and holding brake: docs/chopper_and_brake.md.
+grid_cases(chopper)

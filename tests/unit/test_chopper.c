@@ -1,0 +1,134 @@
+/* Brake chopper: a link of C u^2/2 with a resistor, and the heat of a first-order body, both in closed form.
+ */
+#include "fast/protect/chopper.h"
+#include "medium/protect/chopper_watch.h"
+#include "tests/unit/compare.h"
+
+#define CHOPS        365.0  /* [V] */
+#define RESISTANCE   47.0   /* [ohm] */
+#define CONTINUOUS   200.0  /* [W] */
+#define TIME         10.0   /* [s] */
+#define LOOK         0.8e-3 /* [s] of 8 periods */
+#define PERIODS      8u
+#define EFFECT_LOOKS 26u /* 20 ms, and the first look, which stores the voltage */
+
+static chopper_watch_t watch;
+static chopper_watch_tuning_t tuning;
+
+void setUp(void)
+{
+    const chopper_watch_params_t params = {
+        .voltage = (float)CHOPS,
+        .below = (float)(0.98 * CHOPS),
+        .resistance = (float)RESISTANCE,
+        .continuous = (float)CONTINUOUS,
+        .time = (float)TIME,
+        .period = (float)LOOK,
+        .periods = (float)PERIODS,
+    };
+    watch = (chopper_watch_t){0};
+    tuning = chopper_watch_prepare(&params);
+}
+
+static void look(double u_dc, uint32_t chopped, double power)
+{
+    const chopper_watch_input_t input = {(float)u_dc, chopped, (float)power};
+    chopper_watch_step(&watch, &tuning, &input);
+}
+
+static void test_it_is_on_above_its_threshold_until_two_percent_below(void)
+{
+    const chopper_tuning_t thresholds = chopper_prepare((float)CHOPS);
+    static const struct {
+        double u_dc;
+        uint32_t on;
+    } way[] = {{300.0, 0u}, {364.9, 0u}, {365.1, 1u}, {360.0, 1u}, {357.8, 1u},
+               {357.6, 0u}, {364.9, 0u}, {400.0, 1u}, {100.0, 0u}};
+    uint32_t on = 0u;
+    for (size_t n = 0; n < sizeof way / sizeof way[0]; n++) {
+        on = chopper_step(on, &thresholds, (float)way[n].u_dc);
+        TEST_ASSERT_EQUAL_UINT32(way[n].on, on);
+    }
+}
+
+static void test_without_a_threshold_it_stays_off(void)
+{
+    const chopper_tuning_t none = chopper_prepare(0.0f);
+    TEST_ASSERT_EQUAL_UINT32(0u, chopper_step(1u, &none, 1e6f));
+    const chopper_watch_params_t params = {.voltage = 0.0f};
+    TEST_ASSERT_EQUAL_UINT32(0u, chopper_watch_prepare(&params).on);
+}
+
+/* h(t) = p (1 - exp(-t/tau)) with p the mean power over the continuous one; on for a quarter of the time. */
+static void test_the_resistor_warms_as_a_body_of_first_order(void)
+{
+    const double p = 0.25 * 370.0 * 370.0 / (RESISTANCE * CONTINUOUS);
+    for (uint32_t n = 1; n <= 2500u; n++) {
+        look(370.0, PERIODS / 4u, 0.0);
+        const double expected = p * (1.0 - exp(-LOOK * n / TIME));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * p, expected, (double)watch.heat);
+    }
+}
+
+/* The whole time on: p = 14.6, and h = 1 after tau ln(p/(p - 1)). It cools to 0.8 in tau ln(1/0.8). */
+static void test_an_overloaded_resistor_is_found_and_may_be_used_again_when_it_is_cool(void)
+{
+    const double p = 370.0 * 370.0 / (RESISTANCE * CONTINUOUS);
+    const double hot = TIME * log(p / (p - 1.0)), cools = TIME * log(1.0 / 0.8);
+    uint32_t n = 0u;
+    while ((watch.conditions & CHOPPER_OVERLOAD) == 0u && n < 100000u) {
+        look(370.0, PERIODS, -5000.0); /* the motor returns more than the resistor takes */
+        n++;
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(2.0 * LOOK, hot, n * LOOK);
+    for (n = 0u; (watch.conditions & CHOPPER_OVERLOAD) != 0u && n < 100000u; n++) {
+        look(340.0, 0u, 0.0);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.01 * cools, cools, n * LOOK);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
+}
+
+/* C du/dt = -u/R + P/u, with steps of a look. Number of looks until the condition; 0: none came. */
+static uint32_t looks_until_no_effect(double resistance, double capacitance, double returned)
+{
+    double u = 385.0;
+    setUp();
+    for (uint32_t n = 1; n <= 125u; n++) {
+        look(u, PERIODS, -returned);
+        if ((watch.conditions & CHOPPER_NO_EFFECT) != 0u) {
+            return n;
+        }
+        u += LOOK / capacitance * (returned / u - (resistance > 0.0 ? u / resistance : 0.0));
+    }
+    return 0u;
+}
+
+static void test_a_resistor_that_takes_energy_is_not_reported_absent(void)
+{
+    static const double farads[] = {0.2e-3, 1e-3, 5e-3, 20e-3}; /* R C up to 0.94 s */
+    for (size_t n = 0; n < sizeof farads / sizeof farads[0]; n++) {
+        TEST_ASSERT_EQUAL_UINT32(0u, looks_until_no_effect(RESISTANCE, farads[n], 0.0));
+        TEST_ASSERT_EQUAL_UINT32(0u, looks_until_no_effect(RESISTANCE, farads[n], 1000.0));
+        TEST_ASSERT_EQUAL_UINT32(0u,
+                                 looks_until_no_effect(RESISTANCE, farads[n], 385.0 * 385.0 / RESISTANCE));
+    }
+}
+
+static void test_a_link_that_does_not_fall_while_the_chopper_is_on_is_reported(void)
+{
+    TEST_ASSERT_EQUAL_UINT32(EFFECT_LOOKS, looks_until_no_effect(0.0, 1e-3, 0.0));
+    TEST_ASSERT_EQUAL_UINT32(EFFECT_LOOKS, looks_until_no_effect(0.0, 1e-3, 300.0));
+    look(385.0, 0u, 0.0); /* off: the condition lasts while the link is high */
+    TEST_ASSERT_EQUAL_UINT32(CHOPPER_NO_EFFECT, watch.conditions);
+    look(350.0, 0u, 0.0);
+    TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
+}
+
+/* Without a break in which it was off, it is not judged. */
+static void test_a_chopper_that_works_in_short_pulses_is_not_judged(void)
+{
+    for (uint32_t n = 0; n < 1000u; n++) {
+        look(365.0, n % 20u == 19u ? PERIODS - 1u : PERIODS, 0.0);
+        TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions & CHOPPER_NO_EFFECT);
+    }
+}

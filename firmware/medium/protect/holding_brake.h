@@ -1,10 +1,13 @@
 /* The holding brake of the shaft: a spring sets it, its output releases it.
  *
- *     set --> releasing   the bridge is on, speed control can take over, and the torque of the winding is
- * that of the pre-torque, within BRAKE_NEAR of the current limit for BRAKE_STEADY releasing --> released
- * after the release time; until then speed control holds speed zero releasing, released --> applying   the
- * sequence wants the brake set; speed control holds speed zero applying --> set    after the apply time; then
- * the bridge may open
+ *     set to releasing       the bridge is on, the speed control can take over, and the torque of the
+ *                            winding is near the pre-torque (BRAKE_NEAR, BRAKE_STEADY)
+ *
+ *     releasing to released  after the release time; the speed control holds speed zero until then
+ *
+ *     both to applying       the sequence requires the brake; the speed control holds speed zero
+ *
+ *     applying to set        after the apply time; then the bridge may open
  *
  * While the bridge is off, the brake is set. The fast task removes the output in the period in which it opens
  * the bridge (fast/fast.c), without waiting for this module. If the torque is not present BRAKE_TORQUE_TIME

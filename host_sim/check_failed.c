@@ -1,4 +1,4 @@
-/* Wherever somebody reads stderr: the desk, and the simulated targets. */
+/* For programs whose stderr is read: the host simulation and the simulated targets. */
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -91,7 +91,7 @@ static void write_period(chip_t *chip, uint32_t m, uint16_t value)
         timebase_plan(chip, m);
     }
     if (epwm->count == 0u && (immediate || epwm->period == 0u)) {
-        timebase_start(chip, m); /* a counter that stood at zero for want of a period */
+        timebase_start(chip, m); /* a counter that was constant at zero because its period was zero */
     }
 }
 

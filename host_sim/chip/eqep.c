@@ -1,7 +1,7 @@
 /* eQEP1 and 2: SPRUG05. Four counts a line from the world's position, position counter with its maximum, unit
  * timer with latch, flags and interrupt.
  *
- * The pins are looked at when somebody could notice: at a unit time-out, before an interrupt, after a wait.
+ * The pins are sampled when the result is visible: at a unit time-out, before an interrupt, after a wait.
  * Between two looks fewer counts than SYSCLK cycles must have come; more (the world jumped) are what two
  * edges in one cycle are on silicon: a phase error, and the counter follows the quadrature lines alone, that
  * is the jump modulo 4.
@@ -192,7 +192,7 @@ static bool connected(const chip_t *chip, uint32_t n)
            (gpio_mux(chip, 50u) == 1u && gpio_mux(chip, 51u) == 1u);
 }
 
-/* Does the position counter run? On the way from off to on, the lines are taken as they stand. */
+/* Starts or stops the position counter. When it starts, the present levels of the lines are taken over. */
 static void begin_here(chip_t *chip, uint32_t n)
 {
     chip->eqep[n].position = look(chip, n);

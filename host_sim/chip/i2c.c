@@ -138,7 +138,7 @@ static void stopped(chip_t *chip)
     chip->i2c.phase = PHASE_IDLE;
 }
 
-/* What was under way until `due` is complete. */
+/* The operation that lasted until `due` is complete. */
 static void complete(chip_t *chip)
 {
     chip_i2c_t *i2c = &chip->i2c;

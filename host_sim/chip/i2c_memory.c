@@ -164,7 +164,7 @@ uint32_t i2c_memory_get(chip_t *chip)
 {
     chip_i2c_memory_t *m = &chip->i2c.memory;
     if (m->state != READING) {
-        return 0xFFu; /* nobody pulls */
+        return 0xFFu; /* no device pulls the line */
     }
     const uint32_t octet = m->place < CHIP_I2C_KEPT ? m->octet[m->place] : 0xFFu;
     m->place = (m->place + 1u) % SIZE;

@@ -1,6 +1,6 @@
-/* Memory that the firmware looks at as such: flash, the copy of the interrupt's code in RAM, the end of the
- * stack. On the desk code is the host's own; in its place stand a few words that nothing but an injected
- * error changes. */
+/* Memory whose content the firmware itself checks: flash, the copy of the interrupt's code in RAM, the end of
+ * the stack. In the host simulation the code is that of the host. Some words take its place, and only an
+ * injected error changes them. */
 #include "hal/f28335/bus.h"
 #include "host_sim/chip/parts.h"
 

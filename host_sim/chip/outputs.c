@@ -117,7 +117,7 @@ static bool tripped(const chip_t *chip, uint32_t m)
     return (chip->registers.epwm[m].TZFLG & TZ_OST) != 0u || chip->epwm[m].cbc != 0u;
 }
 
-/* What stands between the dead bands and the pins. */
+/* The trip zones between the dead bands and the pins. */
 static void configure(chip_t *chip)
 {
     chip_pins_t *pins = &chip->pins;

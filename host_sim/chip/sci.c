@@ -75,7 +75,7 @@ static uint64_t eighths(const chip_t *chip, uint64_t count)
 
 /* ---- The line towards the chip ---- */
 
-/* [ticks] from the begin of a frame to that of its bit n, by the clock of who sends; and the bit of a tick.
+/* [ticks] from the begin of a frame to that of its bit n, by the clock of the sender; and the bit of a tick.
  */
 static uint64_t bit_at(const chip_t *chip, uint32_t n)
 {
@@ -176,8 +176,8 @@ static uint32_t sampled(const chip_t *chip, uint64_t fall, uint32_t n)
     return high >= 2u;
 }
 
-/* A missing stop bit: a break, if the line stays low; else the receiver looks for the next fall. False: that
- * is yet to come. */
+/* A missing stop bit: a break, if the line stays low; else the receiver looks for the next fall. False: it
+ * has not come yet. */
 static bool after_missing_stop(chip_t *chip)
 {
     chip_sci_t *sci = &chip->sci;
@@ -227,7 +227,7 @@ static bool receive_next(chip_t *chip)
     return true;
 }
 
-/* Frames behind which the receiver already looks. */
+/* Frames after which the receiver already waits for the next one. */
 static void drop_frames(chip_t *chip)
 {
     chip_sci_t *sci = &chip->sci;
@@ -258,7 +258,7 @@ static void hand_out(chip_t *chip, uint32_t octet)
     if (gpio_mux(chip, 29u) != 1u && gpio_mux(chip, 35u) != 1u) {
         return;
     }
-    if (sci->sent_count == CHIP_LINE_SENT) { /* nobody listens */
+    if (sci->sent_count == CHIP_LINE_SENT) { /* no receiver is connected */
         sci->sent_first = (sci->sent_first + 1u) % CHIP_LINE_SENT;
         sci->sent_count--;
     }

@@ -1,5 +1,5 @@
 /* ePWM event trigger: SPRUG04. Every n-th event makes an interrupt or a start of conversion. An interrupt
- * waits while its flag stands; a start of conversion does not care about its flag. */
+ * waits while its flag is set; a start of conversion ignores its flag. */
 #include "host_sim/chip/parts.h"
 
 #define ETPS_STORED  0x3303u

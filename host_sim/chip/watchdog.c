@@ -12,8 +12,8 @@ static uint64_t count_cycles(const chip_t *chip)
     return COUNT_CYCLES << (prescale == 0u ? 0u : prescale - 1u);
 }
 
-/* It stands while a debugger holds the CPU, also within interrupts of the real-time mode. What software does
- * behind a flash operation comes when that is over. */
+/* It is stopped while a debugger halts the CPU, also within interrupts of the real-time mode. Actions of the
+ * software after a flash operation take place when the operation has ended. */
 static uint64_t own_time(const chip_t *chip)
 {
     uint64_t now = chip->debug.halted ? chip->debug.since : chip->tick;

@@ -223,7 +223,7 @@ typedef struct {
     output_progress_t progress;
 } keeper_t;
 
-/* The scenario first: a result whose line stands has its file. */
+/* The scenario is written first, so that each result in the list has its file. */
 static bool keep(void *context, uint32_t run, const campaign_result_t *result, const char *scenario)
 {
     keeper_t *keeper = context;

@@ -206,7 +206,7 @@ typedef struct {
     uint32_t count;
 } settings_t;
 
-/* Parameters and requests as they stand in the drive. */
+/* The present parameters and requests of the drive. */
 static bool read_settings(session_t *session, settings_t *settings)
 {
     settings->count = 0;

@@ -15,7 +15,7 @@
 #define RESET_WAIT  0.05 /* [s] for a fault to go, after each of ... */
 #define RESET_TRIES 6u   /* ... so many resets */
 #define KEEP_WAIT   10.0 /* [s] for a memory on the drive's I2C bus to take a set */
-#define KEEP_LOOK   0.02 /* [s] from one look at it to the next */
+#define KEEP_LOOK   0.02 /* [s] from one query to the next */
 #define RETURN_WAIT 10.0 /* [s] for the drive to answer after its restart */
 
 static bool extra(session_t *session, uint32_t count, char **words)
@@ -537,12 +537,13 @@ static bool is_reset(session_t *session, void *context, bool *met)
     return true;
 }
 
-/* Going from no to yes resets; a cause must have been gone for 20 ms, so it is tried a few times. */
+/* The change from no to yes resets. The cause must have been absent for 20 ms, so the reset is repeated a few
+ * times. */
 bool connect_reset(session_t *session, uint32_t count, char **words)
 {
     bool met = false;
     double present;
-    /* off first: the wish to run that stood when the fault came is no wish to run after it */
+    /* off first: an `enable` from before the fault is no request to run after it */
     if (!extra(session, count, words) || !connect_set_choice(session, "enable", "off")) {
         return false;
     }

@@ -14,10 +14,11 @@
 #include "host_sim/rig/rig.h"
 
 #define TIME_MAX    86400.0 /* [s] */
-#define PAUSE_MAX   0.01    /* [s] of ours from one look at the drive to the next */
+#define PAUSE_MAX   0.01    /* [s] of the host's clock from one query of the drive to the next */
 #define PAUSE_SHORT 0.001   /* [s] likewise, while its clock has not moved */
 #define AHEAD       0.1     /* [s] of the drive's time, likewise */
-#define STAND_STILL 5.0     /* [s] of ours: a drive whose clock does not go on for so long is stopped */
+#define STAND_STILL                                                                                          \
+    5.0 /* [s] of the host's clock: a drive whose clock has not advanced for this time is halted */
 
 bool connect_fail(session_t *session, const char *format, ...)
 {
@@ -221,8 +222,9 @@ void connect_json_text(const char *key, const char *text)
 
 /* ---- time ---- */
 
-/* [s] until the drive is looked at again: half of what is left and AHEAD at most as its time goes now, so
- * that one that runs fast is neither overslept nor left alone. */
+/* [s] until the next query of the drive: half of the remaining time, and AHEAD at most, at the present speed
+ * of its clock. So a drive that runs faster than real time is queried in time, and its command timeout does
+ * not expire. */
 static double pause_of(double left, double passed, double elapsed)
 {
     const double rate = fmax(passed / elapsed, 1.0);

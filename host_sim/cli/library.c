@@ -111,7 +111,7 @@ void library_say_motor(const char *path)
     motor_sheet_t sheet;
     scenario_error_t ignored;
     if (!motor_read_file(path, &sheet, &ignored) ||
-        sheet.whole.line > 1u) { /* a [motor] stands further down */
+        sheet.whole.line > 1u) { /* a [motor] follows in the file */
         return;
     }
     for (size_t n = 0; n < MOTOR_KEY_COUNT; n++) {

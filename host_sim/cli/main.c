@@ -50,7 +50,7 @@ static void print_commands(FILE *to)
     fprintf(to, "\n`lagless COMMAND --help` lists the options of a command, `lagless man` those of all.\n");
 }
 
-/* Commands that there are no more, and what does it now. */
+/* Commands that no longer exist, and the commands that replace them. */
 static const struct {
     const char *name, *instead;
 } former[] = {

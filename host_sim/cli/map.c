@@ -308,7 +308,7 @@ static void print_promise(FILE *file, bool json, bool kept, const char *text)
     }
 }
 
-/* Of one's own motor: what the drive promises, and the numbers that one looks for. */
+/* For the user's own motor: the promises of the drive, and its numbers. */
 static bool judge_own(const options_t *options, const map_point_t *points, size_t count)
 {
     const map_own_t own = map_judge_own(points, count);

@@ -193,7 +193,7 @@ static void take_away(int number)
     (void)raise(number);
 }
 
-/* A command that ends by itself when it is asked to has a handler of its own, which stays. */
+/* A command that ends in order after a signal has its own handler, which is not replaced. */
 static void note_unfinished(const char *name)
 {
     static const int signals[] = {SIGINT, SIGTERM, SIGHUP};

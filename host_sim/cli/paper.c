@@ -203,7 +203,7 @@ static void print_table(const paper_t *paper)
         const bool ideal = strcmp(row->flavour, "ideal") == 0;
         verdicts[row->verdict]++;
         if (ideal && sibling(paper, row, "real") != NULL) {
-            continue; /* stands beside it */
+            continue; /* is beside it */
         }
         if (row->figure != figure) {
             figure = row->figure;
@@ -230,7 +230,7 @@ static void print_table(const paper_t *paper)
 
 /* ---- files ---- */
 
-/* A report of other figures that stands in the folder would be lost. */
+/* A report of other figures in the same folder would be lost. */
 static bool replaces_nothing(const options_t *options, const char *data)
 {
     for (size_t n = 0; n < PAPER_FIGURES; n++) {

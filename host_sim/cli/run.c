@@ -349,8 +349,8 @@ static int open_recording(const options_t *options, const scenario_t *scenario, 
     return note_events(recording->recorder, scenario) ? EXIT_DONE : EXIT_INTERNAL;
 }
 
-/* NAME_fault.csv: what the drive kept of its last periods up to the run's last fault, as a recording of its
- * own. A run without one leaves none behind from an earlier run. */
+/* NAME_fault.csv: a recording of the last periods before the last fault, from the drive's history. A run
+ * without a fault deletes such a file of an earlier run. */
 static bool write_history(recording_t *recording, recorder_error_t *error)
 {
     const runner_history_t *history = &recording->history;
@@ -736,7 +736,7 @@ static int tell(const options_t *options, const scenario_t *scenario, const runn
         char when[TIMES_TEXT_SIZE];
         fprintf(stderr, "lagless run: stopped at %s s\n", times_text(when, result->periods));
     }
-    /* The pictures last, as they are what one looks at next; but JSON lists them. */
+    /* The pictures are printed last, because the user opens them next. JSON lists them as well. */
     if (!options->json) {
         print_text(scenario, result, options->quiet);
     }

@@ -62,7 +62,7 @@ static void open_browser(const char *address)
     fflush(NULL);
     const pid_t child = fork();
     if (child == 0) {
-        const pid_t grandchild = fork(); /* which nobody waits for */
+        const pid_t grandchild = fork(); /* whose end is not awaited */
         if (grandchild == 0) {
             execlp(opener, opener, address, (char *)NULL);
             fprintf(

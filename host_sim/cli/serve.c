@@ -1,4 +1,4 @@
-/* `lagless serve SCENARIO`: the drive of a scenario, without end, with somebody on its line. */
+/* `lagless serve SCENARIO`: runs the drive of a scenario without end, for a client on its serial link. */
 #include <argp.h>
 #include <inttypes.h>
 #include <stdio.h>
@@ -17,10 +17,10 @@
 #include "host_sim/lab/units.h"
 #include "host_sim/lab/wire.h"
 
-#define LOOK_PERIODS   rig_periods(1e-3)   /* [periods] between two looks at line and clock */
-#define SERIAL_PERIODS rig_periods(0.5e-3) /* [periods] between two looks at the chip's serial line */
+#define LOOK_PERIODS   rig_periods(1e-3)   /* [periods] between two checks of link and clock */
+#define SERIAL_PERIODS rig_periods(0.5e-3) /* [periods] between two checks of the chip's serial line */
 #define SERIAL_OCTETS  128u                /* [octets] that the serial line is given at once */
-#define KEEP_PERIODS   rig_periods(1.0)    /* [periods] between two looks at the flash */
+#define KEEP_PERIODS   rig_periods(1.0)    /* [periods] between two checks of the flash */
 #define BEHIND_MAX     0.1                 /* [s] that real time is caught up with; what is more is lost */
 #define TELL_AFTER     5.0 /* [s] by which the simulation may lag behind real time without a message */
 #define UNTIL_MAX      UINT32_MAX *RIG_PERIOD_SECONDS

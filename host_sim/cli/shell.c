@@ -191,8 +191,7 @@ int command_completion(int argc, char **argv)
     return EXIT_DONE;
 }
 
-/* Text of a command: a \v parts what stands before the options from what stands behind them, a \n ends a
- * line.
+/* Text of a command: a \v separates the part before the options from the part after them, a \n ends a line.
  */
 static void print_roff(const char *text, size_t length)
 {
@@ -205,7 +204,7 @@ static void print_manual(const struct argp *argp, void *context)
 {
     const cli_command_t *command = context;
     const char *doc = argp->doc != NULL ? argp->doc : "";
-    const size_t before = strcspn(doc, "\v"); /* what follows stands behind the options */
+    const size_t before = strcspn(doc, "\v"); /* the rest is printed after the options */
     printf(".SS \"lagless %s%s", command->name, argp->options != NULL ? " [OPTION...]" : "");
     printf("%s%s\"\n", argp->args_doc != NULL ? " " : "", argp->args_doc != NULL ? argp->args_doc : "");
     print_roff(doc, before);

@@ -16,7 +16,7 @@
 #define AWAY_BEYOND     1.3  /* [-] of the torque that is asked for */
 #define WINDOW_SECONDS  0.1  /* [s] over which the speed's error is averaged */
 #define REACH_LOAD      0.5  /* [-] of rated torque: with a larger load no speed is promised */
-#define BASE_SHARE      0.9  /* [-] of rated speed: faster the field may be weakened */
+#define BASE_SHARE      0.9  /* [-] of rated speed: above this the field may be weakened */
 #define LEAST_ROOM      0.15 /* [-] of rated torque, which is left to accelerate with */
 #define START_SECONDS   1.8  /* [s] that a start without encoder may take */
 #define ENCODER_SECONDS 0.4  /* [s] likewise with the encoder */

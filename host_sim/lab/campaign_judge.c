@@ -6,7 +6,7 @@
 
 #define CURRENT_SAMPLES 3u /* two periods from the first to the last */
 
-/* So long after a fault has gone what it broke may still be wrong [s]. */
+/* Time after the end of a fault in which its consequences are accepted [s]. */
 #define AFTERWARDS 0.1
 
 static const char *const judged[CAMPAIGN_JUDGED_ROWS] = {
@@ -39,7 +39,7 @@ static uint32_t choice(const char *row, const char *name)
     return (uint32_t)table_choice(rig_row_by_name(row), name);
 }
 
-/* When what a fault broke is right again. */
+/* The time from which the consequences of a fault must have ended. */
 static uint32_t ends(const campaign_injected_t *injected, const campaign_fault_t *fault)
 {
     double lasts = injected->lasts;

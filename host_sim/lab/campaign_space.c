@@ -175,7 +175,8 @@ static uint64_t mixed(uint64_t x)
     return x ^ (x >> 31);
 }
 
-/* Odd, nearest to 2^64 over the golden ratio: consecutive counters are far apart. */
+/* The odd number nearest to 2^64 over the golden ratio: its multiples by consecutive counters are far apart.
+ */
 #define STRIDE UINT64_C(0x9e3779b97f4a7c15)
 
 static uint64_t word_of(uint64_t seed, uint32_t run, uint32_t draw)

@@ -249,7 +249,7 @@ static bool one_try(commission_work_t *work, commission_do_t step)
         return commission_least_speed(work);
     }
     if (step == COMMISSION_DO_turn && work->drive->turned != NULL) {
-        (void)work->drive->turned(work->drive->context); /* counts from here */
+        (void)work->drive->turned(work->drive->context); /* the time of the run begins here */
     }
     return commission_run_step(work, step) && (step != COMMISSION_DO_turn || commission_ask_turn(work));
 }

@@ -103,7 +103,8 @@ typedef struct {
     bool resume; /* what the drive has measured since its start is not measured again */
     bool chosen; /* the steps are named one by one: `turn` runs with the answers of a simulated motor, too */
     bool plant_answers; /* where `ask` has no answer, the simulated motor gives it, if there is one */
-    /* Answer to a question: direction 1 or -1, turn the number of turns. false: none is given. NULL: nobody.
+    /* Answer to a question: direction 1 or -1, turn the number of turns. false: none is given. NULL: nobody
+     * answers.
      */
     bool (*ask)(void *context, commission_question_t question, double *answer);
     /* before each try of a step, and once after it; NULL: nobody listens */

@@ -29,7 +29,7 @@ bool commission_put(commission_work_t *work, const char *name, double value);
 /* Lets the drive run. */
 void commission_wait(commission_work_t *work, double seconds);
 
-/* Waits until a row has this value, for so long at most [s]. */
+/* Waits until a row has this value, at most this time [s]. */
 bool commission_wait_for(commission_work_t *work, const char *row, double value, double seconds);
 
 /* The step ends by this reason. */

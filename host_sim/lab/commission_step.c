@@ -10,7 +10,7 @@
 #define WAIT_READY 2.0    /* [s] until the drive is ready */
 #define WAIT_ON    4.0    /* [s] until it is on */
 #define WAIT_FAULT 6.0    /* [s] until a fault is latched that has opened the bridge */
-#define LOOK       2.5e-3 /* [s] between two looks */
+#define LOOK       2.5e-3 /* [s] between two checks */
 #define COAST      0.3    /* [s] after a turning step */
 #define STEP_MOST  30.0   /* [s] above the largest time of a step in the drive */
 

@@ -85,7 +85,7 @@ bool commission_ask_turn(commission_work_t *work)
 
 /* ---- least speed ---- */
 
-#define LOOK       5e-3 /* [s] between two looks */
+#define LOOK       5e-3 /* [s] between two checks */
 #define BEGIN      1.5  /* first speed over that of the hand-over [-] */
 #define STEADY     1.0  /* [s] to the first speed, after the start */
 #define START_MOST 20.0 /* [s] of the start */

@@ -56,7 +56,7 @@ static double whole(parser_t *parser);
 
 /* ---- functions ---- */
 
-/* Where in these arguments `for` stands; NULL: nowhere. */
+/* Position of `for` in these arguments; NULL: there is none. */
 static const char *find_for(const char *text)
 {
     unsigned depth = 0;
@@ -358,7 +358,7 @@ static double number_of_let(parser_t *parser, const named_t *let)
     return number;
 }
 
-/* The number that the point of a sweep stands for. */
+/* The value of the point of a sweep. */
 static double number_of(parser_t *parser, uint32_t s)
 {
     const sweep_t *sweep = &parser->value->experiment->sweeps[s];

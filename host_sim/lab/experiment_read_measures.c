@@ -1,10 +1,10 @@
-/* Reading what an experiment looks at and writes: measures, trace, table. */
+/* Reads the parts of an experiment that evaluate and write: measures, trace, table. */
 #include "host_sim/lab/experiment_read.h"
 
 #include <stdio.h>
 #include <string.h>
 
-/* ---- what is looked at ---- */
+/* ---- intervals and signals ---- */
 
 static bool read_unit(const file_t *file, const toml_entry_t *unit, const char *of, look_t *look)
 {

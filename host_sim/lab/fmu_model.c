@@ -6,7 +6,7 @@
 #include "host_sim/lab/xml.h"
 #include "host_sim/rig/rig.h"
 
-/* Services are the drive's account of its own link and store, for a master at the line. */
+/* Services are the values of the drive's link and store, for a client on the serial link. */
 static bool is_in_model(const table_t *table)
 {
     return strcmp(table->name, "services") != 0;

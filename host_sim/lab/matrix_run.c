@@ -21,7 +21,7 @@
 #define AFTERWARDS   0.3   /* [s] that a latched fault is watched */
 #define AT_END       50e-3 /* [s] over which the rotor's end is judged */
 #define LONGEST_TURN 1.0   /* [s] of those that are waited for */
-#define SLOW         2.0   /* [rad/s] slower, it stands */
+#define SLOW         2.0   /* [rad/s] below this speed the rotor is at standstill */
 #define NEAR         0.05  /* [-] of the reference, or ... */
 #define NEAR_RPM     10.0  /* [r/min] ... it follows */
 
@@ -214,7 +214,7 @@ typedef struct {
     uint32_t turns;                         /* [periods] ... in so many, until it was noticed */
     uint32_t losses, try;                   /* [-] at the injection */
     int32_t state, refusal;                 /* [-] of the last period */
-    bool ending;                            /* [-] the rotor's end is being looked at */
+    bool ending;                            /* [-] the final state of the rotor is being judged */
     double speed_sum;                       /* [rad/s] meanwhile */
     uint32_t speed_count;                   /* [-] */
     int32_t in_ready, in_quick_stop;        /* [-] choices of state ... */
@@ -377,7 +377,7 @@ static void watch_out(turner_t *turner, watch_t *watch, double seconds)
     turn(turner, rig_periods(end_of(rig, watch)));
 }
 
-/* Asked to come on, of a rotor that stands or turns as the manoeuvre begins. */
+/* The rig with a request to run, whose rotor is at standstill or turns as the manoeuvre requires. */
 static bool come_on(rig_t *rig, const matrix_manoeuvre_t *m)
 {
     pass(rig, TO_ENABLE - FOLLOW);
@@ -386,7 +386,8 @@ static bool come_on(rig_t *rig, const matrix_manoeuvre_t *m)
     return rig_put(rig, "enable", choice("enable", "on"));
 }
 
-/* The fault, in a rig that stands in the manoeuvre; what is wrong from the beginning, in one that is ready.
+/* Injects the fault into a rig in the manoeuvre; a fault that is present from the start, into a rig in the
+ * state ready.
  */
 static bool run_on(turner_t *turner, matrix_cell_t *cell)
 {
@@ -466,7 +467,7 @@ static bool do_begin(void *context, size_t n, char why[POOL_WHY])
     return true;
 }
 
-/* A rig as it stands in the cell's manoeuvre; ready, for what is wrong from the beginning. */
+/* A rig in the manoeuvre of the cell; in the state ready for a fault that is present from the start. */
 static bool stand_in(rig_t *rig, const work_t *work, matrix_cell_t *cell)
 {
     const matrix_fault_t *fault = &matrix_faults[cell->fault];

@@ -131,7 +131,7 @@
 /* ---- promises ----
  *
  * P(FAULT, manoeuvres, places, reactions, "reasons", within [s], current [A], rotor, "because")
- *   The last row that speaks of a cell counts: the rule first, exceptions below it.
+ *   The last row that applies to a cell counts: the rule first, exceptions below it.
  *   manoeuvres  AT(NAME), or sets of them; places ENCODER, SENSORLESS, BOTH, or one of MATRIX_ENCODER_H ...
  *   reactions   a set: any of them will do; NEVER: the cell cannot occur, `because` has the reason
  *   reasons     any of these; none for RIDES and CATCHES

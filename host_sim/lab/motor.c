@@ -219,7 +219,7 @@ bool motor_read_file(const char *path, motor_sheet_t *sheet, scenario_error_t *e
             scenario_fail(error, (scenario_place_t){why.line, why.column}, why.name, "%s", why.message), path,
             error);
     }
-    /* A file with a [motor] of its own, as a scenario has, is as good. */
+    /* A file with a [motor] section, like a scenario, is accepted as well. */
     const toml_entry_t *table = &file->entries[0];
     const char *others = "";
     for (uint32_t n = 1; n < file->entries[0].end; n = file->entries[n].end) {
@@ -334,7 +334,7 @@ bool motor_override(motor_sheet_t *sheet, const char *assignment, scenario_error
     return take_value(sheet, key, value, nowhere, error);
 }
 
-/* ---- what is meant ---- */
+/* ---- interpretation ---- */
 
 static void note(motor_t *motor, const char *format, ...) __attribute__((format(printf, 2, 3)));
 static void note(motor_t *motor, const char *format, ...)

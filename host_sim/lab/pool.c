@@ -12,7 +12,7 @@
 
 typedef struct {
     const pool_t *pool;
-    atomic_size_t next; /* piece that nobody has taken yet */
+    atomic_size_t next; /* next piece that no thread has taken */
     pthread_mutex_t lock;
     size_t done; /* behind the lock */
     bool failed; /* likewise */
@@ -35,7 +35,7 @@ static void *work_off(void *argument)
         if (!done && !queue->failed) {
             memcpy(queue->why, why, sizeof why);
             queue->failed = true;
-            atomic_store(&queue->next, pool->count); /* nobody need go on */
+            atomic_store(&queue->next, pool->count); /* the threads end */
         }
         pthread_mutex_unlock(&queue->lock);
     }

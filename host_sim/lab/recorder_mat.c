@@ -1,6 +1,6 @@
 /* Samples as MAT v5, by matio. Uncompressed: what zlib makes of it differs between its versions.
  *
- * matio does not look whether its writes arrive. So everything is read back and compared, bit for bit. */
+ * matio does not check its writes. Therefore the file is read back and compared bit for bit. */
 #include "host_sim/lab/recorder_parts.h"
 
 #include <matio.h>
@@ -75,7 +75,7 @@ static matvar_t *structure(const char *name)
     return Mat_VarCreateStruct(name, 2, dims, NULL, 0);
 }
 
-/* The field belongs to the structure from here on; false without memory. */
+/* The structure owns the field from now on; false without memory. */
 static bool add(matvar_t *to, const char *name, matvar_t *field)
 {
     char field_name[RECORDER_NAME_SIZE];

@@ -37,7 +37,7 @@ enum { MASTER = 2, TIME = 1 };                           /* type and synchronisa
 enum { WHOLE_UNSIGNED = 0, WHOLE_SIGNED = 2, REAL = 4 }; /* kinds of its data, little endian */
 enum { VALUE_TO_TEXT = 7 };                              /* type of a conversion */
 
-/* What stands before the samples. */
+/* The part before the samples. */
 typedef struct {
     unsigned char *octets;
     size_t used, room; /* [octets] */

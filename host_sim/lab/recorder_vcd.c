@@ -129,7 +129,7 @@ static void take(dump_t *dump, uint32_t what, uint32_t value, uint32_t isr_ticks
 int recorder_vcd_write(const recorder_t *recorder, recorder_out_t *out)
 {
     recorder_out_text(out, "$version lagless $end\n$comment\n");
-    /* nobody's text may end the comment, and a dump is printable ASCII */
+    /* no text may end the comment, and a dump contains printable ASCII only */
     recorder_out_meta(out, recorder, "", "$" RECORDER_ALL_BUT_ASCII);
     recorder_out_text(out, "$end\n$timescale 1 ns $end\n$scope module lagless $end\n");
     for (uint32_t wire = 0; wire < WIRES; wire++) {
@@ -146,7 +146,7 @@ int recorder_vcd_write(const recorder_t *recorder, recorder_out_t *out)
     memcpy(dump.level, "xxxxxx000", WIRES);
     const uint64_t count = recorder_store_count(&recorder->edges);
     uint64_t n = 0;
-    /* What stands at tick 0 is the beginning, not a change. */
+    /* Values at tick 0 are initial values and no changes. */
     for (; n < count; n++) {
         const recorder_edge_t edge = *(const recorder_edge_t *)recorder_store_at(&recorder->edges, n);
         if (edge >> 16 != 0u) {

@@ -704,7 +704,7 @@ static bool override_whole(const char *name, const char *text, uint64_t min, uin
     return true;
 }
 
-/* The file's value counts no more. */
+/* The value of the file is no longer used. */
 static void mend(scenario_t *scenario, const table_row_t *row, const char *key)
 {
     scenario_refusal_t **at = &scenario->memory->refused;

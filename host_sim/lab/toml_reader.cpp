@@ -196,7 +196,7 @@ struct key_t {
     uint32_t column; /* [1..] */
 };
 
-/* The key that a line of source begins with, as far as it looks like one. */
+/* The key that a line of source begins with, if it has the form of a key. */
 key_t key_on_line(const char *text, size_t octets, uint32_t line)
 {
     const char *at = text;
@@ -251,8 +251,8 @@ struct scanner_t {
     }
 };
 
-/* Checks that toml++ does not do reliably; false: the reason has been printed. What is no TOML at all is left to
- * it. */
+/* Checks that toml++ does not do reliably; false: the reason has been printed. What is no TOML at all is left
+ * to it. */
 bool is_readable(const char *text, size_t octets, toml_error_t *error)
 {
     scanner_t scanner{text, text + octets};

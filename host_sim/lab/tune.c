@@ -25,7 +25,7 @@
 #define LINK_ROOM         1.15  /* of the largest trip over the link, at least */
 #define SPEED_RESERVE     1.4   /* tests and defaults: 220 rad/s over 157 */
 #define SPEED_LEAST_TRIP  1.05  /* overspeed_trip over the top speed, at least */
-#define OPEN_SHARE        0.999 /* of the link that the board stands, an EMF with the bridge off */
+#define OPEN_SHARE        0.999 /* of the largest link voltage of the board: EMF with the bridge off */
 #define TURN_MOST         0.5   /* [rad] a period, the firmware's rule */
 #define TURN_GOOD         0.35  /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
 #define GAIN_RULE         1.25  /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
@@ -158,16 +158,16 @@ typedef struct {
     double rated_current, rated_torque; /* [A] peak, [N m] */
     double limit, trip, start;          /* [A] */
     bool resistive;                     /* the limit is what R leaves of it */
-    bool by_module;                     /* the start is what a leg of the module stands */
-    double link, over, under;           /* [V] */
-    double voltage;                     /* [V] of a phase, that duties, dead time and drops leave */
-    double drop;                        /* [V] of that, which no link changes */
-    double reach;                       /* [rad/s] mechanical, with the current under way */
-    double speed;                       /* [rad/s] mechanical, top */
-    double free;                        /* [rad/s] mechanical, that it may come to without load */
-    double overspeed;                   /* [rad/s] mechanical */
-    double handover;                    /* [rad/s] mechanical, by the drive's rule without its limit */
-    double ripple;                      /* [A] peak to peak, at most */
+    bool by_module;           /* the current of the start is limited by the current of a leg of the module */
+    double link, over, under; /* [V] */
+    double voltage;           /* [V] of a phase, that duties, dead time and drops leave */
+    double drop;              /* [V] of that, which no link changes */
+    double reach;             /* [rad/s] mechanical, with the current under way */
+    double speed;             /* [rad/s] mechanical, top */
+    double free;              /* [rad/s] mechanical, that it may come to without load */
+    double overspeed;         /* [rad/s] mechanical */
+    double handover;          /* [rad/s] mechanical, by the drive's rule without its limit */
+    double ripple;            /* [A] peak to peak, at most */
 } given_t;
 
 /* Speed at which (omega L_q i)^2 + (omega psi + R i)^2 is the voltage's square [rad/s] mechanical; 0: none.

@@ -17,7 +17,7 @@ typedef enum {
 } role_t;
 
 /* One accepted spelling, as `canonical` leaves it: ASCII, no ^, u for micro, ohm, deg, a space for any sign
- * of multiplication. In a spelling a space stands for any number of spaces, none included. */
+ * of multiplication. A space in a spelling matches any number of spaces, including none. */
 typedef struct {
     const char *unit; /* of the table */
     const char *spelling;

@@ -19,8 +19,8 @@
 #define WAITING_IN   4096u /* [octets] received and not read yet */
 #define KERNEL_OUT   65536 /* [octets] of the kernel's own: what lies there delays what comes after it */
 #define SILENCE      7u    /* [calls of wire_poll] longer than a half frame is waited for */
-#define STOP_LOOK_MS 100   /* [ms] of waiting, then a look at *stop */
-#define STALE        2000u /* [calls of wire_poll] of a terminal that takes nothing: nobody is there */
+#define STOP_LOOK_MS 100   /* [ms] of waiting, then *stop is checked */
+#define STALE        2000u /* [calls of wire_poll] of a terminal that accepts nothing, until it counts as unused */
 
 #define HEADER      4u  /* [octets] of a frame */
 #define COMMAND_MAX 64u /* [octets] of a packet to the drive: MAX_CTO, docs/serial.md */
@@ -30,7 +30,7 @@ static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};
 
 struct wire {
     int listener; /* -1: a terminal */
-    int client;   /* -1: nobody; of a terminal its master side */
+    int client;   /* -1: no client; of a terminal its master side */
     int keep;     /* of a terminal its other side, held open so that a client may come and go; -1: none */
     bool wait;
     const volatile sig_atomic_t *stop;
@@ -131,7 +131,7 @@ bool wire_has_client(const wire_t *wire)
     return wire->client >= 0;
 }
 
-/* ---- who comes and goes ---- */
+/* ---- clients ---- */
 
 static bool is_terminal(const wire_t *wire)
 {
@@ -309,7 +309,7 @@ uint32_t wire_write(void *context, const uint8_t *octets, uint32_t count)
         wait_for_room(wire, count);
     }
     if (wire->client < 0) {
-        return count; /* to nobody */
+        return count; /* discarded */
     }
     const uint32_t left = WAITING_OUT - wire->out_count;
     const uint32_t taken = count < left ? count : left;

@@ -27,7 +27,7 @@ static uint16_t word(const uint8_t *at)
     return (uint16_t)(at[0] | at[1] << 8);
 }
 
-/* [octets] of a frame with so long a packet. */
+/* [octets] of a frame with a packet of this length. */
 static uint32_t whole(uint32_t length, bool lossless)
 {
     return FRAMES_HEADER + length + (lossless ? 0u : length % 2u + 2u);

@@ -19,7 +19,7 @@
 #define REPEATS    3u    /* [-] of a question whose answer does not come although SYNCH is answered */
 #define BUSY_WAIT  0.02  /* [s] until a busy drive is asked again */
 #define BUSY_MAX   100u  /* [-] times */
-#define CLOCK_WAIT 0.001 /* [s] the shortest time between two looks at the clock of a fast drive */
+#define CLOCK_WAIT 0.001 /* [s] the shortest time between two queries of the clock of a fast drive */
 #define READS_MAX  16u   /* [-] at a time */
 #define NEVER      1e9   /* [s] */
 
@@ -215,7 +215,7 @@ static void take_answer(master_t *master, const uint8_t *packet, uint32_t length
         return; /* else the answer that was given up */
     }
     if (master->state != LINE_ASKED || (!positive && code == XCP_ERROR_SYNCH)) {
-        return; /* asked for twice, or by nobody */
+        return; /* requested twice, or not at all */
     }
     const bool last = master->step + 1u == question->count;
     if (positive && last && question->octets != MASTER_ANY && length != 1u + question->octets) {
@@ -357,7 +357,7 @@ bool master_work(master_t *master)
     return master->descriptor >= 0;
 }
 
-/* Until something comes, at most so long. */
+/* Waits until an octet comes, at most this time. */
 static bool poll_once(master_t *master, double seconds)
 {
     const double patience = fmin(seconds, master_patience(master));

@@ -124,7 +124,8 @@ static void describe(const plant_t *plant, period_t *period)
         period->drop[leg] = drop_at(plant, leg, (double)plant->high[leg] / ticks, i);
         set_sign(period, edge, sign_mean(plant, i, i));
         period->second[leg] = *edge;
-        /* What a sign does to the mean current of its own hand-over decides how far to follow the new one. */
+        /* The effect of a sign on the mean current of its own hand-over determines how much of the new value
+         * is taken. */
         double own = 0.25 * period->by_leg[leg][leg] * fabs(plant->v_dc) * (edge->far - edge->near);
         period->follow[leg] = 1.0 / (1.0 + own * plant->zone_inverse);
     }

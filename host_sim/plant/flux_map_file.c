@@ -48,7 +48,7 @@ __attribute__((format(printf, 3, 4))) static bool fail(const file_t *file, uint3
     return false;
 }
 
-/* The next cell of a line, without the blanks around it; NULL: no more. */
+/* The next cell of a line, without the blanks around it; NULL: there is none. */
 static char *next_cell(char **rest)
 {
     char *cell = *rest;

@@ -92,7 +92,7 @@ double interval_angle(const plant_t *plant)
     return (plant->theta_e + PHASOR_TWO_PI * (double)plant->turns) / plant->p;
 }
 
-/* What goes with an end's angle [N m], `ahead` [rad] of where the shaft stands now. */
+/* The torque that depends on the angle of an end [N m], `ahead` [rad] of the present angle of the shaft. */
 static double angle_load(const plant_t *plant, double ahead)
 {
     const plant_params_t *q = &plant->params;
@@ -1101,7 +1101,7 @@ static double event_share(const shaft_t *before, const plant_t *after)
     return change != 0.0 ? before->omega_m / change : 1.0;
 }
 
-/* All that a step may change stands behind the coefficients. */
+/* All members that a step may change are behind the coefficients. */
 #define STATE_AT   offsetof(plant_t, i)
 #define STATE_SIZE (sizeof(plant_t) - STATE_AT)
 

@@ -48,7 +48,7 @@ void binding_plant_free(binding_plant_t *plant)
 
 /* ---- parameters ---- */
 
-/* The field that a row of the table `plant` stands for. */
+/* The field of a row of the table `plant`. */
 static double *field_of(plant_params_t *params, uint32_t id)
 {
     const table_row_t *row = rig_row(id);

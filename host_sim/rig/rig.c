@@ -11,7 +11,7 @@
 #include "settings/reasons.h"
 #include "settings/signals.h"
 
-/* Nothing of the program reads it; `used` keeps it where the linker looks across rooms. */
+/* The program does not read it; `used` keeps it with link-time optimisation. */
 __attribute__((used)) const uint32_t rig_period_ticks = RIG_PERIOD_TICKS;
 const uint32_t rig_window_periods = DRIVE_WINDOW;
 const char rig_board[] = BOARD_NAME;
@@ -104,7 +104,7 @@ static float angle_between(float a, float b)
                                               : difference);
 }
 
-/* The next t_k that nobody has seen yet: the truth is taken there. */
+/* The next t_k that has not been recorded: the true values are taken there. */
 static uint64_t next_begin(const rig_state_t *state)
 {
     return state->start + RIG_PERIOD_TICKS * state->begun;
@@ -338,7 +338,7 @@ uint32_t rig_serial_get(rig_t *rig, uint8_t *octets, uint32_t room)
 _Static_assert(RIG_FLASH_SIZE == 2u * CHIP_FLASH_PAGES * CHIP_FLASH_WORDS, "size of the flash");
 
 #if BOARD_STORE == BOARD_STORE_I2C
-/* The content of the memory on the bus stands at the beginning of the file. */
+/* The content of the memory on the bus is at the beginning of the file. */
 void rig_flash_save(const rig_t *rig, uint8_t *octets)
 {
     memset(octets, 0xFF, RIG_FLASH_SIZE);

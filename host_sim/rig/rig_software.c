@@ -78,7 +78,7 @@ static void take_exact(const rig_state_t *state, drive_samples_t *samples)
     samples->u_dc = truth->true_u_dc;
 }
 
-/* The medium task is through: fast task and background see that from here on, and how long it took. */
+/* The medium task has ended: fast task and background see that from here on, and how long it took. */
 static void end_medium(rig_state_t *state)
 {
     if (state->medium_until != 0u && chip_now(&state->chip) >= state->medium_until) {

@@ -80,7 +80,7 @@ bool rig_refuse(rig_t *rig, uint32_t id, int32_t reason, const char *text)
     return false;
 }
 
-/* "inertia = 3 kg m^2: accepted 1e-07 to 1 kg m^2" and what stands behind it. */
+/* "inertia = 3 kg m^2: accepted 1e-07 to 1 kg m^2" and the text after it. */
 static bool refuse_in_favour(rig_t *rig, const table_row_t *row, int32_t reason, double value, double min,
                              double max, const char *behind)
 {

@@ -7,7 +7,7 @@
 
 typedef struct {
     master_t *master;
-    /* Works at the line for so long [s]; false: the line is lost. NULL: master_wait. */
+    /* Serves the link for this time [s]; false: the line is lost. NULL: master_wait. */
     bool (*pump)(void *context, double seconds);
     void *context;
     uint32_t period; /* [periods] last one that the drive reported */

@@ -211,7 +211,7 @@ static const char *phrase(int status)
     }
 }
 
-/* The page may load nothing but what is in it, and talk to nobody but this server. */
+/* The page may load only its own content, and connect only to this server. */
 #define COMMON_HEADERS                                                                                       \
     "Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n"         \
     "Content-Security-Policy: default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "   \
@@ -462,7 +462,7 @@ static void accept_all(http_t *http)
         for (uint32_t n = 0; n < HTTP_CLIENTS && place == NULL; n++) {
             place = http->clients[n].socket < 0 ? &http->clients[n] : NULL;
         }
-        if (place == NULL) { /* who has asked for nothing for longest */
+        if (place == NULL) { /* the client whose last request is the oldest */
             place = oldest(http, false, NULL);
             drop(place);
         }

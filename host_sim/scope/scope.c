@@ -26,7 +26,7 @@
 #define BLOCK_MAX   15u   /* [slots] of one question: MASTER_READ_MAX octets */
 #define SAMPLES_MAX 4096u /* [samples] after which they are sent, whatever the time */
 #define LINE_SHARE  0.8   /* [-] of a serial line that samples may take */
-#define SILENT      2.0   /* [s] without a sample that should come: the drive has begun anew */
+#define SILENT      2.0   /* [s] without an expected sample, until the drive counts as restarted */
 #define TEXT_MAX    700u
 
 /* Slots that are read together: their ids follow each other. */
@@ -40,8 +40,8 @@ struct scope {
     const char *page;
     size_t page_size;
     bool lost;
-    bool started;                                       /* the motor was switched on from here */
-    double alone_from;                                  /* [s] the last page has gone; 0: one is there */
+    bool started;      /* the motor was switched on by this server */
+    double alone_from; /* [s] when the last page was closed; 0: a page is open */
     double next_frame, next_ask, next_tell, next_again; /* [s] */
     /* values */
     scope_values_t values;
@@ -722,7 +722,8 @@ static void work(scope_t *scope)
     }
 }
 
-/* The same for so long [s], while commissioning waits. false: the line is lost, or the program shall end. */
+/* The same for this time [s], while commissioning waits. false: the line is lost, or the program shall end.
+ */
 static bool work_for(void *context, double seconds)
 {
     scope_t *scope = context;

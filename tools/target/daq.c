@@ -1,6 +1,6 @@
 /* What the interrupt copies for the line, on a target, for tools/cost to count: three floats as over the
  * serial line, twelve as over TCP, and the most that lists can request, both of them due in the same period.
- * 0: all samples stood in the queue as on the chip. */
+ * 0: the queue contained all samples, as on the chip. */
 #include <stdio.h>
 #include <string.h>
 

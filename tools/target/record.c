@@ -93,7 +93,7 @@ bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
 /* ---- steps of a part ---- */
 
 static rig_t *rig;
-static bool good; /* the part has gone as it was meant to so far */
+static bool good; /* the part has had the intended course so far */
 
 static void set(const char *name, double value)
 {

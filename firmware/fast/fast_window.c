@@ -76,6 +76,7 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
     snapshot_catch(&fast->reference, &window->catching);
     window->sensors.calibration = fast->report.calibration;
     window->sensors.offsets = fast->report.offsets;
+    window->sensors.noise = measure_noise(&fast->measure);
     window->estimating = fast->estimating;
     window->tracking = fast->reference.tracking;
     window->bridge = (int32_t)(fast->bridge.on < FAST_ON     ? BRIDGE_OFF

@@ -169,6 +169,12 @@ static inline abc_t measure_expected(const measure_t *measure)
     return (abc_t){2.0f * last.a - before.a, 2.0f * last.b - before.b, 2.0f * last.c - before.c};
 }
 
+/* Mean square of the noise of a sensor [A^2], from the last calibration. */
+static inline float measure_noise(const measure_t *measure)
+{
+    return 0.25f * measure->noise.step;
+}
+
 /* Updates measure->measured of this period. `trim` [A]: change of the offsets that the trim has found since.
  * No division. */
 static inline void measure_step(measure_t *measure, const drive_samples_t *samples, ab_t trim)

@@ -54,10 +54,11 @@ typedef enum {
     BRIDGE_ON
 } bridge_t;
 
-/* The offsets of the current sensors. */
+/* The offsets and the noise of the current sensors. */
 typedef struct {
     int32_t calibration; /* [-] calibration_t */
     uint32_t offsets;    /* [-] 1: they were measured again in this window */
+    float noise;         /* mean square of the noise of a sensor, in the last calibration [A^2] */
 } window_sensors_t;
 
 /* What the fast task has decided by itself. */

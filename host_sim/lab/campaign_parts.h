@@ -186,6 +186,7 @@ typedef struct {
     uint32_t starved; /* [periods] time for which the link has been too low */
     uint32_t quiet;   /* [periods] time without current, with all gates off */
     bool drifted;     /* the offsets have changed, and there has been no time to measure them since */
+    double step;      /* [A] by which they have changed; 0: they have been measured since */
     bool heavy;       /* a load behind an elastic shaft may move the motor against its torque */
     bool weak;        /* the injected fault is a weak magnet, whose EMF may count as missing */
     bool fed; /* the rotor has fed the link since that change, so that the offsets could not be measured */

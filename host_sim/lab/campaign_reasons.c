@@ -248,15 +248,18 @@ static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t sinc
     return true;
 }
 
-/* Do the offsets move in this period? */
-static bool drifts(const campaign_case_t *drawn, uint32_t period)
+/* [A] By which the offsets of the sensors a and b move in this period, in opposite directions. */
+static double drifts(const campaign_case_t *drawn, uint32_t period)
 {
+    double before = 0.0;
     for (uint32_t n = 0; n < drawn->event_count; n++) {
-        if (drawn->events[n].kind == CAMPAIGN_V_DRIFT && campaign_periods(drawn->events[n].time) == period) {
-            return true;
+        const bool moves = drawn->events[n].kind == CAMPAIGN_V_DRIFT;
+        if (moves && campaign_periods(drawn->events[n].time) == period) {
+            return fabs(drawn->events[n].value - before);
         }
+        before = moves ? drawn->events[n].value : before;
     }
-    return false;
+    return 0.0;
 }
 
 /* Is a current sensor wrong while its offset is measured? */
@@ -272,7 +275,7 @@ static bool errs_at_rest(const campaign_watch_t *watch, uint32_t period)
 /* Offsets are measured while no current flows. A rotor whose EMF is beyond the link drives one through the
  * diodes, and what has moved meanwhile is unknown at the next start; so is what was measured with a sensor
  * that was wrong. It is the offset of a sensor that errs, until no current has flowed for as long as a
- * measurement takes. */
+ * measurement takes. Until then the sensors show the current plus the step of their offsets. */
 static void watch_offsets(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_truth_t *truth = &watch->truth;
@@ -281,9 +284,11 @@ static void watch_offsets(campaign_watch_t *watch, uint32_t period, const uint32
         largest = fmax(largest, fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase)));
     }
     const bool errs = errs_at_rest(watch, period);
-    const bool moves = errs || drifts(watch->drawn, period);
+    const double step = drifts(watch->drawn, period);
+    const bool moves = errs || step > 0.0;
     truth->quiet = !watch->gates_seen && largest < FLOWS && !moves ? truth->quiet + 1u : 0u;
     truth->drifted = truth->quiet < MEASURED && (truth->drifted || moves);
+    truth->step = truth->drifted ? fmax(truth->step, step) : 0.0;
     truth->fed = truth->drifted && (truth->fed || errs || (!watch->gates_seen && largest >= FLOWS));
 }
 
@@ -299,8 +304,9 @@ static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_
     truth->speed += (speed - truth->speed) * RIG_PERIOD_SECONDS / (lag + RIG_PERIOD_SECONDS);
     truth->fast_at = fabs(2.0 * speed - truth->speed) > truth->fast ? period : truth->fast_at;
     for (uint32_t phase = 0; phase < 3u; phase++) {
-        truth->over_at =
-            fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase)) > truth->over ? period : truth->over_at;
+        truth->over_at = fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase)) + truth->step > truth->over
+                             ? period
+                             : truth->over_at;
     }
     truth->high_at = link > truth->high ? period : truth->high_at;
     truth->low_at = link < truth->low ? period : truth->low_at;

@@ -116,6 +116,30 @@ static void test_every_motor_can_be_driven_by_the_board(void)
     }
 }
 
+/* The flux that a short circuit keeps can be turned through a q axis of at most L_q I_s. */
+static void test_a_shorted_switch_has_a_finite_current(void)
+{
+    campaign_case_t drawn;
+    uint32_t kind = 0;
+    uint32_t changed = 0;
+    while (strcmp(campaign_faults[kind].name, "shorted_switch") != 0) {
+        kind++;
+    }
+    for (uint32_t run = 0; run < DRAWN; run++) {
+        campaign_draw(13u, run, 2.0, &drawn);
+        drawn.faults[1].kind = 0u;
+        drawn.faults[0].kind = 0u;
+        const campaign_motor_t healthy = campaign_motor(&drawn);
+        drawn.faults[run % CAMPAIGN_FAULTS_MAX].kind = kind;
+        const campaign_motor_t shorted = campaign_motor(&drawn);
+        const bool holds = healthy.inductance_q * healthy.saturation > healthy.flux_linkage;
+        const double expected = holds ? healthy.saturation : 0.0;
+        TEST_ASSERT_EQUAL_DOUBLE(expected, shorted.saturation);
+        changed += shorted.saturation != healthy.saturation ? 1u : 0u;
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(0u, changed);
+}
+
 /* The share that is refused stays below a hundredth, and each is told by a row and with a reason. */
 static void test_what_is_drawn_is_accepted(void)
 {
@@ -293,6 +317,44 @@ static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void
     put("true_omega_m", 1.01f * (float)watch.excused[0].blind);
     pass(50e-3 + PERIOD);
     expect(CAMPAIGN_I_ANGLE, "above it");
+}
+
+/* A wrong angle at `share` of the limit of a slow rotor, for longer than it may last, with this current in
+ * phase a [A], half of which returns through each of the others. */
+static void turn_wrongly(double share, double current)
+{
+    put("theta_err", 1.0f);
+    put("true_i_a", (float)current);
+    put("true_i_b", (float)(-0.5 * current));
+    put("true_i_c", (float)(-0.5 * current));
+    put("true_omega_m", (float)(share * watch.excused[0].blind));
+    pass(0.1);
+}
+
+/* At 2 A, (L_q - L_d) i is half of psi_f: the EMF that a wrong angle shows is half as large, and the limit
+ * twice. While less current flows than shows the sign of a leg's voltage, it is twice as well. */
+static void test_a_smaller_emf_excuses_the_angle_up_to_the_speed_that_makes_up_for_it(void)
+{
+    static const struct {
+        const char *what;
+        double apart, current,
+            share; /* L_q - L_d over psi_f [1/A], [A] or of the least current, of the limit */
+        int end;
+    } cases[] = {
+        {"a salient rotor below its limit", 0.25, 2.0, 1.98, HELD},
+        {"a salient rotor above it", 0.25, 2.0, 2.02, CAMPAIGN_I_ANGLE},
+        {"a round rotor with the same current", 0.0, 2.0, 1.98, CAMPAIGN_I_ANGLE},
+        {"nearly no current, below", 0.0, -0.98, 1.98, HELD},
+        {"nearly no current, above", 0.0, -0.98, 2.02, CAMPAIGN_I_ANGLE},
+        {"a little more current", 0.0, -1.02, 1.02, CAMPAIGN_I_ANGLE},
+    };
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("leg_drop_a");
+        watch.motor.inductance_q = watch.motor.inductance_d + cases[n].apart * watch.motor.flux_linkage;
+        const double current = cases[n].current;
+        turn_wrongly(cases[n].share, current < 0.0 ? -current * watch.truth.none : current);
+        expect(cases[n].end, cases[n].what);
+    }
 }
 
 static void test_swapped_wires_excuse_the_angle_only_without_an_encoder(void)

@@ -191,6 +191,58 @@ static void test_a_reason_that_has_not_happened_is_a_violation(void)
     }
 }
 
+/* 0.9 of the trip are 198 rad/s. Without encoder the loop has a lag of 25 ms: a step of the speed counts
+ * twice at first, and once after several lags; with the encoder it never counts twice. */
+static void test_a_change_of_speed_counts_twice_for_the_lag_of_the_loop(void)
+{
+    static const struct {
+        double encoder, speed, seconds;
+        int end;
+    } cases[] = {{0.0, 100.0, 0.0, HELD},
+                 {0.0, 98.0, 0.0, CAMPAIGN_I_REASON_TRUE},
+                 {0.0, 100.0, 0.2, CAMPAIGN_I_REASON_TRUE},
+                 {1.0, 100.0, 0.0, CAMPAIGN_I_REASON_TRUE}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("", 0.0);
+        observed.quantities[CAMPAIGN_Q_encoder] = cases[n].encoder;
+        inject("", 0.0, 0.0);
+        pass(0.1);
+        put("true_omega_m", (float)cases[n].speed);
+        put("speed_request", (float)cases[n].speed);
+        put("omega_m_ref", (float)cases[n].speed);
+        pass(PERIOD + cases[n].seconds);
+        set_rows(LATCHED("overspeed"));
+        pass(WINDOWS + PERIOD);
+        expect(cases[n].end, "overspeed");
+    }
+}
+
+/* 0.9 of the trip are 13.5 A. Until the offsets have been measured again, for 64 ms without current, the
+ * sensors show their step, too. */
+static void test_a_step_of_the_offsets_is_an_overcurrent_until_they_are_measured(void)
+{
+    static const struct {
+        double second, seconds; /* value of the second drift, after one of 7 A [A]; at rest after it */
+        int end;
+    } cases[] = {
+        {-6.6, 0.0, HELD}, {-6.4, 0.0, CAMPAIGN_I_REASON_TRUE}, {-6.6, 0.12, CAMPAIGN_I_REASON_TRUE}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        judge_anew("", 0.0);
+        observed.event_count = 2u;
+        observed.events[0] =
+            (campaign_event_t){.kind = CAMPAIGN_V_DRIFT, .time = 500.0 * PERIOD, .value = 7.0};
+        observed.events[1] =
+            (campaign_event_t){.kind = CAMPAIGN_V_DRIFT, .time = 1000.0 * PERIOD, .value = cases[n].second};
+        inject("", 0.0, 0.0);
+        pass(1003.0 * PERIOD);
+        set_rows("gates=0 state=ready enable=off");
+        pass(PERIOD + cases[n].seconds);
+        set_rows(LATCHED("overcurrent"));
+        pass(WINDOWS + PERIOD);
+        expect(cases[n].end, "overcurrent");
+    }
+}
+
 /* 157 rad/s rated, 80 rad/s asked for: torque away from that, 1.2 N m of 10.98, with this error in each
  * quarter of three time constants; the load from the middle on [N m], 2 N m before. */
 static void drive_away(const float errors[4], float load)

@@ -81,7 +81,8 @@ static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_lear
     return due > DEAD_TIME_LEARN_EMF_MIN * band && due < DEAD_TIME_LEARN_EMF_MAX * band &&
            bounds_within(turn, DEAD_TIME_LEARN_TURN) && seen > least * least &&
            seen < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT && square > tuning->current_square &&
-           square > swing * swing && square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
+           square > swing * swing && square > DEAD_TIME_LEARN_NOISES * input->noise &&
+           square < DEAD_TIME_LEARN_EMF_LIMIT * DEAD_TIME_LEARN_EMF_LIMIT;
 }
 
 /* The correlation signal s [-] for the EMF across the current, from the current's direction. */

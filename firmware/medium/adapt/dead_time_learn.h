@@ -30,8 +30,8 @@
  * against the current exceeds the effect of unequal legs, the current measurement is wrong and nothing is
  * learnt. Learning has further conditions; otherwise the value is held. The EMF of the speed is not small
  * compared with the dead band's voltage, and not so large that a sample contains only noise. A step is short
- * enough for the twelfth harmonic. The current is outside of the zone, large compared with its ripple, and
- * turns with the reference. The speed is near its reference.
+ * enough for the twelfth harmonic. The current is outside of the zone, large compared with its ripple and
+ * with the noise of its sensors, and turns with the reference. The speed is near its reference.
  *
  * One step in every `every` periods of T, from the means over these. The deviation of each step
  * from the mean is provided for emf_shape.h and unequal_legs.h. Does not handle: eleventh and
@@ -44,16 +44,17 @@
 
 #include "math/frames.h"
 
-#define DEAD_TIME_LEARN_EMF_MIN   0.45f  /* [-] least EMF of the speed over the dead band's voltage */
-#define DEAD_TIME_LEARN_EMF_FULL  0.85f  /* [-] below this ratio learning is slower, by the square */
-#define DEAD_TIME_LEARN_EMF_MAX   3.3f   /* [-] largest EMF of the speed over the same */
-#define DEAD_TIME_LEARN_TURN      2.0f   /* [rad] largest turn of the twelfth harmonic from step to step */
-#define DEAD_TIME_LEARN_MISS      0.35f  /* [-] largest missing EMF of the speed over the same */
-#define DEAD_TIME_LEARN_EMF_LEAST 0.02f  /* [-] least EMF of a period over that of the speed */
-#define DEAD_TIME_LEARN_ZONES     7.0f   /* [-] least current over the zone */
-#define DEAD_TIME_LEARN_SWINGS    4.0f   /* [-] least current over the change that the EMF alone makes in T */
-#define DEAD_TIME_LEARN_STEADY    0.8f   /* [-] least square of the mean direction of the current */
-#define DEAD_TIME_LEARN_AGAINST   0.127f /* [-] largest EMF against the current over that voltage */
+#define DEAD_TIME_LEARN_EMF_MIN   0.45f /* [-] least EMF of the speed over the dead band's voltage */
+#define DEAD_TIME_LEARN_EMF_FULL  0.85f /* [-] below this ratio learning is slower, by the square */
+#define DEAD_TIME_LEARN_EMF_MAX   3.3f  /* [-] largest EMF of the speed over the same */
+#define DEAD_TIME_LEARN_TURN      2.0f  /* [rad] largest turn of the twelfth harmonic from step to step */
+#define DEAD_TIME_LEARN_MISS      0.35f /* [-] largest missing EMF of the speed over the same */
+#define DEAD_TIME_LEARN_EMF_LEAST 0.02f /* [-] least EMF of a period over that of the speed */
+#define DEAD_TIME_LEARN_ZONES     7.0f  /* [-] least current over the zone */
+#define DEAD_TIME_LEARN_SWINGS    4.0f  /* [-] least current over the change that the EMF alone makes in T */
+#define DEAD_TIME_LEARN_NOISES    2000.0f /* [-] least square of the current over that of a sensor's noise */
+#define DEAD_TIME_LEARN_STEADY    0.8f    /* [-] least square of the mean direction of the current */
+#define DEAD_TIME_LEARN_AGAINST   0.127f  /* [-] largest EMF against the current over that voltage */
 #define DEAD_TIME_LEARN_RANGE                                                                                \
     1.7f /* [-] largest T_e over the dead band or the configured T_e; gate delays are below */
 #define DEAD_TIME_LEARN_EMF_LIMIT 1e4f /* [V], [A] larger values are invalid measurements */
@@ -112,6 +113,7 @@ typedef struct {
     float omega_e;     /* estimated speed of the rotor, smoothed [rad/s], electrical */
     float omega_e_ref; /* its reference [rad/s], electrical, finite */
     float link;        /* mean of the last period [V] */
+    float noise;       /* mean square of the noise of a current sensor [A^2] */
 } dead_time_learn_input_t;
 
 /* Computes the coefficients. Two divisions. */

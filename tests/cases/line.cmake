@@ -1,8 +1,6 @@
 # The line and the scope against disturbance and against foreign pages.
 lagless_test(talk_noise LABEL rig SOURCES test_talk_noise.c LIBS lagless_rig m)
 lagless_test(talk_chip LABEL rig SOURCES test_talk_chip.c LIBS lagless_rig m)
-lagless_test(wire_frames LABEL lab SOURCES test_wire_frames.c LIBS lagless_lab m)
-target_compile_definitions(test_wire_frames PRIVATE _GNU_SOURCE)
 add_test(NAME case_checksum_error_without_limit COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/served.py $<TARGET_FILE:lagless>
     ${CMAKE_CURRENT_SOURCE_DIR}/checksum_error_without_limit.py)
 set_tests_properties(case_checksum_error_without_limit PROPERTIES LABELS line TIMEOUT 60)

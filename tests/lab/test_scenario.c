@@ -143,19 +143,6 @@ static void test_ramp_may_fill_what_is_left_of_the_run(void)
                  "ramp: 999.9 ms is outside its range");
 }
 
-static void test_times_are_rounded_to_the_nearest_period(void)
-{
-    static const uint32_t periods[] = {0u, 1u, 2u, 3000u, 9999u}; /* 0.3/1e-4 is below 3000 in binary */
-    given(
-        RUN
-        "[[at]]\ntime = 0\nplant.load_torque = 1\n[[at]]\ntime = \"149 us\"\nplant.load_torque = 1\n"
-        "[[at]]\ntime = \"151 us\"\nplant.load_torque = 2\n[[at]]\ntime = \"0.3 s\"\nplant.load_torque = 3\n"
-        "[[at]]\ntime = \"999.9 ms\"\nplant.load_torque = 4\n");
-    for (uint32_t n = 0; n < 5u; n++) {
-        TEST_ASSERT_EQUAL_UINT32(periods[n], scenario->events[n + 1u].period);
-    }
-}
-
 static void test_durations_at_their_limits(void)
 {
     given(HEAD "[run]\nduration = \"100 us\"\n");

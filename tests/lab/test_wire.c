@@ -281,3 +281,89 @@ static void test_terminal_is_raw(void)
     TEST_ASSERT_EQUAL_UINT32(3u, read_some(got, 3u));
     close(again);
 }
+
+/* ---- what is no frame ends the connection, and nothing of it is handed on ---- */
+
+static int connected(void)
+{
+    open_port(false);
+    const int client = client_at(port_of(wire));
+    wire_poll(wire);
+    TEST_ASSERT_TRUE(wire_has_client(wire));
+    return client;
+}
+
+static void put(int client, const void *octets, size_t count)
+{
+    TEST_ASSERT_EQUAL((ssize_t)count, send(client, octets, count, MSG_NOSIGNAL));
+}
+
+/* Nothing but the good-bye that the wire itself says for a client that has gone. */
+static void expect_closed_unheard(int client)
+{
+    static const uint8_t goodbye[] = {1, 0, 0, 0, 0xFE};
+    uint8_t heard[64];
+    const uint32_t count = read_some(heard, sizeof heard);
+    TEST_ASSERT_FALSE(wire_has_client(wire));
+    TEST_ASSERT_TRUE(count == 0u || (count == sizeof goodbye && memcmp(heard, goodbye, count) == 0));
+    TEST_ASSERT_TRUE(recv(client, heard, 1, 0) <= 0); /* an end or a reset, no silence */
+    close(client);
+    wire_close(wire);
+    wire = NULL;
+}
+
+/* CONNECT, SET_MTA and DOWNLOAD: they would switch the motor on. */
+static const uint8_t start[] = {2,    0,    0, 0, 0xFF, 0x00, 8, 0, 1,    0, 0xF6, 0, 0, 2,
+                                0xA0, 0x0F, 0, 0, 6,    0,    2, 0, 0xF0, 4, 0x79, 0, 0, 0};
+
+/* HTTP, TLS, and lengths of 0 and above the largest. */
+static void test_frames_behind_something_else_are_not_heard(void)
+{
+#define HEAD(text)                                                                                           \
+    {                                                                                                        \
+        text, sizeof text - 1u                                                                               \
+    }
+    static const struct {
+        const char *octets;
+        size_t count;
+    } heads[] = {HEAD("GET / HTTP/1.1\r\nHost: x\r\n\r\n"),
+                 HEAD("POST / HTTP/1.1\r\n\r\n"),
+                 HEAD("OPTIONS * HTTP/1.1\r\n\r\n"),
+                 HEAD("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"),
+                 HEAD("\x16\x03\x01\x00\xA5\x01\x00\x00\xA1\x03\x03"),
+                 HEAD("\0\0\0\0"),
+                 HEAD("\x41\0\0\0"),
+                 HEAD("\x01\x01\0\0")};
+    for (size_t n = 0; n < sizeof heads / sizeof heads[0]; n++) {
+        const int client = connected();
+        put(client, heads[n].octets, heads[n].count);
+        put(client, start, sizeof start);
+        expect_closed_unheard(client);
+    }
+}
+
+static void test_good_frames_before_a_bad_one_are_heard_and_none_behind_it(void)
+{
+    uint8_t heard[64];
+    const int client = connected();
+    put(client, start, 6u);
+    TEST_ASSERT_EQUAL_UINT32(6u, read_some(heard, sizeof heard));
+    put(client, "GET ", 4u);
+    put(client, start + 6, sizeof start - 6u);
+    expect_closed_unheard(client);
+}
+
+/* TCP may deliver a frame in pieces, however long they are apart: the drive gets it whole. */
+static void test_a_frame_in_pieces_is_handed_on_whole(void)
+{
+    uint8_t heard[64];
+    const int client = connected();
+    for (uint32_t n = 0; n < 6u; n++) {
+        TEST_ASSERT_EQUAL_UINT32(0u, read_some(heard, sizeof heard));
+        put(client, &start[n], 1u);
+    }
+    TEST_ASSERT_EQUAL_UINT32(6u, read_some(heard, sizeof heard));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(start, heard, 6);
+    TEST_ASSERT_TRUE(wire_has_client(wire));
+    close(client);
+}

@@ -384,45 +384,7 @@ static uint64_t followed(const char *file, uint64_t block, uint32_t n, const cha
     return at;
 }
 
-/* Blocks and offsets by ASAM MDF 4.1, chapter 4; tests/recorder/check_mdf.py reads whole files so. */
-static void test_mdf_has_a_group_with_a_channel_a_row_and_a_record_a_sample(void)
-{
-    options.formats = RECORDER_MDF;
-    recorder_t *recorder = opened();
-    sample(recorder, 0, 0.5f, 1, 0);
-    sample(recorder, 12345, -1.5f, -1, 4294967295u);
-    expect_closed(recorder);
-    char *file = content("run.mf4");
-    TEST_ASSERT_EQUAL_STRING_LEN("MDF     4.10    ", file, 16);
-    const uint64_t group = followed(file, 64, 0, "##DG");
-    const uint64_t channels = followed(file, group, 1, "##CG");
-    TEST_ASSERT_EQUAL_UINT64(2, number_at(file, channels + 24u + 48u + 8u, 8));          /* records */
-    TEST_ASSERT_EQUAL_UINT64(8 + 3 * 4, number_at(file, channels + 24u + 48u + 24u, 4)); /* octets of one */
-
-    static const char *const names[] = {"time", "i_q", "state", "encoder_count"};
-    static const char *const units[] = {"s", "A", "-", "counts"};
-    static const unsigned kinds[] = {4, 4, 2, 0}; /* float, float, int, uint */
-    uint64_t channel = followed(file, channels, 1, "##CN");
-    for (uint32_t n = 0; n < 4u; n++) {
-        TEST_ASSERT_EQUAL_STRING(names[n], file + followed(file, channel, 2, "##TX") + 24u);
-        TEST_ASSERT_EQUAL_STRING(units[n], file + followed(file, channel, 6, "##TX") + 24u);
-        TEST_ASSERT_EQUAL_UINT64(kinds[n], number_at(file, channel + 24u + 64u + 2u, 1));
-        TEST_ASSERT_EQUAL_UINT64(n == 0u ? 0u : 4u + 4u * n, number_at(file, channel + 24u + 64u + 4u, 4));
-        if (n == 2u) { /* the first of the names of state */
-            const uint64_t conversion = followed(file, channel, 4, "##CC");
-            TEST_ASSERT_EQUAL_STRING("not_ready", file + followed(file, conversion, 4, "##TX") + 24u);
-        }
-        channel = n < 3u ? followed(file, channel, 0, "##CN") : 0u;
-    }
-    const uint64_t data = followed(file, group, 2, "##DT");
-    TEST_ASSERT_EQUAL_UINT64(24 + 2 * 20, number_at(file, data + 8u, 8));
-    TEST_ASSERT_EQUAL_HEX32(UINT32_C(0x3F000000), number_at(file, data + 24u + 8u, 4));    /* 0.5 */
-    TEST_ASSERT_EQUAL_HEX64(UINT64_C(0x3FF3C083126E978D), number_at(file, data + 44u, 8)); /* 1.2345 */
-    TEST_ASSERT_EQUAL_HEX32(UINT32_C(0xBFC00000), number_at(file, data + 44u + 8u, 4));
-    TEST_ASSERT_EQUAL_HEX32(UINT32_C(0xFFFFFFFF), number_at(file, data + 44u + 12u, 4));
-    free(file);
-}
-
+/* Blocks, channels and samples: tests/recorder/check_mdf.py. */
 static void test_no_text_can_leave_the_comment_of_mdf(void)
 {
     options.formats = RECORDER_MDF;

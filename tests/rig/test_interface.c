@@ -49,14 +49,6 @@ static void test_a_name_in_two_tables_is_told_apart_by_its_table(void)
     TEST_ASSERT_NULL(rig_row_by_name("no_such_row"));
 }
 
-static void test_a_parameter_is_staged_until_applied(void)
-{
-    run_put(rig, "speed_kp", 0.7);
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "speed_kp")); /* by rule */
-    TEST_ASSERT_TRUE(rig_apply(rig));
-    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 0.7, rig_value(rig, "speed_kp"));
-}
-
 static void test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_on(void)
 {
     char range[120];

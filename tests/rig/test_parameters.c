@@ -49,18 +49,6 @@ static bool runs(const params_t *set)
     return memcmp(set, &rig_state(rig)->app.active, sizeof *set) == 0;
 }
 
-static void test_a_saved_set_runs_after_the_supply_was_off(void)
-{
-    expect_store("empty");
-    const params_t set = given_saved_motor(7u);
-    rig_power_cycle(rig);
-    TEST_ASSERT_TRUE(runs(&set));
-    run_to_ready(rig);
-    expect_store("loaded");
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
-    TEST_ASSERT_EQUAL_DOUBLE((double)(float)0.57, rig_value(rig, "motor_resistance"));
-}
-
 /* An erase keeps the interrupt away for two seconds; the drive stands it and can be started right after. */
 static void test_the_drive_goes_on_after_a_page_was_erased(void)
 {

@@ -158,6 +158,9 @@ static void test_who_does_not_belong_here_is_refused_and_nothing_is_done(void)
         {PAGE "Sec-Fetch-Site: same-origin\r\nOrigin: http://evil.example\r\n\r\n", 403},
         /* what a form on a foreign page can send lacks the header; and it may not ask whether it could */
         {"POST /{T}/stop HTTP/1.1\r\nHost: localhost:{P}\r\nContent-Length: 0\r\n\r\n", 403},
+        {"POST /{T}/stop HTTP/1.1\r\n" HERE
+         "Origin: http://evil.example\r\nX-Lagless: 1\r\nContent-Length: 0\r\n\r\n",
+         403},
         {"OPTIONS /{T}/stop HTTP/1.1\r\nHost: localhost:{P}\r\n\r\n", 400},
         /* too long, no request */
         {"POST /{T}/set HTTP/1.1\r\n" HERE "X-Lagless: 1\r\nContent-Length: 99999\r\n\r\n", 413},

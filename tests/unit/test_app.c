@@ -337,18 +337,6 @@ static void test_a_start_that_fails_is_a_fault_and_starts_no_watchdog(void)
     }
 }
 
-static void test_the_watchdog_is_fed_once_for_every_time_that_the_interrupt_was_alive(void)
-{
-    background();
-    TEST_ASSERT_EQUAL_UINT32(0u, fed);
-    for (uint32_t n = 1; n <= 3u; n++) {
-        interrupt();
-        interrupt();
-        background();
-        TEST_ASSERT_EQUAL_UINT32(n, fed);
-    }
-}
-
 static void test_the_background_sees_the_drive_between_two_interrupts_and_shows_it(void)
 {
     interrupt();

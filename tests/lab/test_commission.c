@@ -102,6 +102,7 @@ static void test_wrong_wiring_is_named_before_a_steady_current_flows(void)
     expect_reason("open_phase_b", 1.0, "open_phase");
     expect_reason("open_phase_c", 1.0, "open_phase");
     expect_reason("swap_currents", 3.0, "sensor_map");
+    expect_reason("swap_currents", 4.0, "sensor_map"); /* the current falls along the pulse */
     expect_reason("current_gain_error_a", -2.0, "sensor_map");
 }
 

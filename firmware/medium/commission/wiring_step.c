@@ -80,18 +80,17 @@ static commission_verdict_t judge(wiring_step_t *step, const commission_tuning_t
                                   excite_order_t *order, commission_results_t *results)
 {
     const float inductance = FRAMES_ONE_THIRD * step->inductances;
-    const float rank = wiring_rank(&step->matrix);
-    if (rank >= RANK_LEAST &&
-        (!(inductance > 0.0f) ||
-         u_dc * tuning->period > 12.0f * RIPPLE_MOST * tuning->current_max * inductance)) {
-        return commission_failed(COMMISSION_REASON_RIPPLE_TOO_LARGE, 0);
-    }
-    if (rank < RANK_LEAST) {
+    if (wiring_rank(&step->matrix) < RANK_LEAST) {
         return commission_failed(COMMISSION_REASON_OPEN_PHASE, wiring_open_phase(&step->matrix));
     }
+    /* before the inductance: by sensors of the wrong sign or leg the current falls along its pulse */
     const wiring_map_t map = wiring_best(&step->matrix);
     if (!wiring_is_right(map)) {
         return commission_failed(COMMISSION_REASON_SENSOR_MAP, wiring_code(map));
+    }
+    if (!(inductance > 0.0f) ||
+        u_dc * tuning->period > 12.0f * RIPPLE_MOST * tuning->current_max * inductance) {
+        return commission_failed(COMMISSION_REASON_RIPPLE_TOO_LARGE, 0);
     }
     if (length(step->sum) > TURNS_FROM * step->lengths) {
         return turns(step, tuning, order);

@@ -353,8 +353,9 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
         manoeuvres_dithers(&medium->manoeuvres) ? medium->inductance.dither : (dq_t){0.0f, 0.0f};
     const float room = run_room(&medium->manoeuvres.run); /* beside the remaining i_d of a hand-over */
     setpoint->current_limit = room < medium->thermal.limit ? room : medium->thermal.limit;
-    setpoint->only_brakes =
-        sequence->state == (int32_t)DRIVE_QUICK_STOP && medium->manoeuvres.run.tuning.stop_ramp == 0.0f;
+    /* with a holding brake the motor carries the load until the brake holds it */
+    setpoint->only_brakes = sequence->state == (int32_t)DRIVE_QUICK_STOP &&
+                            medium->manoeuvres.run.tuning.stop_ramp == 0.0f && tuning->outputs.brake.on == 0u;
     setpoint->models.load_share = load_share(medium, tuning, window);
     setpoint->models.load_seen = inertia_load_seen(&medium->inertia);
     setpoint->models.gained = inertia_gained(&medium->inertia, medium->means.omega);

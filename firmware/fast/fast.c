@@ -402,5 +402,7 @@ void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *sample
     drive_outputs(fast, &orders.tuning->chopper);
     inverter_remember(&fast->inverter, &fast->command.duty, fast->measure.measured.current,
                       fast->measure.measured.u_dc);
-    *command = fast->command;
+    command->duty = (abc_t){fast->command.duty.a, fast->command.duty.b, fast->command.duty.c};
+    command->gates = fast->command.gates; /* field by field: the copy of the whole would be a call */
+    command->outputs = fast->command.outputs;
 }

@@ -212,7 +212,7 @@ static bool estimator_takes(rule_number_t rule, const params_t *params)
     const assumed_t assumed = params_configured(params);
     params_estimator(params, &assumed, &all);
     const smo_params_t *of_all = &all.smo;
-    switch (rule) {
+    switch ((int32_t)rule) {
     case RULE_WINDING:
         observer->resistance = of_all->resistance;
         observer->inductance = of_all->inductance;

@@ -193,12 +193,12 @@ static void connect_outputs(void)
 void hal_outputs(bool chopper, bool brake)
 {
 #if BOARD_CHOPPER_OUTPUT != BOARD_NONE
-    set_pin((uint16_t)BOARD_CHOPPER_OUTPUT, chopper == (BOARD_CHOPPER_ACTIVE_HIGH != 0));
+    set_pin((uint16_t)BOARD_CHOPPER_OUTPUT, BOARD_CHOPPER_ACTIVE_HIGH != 0 ? chopper : !chopper);
 #else
     (void)chopper;
 #endif
 #if BOARD_BRAKE_OUTPUT != BOARD_NONE
-    set_pin((uint16_t)BOARD_BRAKE_OUTPUT, brake == (BOARD_BRAKE_ACTIVE_HIGH != 0));
+    set_pin((uint16_t)BOARD_BRAKE_OUTPUT, BOARD_BRAKE_ACTIVE_HIGH != 0 ? brake : !brake);
 #else
     (void)brake;
 #endif

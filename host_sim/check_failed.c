@@ -1,4 +1,4 @@
-/* Wherever somebody reads stderr: the desk, and the simulated targets. */
+/* A failed check is reported on stderr, in the simulation and on the simulated targets. */
 #include <stdio.h>
 #include <stdlib.h>
 

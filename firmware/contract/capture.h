@@ -83,7 +83,7 @@ static inline uint32_t capture_width(uint32_t columns)
     return (columns + 3u) & ~UINT32_C(3);
 }
 
-/* Number of periods of so many columns that fit into the ring, at most CAPTURE_PERIODS. */
+/* Number of periods with this number of columns that fit into the ring buffer, at most CAPTURE_PERIODS. */
 static inline uint32_t capture_room(uint32_t columns)
 {
     const uint32_t room = CAPTURE_SLOTS / capture_width(columns);

@@ -20,8 +20,8 @@
 /* From here on the next conversion is under way: too late for this sample's results and compare values. */
 #define LATEST (PWM_PERIOD - ADC_LEAD)
 
-/* Nobody controlled the currents for so long that the drive must not go on as if it were one sample: so many
- * more are late. */
+/* A time without control of the currents that is too long to continue as after one late sample: this number
+ * of ticks more are late. */
 #define GAP  (10u * PWM_PERIOD)
 #define HOLD (10u * PWM_PERIOD)
 
@@ -201,7 +201,7 @@ hal_status_t hal_init(const hal_config_t *config)
         return status;
     }
 #if BOARD_SERIAL_BAUD != 0
-    connect_serial(); /* before anything else: the line tells why the rest did not come up */
+    connect_serial(); /* before anything else: the serial link reports why the rest failed */
 #endif
     serial_init();
     if (!pwm_init(config->dead_band_count)) {

@@ -1,5 +1,5 @@
-/* A debugger on the chip: halt, run, real-time mode, restart. Each part knows what a halt does to it and is
- * told here in one place; the order matters only in that everything due has happened first. */
+/* A debugger on the chip: halt, run, real-time mode, restart. Each part implements its own reaction to a
+ * halt and is called here in one place; the order matters only in that everything due has happened first. */
 #include "host_sim/chip/parts.h"
 
 static void tell_parts(chip_t *chip)

@@ -1,6 +1,6 @@
 /* Memory that the firmware looks at as such: flash, the copy of the interrupt's code in RAM, the end of the
- * stack. On the desk code is the host's own; in its place stand a few words that nothing but an injected
- * error changes. */
+ * stack. In the simulation code is the host's own; in its place stand a few words that nothing but an
+ * injected error changes. */
 #include "hal/f28335/bus.h"
 #include "host_sim/chip/parts.h"
 

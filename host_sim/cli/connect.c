@@ -130,7 +130,7 @@ static bool connect_help(session_t *session, uint32_t count, char **words)
     return true;
 }
 
-/* Reasons by number or name: as `lagless explain` tells them. */
+/* Reasons by number or name: as `lagless explain` prints them. */
 static bool connect_explain(session_t *session, uint32_t count, char **words)
 {
     char name[] = "lagless explain";

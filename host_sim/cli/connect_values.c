@@ -13,7 +13,7 @@
 
 #define START_WAIT  2.0  /* [s] for the bridge to come on */
 #define RESET_WAIT  0.05 /* [s] for a fault to go, after each of ... */
-#define RESET_TRIES 6u   /* ... so many resets */
+#define RESET_TRIES 6u   /* ... this number of resets */
 #define KEEP_WAIT   10.0 /* [s] for a memory on the drive's I2C bus to take a set */
 #define KEEP_LOOK   0.02 /* [s] from one look at it to the next */
 #define RETURN_WAIT 10.0 /* [s] for the drive to answer after its restart */
@@ -286,7 +286,7 @@ bool connect_erase(session_t *session, uint32_t count, char **words)
     return simple_order(session, 0u, words, "erase", "erased: this drive has no saved parameters", NULL);
 }
 
-/* A drive that has begun anew has forgotten what it was ordered: one that only said so is found out. */
+/* A drive that has restarted has lost its requests; a drive that only reported it has not. */
 bool connect_restart(session_t *session, uint32_t count, char **words)
 {
     master_refusal_t refusal;

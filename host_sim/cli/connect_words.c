@@ -15,8 +15,8 @@
 
 #define TIME_MAX    86400.0 /* [s] */
 #define PAUSE_MAX   0.01    /* [s] of ours from one look at the drive to the next */
-#define PAUSE_SHORT 0.001   /* [s] likewise, while its clock has not moved */
-#define AHEAD       0.1     /* [s] of the drive's time, likewise */
+#define PAUSE_SHORT 0.001   /* [s] the same while its clock has not moved */
+#define AHEAD       0.1     /* [s] the same in the drive's time */
 #define STAND_STILL 5.0     /* [s] of ours: a drive whose clock does not go on for so long is stopped */
 
 bool connect_fail(session_t *session, const char *format, ...)

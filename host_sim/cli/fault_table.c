@@ -72,7 +72,7 @@ const char *fault_table_debounce(char to[FAULT_TABLE_TEXT_SIZE], const fault_row
     return to;
 }
 
-/* By fault_when_t and by fault_reaction_t: as data, and as told. */
+/* By fault_when_t and by fault_reaction_t: as data, and as printed. */
 typedef struct {
     const char *name, *text;
 } word_t;

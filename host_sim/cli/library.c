@@ -76,7 +76,7 @@ void library_hand_over(const scenario_error_t *error, const char *text, size_t o
 
 static scenario_t *read_stdin(scenario_error_t *error)
 {
-    char *text = malloc(TOML_OCTETS_MAX + 1u); /* one more tells that it is too long */
+    char *text = malloc(TOML_OCTETS_MAX + 1u); /* one more shows that it is too long */
     const size_t octets = text != NULL ? fread(text, 1, TOML_OCTETS_MAX + 1u, stdin) : 0u;
     inputs_note_descriptor(STDIN_FILENO);
     scenario_t *scenario = scenario_read_text_to_mend("stdin", text != NULL ? text : "", octets, error);

@@ -384,7 +384,7 @@ static bool draw(const options_t *options, const char *data_path, const char *pn
     return true;
 }
 
-/* Runs the map and tells it; data: of map.json, NULL without a folder. */
+/* Runs the map and prints it; data: of map.json, NULL without a folder. */
 static int run(const options_t *options, FILE *data, const char *data_path)
 {
     const map_setup_t *setup = &options->setup;

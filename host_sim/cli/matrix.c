@@ -135,7 +135,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     }
 }
 
-/* ---- what is told of a cell ---- */
+/* ---- the report of a cell ---- */
 
 static const char *reason_name(int32_t reason)
 {

@@ -336,7 +336,7 @@ static const char *setting(const char *variable, const char *standard)
     return value != NULL && value[0] != '\0' ? value : standard;
 }
 
-/* What the script tells of its progress, until it ends. */
+/* What the script reports of its progress, until it ends. */
 static void follow(int descriptor)
 {
     output_progress_t progress = output_progress_begin();

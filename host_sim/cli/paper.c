@@ -25,11 +25,11 @@
 
 typedef struct {
     bool json;
-    const char *folder; /* NULL: none asked for */
+    const char *folder; /* NULL: none requested */
     bool wanted[PAPER_FIGURES];
     bool named;               /* at least one figure */
     const char *file;         /* an experiment; NULL: the paper's */
-    char standard[PATH_SIZE]; /* folder if none is asked for */
+    char standard[PATH_SIZE]; /* folder if none is requested */
 } options_t;
 
 /* ---- the command line ---- */
@@ -168,7 +168,7 @@ static const paper_row_t *sibling(const paper_t *paper, const paper_row_t *row, 
     return paper_row_by_id(paper, id);
 }
 
-/* A row, the ideal drive's number beside it. `said`: the reason of the row before, which is not told again.
+/* A row, the ideal drive's number beside it. `said`: the reason of the row before, which is not repeated.
  */
 static const char *print_row(const paper_row_t *row, const paper_row_t *ideal, const char *said)
 {
@@ -370,7 +370,7 @@ static int tell(const options_t *options, const char *data, paper_t *paper, cons
     output_progress_end(progress);
     if (paper == NULL) {
         fprintf(stderr, "lagless paper: %s\n", why->text);
-        return options->file != NULL ? EXIT_USAGE : EXIT_INTERNAL; /* the file asked for what is refused */
+        return options->file != NULL ? EXIT_USAGE : EXIT_INTERNAL; /* the file has a request that is refused */
     }
     const double seconds = output_seconds() - progress->started;
     if (options->json) {

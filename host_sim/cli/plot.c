@@ -1,4 +1,4 @@
-/* `lagless plot RECORDING`, `lagless compare A B`: what tools/plot/look.py does, and what it is told of the
+/* `lagless plot RECORDING`, `lagless compare A B`: what tools/plot/look.py does, and what it receives of the
  * tables. */
 #include "host_sim/cli/plot.h"
 

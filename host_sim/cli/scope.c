@@ -50,7 +50,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     }
 }
 
-/* The user's browser; a failure is told, the address stands on stdout. */
+/* The user's browser; a failure is reported, the address is on stdout. */
 static void open_browser(const char *address)
 {
 #if defined(__APPLE__)

@@ -22,7 +22,7 @@
 #define SERIAL_OCTETS  128u                /* [octets] that the serial line is given at once */
 #define KEEP_PERIODS   rig_periods(1.0)    /* [periods] between two looks at the flash */
 #define BEHIND_MAX     0.1                 /* [s] that real time is caught up with; what is more is lost */
-#define TELL_AFTER     5.0                 /* [s] of the wall that are too short before it is told */
+#define TELL_AFTER     5.0                 /* [s] of the wall that are too short before it is reported */
 #define UNTIL_MAX      UINT32_MAX *RIG_PERIOD_SECONDS
 
 typedef struct {
@@ -155,7 +155,7 @@ static void tell_clients(serve_t *serve)
     serve->had_client = has;
 }
 
-/* Timed actions that the set in force now refuses, because somebody has changed it, are told and left out. */
+/* Timed actions that the present parameters do not allow are reported and left out. */
 static void change(serve_t *serve, uint32_t period)
 {
     scenario_error_t error;
@@ -244,7 +244,7 @@ static int serve_scenario(const options_t *options, const numbers_t *numbers, co
             rig_line(serve.rig, &line);
         }
         printf("listening on %s\n", wire_name(serve.wire));
-        if (fflush(stdout) == 0) { /* nobody could come to a drive whose place nobody was told */
+        if (fflush(stdout) == 0) { /* without a printed address no client could connect */
             turn(&serve, numbers->periods, stop);
             exit_code = flash_file_keep(serve.flash, serve.rig) ? EXIT_DONE : EXIT_INTERNAL;
         }

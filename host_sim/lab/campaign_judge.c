@@ -292,8 +292,8 @@ static void judge_reset(campaign_watch_t *watch, uint32_t period)
     watch->gates_seen = watch->gates != 0u;
 }
 
-/* A sensor that stands is told within so long, or a third of a turn. With the bridge off nothing is at stake,
- * and one at zero shows what is right. */
+/* A sensor that does not change is reported in this time, or in a third of a turn. With the bridge off there
+ * is no danger, and one at zero shows what is right. */
 static void judge_notice(campaign_watch_t *watch, campaign_excused_t *excuse, uint32_t period,
                          const uint32_t *rows)
 {

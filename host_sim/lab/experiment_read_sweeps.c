@@ -78,7 +78,7 @@ static bool set_point(const file_t *file, const toml_entry_t *entry, const toml_
     return scenario_row_accepts(row, value, reading_place(place), file->reading.error);
 }
 
-#define SEED_MAX (INT64_C(1) << 53) /* that a double tells from its neighbours */
+#define SEED_MAX (INT64_C(1) << 53) /* that a double distinguishes from its neighbours */
 
 static bool read_one(const file_t *file, const toml_entry_t *entry, const table_row_t *row, double *value)
 {

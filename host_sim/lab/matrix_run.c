@@ -50,7 +50,7 @@ typedef struct {
     bool refused;
 } turner_t;
 
-/* So many periods, or fewer where a stop holds. */
+/* Runs this number of periods, or fewer where a stop holds. */
 static void turn(turner_t *turner, uint32_t periods)
 {
     if (turner->course == NULL) {
@@ -211,7 +211,7 @@ typedef struct {
     double off;                             /* [s] since when all legs are held off */
     bool was_on;                            /* [-] the gates were on, be it at the injection */
     double rotor, frame;                    /* [rad] electrical, of rotor and forced frame ... */
-    uint32_t turns;                         /* [periods] ... in so many, until it was noticed */
+    uint32_t turns;                         /* [periods] ... in this number, until it was noticed */
     uint32_t losses, try;                   /* [-] at the injection */
     int32_t state, refusal;                 /* [-] of the last period */
     bool ending;                            /* [-] the rotor's end is being looked at */
@@ -466,7 +466,7 @@ static bool do_begin(void *context, size_t n, char why[POOL_WHY])
     return true;
 }
 
-/* A rig as it stands in the cell's manoeuvre; ready, for what is wrong from the beginning. */
+/* Brings a rig into the cell's manoeuvre; ready, for what is wrong from the beginning. */
 static bool stand_in(rig_t *rig, const work_t *work, matrix_cell_t *cell)
 {
     const matrix_fault_t *fault = &matrix_faults[cell->fault];

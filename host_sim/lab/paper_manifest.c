@@ -1,4 +1,4 @@
-/* What was run and what came of it, as one JSON object. */
+/* The runs and their results, as one JSON object. */
 #include <math.h>
 #include <stdio.h>
 
@@ -44,7 +44,7 @@ static void write_condition(FILE *file, const char *before, const char *name, do
     fputc('}', file);
 }
 
-/* Of numbers; what is chosen is told by each run. */
+/* Only for numbers; the choices are listed with each run. */
 static void write_settings(FILE *file, const char *before, const setting_t *settings, size_t count)
 {
     for (size_t n = 0; n < count; n++) {

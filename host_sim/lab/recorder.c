@@ -486,7 +486,7 @@ void recorder_abandon(recorder_t *recorder)
 
 /* ---- the end ---- */
 
-/* Several things may go wrong; all are told. */
+/* Several things may go wrong; all are reported. */
 static void also(recorder_error_t *error, const char *text)
 {
     const size_t used = strlen(error->text);

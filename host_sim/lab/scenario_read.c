@@ -188,7 +188,7 @@ static bool is_one_of(const toml_entry_t *entry, const char *keys)
     return false;
 }
 
-/* Refuses an entry that is none of the keys. A row's name tells in which table it belongs. */
+/* Refuses an entry that is none of the keys. A row's name shows in which table it belongs. */
 static bool refuse_key(const reading_t *reading, const toml_entry_t *entry, const char *keys,
                        const char *accepted)
 {

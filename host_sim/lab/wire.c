@@ -131,7 +131,7 @@ bool wire_has_client(const wire_t *wire)
     return wire->client >= 0;
 }
 
-/* ---- who comes and goes ---- */
+/* ---- clients connect and disconnect ---- */
 
 static bool is_terminal(const wire_t *wire)
 {
@@ -298,7 +298,7 @@ static void wait_for_room(wire_t *wire, uint32_t room)
         struct pollfd look = {.fd = wire->client, .events = POLLOUT};
         (void)poll(&look, 1, STOP_LOOK_MS);
         send_waiting(wire);
-        look_for_clients(wire); /* a second one is told so meanwhile, too */
+        look_for_clients(wire); /* a second one is refused meanwhile, too */
     }
 }
 

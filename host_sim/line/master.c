@@ -215,7 +215,7 @@ static void take_answer(master_t *master, const uint8_t *packet, uint32_t length
         return; /* else the answer that was given up */
     }
     if (master->state != LINE_ASKED || (!positive && code == XCP_ERROR_SYNCH)) {
-        return; /* asked for twice, or by nobody */
+        return; /* requested twice, or by no caller */
     }
     const bool last = master->step + 1u == question->count;
     if (positive && last && question->octets != MASTER_ANY && length != 1u + question->octets) {
@@ -245,7 +245,7 @@ static void take_packet(master_t *master, const uint8_t *packet, uint32_t length
     }
 }
 
-/* What is there, but not for ever where samples never cease. */
+/* Reads what is there, with a limit where samples never cease. */
 static void receive(master_t *master)
 {
     for (uint32_t n = 0; n < READS_MAX && master->descriptor >= 0; n++) {
@@ -275,7 +275,7 @@ static void receive(master_t *master)
     }
 }
 
-/* ---- the drive's clock, which also tells it that somebody is there ---- */
+/* ---- the drive's clock; reading it also keeps the connection alive ---- */
 
 static void take_clock(void *context, int result, const uint8_t *data, uint32_t octets)
 {

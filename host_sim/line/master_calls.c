@@ -12,7 +12,7 @@
 #define RESOURCE_CALIBRATION 0x01u
 
 #define EPK_LENGTH 16u /* [octets] "lagless-" and 8 digits */
-#define AGAIN_WAIT 0.1 /* [s] from one try to connect anew to the next */
+#define AGAIN_WAIT 0.1 /* [s] from one try to connect again to the next */
 
 /* ---- life ---- */
 
@@ -529,7 +529,7 @@ bool master_order(master_t *master, const char *order, master_refusal_t *refusal
     question.patience = MASTER_PATIENCE_ORDER;
     const bool restart = strcmp(order, "restart") == 0;
     if (restart) {
-        question.patience = MASTER_PATIENCE; /* a drive that begins anew may have forgotten the question */
+        question.patience = MASTER_PATIENCE; /* a drive that restarts may have forgotten the question */
     }
     const int result = master_asked(master, question, NULL, NULL);
     if (restart && (result == MASTER_LOST || result == MASTER_OK)) {

@@ -10,7 +10,7 @@
 #define VOLT_HALF 1.5 /* [V] of the pin for current_range */
 #define VOLT_FULL 3.0 /* [V] of the pin for dc_range */
 
-/* A leg's command before the dead band. The switch that it turns to is told to be on at `on_at`, unless the
+/* A leg's command before the dead band. The switch that it turns to is commanded on at `on_at`, unless the
  * command has changed again by then. */
 typedef struct {
     bool upper;

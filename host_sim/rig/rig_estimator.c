@@ -68,7 +68,7 @@ void rig_estimator_record(rig_t *rig, void *record)
 
 typedef position_t (*step_t)(chosen_t *est, const estimator_input_t *input);
 
-/* A step, with what the drive tells it of motor and load. */
+/* A step, with the drive's data of motor and load. */
 static position_t estimator_alone(chosen_t *est, const estimator_input_t *input)
 {
     chosen_set_load(est, input->load);

@@ -177,7 +177,7 @@ static void restore(rig_t *rig, const uint32_t *slots)
     to->staged = to->active;
     drive_prepare(&to->drive.tunings[to->drive.in_force], &to->active, &to->assumed);
     to->drive.log.count = to->drive.medium.faults;
-    capture_tuning_t history; /* the signals of the last periods, for whoever looks at the end */
+    capture_tuning_t history; /* the signals of the last periods, to be read at the end */
     (void)capture_prepare(&signals_history, &signals_table, &history);
     capture_init(&to->drive.capture, &history);
     to->drive.record.on = 1u; /* its checksum goes on */

@@ -1,4 +1,4 @@
-/* Numbers of a row as the desk has them, in double, which holds those of every kind exactly; and ranges as
+/* Numbers of a row in the simulation, in double, which holds those of every kind exactly; and ranges as
  * text whose ends are accepted when they are typed in again. */
 #include <math.h>
 #include <stdio.h>
@@ -54,7 +54,7 @@ const char *rig_value_text(char to[RIG_NUMBER_SIZE], double value)
     return to;
 }
 
-/* One end of a range or a value in it, as short as it can be told without a step out of the range. */
+/* One end of a range or a value in it, as short as it can be printed without a step out of the range. */
 static void end_text(char to[RIG_NUMBER_SIZE], double end, double min, double max, int least_digits)
 {
     const double slot = (double)(float)end;

@@ -10,7 +10,7 @@
 #include "settings/rules.h"
 #include "settings/signals.h"
 
-#define OTHERS_OF 4 /* [-] rows of a rule at most, of which a refusal tells all values */
+#define OTHERS_OF 4 /* [-] rows of a rule at most, of which a refusal reports all values */
 
 static const table_t *const tables[TABLES] = {
     [PARAMS] = &params_table,         [REQUESTS] = &requests_table, [SIGNALS] = &signals_table,

@@ -462,7 +462,7 @@ static void accept_all(http_t *http)
         for (uint32_t n = 0; n < HTTP_CLIENTS && place == NULL; n++) {
             place = http->clients[n].socket < 0 ? &http->clients[n] : NULL;
         }
-        if (place == NULL) { /* who has asked for nothing for longest */
+        if (place == NULL) { /* the client without a request for longest */
             place = oldest(http, false, NULL);
             drop(place);
         }

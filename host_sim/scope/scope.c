@@ -24,9 +24,9 @@
 #define AGAIN_TRY   0.05  /* [s] that a try lasts, at least */
 #define LONGEST     0.1   /* [s] of waiting */
 #define BLOCK_MAX   15u   /* [slots] of one question: MASTER_READ_MAX octets */
-#define SAMPLES_MAX 4096u /* [samples] until they are told, whatever the time */
+#define SAMPLES_MAX 4096u /* [samples] until they are sent, whatever the time */
 #define LINE_SHARE  0.8   /* [-] of a serial line that samples may take */
-#define SILENT      2.0   /* [s] without a sample that should come: the drive has begun anew */
+#define SILENT      2.0   /* [s] without a sample that should come: the drive has restarted */
 #define TEXT_MAX    700u
 
 /* Slots that are read together: their ids follow each other. */
@@ -405,7 +405,7 @@ static bool start_samples(scope_t *scope, master_error_t *error)
     return good;
 }
 
-/* ---- what a page asks for ---- */
+/* ---- requests of a page ---- */
 
 static void answer(scope_t *scope, uint32_t client, bool good, const char *what)
 {

@@ -370,7 +370,7 @@ static int tell(const options_t *options, const char *data, paper_t *paper, cons
     output_progress_end(progress);
     if (paper == NULL) {
         fprintf(stderr, "lagless paper: %s\n", why->text);
-        return options->file != NULL ? EXIT_USAGE : EXIT_INTERNAL; /* the file has a request that is refused */
+        return options->file != NULL ? EXIT_USAGE : EXIT_INTERNAL; /* the file requests it */
     }
     const double seconds = output_seconds() - progress->started;
     if (options->json) {

@@ -22,7 +22,7 @@ static uint32_t waiting(uint16_t put, uint16_t got, uint32_t size)
     return put >= got ? (uint32_t)put - got : (uint32_t)put + size - got;
 }
 
-/* The place so many octets behind this one, at most one turn. */
+/* The place that number of octets behind this one, at most one turn. */
 static uint16_t place_behind(uint16_t place, uint32_t count, uint32_t size)
 {
     const uint32_t next = place + count;

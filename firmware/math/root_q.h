@@ -36,7 +36,7 @@ static inline int32_t quotient_q(int32_t x, root_q_t inverse, int32_t n)
     return q_multiply_saturated(x, inverse.mantissa, 61 - n - inverse.shift);
 }
 
-/* sqrt(square), rounded down to a whole number; error within 2e-8 of the result and one. Six products. */
+/* sqrt(square), rounded down to a whole number; error at most 1 + 2e-8 of the result. Six products. */
 uint32_t root_q(uint64_t square);
 
 /* 1/sqrt(1 + n/32) in Q32. */

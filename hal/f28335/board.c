@@ -20,8 +20,8 @@
 /* From here on the next conversion is under way: too late for this sample's results and compare values. */
 #define LATEST (PWM_PERIOD - ADC_LEAD)
 
-/* Nobody controlled the currents for so long that the drive must not go on as if it were one sample: so many
- * more are late. */
+/* A time without control of the currents that is too long to continue as after one late sample: this number
+ * of ticks more are late. */
 #define GAP  (10u * PWM_PERIOD)
 #define HOLD (10u * PWM_PERIOD)
 

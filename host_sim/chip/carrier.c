@@ -312,7 +312,7 @@ void carrier_see(chip_t *chip)
     }
     carrier->lazy = 0u;
     plan(chip);
-    chip_plan(chip, SOURCE_EPWM, chip->next[SOURCE_EPWM]); /* whoever runs ahead must stop before the edges */
+    chip_plan(chip, SOURCE_EPWM, chip->next[SOURCE_EPWM]); /* a run ahead must stop before the edges */
 }
 
 /* One module's counter has just passed zero at `cycle` and goes on like that of the first leg. */

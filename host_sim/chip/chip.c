@@ -168,7 +168,7 @@ static inline void consider(const chip_t *chip, source_t candidate, uint64_t *at
     *at = first ? next : *at;
 }
 
-/* true: an interrupt has returned to the background, for whoever asked. */
+/* true: an interrupt has returned to the background, and a caller waits for that. */
 static bool engine(chip_t *chip, uint64_t until, bool to_background)
 {
     for (;;) {

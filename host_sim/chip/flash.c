@@ -8,7 +8,7 @@
  * programmed it leaves some bits done. Only the first words of a page are kept one by one (chip_flash_t);
  * what is behind goes in one piece and cannot be programmed.
  *
- * The operations take their time all the same: interrupts wait until it is over, the background with them,
+ * Nevertheless the operations take their time: interrupts wait until it is over, the background with them,
  * and a watchdog that is started meanwhile begins to count then. */
 #include <assert.h>
 

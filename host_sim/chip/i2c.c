@@ -1,5 +1,5 @@
 /* I2C-A as a master with FIFOs, SPRUG03, and the memory on its bus (i2c_memory.c). Not modelled: slave mode,
- * interrupts, a second master, addresses of 10 bits, repeat mode, free data format: asked for, they are
+ * interrupts, a second master, addresses of 10 bits, repeat mode, free data format: if requested, they are
  * reported.
  *
  * As in sci.c nothing is simulated while nobody looks: every access of software brings the transfer up to
@@ -12,9 +12,9 @@
 enum {
     PHASE_IDLE,
     PHASE_START,   /* START, then the address */
-    PHASE_SEND,    /* an octet is on its way out */
+    PHASE_SEND,    /* an octet is being sent */
     PHASE_STARVED, /* the next octet is missing: SCL is held low */
-    PHASE_RECEIVE, /* an octet is on its way in */
+    PHASE_RECEIVE, /* an octet is being received */
     PHASE_HELD,    /* the counter is at 0 without STP: SCL is held low */
     PHASE_NACKED,  /* SCL is held low until STP */
     PHASE_STOP     /* STOP */
@@ -43,7 +43,7 @@ static bool connected(const chip_t *chip)
     return gpio_mux(chip, 32u) == 1u && gpio_mux(chip, 33u) == 1u;
 }
 
-/* [ticks] of so many bits by the module's clock, up to the next whole one. */
+/* [ticks] of this number of bits by the module's clock, up to the next whole one. */
 static uint64_t bits(const chip_t *chip, uint32_t count)
 {
     const i2c_regs_t *i2c = &chip->registers.i2ca;
@@ -364,7 +364,7 @@ uint32_t i2c_lines_low(const chip_t *chip)
     return i2c_memory_pulls(chip);
 }
 
-/* A memory in the midst of a transfer lets go of the data line when it has been clocked to its end. */
+/* A memory during a transfer releases the data line when it has been clocked to its end. */
 void i2c_pins(chip_t *chip)
 {
     const uint32_t pulled = gpio_mux(chip, 33u) == 0u &&

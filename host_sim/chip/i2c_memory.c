@@ -5,7 +5,7 @@
  * The octets of a write go into a buffer of a page, and come back to its beginning behind its end. STOP
  * begins the writing, and until it is over the memory acknowledges nothing; a START in its place forgets the
  * buffer. An FRAM writes each octet at once. An octet that arrives is an operation, and so is one that is
- * written: chip_cut_power counts both. A cut between leaves what was written; in the midst of a page it
+ * written: chip_cut_power counts both. A cut between leaves what was written; during a page it
  * leaves some octets new, one with some bits, and the others old; from which end of the page on, the number
  * of the operation decides. */
 #include <assert.h>

@@ -1,10 +1,10 @@
 /* PIE and the CPU's interrupt logic: SPRUFB0 ch. 6, SPRU430 ch. 3.
  *
  * A peripheral's pulse sets PIEIFRx.y. The lowest enabled flag of a group goes to the CPU if PIEACKx is 0,
- * and sets PIEACKx: a forgotten acknowledge blocks the group for good. While ENPIE is 0 nothing goes to the
- * CPU. The CPU takes the lowest enabled IFR bit when INTM is 0, clears its IFR and IER bits, sets INTM and
- * DBGM, closes EALLOW; the return restores all of these. An interrupt function that clears INTM and waits can
- * be interrupted by other groups. */
+ * and sets PIEACKx: a forgotten acknowledge blocks the group permanently. While ENPIE is 0 nothing goes to
+ * the CPU. The CPU takes the lowest enabled IFR bit when INTM is 0, clears its IFR and IER bits, sets INTM
+ * and DBGM, closes EALLOW; the return restores all of these. An interrupt function that clears INTM and waits
+ * can be interrupted by other groups. */
 #include "host_sim/chip/parts.h"
 
 #include <stdio.h>

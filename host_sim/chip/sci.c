@@ -1,5 +1,5 @@
 /* SCI-A: SPRUFZ5. Frames of 8 data bits without parity through both FIFOs, and the interrupt of the receiving
- * one; nothing else of it is modelled, no single buffer, no other frame: asked for, it is reported and the
+ * one; nothing else of it is modelled, no single buffer, no other frame: if requested, it is reported and the
  * line stays quiet. The flag of the interrupt rises when an octet comes and the level is reached: a level
  * that is still reached when the flag is cleared does not raise it by itself.
  *
@@ -7,7 +7,7 @@
  * from outside brings line, FIFOs and flags up to the present tick, so an unused line costs no time.
  *
  * The line towards the chip is a row of frames, each with its levels bit by bit; between them it is high. The
- * receiver works on these levels as SPRUFZ5 tells: a start bit is a fall after which the line is low for four
+ * receiver works on these levels as in SPRUFZ5: a start bit is a fall after which the line is low for four
  * SCICLK (eight to a bit), each bit then the majority of the 4th, 5th and 6th of its SCICLK. So another rate
  * at the other end gives what it gives on silicon. */
 #include <assert.h>
@@ -307,7 +307,7 @@ static void show(chip_t *chip)
                               (waiting == 0u && !chip->sci.sending ? SCICTL2_TXEMPTY : 0u));
 }
 
-/* Nothing on the line, nothing on its way out: whatever time passes, all stays as it is shown. */
+/* Nothing on the line and nothing being sent: whatever time passes, all stays as it is shown. */
 static bool is_quiet(const chip_t *chip)
 {
     const chip_sci_t *sci = &chip->sci;
@@ -382,7 +382,7 @@ static void empty_out(chip_t *chip)
     chip->sci.waiting = 0u;
 }
 
-/* What SWRESET at 0 does: flags and state machines, an octet on its way out among them. */
+/* What SWRESET at 0 does: flags and state machines, an octet being sent among them. */
 static void reset_states(chip_t *chip)
 {
     regs(chip)->SCIRXST = 0u;

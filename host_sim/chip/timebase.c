@@ -8,7 +8,7 @@
  * on. So a CMPA of 0 that is loaded at zero misses the zero it is loaded at (hence TI's "keep it >= 1").
  *
  * A counter that starts at zero begins with the events of zero, which is how the first TBPRD becomes active.
- * One that counts past its period (TBPRD was made smaller, TBCTR written) runs on to 0xFFFF and 0.
+ * One that counts past its period (TBPRD was reduced, TBCTR written) runs on to 0xFFFF and 0.
  *
  * A debugger's halt stops the counter alone (FREE_SOFT): a dead band under way runs out, trips act, and a
  * sync pulse that meets a standing counter is lost, so that modules that stopped in step stay in step. */

@@ -3,7 +3,7 @@
  * the cycle of the next reload says everything.
  *
  * A debugger's halt lets a timer with FREE run on; with SOFT alone it goes to its next reload, which still
- * interrupts, and stands there; else it stands at once. */
+ * interrupts, and stops; else it stops at once. */
 #include "host_sim/chip/parts.h"
 
 #define PCLKCR3_TIMER0 (1u << 8)

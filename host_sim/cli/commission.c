@@ -71,7 +71,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     }
 }
 
-/* ---- what is asked for ---- */
+/* ---- the requested procedure ---- */
 
 /* What the file of a plate gives in place of the drive's parameters. */
 static bool read_plate(const char *path, commission_plate_t *plate, commission_sheet_t *of)

@@ -13,7 +13,7 @@
 
 #define START_WAIT  2.0  /* [s] for the bridge to come on */
 #define RESET_WAIT  0.05 /* [s] for a fault to go, after each of ... */
-#define RESET_TRIES 6u   /* ... so many resets */
+#define RESET_TRIES 6u   /* ... this number of resets */
 #define KEEP_WAIT   10.0 /* [s] for a memory on the drive's I2C bus to take a set */
 #define KEEP_LOOK   0.02 /* [s] from one query to the next */
 #define RETURN_WAIT 10.0 /* [s] for the drive to answer after its restart */

@@ -25,11 +25,11 @@
 
 typedef struct {
     bool json;
-    const char *folder; /* NULL: none asked for */
+    const char *folder; /* NULL: none requested */
     bool wanted[PAPER_FIGURES];
     bool named;               /* at least one figure */
     const char *file;         /* an experiment; NULL: the paper's */
-    char standard[PATH_SIZE]; /* folder if none is asked for */
+    char standard[PATH_SIZE]; /* folder if none is requested */
 } options_t;
 
 /* ---- the command line ---- */
@@ -371,7 +371,7 @@ static int tell(const options_t *options, const char *data, paper_t *paper, cons
     output_progress_end(progress);
     if (paper == NULL) {
         fprintf(stderr, "lagless paper: %s\n", why->text);
-        return options->file != NULL ? EXIT_USAGE : EXIT_INTERNAL; /* the file asked for what is refused */
+        return options->file != NULL ? EXIT_USAGE : EXIT_INTERNAL; /* the file requests it */
     }
     const double seconds = output_seconds() - progress->started;
     if (options->json) {

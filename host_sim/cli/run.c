@@ -30,7 +30,7 @@
 /* Recorded signals, if neither scenario nor command line names any. */
 static const char *const default_rows[] = {"omega_m_ref", "true_omega_m", "i_d", "i_q", "theta_err", "u_dc"};
 
-/* What the panels of --plot show, recorded besides what the scenario asks for. */
+/* What the panels of --plot show, recorded besides what the scenario requests. */
 static const char *const plot_rows[] = {
     "state",     "manoeuvre",   "fault_reason",  "warnings",   "warnings_2", "omega_m_ref", "true_omega_m",
     "omega_m",   "true_torque", "load_torque",   "i_d_ref",    "i_d",        "i_q_ref",     "i_q",
@@ -723,7 +723,7 @@ static void set_sinks(const options_t *options, recording_t *recording, runner_o
     }
 }
 
-/* What came of it, written and printed; the exit code. */
+/* Writes and prints the results; returns the exit code. */
 static int tell(const options_t *options, const scenario_t *scenario, const runner_result_t *result,
                 recording_t *recording)
 {

@@ -183,7 +183,7 @@ typedef struct {
     uint32_t violations[CAMPAIGN_INVARIANT_COUNT];
 } counts_t;
 
-/* Of so many calm runs, how likely are so many false alarms or more, at the rate that is allowed? A binomial
+/* Probability of `alarms` or more false alarms in `calm` runs, at the rate that is allowed: a binomial
  * tail, its terms one after the other. */
 static double by_chance(uint32_t calm, uint32_t alarms)
 {

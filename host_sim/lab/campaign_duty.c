@@ -13,13 +13,13 @@
 #define ANSWERS         3.0  /* [-] time constants of the speed control after which it has answered */
 #define ANSWER_MOST     1.0  /* [s] */
 #define AWAY_SPEED      0.05 /* [-] of rated speed: what is nearer to the reference is at it */
-#define AWAY_BEYOND     1.3  /* [-] of the torque that is asked for */
+#define AWAY_BEYOND     1.3  /* [-] of the requested torque */
 #define WINDOW_SECONDS  0.1  /* [s] over which the speed's error is averaged */
 #define REACH_LOAD      0.5  /* [-] of rated torque: with a larger load no speed is promised */
 #define BASE_SHARE      0.9  /* [-] of rated speed: above this the field may be weakened */
 #define LEAST_ROOM      0.15 /* [-] of rated torque, which is left to accelerate with */
 #define START_SECONDS   1.8  /* [s] that a start without encoder may take */
-#define ENCODER_SECONDS 0.4  /* [s] likewise with the encoder */
+#define ENCODER_SECONDS 0.4  /* [s] the same with the encoder */
 #define STOP_SECONDS    0.5  /* [s] that a quick stop may take beside what it brakes for */
 #define STOP_SHARE      3.0  /* [-] of the time that rated torque needs to stop all that turns */
 #define LINK_NOISE      4.0  /* [-] standard deviations of the link's noise */
@@ -171,7 +171,7 @@ static bool leaves(const campaign_watch_t *watch, const uint32_t *rows, double t
            torque * (wanted - speed) < 0.0 && torque * (in_force - speed) <= 0.0;
 }
 
-/* In current mode: more torque than asked for, or the other way. */
+/* In current mode: more torque than requested, or in the other direction. */
 static bool exceeds(const campaign_watch_t *watch, const uint32_t *rows, double torque)
 {
     const double per_ampere = watch->motor.torque / watch->motor.current;
@@ -181,7 +181,7 @@ static bool exceeds(const campaign_watch_t *watch, const uint32_t *rows, double 
     return drives && (torque * asked < 0.0 || fabs(torque) > AWAY_BEYOND * fabs(asked) + margin);
 }
 
-/* Has another speed or current been asked for, or a stop, or is there another load? */
+/* true: another speed, current or stop was requested, or the load has changed. */
 static bool is_another_wish(campaign_duty_t *duty, const uint32_t *rows)
 {
     const uint32_t wish[4] = {rows[CAMPAIGN_AT_state], rows[CAMPAIGN_AT_mode],

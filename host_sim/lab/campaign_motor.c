@@ -7,7 +7,7 @@
 #define ROOT_3       1.7320508075688772
 #define SPEED_DRAWN  0.9    /* [-] of rated speed: the fastest that is drawn */
 #define SPEED_MIN    60.0   /* [rad/s] rated, mechanical */
-#define SPEED_MAX    1000.0 /* [rad/s] likewise */
+#define SPEED_MAX    1000.0 /* [rad/s] the same */
 #define ELECTRIC_MAX 2000.0 /* [rad/s] rated, electrical: 3 % of a turn a period */
 #define RUN_UP_MIN   4e-3   /* [s] to rated speed by rated torque: the smallest servo motors */
 #define RIPPLE_MAX   0.3    /* [-] of rated current, peak to peak: V_dc T_s/(6 L) */
@@ -196,7 +196,7 @@ bool campaign_is_healthy(const campaign_case_t *drawn)
     return drawn->around == NULL && drawn->faults[0].kind == 0u && drawn->faults[1].kind == 0u;
 }
 
-/* Is a torque asked for, as a current, that friction does not hold up to the trip of the speed? */
+/* true: the requested torque, a current, exceeds the friction up to the trip of the speed. */
 static bool is_driven_beyond(const campaign_case_t *drawn, const campaign_event_t *event)
 {
     const campaign_motor_t motor = campaign_motor(drawn);
@@ -240,7 +240,7 @@ static double moved_by(const campaign_case_t *drawn, double load)
     return 0.70 * load * motor.torque / (campaign_inertia(drawn) * w * motor.speed);
 }
 
-/* Does the step of a load move a shaft at the speed that is asked for beyond the trip? */
+/* true: the step of a load moves a shaft from the requested speed beyond the trip. */
 static bool is_unloaded_beyond(const campaign_case_t *drawn)
 {
     const campaign_motor_t motor = campaign_motor(drawn);

@@ -4,7 +4,7 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
-#define PAIRED_EVERY 8u    /* [runs] one of so many, of those that learn */
+#define PAIRED_EVERY 8u    /* [-] one run of this number, of those that learn */
 #define PAIRED_REST  1u    /* not one of those that are repeated */
 #define WINDOW       50e-3 /* [s] */
 #define SETTLED      9.0 /* [s] that a wish and a load must be old: L takes 8 s of measurements (theory, 24) */

@@ -28,7 +28,7 @@
     1.0               /* [-] of the motor: an elastic mass whose swing moves the motor against its torque    \
                        */
 #define FLOWS    0.02 /* [A] with a smaller current the offsets can be measured ... */
-#define MEASURED 640u /* [periods] ... within so many, settling included */
+#define MEASURED 640u /* [periods] ... within this number, settling included */
 
 /* What is wrong, as far as a reason speaks of it; several bits. */
 enum {
@@ -147,7 +147,7 @@ typedef enum { WHENEVER, WHILE_ON, WHILE_ASKED, WHILE_FED, WHILE_CODED } shows_t
 typedef struct {
     const char *row;
     shows_t shows;
-    double within; /* [s] with the bridge on, or while current is asked for */
+    double within; /* [s] with the bridge on, or while current is requested */
     bool turns;    /* it takes an electrical turn as well */
 } notice_t;
 
@@ -330,7 +330,7 @@ static int32_t shown_reason(const campaign_watch_t *watch, const uint32_t *rows)
     return watch->truth.shown;
 }
 
-/* A reason counts once it has stayed for two windows: that of a period may be named anew with what the whole
+/* A reason counts once it has stayed for two windows: that of a period may be replaced by what the whole
  * window has seen. */
 static void judge_reason(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
@@ -413,7 +413,7 @@ static bool shows(const campaign_watch_t *watch, shows_t how, const campaign_inj
     return false;
 }
 
-/* Current has to be asked for in each phase, so that these times are counted while it is, and three times
+/* Current has to be requested in each phase, so that these times are counted while it is, and three times
  * what the matrix promises for a whole turn. */
 static void judge_notice(campaign_watch_t *watch, uint32_t n, const notice_t *notice, uint32_t period,
                          const uint32_t *rows)

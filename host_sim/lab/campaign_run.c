@@ -5,8 +5,8 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
-#define REPEATED_EVERY 64u  /* [runs] one of so many is made twice */
-#define SHRINK_RUNS    400u /* [runs] a violation is not made smaller by more than these */
+#define REPEATED_EVERY 64u  /* [-] one run of this number is made twice */
+#define SHRINK_RUNS    400u /* [runs] a violation is not minimised by more than these */
 #define AFTERWARDS     1e-3 /* [s] that a shortened run goes on for, to be seen */
 
 static uint32_t row_of(const char *name)

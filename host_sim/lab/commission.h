@@ -96,7 +96,7 @@ typedef struct {
 
 typedef struct {
     /* Steps that are not requested. They run nevertheless if a later one is, because it needs their results;
-     * but for `board`, `current_loop` and `turn`, whose results nothing needs. `turn` needs a user who
+     * except `board`, `current_loop` and `turn`: no step needs their results. `turn` needs a user who
      * answers. */
     bool skip[COMMISSION_STEP_COUNT];
     double link; /* of the DC link by the user's meter [V]; 0: not known */

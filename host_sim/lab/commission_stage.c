@@ -37,7 +37,7 @@ static bool refuse(commission_work_t *work, const char *what)
     return false;
 }
 
-/* What is known of the motor so far, as tune wants it; the rest is guessed from the plate. */
+/* What is known of the motor so far, as tune needs it; the rest is guessed from the plate. */
 static motor_t motor_so_far(const commission_work_t *work)
 {
     const commission_plate_t *plate = work->plate;

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A row on its way from one value to another. */
+/* A row that moves from one value to another. */
 struct course_ramp {
     const scenario_event_t *event;
     const scenario_setting_t *setting;

@@ -14,7 +14,7 @@ typedef struct {
     value_t *value;
     const char *at;
     unsigned depth;
-    unsigned ranging; /* so many `for` around it */
+    unsigned ranging; /* number of `for` around it */
 } parser_t;
 
 static double __attribute__((format(printf, 2, 3))) wrong(parser_t *parser, const char *format, ...)

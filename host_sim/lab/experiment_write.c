@@ -1,4 +1,4 @@
-/* What an experiment's runs were and what came of them, as CSV and JSON. */
+/* The runs of an experiment and their results, as CSV and JSON. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -27,7 +27,7 @@ static void write_number(FILE *file, double number)
     }
 }
 
-/* The value that is asked for in this period, in the reference's unit. */
+/* The commanded value in this period, in the reference's unit. */
 static double asked(const experiment_t *experiment, const experiment_run_t *run, uint32_t period)
 {
     const look_t *look = &experiment->reference;

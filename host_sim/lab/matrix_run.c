@@ -50,7 +50,7 @@ typedef struct {
     bool refused;
 } turner_t;
 
-/* So many periods, or fewer where a stop holds. */
+/* Runs this number of periods, or fewer where a stop holds. */
 static void turn(turner_t *turner, uint32_t periods)
 {
     if (turner->course == NULL) {
@@ -211,7 +211,7 @@ typedef struct {
     double off;                             /* [s] since when all legs are held off */
     bool was_on;                            /* [-] the gates were on, be it at the injection */
     double rotor, frame;                    /* [rad] electrical, of rotor and forced frame ... */
-    uint32_t turns;                         /* [periods] ... in so many, until it was noticed */
+    uint32_t turns;                         /* [periods] ... in this number, until it was noticed */
     uint32_t losses, try;                   /* [-] at the injection */
     int32_t state, refusal;                 /* [-] of the last period */
     bool ending;                            /* [-] the final state of the rotor is being judged */

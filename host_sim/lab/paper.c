@@ -169,7 +169,7 @@ static experiment_t *read_file(const char *name, const char *more, paper_error_t
     return file;
 }
 
-/* The figures of files, read. */
+/* Reads the figures that are files. */
 static bool read_files(paper_t *paper, paper_error_t *why)
 {
     for (size_t n = 0; n < PAPER_FIGURES; n++) {

@@ -1,4 +1,4 @@
-/* What was run and what came of it, as one JSON object. */
+/* The runs and their results, as one JSON object. */
 #include <math.h>
 #include <stdio.h>
 

@@ -15,8 +15,8 @@ typedef struct {
     atomic_size_t next; /* next piece that no thread has taken */
     pthread_mutex_t lock;
     size_t done; /* behind the lock */
-    bool failed; /* likewise */
-    char *why;   /* likewise, of the first failure */
+    bool failed; /* the same */
+    char *why;   /* the same of the first failure */
 } queue_t;
 
 static void *work_off(void *argument)

@@ -241,7 +241,7 @@ size_t recorder_value_text(char *to, double value)
 
 uint32_t recorder_utf8(const char **text)
 {
-    static const uint32_t least[4] = {0u, 0x80u, 0x800u, 0x10000u}; /* code of so many octets more */
+    static const uint32_t least[4] = {0u, 0x80u, 0x800u, 0x10000u}; /* code of this number of octets more */
     const unsigned char *c = (const unsigned char *)*text;
     const uint32_t first = *c++;
     uint32_t more = first < 0x80u ? 0u : first >= 0xF0u ? 3u : first >= 0xE0u ? 2u : 1u;
@@ -265,7 +265,7 @@ size_t recorder_utf8_text(char to[4], uint32_t code)
         return 1;
     }
     const size_t more = code < 0x800u ? 1u : code < 0x10000u ? 2u : 3u;
-    static const uint32_t marks[4] = {0u, 0xC0u, 0xE0u, 0xF0u}; /* of a first octet with so many more */
+    static const uint32_t marks[4] = {0u, 0xC0u, 0xE0u, 0xF0u}; /* of a first octet with this number more */
     to[0] = (char)(marks[more] | code >> 6u * more);
     for (size_t n = 1; n <= more; n++) {
         to[n] = (char)(0x80u | (code >> 6u * (more - n) & 0x3Fu));

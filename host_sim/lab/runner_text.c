@@ -47,7 +47,7 @@ static int digits_of(const runner_verdict_t *verdict)
     return 4;
 }
 
-/* "0.468106 mrad" with so many digits, but the whole number at least; a word stays. */
+/* "0.468106 mrad" with `digits` digits, but the whole number at least; a word stays. */
 static void shorten(char to[UNITS_TEXT_SIZE], int digits)
 {
     char unit[UNITS_TEXT_SIZE], *end;

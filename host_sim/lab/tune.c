@@ -43,11 +43,11 @@
 #define LOW_CURRENT       0.2           /* 23: of current_limit */
 #define SPEED_LEAST       0.02          /* 11: of the top speed, 3 rad/s over 157 */
 #define VOLTAGE_ROOM      0.9           /* of what the duties leave, for the control */
-#define ANSWER            14.0          /* 23: the speed control is so many times slower than pll_bandwidth */
+#define ANSWER            14.0          /* 23: pll_bandwidth over the bandwidth of the speed control */
 #define LOAD_DIP          0.03          /* of the speed, while a load comes */
 #define LOAD_TIME         0.05          /* [s] of it at least */
 #define RIPPLE_MOST       0.25  /* of the rated current: beyond, the legs' signs at their edges are a guess */
-#define RIPPLE_JUDGED     0.1   /* of the range, likewise: the winding is no judge of the sensors any more */
+#define RIPPLE_JUDGED     0.1   /* of the range: beyond, the winding is no check of the sensors */
 #define HANDOVER_EMF      1.15  /* 23: the drive's own rule, over dead time and R I ... */
 #define HANDOVER_SHARE    0.3   /* ... and no more than this of overspeed_trip */
 #define FALLBACK_SHARE    0.4   /* 23: of the hand-over, below which the frame is forced again */
@@ -59,7 +59,7 @@
 #define SALIENT_NATURAL   0.403 /* 30: natural frequency of the loop over its bandwidth */
 #define SALIENT_SPEED     0.6   /* 30: of ki over the product of cutoff and largest speed */
 #define ENCODER           0.0   /* position_source */
-#define SENSORLESS        1.0   /* likewise */
+#define SENSORLESS        1.0   /* the same */
 #define DEVICE_RESISTANCE ((BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6) /* [ohm] of a leg */
 #define DERIVED_SPEED     0.9 /* of what the link reaches, where no rated speed is given */
 

@@ -16,7 +16,7 @@ static const table_t *table_at(master_extension_t wanted)
     return NULL;
 }
 
-/* true: the desk refuses as well. */
+/* true: the simulation refuses as well. */
 static bool tell(const rig_t *rig, master_error_t *why)
 {
     snprintf(why->text, sizeof why->text, "%s", rig_error(rig));
@@ -46,7 +46,7 @@ bool judge_staged(master_t *master, master_error_t *why)
     return refused;
 }
 
-/* Requests are judged as a set: those in force first, which go together. */
+/* Requests are judged as a set: the active ones first, which go together. */
 static bool copy_requests(master_t *master, rig_t *rig)
 {
     const table_t *requests = table_at(MASTER_REQUESTS);

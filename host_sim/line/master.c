@@ -245,7 +245,7 @@ static void take_packet(master_t *master, const uint8_t *packet, uint32_t length
     }
 }
 
-/* What is there, but not for ever where samples never cease. */
+/* Reads what is there, with a limit where samples never cease. */
 static void receive(master_t *master)
 {
     for (uint32_t n = 0; n < READS_MAX && master->descriptor >= 0; n++) {

@@ -9,7 +9,7 @@
 #define INV_SQRT_3 0.57735026918962576451
 
 /* Repetitions end when the signs of all hand-overs together have changed by no more than this [-], 4 mV of a
- * leg, or after so many. */
+ * leg, or after this number. */
 #define SETTLED     1e-3
 #define MOST_PASSES 8
 

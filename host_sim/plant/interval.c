@@ -27,7 +27,7 @@
 #define RECTIFYING       0.9
 #define STIFFEST_SETTLED 2.0
 #define SETTLED_ZONE     0.05
-/* Repetitions end when a further one would change less than this [A], or after so many. */
+/* Repetitions end when a further one would change less than this [A], or after this number. */
 #define SETTLED     2e-6
 #define MOST_PASSES 6
 /* A sub-step ends this much [s] behind a border of the zone, so that the next one is across. */
@@ -114,7 +114,7 @@ static double table_load(const plant_t *plant, double omega)
     return omega < 0.0 ? -against : against;
 }
 
-/* What goes with the square of an end's speed or by the table, and with its angle likewise [N m]. */
+/* What goes with the square of an end's speed or by the table, and the same for its angle [N m]. */
 static __attribute__((noinline)) double work_load(const plant_t *plant, double omega, double ahead)
 {
     return plant->params.load_quadratic * omega * fabs(omega) + table_load(plant, omega) +

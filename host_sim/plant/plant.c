@@ -500,7 +500,7 @@ static int64_t quadrature(uint32_t from, uint32_t to)
 static int64_t disc_count(const plant_t *plant, double theta_e);
 static int64_t shown_count(const plant_t *plant, int64_t count);
 
-/* What is broken in the encoder from now on changes no count that it has given. */
+/* Sets the faults of the encoder; they do not change counts before this time. */
 static void make_encoder(plant_t *plant, const plant_params_t *before, int64_t shown, uint32_t tracks)
 {
     const plant_params_t *q = &plant->params;

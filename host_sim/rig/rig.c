@@ -32,7 +32,7 @@ void rig_bind(rig_t *rig)
 
 /* Variables zero, main() up to its loop; the present period begins when this returns. The first carrier
  * period has no sample at its beginning; that is the next one's. A board that did not come up has no carrier,
- * or that of an earlier program, and time goes on all the same. */
+ * or that of an earlier program, and time goes on nevertheless. */
 static void start_software(rig_t *rig)
 {
     rig_state_t *state = &rig->state;

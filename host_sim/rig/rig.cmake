@@ -12,7 +12,7 @@ add_library(lagless_rig STATIC
 desk_room(lagless_rig)
 target_compile_definitions(lagless_rig PRIVATE _POSIX_C_SOURCE=200809L)
 target_link_libraries(lagless_rig PUBLIC lagless_app lagless_hal lagless_chip lagless_plant)
-# The one place where the desk stands between two functions of the firmware: the interrupts' calls of drive_step,
+# The one place where the simulation acts between two functions of the firmware: the interrupts' calls of drive_step,
 # drive_medium_step and drive_medium_took go through desk_... (rig_software.c).
 target_compile_definitions(lagless_app PRIVATE
     drive_step=desk_drive_step drive_medium_step=desk_drive_medium_step

@@ -1,4 +1,4 @@
-/* Numbers of a row as the desk has them, in double, which holds those of every kind exactly; and ranges as
+/* Numbers of a row in the simulation, in double, which holds those of every kind exactly; and ranges as
  * text whose ends are accepted when they are typed in again. */
 #include <math.h>
 #include <stdio.h>

@@ -1,4 +1,4 @@
-/* What the desk does with the software that runs on its chip: the time it takes, ideal sensors, the
+/* What the simulation does with the software that runs on its chip: the time it takes, ideal sensors, the
  * background's turn.
  *
  * The sample interrupt reads at its entry and writes when its time is over: all of it passes where the
@@ -49,7 +49,7 @@ void rig_software_bind(rig_t *rig)
     talk_line = rig->line.read != NULL ? &desk_line : NULL;
 }
 
-/* [ticks] of so many cycles times the factor of a row. */
+/* [ticks] of this number of cycles times the factor of a row. */
 static uint64_t ticks_of(uint32_t cycles, float factor)
 {
     return (uint64_t)((double)cycles * (double)factor * (150e6 / (double)BOARD_SYSCLK_HZ) + 0.5);

@@ -405,7 +405,7 @@ static bool start_samples(scope_t *scope, master_error_t *error)
     return good;
 }
 
-/* ---- what a page asks for ---- */
+/* ---- requests of a page ---- */
 
 static void answer(scope_t *scope, uint32_t client, bool good, const char *what)
 {

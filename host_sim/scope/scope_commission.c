@@ -9,7 +9,7 @@
 #define TELL 0.25 /* [s] of the drive's time from one telling to the next */
 #define WORK 0.05 /* [s] while an answer is awaited */
 
-/* ---- what a page wants ---- */
+/* ---- requests of a page ---- */
 
 bool scope_commission_want(scope_commission_t *commission, const char *body, char *why, size_t size)
 {

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """No text uses a phrase of the word list in docs/style.md. Checked are README.md and docs, help texts and messages of the program,
-and comments of headers of firmware, hal and host_sim; NOT_YET names the areas that still have such phrases. Python 3.9, standard library.
+and comments of sources and headers of firmware, hal and host_sim; NOT_YET names the areas that still have such phrases. Python 3.9, standard library.
 
 usage: test_words.py
 """
@@ -81,9 +81,9 @@ def of_messages():
         yield path, path.read_text(encoding="utf-8"), False
 
 
-def of_headers():
+def of_comments():
     for folder in ("firmware", "hal", "host_sim"):
-        for path in sorted((ROOT / folder).rglob("*.h")):
+        for path in sorted((ROOT / folder).rglob("*.[ch]")):
             yield path, comments(path.read_text(encoding="utf-8")), True
 
 
@@ -103,11 +103,11 @@ class Words(unittest.TestCase):
     def test_help_and_messages(self):
         self.judge(of_messages())
 
-    def test_comments_of_headers(self):
-        self.judge(of_headers())
+    def test_comments_of_sources_and_headers(self):
+        self.judge(of_comments())
 
     def test_an_area_that_is_clean_leaves_the_list(self):
-        left = {area(path) for path, text, comment in of_headers() if area(path) and breaches(text, self.banned, comment)}
+        left = {area(path) for path, text, comment in of_comments() if area(path) and breaches(text, self.banned, comment)}
         self.assertEqual(set(NOT_YET), left)
 
 

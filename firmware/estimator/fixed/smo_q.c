@@ -85,7 +85,7 @@ static int32_t within_filter(int64_t value)
     return (int32_t)q_clamp_long(value, FILTER_Q_LARGEST);
 }
 
-/* v and k_f of the forms that act on each axis; `anew`: the means begin with this sample. */
+/* v and k_f of the forms that act on each axis; the flag is true where the means begin with this sample. */
 static ab_q_t switch_axes(smo_q_t *smo, ab_q_t x, bool anew)
 {
     int32_t alpha = switch_axis(smo, x.alpha, &smo->gain_axis.alpha);

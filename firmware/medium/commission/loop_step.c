@@ -4,7 +4,7 @@
 #include "math/periods.h"
 
 #define SHARE      0.2f        /* step to either side over the standing current [-] */
-#define VOLTAGE    0.125f      /* of the DC link that a step to either side may ask of the control [-] */
+#define VOLTAGE    0.125f      /* of the DC link: largest voltage for a step to either side [-] */
 #define EVERY      0.04f       /* [s] from one step to the next */
 #define SETTLE     0.4f        /* [s] before the sums */
 #define LASTS      1.6f        /* [s] of the sums: 40 steps */

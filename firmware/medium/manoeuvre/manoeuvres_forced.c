@@ -122,7 +122,7 @@ static void track_beside(manoeuvres_t *m, const manoeuvres_input_t *input, setpo
     }
 }
 
-/* Sets the name of the forced frame: on its way up, through zero, or at a constant speed. */
+/* Sets the name of the forced frame: accelerating, through zero, or at a constant speed. */
 static void name_forced(manoeuvres_t *m, float wanted)
 {
     if (bounds_within(wanted, m->limits.handover_speed)) {

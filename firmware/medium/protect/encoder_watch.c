@@ -7,8 +7,8 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-/* [windows] after a rest until two are known: the turn of the EMF is measured from one to the next. So many
- * windows may be part of the step with which a sign begins, which is no turn. */
+/* [windows] after a rest until two are known: the turn of the EMF is measured from one to the next. This
+ * number of windows may be part of the step with which a sign begins, which is no turn. */
 #define FOR_A_TURN 2u
 
 /* Limits for a rotor that turns the other way: its speed over that of the encoder, and
@@ -33,7 +33,7 @@
 
 #define SAME_AXIS 0.01f /* [-] square of the sine since it reached an axis: 6 degrees */
 
-/* The mean difference: over so many windows the noise, which has opposite signs from one window to the next,
+/* The mean difference: over these windows the noise, which has opposite signs from one window to the next,
  * falls to a fifth of a single window's, and a difference that turns at 100 rad/s lags by 14 degrees. */
 #define OFF_WINDOWS 4u
 /* Of the least EMF that is judged: so large a difference across the axis the dead time of the two other
@@ -182,7 +182,7 @@ static inline bool is_noisy(const encoder_watch_t *watch, ab_t off)
     return 9.0f * watch->tuning.noise > PHASE_SINE * PHASE_SINE * square_of(off);
 }
 
-/* Takes the difference of a wrong window into the mean of those in a row; where neither noise nor the dead
+/* Takes the difference of a wrong window into the mean of consecutive ones; where neither noise nor the dead
  * time matters the last window alone counts. */
 static void add_off(encoder_watch_t *watch, bool wrong, ab_t off)
 {

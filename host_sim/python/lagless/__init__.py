@@ -1,4 +1,4 @@
-"""The drive and its desk, from Python: the same rig, scenarios and campaigns that the program `lagless` runs, bit by bit.
+"""The drive and its simulation, from Python: the same rig, scenarios and campaigns that the program `lagless` runs, bit by bit.
 
     import lagless
 

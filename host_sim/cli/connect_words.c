@@ -15,8 +15,8 @@
 
 #define TIME_MAX    86400.0 /* [s] */
 #define PAUSE_MAX   0.01    /* [s] of the host's clock from one query of the drive to the next */
-#define PAUSE_SHORT 0.001   /* [s] likewise, while its clock has not moved */
-#define AHEAD       0.1     /* [s] of the drive's time, likewise */
+#define PAUSE_SHORT 0.001   /* [s] the same, while its clock has not moved */
+#define AHEAD       0.1     /* [s] of the drive's time, the same */
 #define STAND_STILL                                                                                          \
     5.0 /* [s] of the host's clock: a drive whose clock has not advanced for this time is halted */
 

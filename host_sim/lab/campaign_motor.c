@@ -11,8 +11,9 @@
 #define ELECTRIC_MAX 2000.0 /* [rad/s] rated, electrical: 3 % of a turn a period */
 #define RUN_UP_MIN   4e-3   /* [s] to rated speed by rated torque: the smallest servo motors */
 #define RIPPLE_MAX   0.3    /* [-] of rated current, peak to peak: V_dc T_s/(6 L) */
-#define CATCH        2.7 /* [-] periods times 0.9 of rated speed: for which the EMF drives the current of a catch \
-                          */
+#define CATCH                                                                                                \
+    2.7 /* [-] periods times 0.9 of rated speed: for which the EMF drives the current of a catch             \
+         */
 #define NOISE_MOST 0.3 /* [-] of the EMF at rated speed: L n/T of the currents' noise n */
 #define PERIOD     ((double)BOARD_PERIOD)
 #define LINK_LEAST (270.0 * (BOARD_DC_NOMINAL_MV / 311e3)) /* [V] that is drawn */

@@ -10,7 +10,7 @@
 #define CARRIES_SEEN                                                                                         \
     0.04 /* [-] ... nor with less of the sensors' range: twice what must flow beside an open wire */
 #define NAMED_PERIODS (2u * DRIVE_WINDOW) /* [periods] */
-#define NOTICE_TIMES  3.0                 /* [-] of what is promised, in which current is asked for */
+#define NOTICE_TIMES  3.0                 /* [-] of what is promised, in which current is requested */
 #define WITNESS       0.05                /* [s] within which the reported condition was true */
 #define LOCK_WITNESS  2.0                 /* [s] in which three losses of the lock are one too many */
 #define STARVED       10e-3               /* [s] that too low a link may last with a gate on */

@@ -112,8 +112,8 @@ SECTIONS
                       *(.text:encoder_jumped) *(.text:estimate_is_denied) *(.text:fast_judge_still) *(.text:fast_open_bridge)
                       *(.text:fast_watch_jump) *(.text:fault_set_both)
                       /* firmware/fast/fast_window.c */
-                      *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:pair_ab) *(.text:pair_dq)
-                      *(.text:snapshot) *(.text:snapshot_catch) *(.text:still_watch_moved)
+                      *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:measure_noise) *(.text:pair_ab)
+                      *(.text:pair_dq) *(.text:snapshot) *(.text:snapshot_catch) *(.text:still_watch_moved)
                       /* firmware/fast/inverter/svpwm.c */
                       *(.text:leg) *(.text:shortened) *(.text:svpwm_beyond)
                       /* firmware/fast/reference/catch.c */

@@ -10,7 +10,6 @@ static void begin_sums(window_sums_t *sum)
     sum->periods = 0u;
     sum->tracked = 0u;
     sum->unsound = 0u;
-    sum->moved = 0u;
     sum->limited = 0u;
     sum->chopped = 0u;
     sum->scatter = 0.0f;
@@ -67,7 +66,6 @@ static void snapshot_catch(const reference_t *reference, window_catch_t *seen)
 
 void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
 {
-    fast->sum.moved = still_watch_moved(&fast->still_watch, DRIVE_WINDOW);
     window->number = fast->report.number;
     window->period = fast->period;
     window->setpoint = setpoint->number;
@@ -76,6 +74,7 @@ void fast_close(fast_t *fast, const setpoint_t *setpoint, window_t *window)
     snapshot_catch(&fast->reference, &window->catching);
     window->sensors.calibration = fast->report.calibration;
     window->sensors.offsets = fast->report.offsets;
+    window->sensors.moved = still_watch_moved(&fast->still_watch, DRIVE_WINDOW);
     window->sensors.noise = measure_noise(&fast->measure);
     window->estimating = fast->estimating;
     window->tracking = fast->reference.tracking;

@@ -54,10 +54,11 @@ typedef enum {
     BRIDGE_ON
 } bridge_t;
 
-/* The offsets and the noise of the current sensors. */
+/* The current sensors. */
 typedef struct {
     int32_t calibration; /* [-] calibration_t */
     uint32_t offsets;    /* [-] 1: they were measured again in this window */
+    uint32_t moved;      /* [-] bits of the sensors whose value has changed in this window */
     float noise;         /* mean square of the noise of a sensor, in the last calibration [A^2] */
 } window_sensors_t;
 
@@ -73,8 +74,6 @@ typedef struct {
     uint32_t periods; /* [periods] so far */
     uint32_t tracked; /* [periods] in which the loop tracked */
     uint32_t unsound; /* [-] not 0: at least one period is not reliable */
-    uint32_t moved;   /* [-] bits of the current sensors whose value has changed since the end of the previous
-                         window */
     uint32_t limited; /* [-] 1: the applied voltage was less than control required */
     uint32_t chopped; /* [periods] in which the chopper was on */
     float scatter;    /* sum of the detector's square [-] */

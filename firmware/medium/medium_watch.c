@@ -42,7 +42,7 @@ void medium_watch_currents(medium_t *medium, const window_t *window)
         .periods = window->sum.periods,
         .voltage = window->sum.voltage,
         .asked_for = window->sum.reference,
-        .moved = window->sum.moved,
+        .moved = window->sensors.moved,
         .current = window->measured.current_abc,
         .error = window->current_err,
         .reference = window->reference,

@@ -168,7 +168,7 @@ static void test_start_up_connects_gates_fault_line_encoder_serial_line_and_enab
     const expected_t expected[] = {
         {&GPIO_CONTROL(0u)->MUX1, 0x01000555u},  {&GPIO_CONTROL(0u)->MUX2, 0x55005500u},
         {&GPIO_CONTROL(0u)->QSEL1, 0x03000000u}, {&GPIO_CONTROL(0u)->QSEL2, 0x03000000u},
-        {&GPIO_CONTROL(0u)->PUD, 0x0800EFFFu},   {&GPIO_CONTROL(0u)->DIR, 0u},
+        {&GPIO_CONTROL(0u)->PUD, 0x0800EFFFu},   {&GPIO_CONTROL(0u)->DIR, 0xC0000000u}, /* chopper, brake */
     };
     ASSERT_REGISTERS(expected);
 }

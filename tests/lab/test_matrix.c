@@ -158,7 +158,8 @@ static bool is_no_fault(const char *name)
         "load_inertia shaft_stiffness shaft_damping current_zero current_gain_error_c "
         "current_offset_c friction_breakaway flip_bit flip_word load_quadratic load_sine "
         "load_sine_cycles load_spring load_table_speed load_table_1 load_table_2 load_table_3 "
-        "load_table_4 load_table_5 load_table_6 saturation_d saturation_q flux_map iron_loss_resistance ";
+        "load_table_4 load_table_5 load_table_6 saturation_d saturation_q flux_map iron_loss_resistance "
+        "chopper_driven holding_torque holding_release_time holding_apply_time ";
     char word[64];
     snprintf(word, sizeof word, " %s ", name);
     return strstr(none, word) != NULL;

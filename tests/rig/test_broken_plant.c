@@ -27,11 +27,25 @@ static void running(double fidelity, double rpm, double seconds)
 /* Every such row, put to what it is: the bits are those of any other row that is put to what it is. */
 static void test_rows_that_are_none_change_no_bit(void)
 {
-    static const char *const rows[] = {
-        "leg_a_drop",      "leg_b_resistance", "leg_c_delay",   "open_switches",       "shorted_switches",
-        "swap_phases",     "swap_currents",    "dc_ripple",     "encoder_reversed",    "encoder_slip",
-        "encoder_stuck_a", "encoder_stuck_b",  "supply_lost",   "dc_ripple_frequency", "chopper_voltage",
-        "load_inertia",    "shaft_stiffness",  "shaft_damping", "chopper_resistance"};
+    static const char *const rows[] = {"leg_a_drop",
+                                       "leg_b_resistance",
+                                       "leg_c_delay",
+                                       "open_switches",
+                                       "shorted_switches",
+                                       "swap_phases",
+                                       "swap_currents",
+                                       "dc_ripple",
+                                       "encoder_reversed",
+                                       "encoder_slip",
+                                       "encoder_stuck_a",
+                                       "encoder_stuck_b",
+                                       "supply_lost",
+                                       "dc_ripple_frequency",
+                                       "plant.chopper_voltage",
+                                       "load_inertia",
+                                       "shaft_stiffness",
+                                       "shaft_damping",
+                                       "plant.chopper_resistance"};
     uint64_t expected = 0u;
     for (size_t n = 0; n <= sizeof rows / sizeof rows[0]; n++) {
         running(0.0, 300.0, 0.02);

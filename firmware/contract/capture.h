@@ -1,14 +1,14 @@
-/* The capture: selected slots of a struct, copied unchanged once per period into one ring buffer, and held
- * after a trigger. It gives the time before an event with names and values, independent of the speed of the
- * serial link that reads them.
+/* The capture: in each period it copies selected slots of a struct into a ring buffer. After a trigger the
+ * buffer keeps its content. A client then reads the time before an event with names and values, independent
+ * of the speed of the serial link.
  *
- * Every period is one row of the ring, in whole fours of slots, so that the copy is short. With few columns
- * the ring is long: up to CAPTURE_PERIODS for up to eight columns. States:
+ * Each period is one row of the ring. The number of slots of a row is a multiple of four, which makes the
+ * copy short. With few columns the ring is long: up to CAPTURE_PERIODS for up to eight columns. States:
  *
- *     idle        no client has armed the capture: the rows of the start's tuning are kept until a fault
- *     armed       the rows of the client are kept, and the capture waits for the trigger
- *     triggered   the periods after the trigger are kept
- *     held        no more rows are kept, so the ring can be read without a change
+ *     idle        no client has armed the capture: the default columns are stored until a fault
+ *     armed       the columns of the client are stored, and the capture waits for the trigger
+ *     triggered   the periods after the trigger are stored
+ *     held        nothing more is stored, so that the ring can be read without a change
  *
  * A fault always triggers, unless the ring is already held or waits for its last periods. */
 #ifndef CONTRACT_CAPTURE_H
@@ -25,8 +25,8 @@
 typedef enum { CAPTURE_IDLE, CAPTURE_ARMED, CAPTURE_TRIGGERED, CAPTURE_HELD } capture_state_t;
 #define CAPTURE_STATE_NAMES "idle|armed|triggered|held"
 
-/* Triggers beside a fault. An edge: the value was not beyond the level in the previous period, and is now;
- * the first period after arming counts as the previous one. */
+/* Triggers. ABOVE and BELOW are edges: the value passes the level from one period to the next. The first
+ * period after arming cannot trigger. A fault always triggers. */
 typedef enum { CAPTURE_ON_FAULT, CAPTURE_ON_ABOVE, CAPTURE_ON_BELOW, CAPTURE_ON_COMMAND } capture_on_t;
 #define CAPTURE_ON_NAMES "fault|above|below|command"
 
@@ -35,9 +35,9 @@ typedef struct {
     int32_t on;                   /* [-] CAPTURE_ON_... */
     uint32_t source;              /* [-] id of the row whose value triggers, for an edge */
     float level;                  /* [unit of the source] */
-    uint32_t after;               /* [periods] kept after that of the trigger */
+    uint32_t after;               /* [periods] stored after the period of the trigger */
     uint32_t columns;             /* [-] 1..CAPTURE_COLUMNS */
-    uint32_t id[CAPTURE_COLUMNS]; /* [-] ids of the columns' rows; those beyond `columns` are ignored */
+    uint32_t id[CAPTURE_COLUMNS]; /* [-] ids of the table's rows for the first `columns` columns */
 } capture_wish_t;
 
 /* The first error in a request. */
@@ -52,17 +52,17 @@ typedef enum {
 } capture_refusal_t;
 
 typedef struct {
-    uint32_t on;                     /* [-] CAPTURE_ON_... */
-    uint32_t kind;                   /* [-] slot_kind_t of the source */
-    uint32_t source;                 /* [chars of the target] place of its slot */
-    float level;                     /* [unit of the source] */
-    uint32_t after;                  /* [periods] kept after that of the trigger */
-    uint32_t columns;                /* [-] of a row; the slots after them in the last four are undefined */
-    uint32_t width;                  /* [slots] of a row: whole fours */
-    uint32_t periods;                /* [-] rows of the ring */
-    uint32_t ring;                   /* [slots] of all its rows */
+    uint32_t on;      /* [-] CAPTURE_ON_... */
+    uint32_t kind;    /* [-] slot_kind_t of the source */
+    uint32_t source;  /* [chars of the target] offset of the slot of the source */
+    float level;      /* [unit of the source] */
+    uint32_t after;   /* [periods] stored after the period of the trigger */
+    uint32_t columns; /* [-] columns of a row; the other slots of its last group of four are undefined */
+    uint32_t width;   /* [slots] of a row, a multiple of four */
+    uint32_t periods; /* [-] rows of the ring */
+    uint32_t ring;    /* [slots] of all its rows */
     uint32_t id[CAPTURE_COLUMNS];    /* [-] of each column */
-    uint32_t place[CAPTURE_COLUMNS]; /* [chars of the target] of its slot */
+    uint32_t place[CAPTURE_COLUMNS]; /* [chars of the target] offset of the slot of each column */
 } capture_tuning_t;
 
 typedef struct {
@@ -70,9 +70,9 @@ typedef struct {
     uint32_t asked;  /* [-] 1: armed by a client */
     uint32_t next;   /* [slots] where the next row begins */
     uint32_t full;   /* [-] 1: each row of the ring is in use */
-    uint32_t newest; /* [periods] that of the newest row; the others precede it without a gap */
-    uint32_t at;     /* [periods] that of the last trigger */
-    uint32_t beyond; /* [-] 1: the source was beyond its level in the last period */
+    uint32_t newest; /* [periods] that of the newest row; the rows before it have no gap */
+    uint32_t at;     /* [periods] number of the period of the last trigger */
+    uint32_t beyond; /* [-] 1: the source had passed its level in the last period */
     capture_tuning_t tuning;
     uint32_t slots[CAPTURE_SLOTS];
 } capture_t;
@@ -83,41 +83,39 @@ static inline uint32_t capture_width(uint32_t columns)
     return (columns + 3u) & ~UINT32_C(3);
 }
 
-/* Number of periods that fit into the ring with this number of columns, at most CAPTURE_PERIODS. */
+/* Number of periods with this number of columns that fit into the ring, at most CAPTURE_PERIODS. */
 static inline uint32_t capture_room(uint32_t columns)
 {
     const uint32_t room = CAPTURE_SLOTS / capture_width(columns);
     return room < CAPTURE_PERIODS ? room : CAPTURE_PERIODS;
 }
 
-/* Converts a request to places and kinds of this table, for a struct that the table describes. For any result
- * except CAPTURE_GOOD, which is 0, `tuning` is unchanged; CAPTURE_BAD_ID + n: the id of column n, from 0, is
+/* Converts the ids of a request to offsets and kinds, by the table of the struct. Returns CAPTURE_GOOD (0),
+ * or an error and leaves `tuning` unchanged. CAPTURE_BAD_ID + n: the id of column n, counted from 0, is
  * wrong. */
 uint32_t capture_prepare(const capture_wish_t *wish, const table_t *table, capture_tuning_t *tuning);
 
-/* Idle and empty, with this tuning: rows are kept until a fault. capture_release: the same for a ring in
- * use. */
+/* Sets the state idle with an empty ring and this tuning. capture_release: the same for a ring in use. */
 void capture_init(capture_t *capture, const capture_tuning_t *tuning);
 void capture_release(capture_t *capture, const capture_tuning_t *tuning);
 
-/* Armed and empty, with this tuning. */
+/* Sets the state armed with an empty ring and this tuning. */
 void capture_arm(capture_t *capture, const capture_tuning_t *tuning);
 
-/* The trigger has come with this period, before or after its row is stored. No effect while triggered or
- * held. */
+/* Triggers at this period, before or after its row is stored. No effect in the states triggered and held. */
 void capture_trigger(capture_t *capture, uint32_t period);
 
-/* A fault was reset: a ring that no client has armed is cleared. */
+/* Call it after the reset of a fault: clears the ring unless a client has armed it. */
 void capture_reset(capture_t *capture);
 
 /* One period, in the interrupt: stores its row of `base` and evaluates its trigger. One pass over the
  * columns. */
 void capture_step(capture_t *capture, const void *base, uint32_t period);
 
-/* [periods] kept, up to tuning.periods. */
+/* [periods] stored, up to tuning.periods. */
 uint32_t capture_count(const capture_t *capture);
 
-/* The row that is `n` periods younger than the oldest; `n` is below the count. */
+/* The row that is `n` periods newer than the oldest one; `n` is below the count. */
 const uint32_t *capture_row(const capture_t *capture, uint32_t n);
 
 #endif

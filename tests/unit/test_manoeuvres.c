@@ -589,6 +589,20 @@ static void test_starts_that_are_lost_at_once_are_counted_as_tries(void)
     }
 }
 
+/* Relocks whose runs do not last are tries, too, however long the forced frame between them takes. */
+static void test_relocks_whose_runs_do_not_last_are_counted_as_tries(void)
+{
+    given_heavy_running(60.0);
+    steps(1.0);
+    for (uint32_t k = 0u; k <= (uint32_t)params.start_tries; k++) {
+        TEST_ASSERT_EQUAL_HEX32(0u, m.failed);
+        lose(); /* the first one is that of a run that has lasted */
+        m.clock += DRIVE_WINDOWS(3.0f);
+        steps(0.1);
+    }
+    TEST_ASSERT_EQUAL_HEX32(MANOEUVRE_LOST, m.failed);
+}
+
 /* Those of the last time on do not count. */
 static void test_losses_begin_anew_when_the_bridge_comes_on(void)
 {

@@ -115,12 +115,15 @@ static float lost_speed(const estimate_t *estimate)
     return estimate_is_denied(estimate) ? 0.0f : estimate->omega_smooth;
 }
 
-/* The lock is lost: the rotor is caught again, unless the limit of losses is reached, or no
- * start has led to a run that lasted. */
+/* The lock is lost: the rotor is caught again, unless the limit of losses is reached, or no start has led to
+ * a run that lasted. A run that did not last counts as a try: with a wrong current sensor a relock, a
+ * hand-over and a short run would otherwise repeat without end, too slowly for the limit of losses. */
 static void lose(manoeuvres_t *m, const estimate_t *estimate, setpoint_t *setpoint)
 {
     const bool often = m->losses.count >= 2u && m->clock - m->losses.clock[1] < LOSS_WINDOWS;
-    if (often || m->start_try >= m->limits.start_tries) {
+    const uint32_t tries = m->limits.start_tries;
+    m->losses.brief = m->sound_windows < SOUND_WINDOWS ? m->losses.brief + 1u : 0u;
+    if (often || m->losses.brief >= tries || m->start_try >= tries) {
         m->failed |= MANOEUVRE_LOST;
     }
     m->losses.count++;

@@ -217,6 +217,8 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     x->sum.emf = 0.0f;
     x->sum.answer = 0.0f;
     x->sum.drop = 0.0f;
+    x->sum.drop_c = 0.0f;
+    x->sum.answer_c = 0.0f;
     x->swing.s = 0.0f;
     x->swing.c = 0.0f;
     x->sum.detector = 0.0f;
@@ -276,10 +278,15 @@ static void learn(const inductance_tuning_t *tuning, float time, float said, lea
     *rate = gain_step(*rate, tuning->rate, time);
 }
 
-/* R from the component of e_d that is in step with i_d in this cycle [ohm]. */
+/* R from the component of e_d that is in step with i_d in this cycle [ohm]. The low-pass that is subtracted
+ * shifts i_d against the wave; with s and c the voltage of a wrong L, a quarter of a cycle ahead of i_d, has
+ * no part in it. */
 static float resistance_said(const inductance_t *x)
 {
-    return x->tuning.resistance + bounds_clamp(x->sum.drop / x->sum.answer, x->resistance.from);
+    const inductance_sums_t *sum = &x->sum;
+    const float power = sum->drop * sum->answer + sum->drop_c * sum->answer_c;
+    const float square = sum->answer * sum->answer + sum->answer_c * sum->answer_c;
+    return x->tuning.resistance + bounds_clamp(power / square, x->resistance.from);
 }
 
 /* How steady the speed was in a cycle: RIPPLED is accepted for a light rotor, STEADY by all laws. */
@@ -356,13 +363,16 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     const float i_q = input->current.q - x->mean.q - x->along * i_d;
     x->sum.emf += (input->emf.q - x->emf_mean) * s;
     x->sum.answer += i_d * s;
+    x->sum.answer_c += i_d * c;
     x->swing.s += i_q * s;
     x->swing.c += i_q * c;
     const float moved = angle_wrap(input->theta - x->theta) - x->tuning.time * x->omega;
     x->theta = input->theta;
     x->turned = (1.0f - share) * (x->turned + moved);
     x->emf_d_mean = lowpass_step(x->emf_d_mean, share, input->emf.d);
-    x->sum.drop += (input->emf.d - x->emf_d_mean - x->flux * x->omega * x->turned) * s;
+    const float drop = input->emf.d - x->emf_d_mean - x->flux * x->omega * x->turned;
+    x->sum.drop += drop * s;
+    x->sum.drop_c += drop * c;
     x->sum.detector += bounds_magnitude(input->detector);
     if (!input->sound) {
         x->sound = 0u;

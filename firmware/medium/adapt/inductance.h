@@ -142,12 +142,14 @@ typedef struct {
     float looked_at; /* i_q of the last interval [A] */
 } inductance_look_t;
 
-/* Sums over a cycle, s being the wave. */
+/* Sums over a cycle, s being the wave and c the same a quarter of a cycle ahead. */
 typedef struct {
     float detector; /* sum(|detector|) [-] */
     float drop;     /* sum((e_d - mean - psi_f omega turned) s) [V] */
     float emf;      /* sum((e_q - mean) s) [V] */
     float answer;   /* sum((i_d - mean) s) [A] */
+    float drop_c;   /* the sum of `drop` with c [V] */
+    float answer_c; /* sum((i_d - mean) c) [A] */
 } inductance_sums_t;
 
 /* The component of i_q with the wave and a quarter of a cycle ahead, and the current

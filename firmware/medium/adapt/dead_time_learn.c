@@ -12,7 +12,6 @@
 #define POWER    (0.5f * TWELFTH)
 #define ALONG    (4.0f / 3.14159265f)
 #define WAY_MOST 3.0f
-#define TURN     6.2831853f /* [rad] */
 
 dead_time_learn_tuning_t dead_time_learn_prepare(const dead_time_learn_params_t *params)
 {
@@ -41,7 +40,6 @@ void dead_time_learn_take(dead_time_learn_t *learn, const dead_time_learn_tuning
         learn->effective = tuning->effective;
         learn->learnt = tuning->effective;
         learn->rate = tuning->rate;
-        learn->turned = 0.0f;
         learn->begun = 0u;
     }
     if (tuning->rate != learn->tuning.rate) {
@@ -148,7 +146,7 @@ static void use(dead_time_learn_t *learn)
     const float share = learn->rate * tuning->per_rate;
     const float chance = DEAD_TIME_LEARN_CHANCE * tuning->band * share * inverse_root(share);
     const bool differs = !bounds_within(learn->learnt - tuning->effective, chance);
-    learn->effective = differs && learn->turned >= TURN ? learn->learnt : tuning->effective;
+    learn->effective = differs ? learn->learnt : tuning->effective;
 }
 
 void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_t *input)
@@ -179,7 +177,6 @@ void dead_time_learn_step(dead_time_learn_t *learn, const dead_time_learn_input_
     const float missed = (1.0f / (ALONG * POWER)) * seen;
     const float wanted = learn->learnt + learn->rate * time * (learn->effective + missed - learn->learnt);
     learn->rate = gain_step(learn->rate, tuning->rate, time);
-    learn->turned += learn->turned < TURN ? tuning->period * bounds_magnitude(input->omega_e_ref) : 0.0f;
     if (wanted >= tuning->least && wanted <= tuning->most) {
         learn->learnt = wanted;
     }

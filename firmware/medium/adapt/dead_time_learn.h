@@ -22,10 +22,9 @@
  *
  * V_hat then follows V with the rate g (medium/adapt/gain.h; docs/theory.md, 25). The learnt value is used
  * once it differs from the parameters by more than noise can explain; this threshold falls with the square
- * root of g. In less than a turn the ripple of unequal legs has a mean, and the value is not used. The law
- * does not need the rotor's angle: it also learns in a forced frame and while the estimate is lost. The
- * learnt quantity is a time, because the unknown part is delays; the voltage then follows the link. An error
- * of the drop is learnt as if it were time.
+ * root of g. The law does not need the rotor's angle: it also learns in a forced frame and while the estimate
+ * is lost. The learnt quantity is a time, because the unknown part is delays; the voltage then follows the
+ * link. An error of the drop is learnt as if it were time.
  *
  * A component across the current that exceeds the whole dead band's voltage is ignored. If the component
  * against the current exceeds the effect of unequal legs, the current measurement is wrong and nothing is
@@ -95,7 +94,6 @@ typedef struct {
     float effective; /* T_e/T in use [-] */
     float learnt;    /* T_e/T as learnt [-] */
     float rate;      /* present rate [1/s] */
-    float turned;    /* electrical angle over which it was learnt, counted up to a turn [rad] */
     uint32_t begun;  /* [-] 1: the following values belong to the last periods */
     ab_t emf_mean;   /* m(e) [V] */
     ab_t along_mean; /* m(u) [-] */

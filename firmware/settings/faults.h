@@ -85,7 +85,7 @@
       "the back-EMF did not have the estimated direction: the rotor is lost",                                \
       "check load and motor data; raise pll_bandwidth or use the torque feed-forward")                       \
     F(39, LOCK_LOST, "lock_lost", lock_lost, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,                       \
-      "the rotor was lost three times within 2 s, or start_tries times in a row within 0.5 s of run",        \
+      "the rotor was lost three times within 2 s, or in start_tries consecutive runs of less than 0.5 s",    \
       "check for a blocked shaft, a load beyond current_limit, wrong current sensors or motor data")         \
     F(40, START_STALLED, "start_stalled", start_stalled, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, OPEN,           \
       "the rotor did not follow the start in start_tries tries",                                             \

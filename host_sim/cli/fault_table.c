@@ -87,8 +87,8 @@ static const word_t moments[] = {
 };
 static const word_t reactions[] = {
     [FAULT_WARN] = {"WARN", "shown in warnings while it holds"},
-    [FAULT_CATCH] = {"CATCH", "the rotor is caught again; lost three times within 2 s, or start_tries "
-                              "times in a row within 0.5 s of run, it is a fault"},
+    [FAULT_CATCH] = {"CATCH", "the rotor is caught again; lost three times within 2 s, or in start_tries "
+                              "consecutive runs of less than 0.5 s, it is a fault"},
     [FAULT_STOP] = {"STOP", "the motor is braked to standstill, then the bridge opens, the fault is latched"},
     [FAULT_OPEN] = {"OPEN", "the bridge opens, the fault is latched"},
 };

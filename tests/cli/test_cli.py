@@ -72,7 +72,7 @@ class CommandLine(TestCase):
                    "TRACKING": "while the gates are commanded on and control uses the estimate, except in reversals",
                    "SUPPLIED": "while the gates are commanded on and no ride-through is active"}
         reactions = {"WARN": "shown in warnings while it holds",
-                     "CATCH": "the rotor is caught again; lost three times within 2 s, or start_tries times in a row within 0.5 s of run, it is a fault",
+                     "CATCH": "the rotor is caught again; lost three times within 2 s, or in start_tries consecutive runs of less than 0.5 s, it is a fault",
                      "STOP": "the motor is braked to standstill, then the bridge opens, the fault is latched",
                      "OPEN": "the bridge opens, the fault is latched"}
         self.assertEqual(set(moments), {row[10] for row in rows})

@@ -141,7 +141,7 @@ typedef struct {
     uint32_t count;    /* [-] since the bridge was switched on */
     uint32_t clock[2]; /* [windows] times of the last two */
     uint32_t relocks;  /* [-] catches since the last one without a proved lock */
-    uint32_t brief;    /* [-] in a row, each after a run that did not last */
+    uint32_t brief;    /* [-] consecutive, each after a run that did not last */
 } manoeuvres_losses_t;
 
 /* State of a forced frame. */

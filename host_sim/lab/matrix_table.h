@@ -201,7 +201,6 @@
 #define HELD_IN_PLACE    "the wrong angle holds the rotor in place: a stall, after stall_time"
 #define HIDDEN_SLOW      "at 20 r/min the EMF is 1.5 V, which the dead time hides: a standing rotor cannot be distinguished from one that follows"
 #define TWO_WINDOWS      "a value is suspected in the first whole window in which it is constant, and reported in the next one (docs/theory.md, 27)"
-#define SLOWS_DOWN       "the bare rotor slows down meanwhile, and the time in which current is commanded adds up over two turns: 22 ms in the longest of 240 injections"
 #define WITHOUT_CURRENT  "3.2 ms of the time in which current is commanded, plus its zero crossing of 2 ms and a window (docs/theory.md, 27)"
 #define EIGHT_MS_OF_EMF  "10.3 ms until 37 degrees are reached, 8 ms of the EMF at this speed, and three evaluations (docs/theory.md, 28)"
 #define NO_ENABLE_INPUT  "the board has no enable input"
@@ -264,17 +263,14 @@
     \
     P(OPEN_PHASE_A,     EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON, LIMIT, OUT, "") \
     P(OPEN_PHASE_A,     AT(BRAKING), HEAVY, OPENS, PHASE_REASONS, 6.5e-3, LIMIT, OUT, WITHOUT_CURRENT) \
-    P(OPEN_PHASE_A,     AT(RUN_FAST), MATRIX_SENSORLESS_L, OPENS, PHASE_REASONS, 25e-3, LIMIT, OUT, SLOWS_DOWN) \
     P(OPEN_PHASE_A,     AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_PHASE_A,     AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
     P(OPEN_PHASE_B,     EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON, LIMIT, OUT, "") \
     P(OPEN_PHASE_B,     AT(BRAKING), HEAVY, OPENS, PHASE_REASONS, 6.5e-3, LIMIT, OUT, WITHOUT_CURRENT) \
-    P(OPEN_PHASE_B,     AT(RUN_FAST), MATRIX_SENSORLESS_L, OPENS, PHASE_REASONS, 25e-3, LIMIT, OUT, SLOWS_DOWN) \
     P(OPEN_PHASE_B,     AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_PHASE_B,     AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
     P(OPEN_PHASE_C,     EVERYWHERE, BOTH, OPENS, PHASE_REASONS, SOON, LIMIT, OUT, "") \
     P(OPEN_PHASE_C,     AT(BRAKING), HEAVY, OPENS, PHASE_REASONS, 6.5e-3, LIMIT, OUT, WITHOUT_CURRENT) \
-    P(OPEN_PHASE_C,     AT(RUN_FAST), MATRIX_SENSORLESS_L, OPENS, PHASE_REASONS, 25e-3, LIMIT, OUT, SLOWS_DOWN) \
     P(OPEN_PHASE_C,     AT(CATCH),  MATRIX_ENCODER_H, OPENS, PHASE_REASONS, 0.2, LIMIT, OUT, RISES_SLOWLY) \
     P(OPEN_PHASE_C,     AT(CATCH),  MATRIX_ENCODER_L, RIDES | OPENS, PHASE_REASONS, ANY_TIME, LIMIT, FOLLOWS | OUT, NO_CURRENT) \
     P(SWAP_PHASES,      EVERYWHERE, BOTH, NEVER, "", ANY_TIME, LIMIT, OUT, WRONG_FROM_START) \

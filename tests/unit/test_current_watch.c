@@ -304,7 +304,9 @@ static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_assumption(
  * contradicts the rotor that is less than half, and a loss; else, and from 1.6 A on, it is none. Below 75 V
  * the whole link moves a current of 12.5 mH by less than 2 % of 20 A in 100 us: at the limit of such a link's
  * voltage no phase is lost. A wrong angle of the encoder and the dead time hold a phase at zero for some 3
- * ms: where the EMF is wrong along no phase's axis it must last for four times 32 periods. */
+ * ms: where the EMF is wrong along no phase's axis it must last for four times 32 periods. If only the others
+ * deviate from the requested current, by more than 0.4 A and a quarter of the largest, the time is twice as
+ * long; 0.5 A deviates by 0.3 A from 0.2 A. */
 static void test_a_phase_without_its_current_is_lost(void)
 {
     const double dead = 4.0 / 3.0 * (7.5 + 0.9);
@@ -328,7 +330,9 @@ static void test_a_phase_without_its_current_is_lost(void)
         {0u, 74.0f, 8.0f, 0.0f, 3.0f, {2.0f, 3.0f}, 32.0, 64.0},
         {LIMITED, 76.0f, 8.0f, 0.0f, 3.0f, {2.0f, 3.0f}, 32.0, 64.0},
         {ELSEWHERE, 300.0f, 20.0f, 0.0f, 3.0f, {2.0f, 3.0f}, 128.0, 144.0},
-        {CONTRADICTED, 300.0f, 20.0f, 1.6f, 2.0f, {3.0f, 3.0f}, 0.0, 0.0}};
+        {CONTRADICTED, 300.0f, 20.0f, 1.6f, 2.0f, {3.0f, 3.0f}, 0.0, 0.0},
+        {0u, 300.0f, 20.0f, 0.0f, 3.0f, {0.2f, 0.0f}, 64.0, 80.0},
+        {0u, 300.0f, 20.0f, 0.0f, 0.5f, {0.2f, 0.3f}, 0.0, 0.0}};
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
         setUp();
         forced = (cases[n].is & FORCED) != 0u;

@@ -16,9 +16,9 @@
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one differs from another by more than GAIN_RATIO
  *             and by more than the saliency of a rotor in any position explains
  *     loss    a phase for which a current is requested, on a window's mean, with more voltage than the dead
- *             time may take, has nearly no current for some time, while another carries some; or its voltage
- *             exceeds the effect of any rotor's flux
- *     sum     three sensors whose currents do not add up to zero
+ *             time may take, has nearly no current for some time, while another carries some; or for twice
+ * the time, while the current of any phase deviates from the requested one; or its voltage exceeds the effect
+ * of any rotor's flux sum     three sensors whose currents do not add up to zero
  *
  * Derivation, margins and undetected errors: docs/theory.md, 27. Only the voltage is summed in each period;
  * the rest is computed once per window. No division.

@@ -3,10 +3,10 @@
 
 #include "math/bounds.h"
 
-#define ASKED_SHARE     0.25f /* [-] of the largest phase current: least requested current of another phase */
-#define LITTLE_SHARE    0.5f  /* [-] of the requested current: limit where the EMF contradicts */
-#define ELSEWHERE_TIMES 4u    /* [-] factor on the time if the encoder may be wrong: its watch needs 8 ms */
-#define FED_SHARE       0.1f  /* [-] of its limit: from here on only this law is used */
+#define APART_SHARE     0.25f /* [-] of the largest phase current: least deviation from the requested current */
+#define LITTLE_SHARE    0.5f /* [-] of the requested current: limit where the EMF contradicts */
+#define ELSEWHERE_TIMES 4u   /* [-] factor on the time if the encoder may be wrong: its watch needs 8 ms */
+#define FED_SHARE       0.1f /* [-] of its limit: from here on only this law is used */
 /* The same where a forced frame takes the rotor along, which then does not turn by 80 degrees. */
 #define FORCED_SHARE 0.5f /* [-] */
 #define ALL_SIGNS    2.0f /* [-] of the dead time's voltage, if all three signs are uncertain */
@@ -24,28 +24,43 @@ static inline float shrunk(float value, float step)
     return value - bounds_clamp(value, step);
 }
 
-/* True if a phase has been without current for long enough, counted while a current is requested and another
- * phase carries some; `asked`: in all of the window's periods [A]. If the EMF contradicts, a diode may carry
- * the current in place of a switch: half of the requested current then counts as no current. If the EMF
- * contradicts along no phase's axis, the encoder is probably wrong, and the dead time, compensated with a
- * wrong angle, may hold a phase at zero for some milliseconds: the time is longer then. At the limit of a low
- * link voltage a current lags behind the requested one. */
+/* Largest deviation of a phase's current from the requested one, summed over the window [A]. */
+static float deviation(const float asked[3], const current_watch_window_t *window)
+{
+    float most = 0.0f;
+    for (uint32_t n = 0; n < 3u; n++) {
+        const float apart = bounds_magnitude(asked[n] - window->periods * window->value[n]);
+        most = apart > most ? apart : most;
+    }
+    return most;
+}
+
+/* True if a phase has been without current for long enough, counted while another phase carries some and the
+ * current control does not reach the requested current: in this phase, or in the others, whose current an
+ * open wire couples. `asked` and `apart`: requested current of the phase, and the largest deviation from it,
+ * in all of the window's periods [A]. The others alone count half, because a frame with a wrong angle causes
+ * a deviation as well. If the EMF contradicts, a diode may carry the current in place of a switch: half of
+ * the requested current then counts as no current. If the EMF contradicts along no phase's axis, the encoder
+ * is probably wrong, and the dead time, compensated with a wrong angle, may hold a phase at zero for some
+ * milliseconds: the time is longer then. At the limit of a low link voltage a current lags behind the
+ * requested one. */
 static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_input_t *input,
-                      const current_watch_window_t *window, float asked)
+                      const current_watch_window_t *window, float asked, float apart)
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
     current_watch_phase_t *phase = &watch->phase[n];
     const bool lags = input->limited && input->u_dc < tuning->slow_link;
     const bool driven = !bounds_within(window->moved[n], window->dead);
-    const bool much =
-        !lags && driven && window->largest > tuning->carries &&
-        !bounds_within(asked, window->periods * (tuning->carries + ASKED_SHARE * window->largest));
+    const bool judged = !lags && driven && window->largest > tuning->carries;
+    const float least = window->periods * (tuning->carries + APART_SHARE * window->largest);
+    const bool much = judged && !bounds_within(asked, least);
     const float value = window->value[n];
     const float half = input->contradicted && much ? LITTLE_SHARE * bounds_magnitude(asked) : 0.0f;
     if (!bounds_within(value, tuning->none) && !bounds_within(value * window->periods, half)) {
         phase->absent = 0u;
-    } else if (much && !is_still(watch, n)) {
-        phase->absent += (uint32_t)(int32_t)window->periods;
+    } else if (judged && !is_still(watch, n)) {
+        const uint32_t periods = (uint32_t)(int32_t)window->periods;
+        phase->absent += much ? periods : apart > least ? periods / 2u : 0u;
     }
     return phase->absent >= (input->elsewhere ? ELSEWHERE_TIMES * tuning->absent : tuning->absent);
 }
@@ -79,6 +94,7 @@ uint32_t current_watch_wires(current_watch_t *watch, const current_watch_input_t
     const float flux = input->forced ? FORCED_SHARE * tuning->flux : tuning->flux;
     float asked[3];
     spread(asked, frames_inverse_clarke(frames_inverse_park(input->asked_for, input->frame)));
+    const float apart = deviation(asked, window);
     uint32_t bits = 0u;
     for (uint32_t n = 0; n < 3u; n++) {
         if (!bounds_within(window->value[n], tuning->none) && !input->contradicted) {
@@ -87,7 +103,7 @@ uint32_t current_watch_wires(current_watch_t *watch, const current_watch_input_t
             continue;
         }
         const float fed = feed(watch, n, window);
-        if (is_absent(watch, n, input, window, asked[n]) || fed > flux) {
+        if (is_absent(watch, n, input, window, asked[n], apart) || fed > flux) {
             bits |= CURRENT_WATCH_LOSS;
         }
         if (fed > FED_SHARE * tuning->flux) {

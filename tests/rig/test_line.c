@@ -1,14 +1,34 @@
-/* The serial line, the stored pages and the restart through the whole ring: HAL, virtual chip, rig. The rate
- * of the line is asked of the HAL (tests/hal/test_line.c) and of the chip (tests/chip/test_sci.c). */
+/* The serial line, the stored pages and the restart through the whole ring: HAL, virtual chip, rig. */
 #include "hal/hal.h"
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/frames.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
 
+#define LINE_SECONDS (10.0 / (double)BOARD_SERIAL_BAUD) /* of an octet */
+
+/* The slave listens elsewhere: what comes and goes on the chip's line is this file's. */
+static uint32_t nothing_comes(void *context, uint8_t *octets, uint32_t room)
+{
+    (void)context;
+    (void)octets;
+    (void)room;
+    return 0u;
+}
+
+static uint32_t nothing_goes(void *context, const uint8_t *octets, uint32_t count)
+{
+    (void)context;
+    (void)octets;
+    return count;
+}
+
+static const rig_line_t elsewhere = {nothing_comes, nothing_goes, NULL};
+
 void setUp(void)
 {
     rig = run_rig(1u);
+    rig_line(rig, &elsewhere);
 }
 
 static double value(const char *name)
@@ -31,6 +51,61 @@ static uint32_t reports(void)
     return chip_report_total(chip());
 }
 
+/* What the firmware's background would find now. */
+static uint32_t heard(uint16_t octets[16])
+{
+    rig_bind(rig);
+    return hal_serial_read(octets, 16u);
+}
+
+static void test_octets_come_through_at_the_line_s_rate(void)
+{
+    uint8_t octets[64];
+    if (RIG_PERIOD_SECONDS > 16.0 * LINE_SECONDS) {
+        return; /* this test reads once a period */
+    }
+    uint16_t got[16];
+    uint32_t count = 0;
+    for (uint32_t n = 0; n < 64u; n++) {
+        octets[n] = (uint8_t)(3u * n);
+    }
+    TEST_ASSERT_EQUAL_UINT32(64u, rig_serial_put(rig, octets, 64u));
+    for (uint32_t period = 1u; count < 64u; period++) {
+        rig_step(rig);
+        const uint32_t more = heard(got);
+        for (uint32_t n = 0; n < more; n++) {
+            TEST_ASSERT_EQUAL_HEX16(octets[count + n], got[n]);
+        }
+        count += more;
+        const double sent = (double)period * RIG_PERIOD_SECONDS / LINE_SECONDS;
+        TEST_ASSERT_TRUE((double)count <= sent + 0.05 && ((double)count > sent - 1.05 || count == 64u));
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, hal_serial_errors());
+    TEST_ASSERT_EQUAL_UINT32(0u, reports());
+}
+
+static void test_octets_go_out_at_the_line_s_rate(void)
+{
+    uint16_t octets[17];
+    uint8_t got[64];
+    for (uint16_t n = 0; n < 17u; n++) {
+        octets[n] = (uint16_t)(0xA0u + n);
+    }
+    rig_bind(rig);
+    TEST_ASSERT_EQUAL_UINT32(16u, hal_serial_write(octets, 17u));
+    uint32_t count = 0;
+    for (uint32_t period = 1u; count < 16u; period++) {
+        rig_step(rig);
+        count += rig_serial_get(rig, &got[count], 64u - count);
+        const double sent = (double)period * RIG_PERIOD_SECONDS / LINE_SECONDS;
+        TEST_ASSERT_TRUE((double)count <= sent + 0.01 && ((double)count > sent - 1.01 || count == 16u));
+    }
+    for (uint32_t n = 0; n < 16u; n++) {
+        TEST_ASSERT_EQUAL_HEX8(0xA0u + n, got[n]);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0u, reports());
+}
+
 /* ---- The drive's own interrupts at the line ---- */
 
 static void send(const uint8_t *packet, uint32_t count, uint32_t number)
@@ -48,6 +123,7 @@ static void test_two_of_the_largest_commands_wait_for_a_background_that_is_late(
 {
     const uint8_t connect[2] = {0xFF, 0};
     const uint8_t packet[64] = {0xF0, 62};
+    rig_line(rig, NULL);
     run_seconds(rig, 0.1);
     send(connect, sizeof connect, 0u);
     put("background_time", 4e-3); /* less than the silence that ends a frame */
@@ -70,6 +146,7 @@ static void test_two_of_the_largest_commands_wait_for_a_background_that_is_late(
 static void test_octets_without_room_are_dropped_and_counted(void)
 {
     static const uint8_t flood[64];
+    rig_line(rig, NULL);
     run_seconds(rig, 0.1);
     put("background_time", 0.2);
     rig_run(rig, 10u);

@@ -1,9 +1,6 @@
 # The line and the scope against disturbance and against foreign pages.
 lagless_test(talk_noise LABEL rig SOURCES test_talk_noise.c LIBS lagless_rig m)
 lagless_test(talk_chip LABEL rig SOURCES test_talk_chip.c LIBS lagless_rig m)
-add_test(NAME case_checksum_error_without_limit COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/served.py $<TARGET_FILE:lagless>
-    ${CMAKE_CURRENT_SOURCE_DIR}/checksum_error_without_limit.py)
-set_tests_properties(case_checksum_error_without_limit PROPERTIES LABELS line TIMEOUT 60)
 add_test(NAME case_scope_state COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_scope_state.py $<TARGET_FILE:lagless>
     ${CMAKE_CURRENT_BINARY_DIR}/scope_state)
 set_tests_properties(case_scope_state PROPERTIES LABELS scope TIMEOUT 300 COST 30)

@@ -403,7 +403,7 @@ class BrokenLines(Case):
         self.assertIn("line 2: wait: ", errors)
         self.assertIn("closed the connection", errors)
 
-    def test_a_motor_that_is_left_alone_is_stopped_and_that_is_told(self):
+    def test_a_motor_that_is_left_alone_is_stopped_and_that_is_told_and_go_starts_it_again(self):
         server = self.serve()
         result = connect(server.target, "go 300 r/min\nwait until omega_m > 280 r/min timeout 10 s\nquit\n")
         self.assertEqual(result.returncode, 0)
@@ -412,6 +412,8 @@ class BrokenLines(Case):
         said = answers(self.does(server, "get state omega_m\n", "--json"))
         self.assertEqual(said[0]["state"], "ready")
         self.assertAlmostEqual(said[0]["omega_m"], 0.0, delta=1.0)
+        again = "wait until omega_m > 280 r/min timeout 10 s\n"
+        self.does(server, f"go 300 r/min\n{again}quick_stop\nwait until state == ready timeout 10 s\ngo 300 r/min\n{again}quick_stop\n")
 
     def test_a_master_that_waits_for_its_user_keeps_the_motor_running(self):
         server = self.serve()

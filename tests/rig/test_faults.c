@@ -1,5 +1,6 @@
-/* Encoder tracks that jump, a quick stop without the encoder, and a bridge that comes on at speed. What the
- * fault matrix asks of every fault and manoeuvre (host_sim/lab/matrix_table.h) is not asked here. */
+/* Encoder tracks that jump, a quick stop without the encoder, a bridge that comes on at speed, a background
+ * that stalls. What the fault matrix asks of every fault and manoeuvre (host_sim/lab/matrix_table.h) is not
+ * asked here. */
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
@@ -109,4 +110,18 @@ static void test_switching_on_at_speed_makes_no_current_surge(void)
     snprintf(message, sizeof message, "largest phase current %.2f A", peak);
     TEST_ASSERT_TRUE_MESSAGE(
         peak < 1.0, message); /* a zero vector for one period would give 92 V / 12.5 mH x 100 us = 0.74 A */
+}
+
+/* In 0.1 s (background_time_max); braked in what the watchdog leaves of its time. */
+static void test_a_background_that_stalls_brings_the_motor_to_a_stop(void)
+{
+    run_put(rig, "background_time", 0.6);
+    const uint32_t begin = rig_period(rig);
+    while (rig_value(rig, "state") == (double)DRIVE_OPERATION_ENABLED &&
+           (rig_period(rig) - begin) * RIG_PERIOD_SECONDS < 0.2) {
+        rig_step(rig);
+    }
+    const double taken = (rig_period(rig) - begin) * RIG_PERIOD_SECONDS;
+    TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_QUICK_STOP, rig_value(rig, "state"));
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.1, taken);
 }

@@ -1,6 +1,6 @@
-/* Parameters that stay, through the whole ring: orders, HAL, the virtual chip's flash, its supply. */
+/* Parameters that stay, through the whole ring: orders, HAL, the virtual chip's flash, its supply. What a
+ * drive does with a corrupt store is asked in tests/unit/test_app.c. */
 #include "host_sim/rig/rig_state.h"
-#include "settings/reasons.h"
 #include "talk/store.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
@@ -63,39 +63,6 @@ static void test_the_drive_goes_on_after_a_page_was_erased(void)
     TEST_ASSERT_EQUAL_UINT32(0u, chip_report_total(chip()));
     rig_power_cycle(rig);
     TEST_ASSERT_EQUAL_DOUBLE((double)(0.5f + 0.01f * (float)fit), rig_value(rig, "motor_resistance"));
-}
-
-/* The bridge stays off until a reset; then the drive runs on its defaults, and what is saved then is good. */
-static void test_a_corrupt_store_refuses_the_bridge_until_a_reset(void)
-{
-    static uint16_t page[CHIP_FLASH_WORDS];
-    const params_t usual = rig_state(rig)->app.active;
-    (void)given_saved_motor(7u);
-    for (uint32_t at = 0; at < CHIP_FLASH_WORDS; at++) {
-        page[at] = chip_flash_word(chip(), 0u, at);
-    }
-    page[100] ^= 0x0001u;
-    TEST_ASSERT_TRUE(chip_flash_fill(chip(), 0u, page));
-    rig_power_cycle(rig);
-    run_seconds(rig, 0.1);
-    expect_store("corrupt");
-    TEST_ASSERT_TRUE(runs(&usual));
-    TEST_ASSERT_EQUAL_DOUBLE(REASON_STORE_CORRUPT, rig_value(rig, "fault_reason"));
-    run_on(rig, 100.0);
-    run_seconds(rig, 0.5);
-    TEST_ASSERT_EQUAL_DOUBLE(5.0, rig_value(rig, "state"));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "true_omega_m"));
-
-    run_put(rig, "enable", 0.0);
-    rig_run(rig, 1u);
-    run_put(rig, "fault_reset", 1.0);
-    run_seconds(rig, 0.1);
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
-    TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "state"));
-    TEST_ASSERT_TRUE(order("save"));
-    rig_power_cycle(rig);
-    run_to_ready(rig);
-    expect_store("loaded");
 }
 
 /* ---- power ---- */

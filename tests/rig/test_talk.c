@@ -14,7 +14,8 @@
 #define EXTENSION_REQUESTS 2u
 #define EXTENSION_SERVICES 3u
 
-/* ---- the wire: as long as one likes, or the chip's ---- */
+/* ---- the wire: as long as one likes; what the chip's line adds: cases/test_talk_noise.c, test_talk_fuzz.c
+ * ---- */
 
 static struct {
     uint8_t to_drive[ROOM];
@@ -24,7 +25,6 @@ static struct {
     uint32_t throughput; /* [octets] that the drive gets rid of in a period */
     uint32_t left;
 } wire;
-static bool by_chip;
 static uint32_t counter;
 
 static uint32_t wire_read(void *context, uint8_t *octets, uint32_t room)
@@ -50,10 +50,6 @@ static uint32_t wire_write(void *context, const uint8_t *octets, uint32_t count)
 
 static void put_octets(const uint8_t *octets, uint32_t count)
 {
-    if (by_chip) {
-        TEST_ASSERT_EQUAL_UINT32(count, rig_serial_put(rig, octets, count));
-        return;
-    }
     for (uint32_t n = 0; n < count; n++) {
         wire.to_drive[wire.put++ % ROOM] = octets[n];
     }
@@ -63,9 +59,6 @@ static void period(void)
 {
     wire.left = wire.throughput;
     rig_step(rig);
-    if (by_chip) {
-        wire.count += rig_serial_get(rig, wire.from_drive + wire.count, ROOM - wire.count);
-    }
 }
 
 static void periods(uint32_t count)
@@ -80,7 +73,7 @@ static void periods(uint32_t count)
 static void send(const uint8_t *packet, uint32_t count)
 {
     uint8_t frame[FRAMES_MOST];
-    put_octets(frame, frames_make(frame, packet, count, counter++, by_chip));
+    put_octets(frame, frames_make(frame, packet, count, counter++, false));
 }
 #define SEND(...) send((const uint8_t[]){__VA_ARGS__}, sizeof((const uint8_t[]){__VA_ARGS__}))
 
@@ -89,18 +82,12 @@ static uint32_t next_packet(uint8_t packet[256])
 {
     const uint32_t length =
         wire.count < 4u ? 0u : (uint32_t)wire.from_drive[0] | (uint32_t)wire.from_drive[1] << 8;
-    const uint32_t whole = 4u + length + (by_chip ? length % 2u + 2u : 0u);
+    const uint32_t whole = 4u + length;
     if (wire.count < 4u || wire.count < whole) {
         return 0u;
     }
     TEST_ASSERT_TRUE(length >= 1u && length <= FRAME_MAX_DTO);
     memcpy(packet, wire.from_drive + 4, length);
-    if (by_chip) {
-        uint8_t again[4u + 128u + 3u];
-        memcpy(again, wire.from_drive, 4u + length);
-        (void)frames_tail(again, 4u + length);
-        TEST_ASSERT_EQUAL_MEMORY(again, wire.from_drive, whole);
-    }
     memmove(wire.from_drive, wire.from_drive + whole, wire.count - whole);
     wire.count -= whole;
     return length;
@@ -141,16 +128,6 @@ static void expect_error(uint8_t code)
     TEST_ASSERT_EQUAL_HEX8(code, answer[1]);
 }
 
-/* A serial line wants a command twice that writes: the first one is answered with "busy". */
-static void send_twice(const uint8_t *packet, uint32_t count)
-{
-    send(packet, count);
-    if (by_chip) {
-        expect_error(0x10);
-        send(packet, count);
-    }
-}
-
 /* A command that names a row: its octet, how many slots or octets, the address. */
 static void address(uint8_t packet[8], uint8_t command, uint8_t count, uint8_t extension, uint32_t id)
 {
@@ -163,43 +140,35 @@ static void choose(uint8_t extension, uint32_t id)
 {
     uint8_t packet[8];
     address(packet, 0xF6, 0, extension, id);
-    send_twice(packet, sizeof packet);
+    send(packet, sizeof packet);
     expect_ok();
 }
 
-/* So many slots, at the address that was chosen; numbers are sent twice. */
-static void download(const uint32_t *bits, uint32_t count, bool numbers)
+/* So many slots, at the address that was chosen. */
+static void download(const uint32_t *bits, uint32_t count)
 {
     uint8_t packet[2u + 8u] = {0xF0, (uint8_t)(4u * count)};
     for (uint32_t n = 0; n < count; n++) {
         frames_put_long(packet + 2u + 4u * n, bits[n]);
     }
-    (numbers ? send_twice : send)(packet, 2u + 4u * count);
-}
-
-static void send_choice(uint8_t extension, uint32_t id, uint32_t choice)
-{
-    const uint32_t bits = frames_code(id, choice);
-    choose(extension, id);
-    download(&bits, 1u, false);
-}
-
-static void write_choice(uint8_t extension, uint32_t id, uint32_t choice)
-{
-    send_choice(extension, id, choice);
-    expect_ok();
+    send(packet, 2u + 4u * count);
 }
 
 static void send_write(uint8_t extension, uint32_t id, uint32_t bits)
 {
     choose(extension, id);
-    download(&bits, 1u, true);
+    download(&bits, 1u);
 }
 
 static void write_slot(uint8_t extension, uint32_t id, uint32_t bits)
 {
     send_write(extension, id, bits);
     expect_ok();
+}
+
+static void write_choice(uint8_t extension, uint32_t id, uint32_t choice)
+{
+    write_slot(extension, id, frames_code(id, choice));
 }
 
 static uint32_t read_slot(uint8_t extension, uint32_t id)
@@ -225,14 +194,13 @@ static uint32_t id_of(const char *name)
 static void plug_in(void)
 {
     static const rig_line_t line = {wire_read, wire_write, NULL};
-    rig_line(rig, by_chip ? NULL : &line);
+    rig_line(rig, &line);
 }
 
 void setUp(void)
 {
     memset(&wire, 0, sizeof wire);
     wire.throughput = 200u;
-    by_chip = false;
     counter = 0u;
     samples = 0u;
     rig = run_rig(1u);
@@ -275,12 +243,12 @@ static void test_requests_of_one_command_are_one_set(void)
     const uint32_t slow[] = {frames_code(id_of("mode"), MODE_CURRENT), float_bits(20.0f)};
     const uint32_t too_fast[] = {frames_code(id_of("mode"), MODE_SPEED), float_bits(1000.0f)};
     choose(EXTENSION_REQUESTS, id_of("mode"));
-    download(slow, 2u, false);
+    download(slow, 2u);
     expect_ok();
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "mode"));
     TEST_ASSERT_EQUAL_DOUBLE(20.0, rig_value(rig, "speed_request"));
     choose(EXTENSION_REQUESTS, id_of("mode"));
-    download(too_fast, 2u, false);
+    download(too_fast, 2u);
     expect_error(0x22);
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "mode")); /* neither of them */
 }
@@ -458,61 +426,12 @@ static void test_stop_is_obeyed_while_the_line_is_flooded_by_samples(void)
     wire.throughput = 7u;
     periods(500u);
     TEST_ASSERT_TRUE(rig_value(rig, "daq_lost") > 100.0);
-    send_choice(EXTENSION_REQUESTS, id_of("enable"), REQUEST_OFF);
+    send_write(EXTENSION_REQUESTS, id_of("enable"), frames_code(id_of("enable"), REQUEST_OFF));
     const double begun = rig_value(rig, "period");
     periods(3u);
     TEST_ASSERT_EQUAL_DOUBLE(REQUEST_OFF, rig_value(rig, "enable"));
     TEST_ASSERT_EQUAL_DOUBLE(begun + 3.0, rig_value(rig, "period"));
     expect_ok(); /* behind at most the one frame that was under way: 73 octets of 7 a period */
-}
-
-/* ---- over the chip's line ---- */
-
-/* Three floats every third period are 3333 x 24 octets of 93 750 a second: all of them come, in steps of
- * three periods, and are what the tap copied in that period. */
-static uint32_t tapped[12000][3];
-static void keep(void *context, uint32_t at, const uint32_t *slots, uint32_t count)
-{
-    (void)context;
-    (void)at;
-    if (slots[0] < 12000u) {
-        memcpy(tapped[slots[0]], slots + 1, (count - 1u) * sizeof slots[0]);
-    }
-}
-
-static void test_three_floats_stream_over_the_serial_line(void)
-{
-    const uint32_t ids[4] = {id_of("period"), id_of("i_a"), id_of("omega_m"), id_of("theta_e")};
-    by_chip = true;
-    plug_in();
-    TEST_ASSERT_EQUAL_UINT32(937500u, (uint32_t)BOARD_SERIAL_BAUD);
-    TEST_ASSERT_TRUE(rig_tap(rig, ids, 4u, 1u, keep, NULL));
-    connect();
-    switch_on();
-    stream(3u, 3u, ids + 1);
-    uint8_t packet[256];
-    uint32_t last = 0u;
-    uint32_t count = 0u;
-    for (uint32_t n = 0; n < 10000u; n++) {
-        period();
-        uint32_t length;
-        while ((length = next_packet(packet)) != 0u) {
-            TEST_ASSERT_EQUAL_UINT32(17u, length);
-            TEST_ASSERT_EQUAL_HEX8(0u, packet[0]);
-            const uint32_t stamp = frames_long_at(packet + 1);
-            TEST_ASSERT_TRUE(count == 0u || stamp == last + 3u);
-            for (uint32_t m = 0; m < 3u; m++) {
-                TEST_ASSERT_EQUAL_HEX32(tapped[stamp][m], frames_long_at(packet + 5u + 4u * m));
-            }
-            last = stamp;
-            count++;
-        }
-    }
-    TEST_ASSERT_UINT32_WITHIN(5u, 3333u, count);
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "daq_lost"));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "line_errors"));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "chip_reports"));
-    TEST_ASSERT_TRUE(rig_value(rig, "true_omega_m") != 0.0);
 }
 
 /* ---- restart ---- */
@@ -529,7 +448,7 @@ static void test_restart_is_answered_and_begins_anew(void)
     connect();
     switch_on();
     periods(rig_periods(0.1));
-    send_choice(EXTENSION_SERVICES, id_of("order"), ORDER_RESTART);
+    send_write(EXTENSION_SERVICES, id_of("order"), frames_code(id_of("order"), ORDER_RESTART));
     expect_error(0x22);
     TEST_ASSERT_EQUAL_UINT32(REASON_BRIDGE_ON, read_slot(EXTENSION_SERVICES, id_of("order_refusal")));
     TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));

@@ -3,8 +3,7 @@
  * with pages keeps the octets of a transfer until its end, and then writes them in any order. */
 #include "talk/mirror.h"
 
-#include "settings/params.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/random_sets.h"
 #include "tests/unit/sweep.h"
 
 #define WORDS  ((store_record_words(params_table.count) + 3u) / 4u * 4u) /* of a page */
@@ -20,10 +19,9 @@ typedef struct {
 static content_t content;
 static uint32_t left;       /* octets until the power fails */
 static uint32_t operations; /* octets since the start of a test */
-static uint32_t noise;
-static uint32_t now;     /* [ticks] one each time somebody looks */
-static uint32_t slow;    /* polls that a memory with pages refuses after a write; 0: one without pages */
-static uint32_t refuses; /* and how many it still does */
+static uint32_t now;        /* [ticks] one each time somebody looks */
+static uint32_t slow;       /* polls that a memory with pages refuses after a write; 0: one without pages */
+static uint32_t refuses;    /* and how many it still does */
 static bool absent, silent, broken;
 static uint32_t aborts;
 static uint32_t at_read;
@@ -33,14 +31,6 @@ static uint32_t written;  /* by the last transfer */
 
 static mirror_t mirror;
 static uint16_t pages[STORE_PAGES * MOST];
-
-static uint32_t random_bits(void)
-{
-    noise ^= noise << 13;
-    noise ^= noise >> 17;
-    noise ^= noise << 5;
-    return noise;
-}
 
 /* One octet of the memory gets its bits, the last one before the cut some, and later ones none. */
 static void change(uint32_t octet, uint16_t value)
@@ -165,27 +155,6 @@ void setUp(void)
     now = 0xFFFFFF00u; /* it wraps soon */
     memset(&content, 0xFF, sizeof content);
     fill();
-}
-
-static params_t random_set(void)
-{
-    params_t set;
-    for (uint32_t n = 0; n < params_table.count; n++) {
-        const table_row_t *row = &params_table.rows[n];
-        const float share = (float)(random_bits() % 1001u) / 1000.0f;
-        const float value = table_min(row) + share * (table_max(row) - table_min(row));
-        if (row->kind == SLOT_FLOAT) {
-            table_set(row, &set, value > table_max(row) ? table_max(row) : value);
-        } else {
-            table_set_whole(row, &set, (int64_t)value);
-        }
-    }
-    return set;
-}
-
-static bool equal(const params_t *a, const params_t *b)
-{
-    return memcmp(a, b, sizeof *a) == 0;
 }
 
 static params_t save_random(void)

@@ -3,8 +3,7 @@
  * some of its bits, and from there on nothing happens until the power is back. */
 #include "talk/store.h"
 
-#include "settings/params.h"
-#include "tests/unit/compare.h"
+#include "tests/unit/random_sets.h"
 #include "tests/unit/sweep.h"
 
 #define PAGE  2048u                                          /* [words] eight sets of the parameters */
@@ -23,17 +22,8 @@ typedef struct {
 static content_t content;
 static uint32_t left;       /* operations until the power fails */
 static uint32_t operations; /* since the start of a test */
-static uint32_t noise;
-static bool broken; /* it takes nothing */
+static bool broken;         /* it takes nothing */
 static store_flash_t flash;
-
-static uint32_t random_bits(void)
-{
-    noise ^= noise << 13;
-    noise ^= noise >> 17;
-    noise ^= noise << 5;
-    return noise;
-}
 
 static uint16_t word(uint32_t page, uint32_t at)
 {
@@ -98,30 +88,6 @@ void setUp(void)
 }
 
 /* ---- sets ---- */
-
-/* Any value that each row accepts, both ends among them. */
-static params_t random_set(void)
-{
-    params_t set;
-    for (uint32_t n = 0; n < params_table.count; n++) {
-        const table_row_t *row = &params_table.rows[n];
-        const float share = (float)(random_bits() % 1001u) / 1000.0f;
-        float value = table_min(row) + share * (table_max(row) - table_min(row));
-        value = value > table_max(row) ? table_max(row) : value;
-        if (row->kind == SLOT_FLOAT) {
-            table_set(row, &set, value);
-        } else {
-            table_set_whole(row, &set, (int64_t)value);
-        }
-        TEST_ASSERT_TRUE(table_holds(row, &set));
-    }
-    return set;
-}
-
-static bool equal(const params_t *a, const params_t *b)
-{
-    return memcmp(a, b, sizeof *a) == 0;
-}
 
 static params_t defaults(void)
 {

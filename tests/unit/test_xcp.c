@@ -498,9 +498,9 @@ static void test_checksum_of_a_block(void)
     ask("F6 00 00 01 04 00 00 00", "FF");
     ask("F3 00 00 00 00 00 00 00", "FE 22");
     ask("F3 00 00 00 0D 00 00 00", "FE 22");
-    ask("F3 00 00 00 00 00 00 80",
-        "FE 22 00 00 00 10 00 00");          /* too long: the largest block is 1000h octets */
-    ask("F3 00 00 00 40 00 00 00", "FE 22"); /* runs out of what there is */
+    ask("F3 00 00 00 00 00 00 80", "FE 22 00 00 00 10 00 00"); /* the largest block is 1000h octets */
+    ask("F3 00 00 00 01 10 00 00", "FE 22 00 00 00 10 00 00");
+    ask("F3 00 00 00 00 10 00 00", "FE 22"); /* runs out of what there is */
 }
 
 /* ---- pages ---- */

@@ -23,6 +23,13 @@ void encoder_prepare(encoder_tuning_t *tuning, const encoder_params_t *params)
     tuning->step_gain = params->period * STEPS_PER_RADIAN;
 }
 
+float encoder_missed_most(const encoder_tuning_t *tuning, float acceleration)
+{
+    const float counts = 2.0f * (float)tuning->steps_per_count;
+    const float period = tuning->step_gain / STEPS_PER_RADIAN;
+    return ENCODER_ANGLE_PER_STEP * (counts + acceleration * period / tuning->speed_gain);
+}
+
 void encoder_reset(encoder_t *encoder, const encoder_tuning_t *tuning, uint32_t count)
 {
     encoder->next = encoder_phase(tuning, count);

@@ -96,6 +96,11 @@ static inline position_t encoder_step(encoder_t *encoder, const encoder_tuning_t
     return (position_t){(float)(int32_t)phase * ENCODER_ANGLE_PER_STEP, encoder->omega_e};
 }
 
+/* Largest difference between angle and prediction while the rotor's acceleration [rad/s^2], electrical, stays
+ * within this one [rad]: that of the acceleration, a T^2/r^2, and two counts. A division: for the background.
+ */
+float encoder_missed_most(const encoder_tuning_t *tuning, float acceleration);
+
 /* true: the angle of the last sample has moved by more than a rotor can. `leap` [rad]: largest difference
  * from the prediction, electrical. */
 static inline bool encoder_jumped(const encoder_t *encoder, float leap)

@@ -48,6 +48,18 @@ uint32_t fast_watch_jump(fast_t *fast, fast_orders_t orders)
     return 0u;
 }
 
+/* The reason of the rows that have failed. The speed of the encoder's loop follows a step of its angle, too:
+ * a step that is too small to count as a jump makes an overspeed of some milliseconds. The loop then comes
+ * back from a speed that the rotor never had: the angle stays behind its prediction by more than any braking
+ * explains. */
+static int32_t reason_of(const fast_t *fast, const fast_limits_t *limits)
+{
+    const int32_t reason = guard_reason(fast->trips.faults);
+    const float behind = fast->omega_m < 0.0f ? fast->encoder.missed : -fast->encoder.missed;
+    const bool steps = fast->reference.source == (int32_t)SOURCE_ENCODER && behind > limits->settled;
+    return reason == (int32_t)REASON_OVERSPEED && steps ? (int32_t)REASON_ENCODER_JUMP : reason;
+}
+
 void fast_judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wrong)
 {
     guard_input_t input = fast_trip_input(fast, orders.setpoint, encoder_wrong);
@@ -64,7 +76,7 @@ void fast_judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wrong
     guard_step_each(&fast->trips, &orders.tuning->guard, &input);
     fast->report.failed = fault_set_both(fast->report.failed, fast->trips.faults);
     if (!failed && fault_set_any(fast->trips.faults)) {
-        fast_stop(fast, guard_reason(fast->trips.faults));
+        fast_stop(fast, reason_of(fast, &orders.tuning->limits));
     }
 }
 

@@ -14,6 +14,10 @@
 /* Multiple of the hand-over's speed from which the EMF judges the encoder [-]. */
 #define ENCODER_JUDGED_FROM 1.0f
 
+/* Braking in terms of the current limit, beyond which the encoder's speed is no motion [-]: twice for errors
+ * of J and psi_f of 30 %, and twice for a load that helps to brake. */
+#define BRAKING_MOST 4.0f
+
 /* Rates over that of the dead time [-]; largest differences of the legs, and the effect of noise on them at
  * first, over the dead band's voltage and over R [-]. */
 #define EMF_SHAPE_RATE         0.3f
@@ -273,8 +277,10 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
         .every = DRIVE_WINDOW,
     };
     tuning->medium.oscillation_watch = oscillation_watch_prepare(&oscillation);
+    const float acceleration = pole_pairs * motion.per_ampere * params->current_limit;
     tuning->fast.limits = (fast_limits_t){
         .jump = tuning->medium.encoder_watch.leap,
+        .settled = encoder_missed_most(&tuning->fast.encoder, BRAKING_MOST * acceleration),
         .pole_pairs_inverse = 1.0f / pole_pairs,
         .dc_undervoltage = params->dc_undervoltage,
         .smooth = params->speed_feedback == (int32_t)SPEED_SMOOTH,

@@ -1,6 +1,5 @@
 /* What follows from a case: its motor, its limits, what may be expected of it. */
 #include <math.h>
-#include <string.h>
 
 #include "host_sim/lab/campaign_parts.h"
 
@@ -73,19 +72,6 @@ static double fastest_of(const campaign_case_t *drawn, double emf, double pole_p
                                       : 1.0;
 }
 
-/* May the q axis saturate with this largest flux L_q I_s [Wb]? A short circuit keeps the flux of the winding
- * constant, and the rotor turns it through the q axis. If the magnet's flux [Wb] exceeds L_q I_s, the law of
- * the saturation (host_sim/plant/magnetics.h) has no finite current for it; iron has, by its inductance in
- * air, which this law omits. */
-static bool can_saturate(const campaign_case_t *drawn, double largest, double flux)
-{
-    bool shorted = false;
-    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
-        shorted = shorted || strcmp(campaign_faults[drawn->faults[n].kind].row, "shorted_switches") == 0;
-    }
-    return !shorted || largest > flux;
-}
-
 campaign_motor_t campaign_motor(const campaign_case_t *drawn)
 {
     if (CAMPAIGN_VALUE(drawn, motor_drawn) == 0.0) {
@@ -121,7 +107,7 @@ campaign_motor_t campaign_motor(const campaign_case_t *drawn)
         .torque = 1.5 * emf * current / speed,
         .current = current,
         .trip = fmin(1.5 * current, 0.95 * rig_max(rig_row_by_name("overcurrent_trip"))),
-        .saturation = bends && can_saturate(drawn, inductance * ratio * saturates, flux) ? saturates : 0.0,
+        .saturation = bends ? saturates : 0.0,
         .fastest = fastest_of(drawn, emf, pole_pairs, speed),
     };
 }

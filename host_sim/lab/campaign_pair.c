@@ -8,8 +8,11 @@
 #define PAIRED_REST  1u    /* not one of those that are repeated */
 #define WINDOW       50e-3 /* [s] */
 #define SETTLED      9.0 /* [s] that a wish and a load must be old: L takes 8 s of measurements (theory, 24) */
-#define NEAR         0.05 /* [-] of rated speed, within which the speed is steady */
-#define WINDOWS_MIN  4u   /* with fewer that are steady in both runs nothing is compared */
+#define NEAR         0.05  /* [-] of rated speed, within which the speed is steady */
+#define WINDOWS_MIN  4u    /* with fewer that are steady in both runs nothing is compared */
+#define LEGS         3.0   /* [-] share of one leg in the mean of all */
+#define MOVED        0.005 /* [-] of its true value: a learnt value is another than the configured one */
+#define NEARER       0.5 /* [-] of the error of the configured value: error of a learnt one that is no cause */
 
 /* A load that goes with the angle keeps the angle's error moving whatever is learnt. */
 static bool has_steady_load(const campaign_case_t *drawn)
@@ -27,13 +30,56 @@ bool campaign_is_paired(const campaign_case_t *drawn)
            drawn->run % PAIRED_EVERY == PAIRED_REST;
 }
 
+static double plant(const char *row)
+{
+    return rig_initial(rig_row_by_name(row));
+}
+
 void campaign_angles_begin(campaign_angles_t *angles, const campaign_case_t *drawn)
 {
+    const campaign_motor_t motor = campaign_motor(drawn);
+    const double drops = CAMPAIGN_VALUE(drawn, drops);
+    const double delay = plant("dead_time") - plant("plant.turn_off_delay") +
+                         CAMPAIGN_VALUE(drawn, turn_on_delay) * plant("plant.turn_on_delay") +
+                         CAMPAIGN_VALUE(drawn, leg_delay) / LEGS;
+    const double devices = 0.5 * drops * (plant("igbt_resistance") + plant("diode_resistance"));
     *angles = (campaign_angles_t){
         .blind = campaign_blind_speed(drawn),
-        .rated = campaign_motor(drawn).speed,
+        .rated = motor.speed,
         .steady = true,
+        .lost_time = delay / RIG_PERIOD_SECONDS,
+        .drop = 0.5 * drops * (plant("igbt_voltage") + plant("diode_voltage")) +
+                CAMPAIGN_VALUE(drawn, leg_drop) / LEGS,
+        .truth = {0.0, motor.inductance_q,
+                  motor.resistance * (1.0 + CAMPAIGN_VALUE(drawn, leg_resistance) / LEGS) + devices},
     };
+}
+
+/* What has been learnt until now, and the voltage that a leg loses at the present link. */
+static void keep_learnt(campaign_angles_t *angles, const uint32_t *rows)
+{
+    for (uint32_t n = 0; n < (uint32_t)CAMPAIGN_LEARNT_COUNT; n++) {
+        angles->learnt[n] = campaign_number(rows, CAMPAIGN_AT_dead_time_hat + n);
+    }
+    angles->truth[0] = angles->lost_time * campaign_number(rows, CAMPAIGN_AT_true_u_dc) + angles->drop;
+}
+
+/* true: what has been learnt differs from the configured data, and is clearly nearer to the truth. The errors
+ * of two configured values may compensate each other in the angle; then the truth of one makes it worse. */
+static bool is_truer(const campaign_angles_t *with, const campaign_angles_t *without)
+{
+    bool truer = false;
+    for (uint32_t n = 0; n < (uint32_t)CAMPAIGN_LEARNT_COUNT; n++) {
+        const double truth = n < CAMPAIGN_KNOWN ? with->truth[n] : 0.0;
+        const bool moved = fabs(with->learnt[n] - without->learnt[n]) > MOVED * fabs(truth);
+        const bool nearer =
+            n < CAMPAIGN_KNOWN && fabs(with->learnt[n] - truth) < NEARER * fabs(without->learnt[n] - truth);
+        if (moved && !nearer) {
+            return false;
+        }
+        truer = truer || moved;
+    }
+    return truer;
 }
 
 static bool is_steady(campaign_angles_t *angles, const campaign_watch_t *watch, const uint32_t *rows)
@@ -57,6 +103,7 @@ void campaign_keep_angle(campaign_watch_t *watch, const uint32_t *rows)
     }
     const double error = campaign_number(rows, CAMPAIGN_AT_theta_err);
     const bool steady = is_steady(angles, watch, rows);
+    keep_learnt(angles, rows);
     angles->steady = angles->steady && steady;
     angles->sum += error * error;
     angles->periods++;
@@ -86,7 +133,8 @@ void campaign_compare_angles(const campaign_angles_t *with, const campaign_angle
             common++;
         }
     }
-    if (common >= WINDOWS_MIN && sqrt(squares[0] / common) > sqrt(squares[1] / common) + limit) {
+    if (common >= WINDOWS_MIN && !is_truer(with, without) &&
+        sqrt(squares[0] / common) > sqrt(squares[1] / common) + limit) {
         result->end = CAMPAIGN_VIOLATED;
         result->invariant = CAMPAIGN_I_LEARN;
         result->from = first * campaign_periods(WINDOW);

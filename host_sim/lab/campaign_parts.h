@@ -120,7 +120,17 @@ bool campaign_is_coded(const campaign_case_t *drawn, double time);
     R(shoot_throughs)                                                                                        \
     R(chip_reports)                                                                                          \
     R(true_torque)                                                                                           \
-    R(omega_m_ref) R(i_d_ref) R(i_q_ref) R(frame_theta_e) R(speed_request) R(i_q_request) R(load_torque)
+    R(omega_m_ref)                                                                                           \
+    R(i_d_ref) R(i_q_ref) R(frame_theta_e) R(speed_request) R(i_q_request) R(load_torque) CAMPAIGN_LEARNT(R)
+/* What the drive learns for its angle: three values that the case has, then those that it learns besides. */
+#define CAMPAIGN_LEARNT(R)                                                                                   \
+    R(dead_time_hat)                                                                                         \
+    R(inductance_hat)                                                                                        \
+    R(resistance_hat)                                                                                        \
+    R(emf_shape_d_hat)                                                                                       \
+    R(emf_shape_q_hat)                                                                                       \
+    R(leg_voltage_alpha_hat)                                                                                 \
+    R(leg_voltage_beta_hat) R(leg_resistance_alpha_hat) R(leg_resistance_beta_hat)
 #define CAMPAIGN_JUDGED(R)                                                                                   \
     CAMPAIGN_JUDGED_FLOATS(R)                                                                                \
     R(state) R(manoeuvre) R(sample_flags) R(enable) R(mode) R(refusal) R(fault_reason) R(coasting)
@@ -199,9 +209,19 @@ typedef struct {
 
 /* campaign_pair.c: the angle error of a run, for the comparison with the same run without learning. */
 #define CAMPAIGN_ANGLE_WINDOWS 512u
+#define CAMPAIGN_KNOWN         3u /* the first values of CAMPAIGN_LEARNT, which the case has */
+
+/* Number of values of CAMPAIGN_LEARNT. */
+#define CAMPAIGN_ONE_LEARNT(name) +1
+enum { CAMPAIGN_LEARNT_COUNT = 0 CAMPAIGN_LEARNT(CAMPAIGN_ONE_LEARNT) };
+#undef CAMPAIGN_ONE_LEARNT
 
 typedef struct {
-    double blind, rated; /* [rad/s] mechanical: least speed of the comparison; rated speed */
+    double learnt[CAMPAIGN_LEARNT_COUNT]; /* last values, in the order of CAMPAIGN_LEARNT */
+    double truth[CAMPAIGN_KNOWN];         /* [V], [H], [ohm] true values of the first ones */
+    double lost_time;                     /* [-] that a leg loses, over a period */
+    double drop;                          /* [V] of a leg */
+    double blind, rated;                  /* [rad/s] mechanical: least speed of the comparison; rated speed */
     float
         square[CAMPAIGN_ANGLE_WINDOWS]; /* [rad^2] mean of each window; below 0: the window was not steady */
     uint32_t windows;                   /* number of complete windows */

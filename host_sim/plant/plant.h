@@ -9,8 +9,8 @@
  *
  * The EMF of phase a is then -omega_e psi_f (sin theta + k_5 sin 5 theta + k_7 sin 7 theta). With
  * saturation_d or saturation_q the flux of an axis is L i/sqrt(1 + (i/I_s)^2), and its derivative with
- * respect to the current is L/(1 + (i/I_s)^2)^1.5. In the equations above omega_e L i is replaced by omega_e
- * times this flux. The axes do not influence each other (magnetics.h).
+ * respect to the current is L/(1 + (i/I_s)^2)^1.5, which stays constant from 3 I_s on. In the equations above
+ * omega_e L i is replaced by omega_e times this flux. The axes do not influence each other (magnetics.h).
  *
  * With iron_loss_resistance R_c the currents of these equations are those that produce flux and torque. In
  * addition the phases carry omega_e psi/R_c along the EMF (iron.h), with the loss 1.5 (omega_e psi)^2/R_c.

@@ -99,6 +99,32 @@ static void test_a_constant_voltage_makes_the_flux_of_its_integral(void)
     TEST_ASSERT_TRUE(plant.i_d > 6.0);
 }
 
+/* A winding without resistance keeps the flux that it had when it was short-circuited: psi_f in the direction
+ * in which the rotor stood. A quarter of a turn later all of it is in the q axis, and the d axis has none: i_d
+ * takes away psi_f, i_q makes psi_f. L_q I_s is 0.12 Wb; the iron is full at 6 A with 0.06 2/sqrt(1 + 1/9) =
+ * 0.1138 Wb, and 0.06/10^1.5 = 1.897 mH hold the other 0.0692 Wb with 36.5 A more. Nothing but the shaft gives
+ * the field its energy. */
+static void test_a_short_circuit_turns_more_flux_into_an_axis_than_its_iron_carries(void)
+{
+    plant_params_t q = plant_of("inductance_d = 0.02, inductance_q = 0.06, saturation_q = 2, " NO_DROPS
+                                ", resistance = 0, flux_linkage = 0.183, pole_pairs = 4, shaft_locked = 1, "
+                                "shaft_locked_speed = 100, turn_on_delay = 0, turn_off_delay = 0, "
+                                "short_circuit_current = 0");
+    plant_init(&plant, &q, 1);
+    plant_gates(&plant, 0, PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
+    const double turn = 1.57079632679489661923; /* at 400 rad/s */
+    const plant_truth_t now = truth_at((uint64_t)(turn / 400.0 * 150e6 + 0.5));
+    const double slope = 0.06 / sqrt(1000.0);
+    const double full = 0.06 * 6.0 / sqrt(10.0);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3, -0.183 / 0.02, now.i_d);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3 * 42.5, -(6.0 + (0.183 - full) / slope), now.i_q);
+    const double root = sqrt(10.0);
+    const double iron = 0.06 * 36.0 / (root * (1.0 + root));
+    const double energy =
+        1.5 * (0.5 * 0.02 * now.i_d * now.i_d + iron + 0.5 * slope * (now.i_q * now.i_q - 36.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, energy, now.energy_magnetic);
+}
+
 static void test_a_current_of_saturation_below_an_ampere_is_refused(void)
 {
     plant_params_t q = plant_params_default();

@@ -34,7 +34,8 @@ static struct {
     double inertia;         /* [kg m^2] */
     double friction;        /* against the speed, and holds it at zero [N m] */
     bool blocked;           /* the shaft is held */
-    double detector;        /* of the loop's error, every other period [-] */
+    double detector;        /* of the loop's error [-] */
+    uint32_t coasts;        /* [periods] of each window in which the loop coasts; its detector is 0 then */
     double complex current; /* [A] */
 } machine;
 
@@ -142,7 +143,7 @@ static inline void observe(void)
     if (fast.tracking != 0u) {
         estimate.frame = true_frame();
         estimate.omega_smooth = estimate.frame.omega_e;
-        estimate.detector = (float)machine.detector;
+        estimate.detector = in_window < machine.coasts ? 0.0f : (float)machine.detector;
     }
 }
 
@@ -158,7 +159,7 @@ static inline void note(void)
 /* What the fast task sums. */
 static inline void sum_up(void)
 {
-    sum.tracked += fast.tracking;
+    sum.tracked += in_window < machine.coasts ? 0u : fast.tracking;
     sum.current += machine.current;
     sum.emf += of_ab(estimate.emf);
     sum.scatter += (double)estimate.detector * (double)estimate.detector;

@@ -191,6 +191,37 @@ static void test_speed_is_late_in_an_acceleration_by_the_stated_amount(void)
     }
 }
 
+/* Braking of 5e4 rad/s^2 from 2500 rad/s, of 2500 lines and three pole pairs, in both directions: the angle
+ * stays behind its prediction by a T^2/r^2 = 25.8 mrad and, with two counts of 1.88 mrad, by 29.5 mrad at
+ * most. Of a step by 0.3 rad more is left for the 2.5 ms in which the loop comes back: e^-2 of it, 41 mrad,
+ * at most. */
+static void test_braking_is_behind_its_prediction_by_no_more_than_stated(void)
+{
+    const encoder_params_t params = {10000.0f, 3.0f, 0.0f, 1500.0f, 1e-4f};
+    const double braking = 5e4;
+    const double rest = 1.0 - exp(-0.15);
+    const double stated = braking * 1e-8 / (rest * rest) + 4.0 * half_step(&params);
+    for (int way = -1; way <= 1; way += 2) {
+        encoder_t encoder;
+        start_at_zero(&encoder, &params);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * stated, stated,
+                                  (double)encoder_missed_most(&tuning, (float)braking));
+        double sum = 0.0;
+        double behind = 0.0;
+        for (int k = -200; k < 450; k++) { /* the loop settles at the constant speed */
+            const double t = 1e-4 * k;
+            const double angle = 2500.0 * t - (k > 0 ? 0.5 * braking * t * t : 0.0) + (k >= 400 ? 0.3 : 0.0);
+            encoder_step(&encoder, &tuning, count_at(way * angle / (2.0 * PI * 3.0), 10000.0));
+            const double now = -way * (double)encoder.missed;
+            TEST_ASSERT_TRUE(k < 0 || k >= 400 || now < stated);
+            sum += k >= 200 && k < 400 ? now : 0.0;
+            behind = k > 400 && now > behind ? now : behind;
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(0.5 * half_step(&params), braking * 1e-8 / (rest * rest), sum / 200.0);
+        TEST_ASSERT_TRUE(behind > 0.3 * exp(-2.0) && behind > stated);
+    }
+}
+
 static void test_reset_stands_still_at_the_given_count(void)
 {
     encoder_t encoder;

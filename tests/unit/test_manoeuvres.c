@@ -486,6 +486,37 @@ static void test_quick_reversal_stays_in_run_and_is_not_judged_near_zero(void)
     }
 }
 
+/* A rotor that stays between the speeds at which the EMF is found and at which a reversal has passed
+ * zero, 6.3 and 10.5 rad/s: its loop must settle there. The mean of its error counts the periods in which it
+ * tracks: 0.5^2 (1 - exp(-t/5 ms)) > 0.12 from 3.3 ms on, and 5 ms of these periods are the limit. 0.3^2 is
+ * settled.
+ */
+static void test_a_loop_that_does_not_settle_ends_a_reversal(void)
+{
+    static const struct {
+        double detector;
+        uint32_t coasts;
+        double within; /* [s]; 0: run goes on */
+    } cases[] = {{0.5, 0u, 0.011}, {0.5, 6u, 0.027}, {0.3, 0u, 0.0}, {0.3, 6u, 0.0}};
+    for (size_t n = 0; n < 2u * sizeof cases / sizeof cases[0]; n++) {
+        const double way = n % 2u == 0u ? 1.0 : -1.0;
+        given_heavy_running(way * 50.0);
+        wish.omega_m_ref = (float)way * -50.0f;
+        for (int k = 0; k < 20000 && way * machine.omega_m > -8.5; k++) {
+            step();
+        }
+        machine.inertia *= 1e6; /* it keeps this speed */
+        steps(0.02);
+        TEST_ASSERT_TRUE(m.reversing != 0u && !manoeuvres_judged(&m));
+        traced = 0;
+        machine.detector = cases[n / 2u].detector;
+        machine.coasts = cases[n / 2u].coasts;
+        steps(cases[n / 2u].within > 0.0 ? cases[n / 2u].within : 0.2);
+        TEST_ASSERT_EQUAL_INT(cases[n / 2u].within > 0.0 ? 1 : 0, m.now != (int32_t)MANOEUVRE_RUN);
+        TEST_ASSERT_TRUE(cases[n / 2u].within == 0.0 || trace[1].name == (int32_t)MANOEUVRE_FORCED);
+    }
+}
+
 /* At 20 rad/s^2 it is there for longer than the model of the loop can bridge. */
 static void test_slow_reversal_goes_through_zero_in_a_forced_frame(void)
 {

@@ -16,8 +16,8 @@
 #define EXCESS_ANY    1e6f   /* [A] for a salient rotor: any i_d may remain */
 
 #define SPEED_APART  0.2f  /* [-] */
-#define LENGTH_MIN   0.75f /* [-] */
-#define LENGTH_MAX   1.3f  /* [-] */
+#define LENGTH_MIN   0.65f /* [-] psi_f configured 30 % too large: 0.77; less by errors of the voltage */
+#define LENGTH_MAX   1.7f  /* [-] psi_f configured 30 % too small: 1.43; more by errors of the voltage */
 #define SCATTER_MAX  0.05f /* [-] mean square of the detector */
 #define EXCESS_SHARE 1.6f  /* [-] of i_q */
 

@@ -150,12 +150,16 @@ static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
 /* True if the EMF was missing for longer than a reversal may take. Half of that time is the limit without a
  * change of direction, for a reference that is too slow to track, for a loop whose speed should make an EMF,
  * and for a loop that does not settle. The mean along the axis is judged, because noise has a length, too.
- * While the loop coasts the EMF is old and is not judged. */
+ * While the loop coasts the EMF is old and is not judged. Below the speed from which on the lock is judged,
+ * an EMF is no proof of the angle: a loop that has had its time and does not settle counts as one without
+ * EMF. */
 static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const manoeuvres_limits_t *limits = &m->limits;
     const float slow = limits->fallback_speed;
-    if (m->reversing == 0u || m->lock.projection >= limits->flux_linkage * slow) {
+    const bool unsettled = m->judged == 0u && m->windows > MANOEUVRE_STEADY && lock_is_scattered(&m->lock);
+    const bool seen = m->lock.projection >= limits->flux_linkage * slow && !unsettled;
+    if (m->reversing == 0u || seen) {
         m->slow_periods = 0u;
         return false;
     }
@@ -192,6 +196,14 @@ static void lock_to_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, se
     manoeuvres_run_at(m, input, omega_e, omega_e * m->limits.pole_pairs_inverse, setpoint);
 }
 
+/* Mean square of the detector in the periods in which the loop tracked; without one, the present mean. With
+ * the zeros of the others a loop that coasts for most of the time would seem to settle at any angle. */
+static float scatter_of(const manoeuvres_t *m, const manoeuvres_input_t *input)
+{
+    return input->tracked != 0u ? (float)DRIVE_WINDOW / (float)input->tracked * input->scatter
+                                : m->lock.scatter;
+}
+
 static void run(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const manoeuvres_limits_t *limits = &m->limits;
@@ -206,7 +218,7 @@ static void run(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *se
     }
     manoeuvres_run_at(m, input, estimate->frame.omega_e, input->omega_m, setpoint);
     const float omega_ref = setpoint->omega_m_ref * limits->pole_pairs;
-    lock_step(&m->lock, estimate, input->scatter);
+    lock_step(&m->lock, estimate, scatter_of(m, input));
     watch_reversal(m, omega_ref, estimate->omega_smooth);
     manoeuvres_judge(m, estimate->amplitude, estimate->omega_smooth);
     lock_compare(&m->lock, estimate->omega_smooth, omega_ref, m->run.limited != 0u);

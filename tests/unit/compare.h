@@ -25,4 +25,11 @@ static inline void check_below(double value, double limit, const char *what)
     TEST_ASSERT_TRUE_MESSAGE(value <= limit, text);
 }
 
+/* The same, printed: docs/salient.md has the largest value of each line (tools/salient). */
+static inline void check_line(double value, double limit, const char *line)
+{
+    printf("measured %s: %.6g, limit %.6g\n", line, value, limit);
+    check_below(value, limit, line);
+}
+
 #endif

@@ -548,8 +548,10 @@ static void believe_salient(double l_q_from)
     inductance_take(&x, &tuning);
 }
 
-/* Seconds of a rotor that turns evenly. An L_q believed wrong by dL shows as the EMF omega (psi_a - dL i),
- * whose angle the loop follows with this bandwidth [rad/s]. Returns the largest change of the torque [-]. */
+/* Seconds of a rotor that turns evenly. An L_q that is assumed wrong by dL shows as the EMF omega (psi_a - dL
+ * i), whose angle the loop follows with this bandwidth [rad/s]. The current turns with the loop, which
+ * changes psi_a: D i_q times the loop's rate is a voltage along d. Returns the largest change of the torque
+ * [-]. */
 static double run_salient(double l_q_from, double omega, double bandwidth, double seconds)
 {
     double i_d = AT_I_D, i_q = AT_I_Q, ahead = 0.0, rotor = 0.0, ripple = 0.0;
@@ -562,14 +564,16 @@ static double run_salient(double l_q_from, double omega, double bandwidth, doubl
         const double along = FLUX - (L_Q - L_D) * i_d - wrong * i_d;
         const double angle = atan2(-wrong * i_q, along);
         const double emf = omega * hypot(wrong * i_q, along);
-        ahead += PERIOD * bandwidth * (angle - ahead);
+        const double turns = bandwidth * (angle - ahead);
+        const double drop = ((double)x.tuning.inductance_q - L_D) * i_q * turns;
+        ahead += PERIOD * turns;
         rotor = remainder(rotor + PERIOD * omega, 2.0 * PI);
         const inductance_input_t input = {.omega_smooth = (float)omega,
                                           .theta = (float)remainder(rotor + ahead, 2.0 * PI),
                                           .flux = (float)(FLUX - (L_Q - L_D) * AT_I_D),
                                           .sound = true,
                                           .voltage_known = true};
-        period(n, (dq_t){(float)(-emf * sin(angle - ahead)), (float)(emf * cos(angle - ahead))},
+        period(n, (dq_t){(float)(drop - emf * sin(angle - ahead)), (float)(emf * cos(angle - ahead))},
                (dq_t){(float)i_d, (float)i_q}, &input);
         i_d += 0.1 * (AT_I_D + (double)x.dither.d - i_d);
         i_q += 0.1 * (AT_I_Q + (double)x.dither.q - i_q);
@@ -590,7 +594,21 @@ static void test_l_q_of_a_salient_rotor_goes_to_the_truth(void)
         memset(&x, 0, sizeof x);
         time_now = 0.0;
         (void)run_salient(cases[n][0] * L_Q, cases[n][1], cases[n][2], 8.0);
-        TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.0, (double)x.learnt.value / L_Q);
+        check_line(fabs((double)x.learnt.value / L_Q - 1.0), 0.01, "A13 learnt L_q");
+    }
+}
+
+/* The rate is that of the law at any speed, (1 + g t/6)^-6 with g = 3/s from the third cycle on: of the error
+ * of a fifth 0.006 are left after 1.7 s. With the voltage of the loop's own motion it would be 0.05 at 100
+ * rad/s. */
+static void test_l_q_of_a_salient_rotor_is_learnt_as_fast_at_low_speed(void)
+{
+    static const double speeds[] = {500.0, 100.0, -100.0};
+    for (size_t n = 0; n < sizeof speeds / sizeof speeds[0]; n++) {
+        memset(&x, 0, sizeof x);
+        time_now = 0.0;
+        (void)run_salient(0.8 * L_Q, speeds[n], 150.0, 1.7);
+        check_below(fabs((double)x.learnt.value / L_Q - 1.0), 0.006, "error that is left");
     }
 }
 

@@ -233,6 +233,17 @@ static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, floa
     return turns && x->sum.detector < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
 }
 
+/* The component of e_d that is in step with i_d in this cycle, per ampere [ohm]. The low-pass that is
+ * subtracted, and the current control, shift i_d against the wave; with s and c the voltage of a wrong L, a
+ * quarter of a cycle ahead of i_d, has no part in it. */
+static float drop_per_ampere(const inductance_t *x)
+{
+    const inductance_sums_t *sum = &x->sum;
+    const float power = sum->drop * sum->answer + sum->drop_c * sum->answer_c;
+    const float square = sum->answer * sum->answer + sum->answer_c * sum->answer_c;
+    return power / square;
+}
+
 /* L_q from the cycle that ends now [H]; 0: no result. */
 static float said_by(const inductance_t *x, const inductance_wave_t *wave, float omega)
 {
@@ -240,9 +251,10 @@ static float said_by(const inductance_t *x, const inductance_wave_t *wave, float
         return 0.0f;
     }
     const inductance_tuning_t *tuning = &x->tuning;
-    const float per_answer = 1.0f / (omega * x->sum.answer);
-    const float miss = tuning->apart == 0.0f ? tuning->ratio * (x->sum.emf * per_answer - tuning->saliency)
-                                             : -0.5f * x->sum.drop * per_answer / x->along;
+    const float miss =
+        tuning->apart == 0.0f
+            ? tuning->ratio * (x->sum.emf * (1.0f / (omega * x->sum.answer)) - tuning->saliency)
+            : -0.5f * drop_per_ampere(x) / (omega * x->along);
     const float said = tuning->inductance_q + miss;
     return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
 }
@@ -278,15 +290,10 @@ static void learn(const inductance_tuning_t *tuning, float time, float said, lea
     *rate = gain_step(*rate, tuning->rate, time);
 }
 
-/* R from the component of e_d that is in step with i_d in this cycle [ohm]. The low-pass that is subtracted
- * shifts i_d against the wave; with s and c the voltage of a wrong L, a quarter of a cycle ahead of i_d, has
- * no part in it. */
+/* R from the component of e_d that is in step with i_d in this cycle [ohm]. */
 static float resistance_said(const inductance_t *x)
 {
-    const inductance_sums_t *sum = &x->sum;
-    const float power = sum->drop * sum->answer + sum->drop_c * sum->answer_c;
-    const float square = sum->answer * sum->answer + sum->answer_c * sum->answer_c;
-    return x->tuning.resistance + bounds_clamp(power / square, x->resistance.from);
+    return x->tuning.resistance + bounds_clamp(drop_per_ampere(x), x->resistance.from);
 }
 
 /* How steady the speed was in a cycle: RIPPLED is accepted for a light rotor, STEADY by all laws. */
@@ -330,6 +337,13 @@ static void end(inductance_t *x, float omega_smooth)
     look(x, said > 0.0f, learnt, bounds_magnitude(omega_smooth));
 }
 
+/* The voltage along d of a salient rotor whose active flux changes because the loop, and with it the current,
+ * turns by this angle [rad] in a step: psi_a t d(turned)/dt [V]. */
+static float flux_change(const inductance_t *x, float turned)
+{
+    return x->along != 0.0f ? x->flux * x->along * turned / x->tuning.time : 0.0f;
+}
+
 /* The wave of the dither at t, -1..1. */
 static float wave_at(float t)
 {
@@ -368,9 +382,11 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->swing.c += i_q * c;
     const float moved = angle_wrap(input->theta - x->theta) - x->tuning.time * x->omega;
     x->theta = input->theta;
+    const float before = x->turned;
     x->turned = (1.0f - share) * (x->turned + moved);
     x->emf_d_mean = lowpass_step(x->emf_d_mean, share, input->emf.d);
-    const float drop = input->emf.d - x->emf_d_mean - x->flux * x->omega * x->turned;
+    const float drop =
+        input->emf.d - x->emf_d_mean - x->flux * x->omega * x->turned - flux_change(x, x->turned - before);
     x->sum.drop += drop * s;
     x->sum.drop_c += drop * c;
     x->sum.detector += bounds_magnitude(input->detector);

@@ -44,12 +44,12 @@
  *
  * The e_q of a salient rotor does not show L_q, because an angle error changes it, too. Its dither keeps the
  * torque, di_q = t di_d with t = D i_q/psi_a, and the angle shows L_q: that of the loop, and what e_d still
- * shows of it (docs/theory.md, 24),
+ * shows of it, without the voltage of the flux that the loop's own motion changes (docs/theory.md, 24),
  *
- *     sum((e_d - psi_a omega turned) s)/sum(i_d s) = 2 omega t (assumed - true L_q)
+ *     e_d - psi_a (omega turned + t d(turned)/dt), per ampere in step: 2 omega t (assumed - true L_q)
  *
  * L_d then stays, and R is not learnt. Above L_q = 1.1 L_d without `salient_too`, and up to 1.5 L_d, the rate
- * is 0. One division more at the beginning of a cycle. Does not handle: saturation. */
+ * is 0. One division more at each cycle's end, and one in each step. Does not handle: saturation. */
 #ifndef MEDIUM_ADAPT_INDUCTANCE_H
 #define MEDIUM_ADAPT_INDUCTANCE_H
 

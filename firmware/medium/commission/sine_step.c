@@ -24,9 +24,10 @@
 #define MORE_VOLTAGE  0.4f    /* of the DC link, across [-] */
 #define CLEAR         1.2f    /* zones that a phase keeps from zero current [-] */
 #define BENT          2.5e-3f /* least relative change of L that counts as saturation ... */
-#define BENT_SCATTER  3.5f    /* ... and standard errors of it [-] */
-#define BENT_MOVED                                                                                           \
-    0.5f /* of what the motion takes from L: friction makes that depend on the amplitude, too [-] */
+#define BENT_SCATTER  3.0f    /* ... and standard errors of it [-] */
+#define RESULT        2.5f    /* standard errors of the change that count as its error [-] */
+#define FRICTION      0.5f /* of what the motion takes from L: by friction it depends on the amplitude [-] */
+#define WRONG         0.03f /* error of L_q at the rated current from which on I_s is not known, relative [-] */
 #define PROBE         0.35f /* of the voltage, while L is a guess [-] */
 #define CROSS_MOST    0.15f /* current across the sine over that along it, for an aligned rotor [-] */
 #define LESS          0.6f  /* of the current, after an unstable alignment [-] */
@@ -108,12 +109,18 @@ static float amplitude_of(const sine_step_t *step, const commission_tuning_t *tu
     return most >= MORE_LEAST ? most : 0.0f;
 }
 
+/* Noise of a sensor [A]; the largest one that is permitted if the step `board` has not been run. */
+static float noise_of(const commission_tuning_t *tuning, const commission_results_t *results)
+{
+    return results->noise > 0.0f ? results->noise : tuning->noise_max;
+}
+
 /* Windows of a run: as many as the mean over the noise needs, sqrt(2/N) noise/amplitude. */
 static uint32_t length_of(uint32_t run, float amplitude, const commission_tuning_t *tuning,
                           const commission_results_t *results)
 {
     const bool fine = run == RUN_Q || run == RUN_Q_MORE;
-    const float error = results->noise / ((fine ? SCATTER_FINE : SCATTER) * amplitude);
+    const float error = noise_of(tuning, results) / ((fine ? SCATTER_FINE : SCATTER) * amplitude);
     const float blocks = 2.0f * error * error * tuning->period * (1.0f / BLOCK);
     const float most = fine ? BLOCKS_FINE : BLOCKS_MOST;
     return periods_of(BLOCK * bounds_less(bounds_more(blocks, 1.0f), most), tuning->window);
@@ -177,29 +184,46 @@ static float length_square(sine_sum_t number)
     return number.re * number.re + number.im * number.im;
 }
 
-/* I_s [A], and L_q without current in the results; 0: it is not known whether L_q depends on the current. */
+/* Variance of the relative error of L by the noise. */
+static float variance_of(uint32_t run, const sine_step_t *step, const commission_tuning_t *tuning,
+                         const commission_results_t *results)
+{
+    const float swing = step->swing[run];
+    const float samples = (float)length_of(run, swing, tuning, results) * tuning->window / tuning->period;
+    const float share = noise_of(tuning, results) / swing;
+    return 2.0f * share * share / samples;
+}
+
+/* I_s [A], and L_q without current in the results; 0: it is not known whether L_q depends on the current.
+ *
+ * A relative change `bent` from the amplitude A_1 to A_2 is 3/8 (A_2^2 - A_1^2)/I_s^2, and L_q at the rated
+ * current I is lower by 1/2 I^2/I_s^2: by 4/3 I^2/(A_2^2 - A_1^2) times `bent`. With this factor the errors
+ * of `bent`, and a change that is too small to be seen, become errors of L_q. */
 static float saturation_of(const sine_step_t *step, const commission_tuning_t *tuning,
                            commission_results_t *results)
 {
     const float less = step->value[RUN_Q];
     const float more = step->value[RUN_Q_MORE];
     const float swing = step->swing[RUN_Q];
-    const float bent = (less - more) / results->inductance_q;
-    const float samples = (float)length_of(RUN_Q, swing, tuning, results) * tuning->window / tuning->period;
-    const float scatter = results->noise * root_or_none(2.0f / samples) / swing;
-    if (!(more > 0.0f && step->swing[RUN_Q_MORE] > REACHED * MORE_LEAST * step->current)) {
+    const float swing_more = step->swing[RUN_Q_MORE];
+    if (!(more > 0.0f && swing_more > REACHED * MORE_LEAST * step->current)) {
         return 0.0f;
     }
+    const float bent = (less - more) / results->inductance_q;
     const float moved = results->inductance_q - less; /* by the motion of the rotor */
-    if (!(bent > BENT) || !(bent > BENT_SCATTER * scatter)) {
-        return SINE_LINEAR;
+    const float error = root_or_none(variance_of(RUN_Q, step, tuning, results) +
+                                     variance_of(RUN_Q_MORE, step, tuning, results));
+    const float seen = bounds_more(BENT, BENT_SCATTER * error);
+    const float rated = results->current_hold;
+    const float wrong = WRONG * 0.75f * (swing_more * swing_more - swing * swing); /* over I^2, of bent */
+    if (!(bent > seen)) {
+        return seen * rated * rated < wrong ? SINE_LINEAR : 0.0f;
     }
-    if (bent * results->inductance_q < BENT_MOVED * moved) {
+    if (!(bounds_more(RESULT * error, FRICTION * moved / results->inductance_q) * rated * rated < wrong)) {
         return 0.0f;
     }
     const float flux = results->inductance_q * swing;
-    const float s =
-        saturation_from(results->inductance_q, flux, more + moved, (more + moved) * step->swing[RUN_Q_MORE]);
+    const float s = saturation_from(results->inductance_q, flux, more + moved, (more + moved) * swing_more);
     results->inductance_q *= 1.0f + s * flux * flux * (THREE_EIGHTHS + THE_NEXT * s * flux * flux);
     const float root = root_or_none(s);
     return root > 0.0f ? 1.0f / (results->inductance_q * root) : SINE_LINEAR;

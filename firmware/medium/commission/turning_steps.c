@@ -54,6 +54,9 @@
     24.0f                /* of a fit: with fewer ones its standard error is small by chance too often [-]    \
                           */
 #define STEADY_HIGH 0.9f /* of the high speed: first steady speed [-] */
+#define STEADY_SLICES                                                                                        \
+    10.0f /* slices of WEIGHT_MOST that a steady speed counts as: its mean of 1250 windows scatters less     \
+             than 30 of 40, and an error that the slices do not have shall not prevail [-] */
 
 static float length(dq_t vector)
 {
@@ -199,7 +202,7 @@ commission_verdict_t flux_test_step(flux_test_t *step, const commission_tuning_t
 
 void torque_test_begin(torque_test_t *step)
 {
-    *step = (torque_test_t){.phase = (int32_t)TORQUE_START};
+    *step = (torque_test_t){.phase = (int32_t)TORQUE_STEADY_FAST};
 }
 
 static void begin_phase(torque_test_t *step, torque_phase_t phase)
@@ -209,6 +212,14 @@ static void begin_phase(torque_test_t *step, torque_phase_t phase)
     step->steady.windows = 0u;
     step->slice = (turning_slice_t){.windows = 0u};
     step->mean = (turning_mean_t){.windows = 0.0f};
+}
+
+/* A row of the fit. */
+static void add_row(const torque_test_t *step, turning_fit_t *fit, float weight, turning_point_t point)
+{
+    const float middle = 0.5f * (step->low + step->high); /* about which the fit is well conditioned */
+    const float x[TURNING_UNKNOWNS] = {weight * point.torque, weight, weight * (point.omega - middle)};
+    turning_fit_add(fit, x, weight * point.acceleration);
 }
 
 /* Windows of a slice of this phase. */
@@ -227,11 +238,9 @@ static void close(torque_test_t *step, const commission_tuning_t *tuning)
     const float per_time = 1.0f / tuning->window;
     /* the variance of the acceleration is the inverse of `of_square`, until other errors prevail */
     const float weight = root_or_none(bounds_less(of_square, WEIGHT_MOST));
-    const float omega_m = part->linear * per_time / (of_linear * tuning->pole_pairs);
-    const float middle = 0.5f * (step->low + step->high); /* about which the fit is well conditioned */
-    const float x[TURNING_UNKNOWNS] = {weight * part->torque / n, weight, weight * (omega_m - middle)};
-    turning_fit_add(&step->fit, x,
-                    weight * 2.0f * part->square * per_time * per_time / (of_square * tuning->pole_pairs));
+    add_row(step, &step->fit, weight,
+            (turning_point_t){part->torque / n, part->linear * per_time / (of_linear * tuning->pole_pairs),
+                              2.0f * part->square * per_time * per_time / (of_square * tuning->pole_pairs)});
     part->windows = 0u;
     part->turned = 0.0f;
     part->linear = 0.0f;
@@ -265,18 +274,20 @@ static void slice(torque_test_t *step, const commission_tuning_t *tuning, const 
     }
 }
 
-/* The first push: PUSH_TIME for the way, by the J known so far. */
+/* The first push, without the friction: PUSH_TIME for the way, by the J known so far. */
+static float first_push(const torque_test_t *step, const commission_tuning_t *tuning, float psi)
+{
+    const float inertia = step->earlier > 0.0f ? step->earlier : tuning->inertia;
+    const float way = inertia * (step->high - step->low) / (1.5f * tuning->pole_pairs * psi); /* [A s] */
+    const float least = bounds_less(PUSH_LEAST * tuning->current_max, way / PUSH_SHORT);
+    return bounds_more(way / PUSH_TIME, least) + PUSH_ADDED * tuning->current_max;
+}
+
 static void begin_pushing(torque_test_t *step, const commission_tuning_t *tuning, float psi)
 {
-    const float constant = 1.5f * tuning->pole_pairs * psi;
-    const float inertia = step->earlier > 0.0f ? step->earlier : tuning->inertia;
-    const float way = inertia * (step->high - step->low) / constant; /* [A s] */
     const float most = PUSH_MOST * tuning->current_max;
-    const float least = bounds_less(PUSH_LEAST * tuning->current_max, way / PUSH_SHORT);
-    const float wanted = bounds_more(way / PUSH_TIME, least);
-    const float mean = step->mean.windows > 0.0f ? step->mean.torque / step->mean.windows : 0.0f;
-    const float friction = bounds_magnitude(mean) / constant;
-    step->push = bounds_less(wanted + friction + PUSH_ADDED * tuning->current_max, most);
+    const float friction = bounds_magnitude(step->point[1].torque) / (1.5f * tuning->pole_pairs * psi);
+    step->push = bounds_less(first_push(step, tuning, psi) + friction, most);
     for (uint32_t n = 0u; n < 3u; n++) {
         step->length[n] = (uint32_t)SLICE_MOST;
     }
@@ -289,16 +300,24 @@ static bool is_turned(const torque_test_t *step, const commission_tuning_t *tuni
                       const commission_results_t *results, float current_d, float psi)
 {
     const float emf = psi * tuning->pole_pairs * step->low;
-    const float most = bounds_less(bounds_magnitude(current_d), BIAS_PUSHES * step->push);
-    return LOSS_REST * results->dead_voltage * most > TURNED_MOST * step->push * emf;
+    return LOSS_REST * results->dead_voltage * bounds_magnitude(current_d) > TURNED_MOST * step->push * emf;
+}
+
+/* Solves the fit of the slices and of the steady speeds. false: it has no solution yet. */
+static bool solve(const torque_test_t *step, float x[TURNING_UNKNOWNS], float *error)
+{
+    turning_fit_t fit = step->fit;
+    for (uint32_t n = 0u; n < 2u && step->changed == 0u; n++) {
+        add_row(step, &fit, root_or_none(STEADY_SLICES * WEIGHT_MOST), step->point[n]);
+    }
+    return step->fit.n >= SLICES_LEAST && turning_fit_solve(&fit, x, error);
 }
 
 /* J of the fit [kg m^2] and its standard error, relative; 0: there is none that is good enough. */
 static float inertia_of(const torque_test_t *step, float *error)
 {
     float x[TURNING_UNKNOWNS];
-    const bool good = step->fit.n >= SLICES_LEAST && turning_fit_solve(&step->fit, x, error) && x[0] > 0.0f &&
-                      *error <= SCATTER_MOST;
+    const bool good = solve(step, x, error) && x[0] > 0.0f && *error <= SCATTER_MOST;
     return good ? 1.0f / x[0] : 0.0f;
 }
 
@@ -313,20 +332,32 @@ static bool is_confirmed(const torque_test_t *step, const commission_results_t *
            bounds_within(inertia - step->earlier, CONFIRMS * step->earlier);
 }
 
-/* The pushes are over: the steady speeds follow, or a second test. */
-static void end_pushing(torque_test_t *step, const commission_results_t *results, float psi)
+/* The pushes are over: friction by the steady speeds, or a second test. */
+static commission_verdict_t judge(torque_test_t *step, commission_results_t *results, float psi)
 {
     float error;
     const float inertia = inertia_of(step, &error);
-    if (inertia > 0.0f && step->earlier == 0.0f && !is_confirmed(step, results, psi, inertia)) {
-        *step = (torque_test_t){.phase = (int32_t)TORQUE_START,
-                                .earlier = inertia,
-                                .low = step->low,
-                                .high = step->high,
-                                .push = step->push};
-        return;
+    const bool confirmed = inertia > 0.0f && is_confirmed(step, results, psi, inertia);
+    if (inertia > 0.0f && step->earlier == 0.0f && !confirmed) {
+        *step = (torque_test_t){.phase = (int32_t)TORQUE_STEADY_FAST, .earlier = inertia};
+        return commission_goes_on();
     }
-    begin_phase(step, TORQUE_STEADY_FAST);
+    if (!confirmed) {
+        return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
+    }
+    const turning_point_t *fast = &step->point[0];
+    const turning_point_t *slow = &step->point[1];
+    const float torque_fast = fast->torque - inertia * fast->acceleration;
+    const float torque_slow = slow->torque - inertia * slow->acceleration;
+    const float apart = fast->omega - slow->omega;
+    const float slope = apart > 0.0f ? (torque_fast - torque_slow) / apart : 0.0f;
+    const float viscous = bounds_more(slope, 0.0f);
+    results->inertia = inertia;
+    results->inertia_scatter = error;
+    results->friction_viscous = viscous;
+    results->friction_coulomb =
+        bounds_more(0.5f * (torque_fast + torque_slow - viscous * (fast->omega + slow->omega)), 0.0f);
+    return commission_finished();
 }
 
 /* true: the fit needs another cycle. */
@@ -334,7 +365,7 @@ static bool goes_on(const torque_test_t *step)
 {
     float x[TURNING_UNKNOWNS];
     float error = 1.0f;
-    const bool solved = step->fit.n >= SLICES_LEAST && turning_fit_solve(&step->fit, x, &error);
+    const bool solved = solve(step, x, &error);
     uint32_t least = CYCLES;
     if (solved && error < SCATTER_FINE) {
         least = CYCLES_FEW;
@@ -346,7 +377,7 @@ static bool goes_on(const torque_test_t *step)
  * variance of an acceleration falls with the fifth power of their length. */
 static void end_phase(torque_test_t *step, torque_phase_t next)
 {
-    if (step->cycle == 0u && step->phase <= (int32_t)TORQUE_DOWN) {
+    if (step->cycle == 0u && step->phase >= (int32_t)TORQUE_UP) {
         const float room = SLICE_SHARE * ((float)step->windows - (float)SKIP);
         const float parts = (float)(uint32_t)bounds_clamp(room / SLICE_SHORT, SLICES - 1.0f) + 1.0f;
         step->length[(uint32_t)step->phase - (uint32_t)TORQUE_UP] =
@@ -355,10 +386,10 @@ static void end_phase(torque_test_t *step, torque_phase_t next)
     begin_phase(step, next);
 }
 
-/* Torque up, coast, brake. After the last push the rotor coasts for the time of the current's decay and then
- * changes to a speed, from which friction would have stopped a light rotor at the end of a brake. */
-static void push(torque_test_t *step, const commission_tuning_t *tuning, const turning_input_t *input,
-                 turning_wish_t *wish, const commission_results_t *results, float psi)
+/* Torque up, coast, brake. After the last push the rotor coasts for the time of the current's decay. */
+static commission_verdict_t push(torque_test_t *step, const commission_tuning_t *tuning,
+                                 const turning_input_t *input, turning_wish_t *wish,
+                                 commission_results_t *results, float psi)
 {
     const float omega_m = input->omega_e / tuning->pole_pairs;
     const float middle = step->low + COAST_TO * (step->high - step->low);
@@ -368,13 +399,14 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
         if (step->windows > periods_of(PUSH_WAIT, tuning->window)) {
             step->push = bounds_less(PUSH_GROWTH * step->push, PUSH_MOST * tuning->current_max);
             step->fit = (turning_fit_t){.n = 0.0f}; /* the rotor may have stood: friction was anything */
+            step->changed = 1u;
             begin_phase(step, TORQUE_UP);
         } else if (omega_m > step->high) {
             end_phase(step, TORQUE_COAST);
         }
     } else if (step->phase == (int32_t)TORQUE_COAST) {
         if (step->windows == SKIP + 1u && !goes_on(step)) {
-            end_pushing(step, results, psi);
+            return judge(step, results, psi);
         } else if (omega_m < middle || step->windows > periods_of(COAST_MOST, tuning->window)) {
             end_phase(step, TORQUE_DOWN);
         }
@@ -382,61 +414,45 @@ static void push(torque_test_t *step, const commission_tuning_t *tuning, const t
         end_phase(step, TORQUE_UP);
         step->cycle++;
     }
-    const float push = step->phase == (int32_t)TORQUE_UP     ? step->push
-                       : step->phase == (int32_t)TORQUE_DOWN ? -BRAKE * step->push
-                                                             : 0.0f;
-    uint32_t by_current = 1u;
-    if (step->phase == (int32_t)TORQUE_STEADY_FAST || step->phase == (int32_t)TORQUE_START) {
-        by_current = 0u;
-    }
-    wish->current.d = bounds_clamp(wish->current.d, BIAS_PUSHES * step->push);
-    *wish = (turning_wish_t){by_current, wish->omega_m_ref, {wish->current.d, push}};
+    wish->by_current = 1u;
+    wish->current.q = step->phase == (int32_t)TORQUE_UP     ? step->push
+                      : step->phase == (int32_t)TORQUE_DOWN ? -BRAKE * step->push
+                                                            : 0.0f;
+    return commission_goes_on();
 }
 
-static commission_verdict_t judge(const torque_test_t *step, commission_results_t *results, float psi)
-{
-    float error;
-    const float inertia = inertia_of(step, &error);
-    if (!(inertia > 0.0f) || !is_confirmed(step, results, psi, inertia)) {
-        return commission_failed(COMMISSION_REASON_INERTIA_NOT_SEEN, 0);
-    }
-    const float apart = step->omega[0] - step->omega[1];
-    const float slope = apart > 0.0f ? (step->torque[0] - step->torque[1]) / apart : 0.0f;
-    const float viscous = bounds_more(slope, 0.0f);
-    results->inertia = inertia;
-    results->inertia_scatter = error;
-    results->friction_viscous = viscous;
-    results->friction_coulomb = bounds_more(
-        0.5f * (step->torque[0] + step->torque[1] - viscous * (step->omega[0] + step->omega[1])), 0.0f);
-    return commission_finished();
-}
-
-/* Means of a steady speed. */
+/* Means of a steady speed; after both the pushes begin. */
 static commission_verdict_t hold_speed(torque_test_t *step, const commission_tuning_t *tuning,
                                        const turning_input_t *input, turning_wish_t *wish,
-                                       commission_results_t *results, float psi)
+                                       const commission_results_t *results, float psi)
 {
-    uint32_t which = 1u;
-    if (step->phase == (int32_t)TORQUE_STEADY_FAST) {
-        which = 0u;
-    }
+    const uint32_t which = (uint32_t)step->phase - (uint32_t)TORQUE_STEADY_FAST;
     turning_mean_t *mean = &step->mean;
     wish->omega_m_ref = which == 0u ? STEADY_HIGH * step->high : step->low;
     if (!is_steady(&step->steady, tuning, input, wish->omega_m_ref)) {
         *mean = (turning_mean_t){.windows = 0.0f};
         return commission_goes_on();
     }
+    const float count = 2.0f * (float)periods_of(0.5f * MEAN, tuning->window); /* of two halves */
     mean_add(mean, tuning, input, psi);
-    if (mean->windows < (float)periods_of(MEAN, tuning->window)) {
+    if (mean->windows <= 0.5f * count) {
+        step->half = mean->omega;
+    }
+    if (mean->windows < count) {
         return commission_goes_on();
     }
-    step->torque[which] = mean->torque / mean->windows;
-    step->omega[which] = mean->omega / (mean->windows * tuning->pole_pairs);
-    if (which == 1u) {
-        return judge(step, results, psi);
+    const float per_pairs = 1.0f / (mean->windows * tuning->pole_pairs);
+    step->point[which] =
+        (turning_point_t){mean->torque / mean->windows, mean->omega * per_pairs,
+                          4.0f * (mean->omega - 2.0f * step->half) * per_pairs / (count * tuning->window)};
+    if (which == 0u) {
+        begin_phase(step, TORQUE_STEADY_SLOW);
+        return commission_goes_on();
     }
-    begin_phase(step, TORQUE_STEADY_SLOW);
-    return commission_goes_on();
+    begin_pushing(step, tuning, psi);
+    return is_turned(step, tuning, results, wish->current.d, psi)
+               ? commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0)
+               : commission_goes_on();
 }
 
 commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuning_t *tuning,
@@ -448,30 +464,17 @@ commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuni
     const float psi = flux(tuning, results);
     step->high = input->speed;
     step->low = bounds_more(LOW_SHARE * input->speed, LOW_ABOVE * input->least);
-    *wish = (turning_wish_t){0u, step->low, {bias(BIAS_TORQUE, tuning, psi), 0.0f}};
     if (!(step->low < 0.7f * step->high)) {
         return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
     }
-    if (step->phase == (int32_t)TORQUE_START) {
-        const bool steady = is_steady(&step->steady, tuning, input, step->low);
-        if (step->steady.windows == 0u) {
-            step->mean = (turning_mean_t){.windows = 0.0f};
-        }
-        mean_add(&step->mean, tuning, input, psi);
-        if (steady) {
-            begin_pushing(step, tuning, psi);
-            if (is_turned(step, tuning, results, wish->current.d, psi)) {
-                return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
-            }
-        }
-        return commission_goes_on();
-    }
-    if (step->phase >= (int32_t)TORQUE_STEADY_FAST) {
+    /* the same i_d in all phases: what it adds to the torque by an error of the angle is the same, too */
+    const float most = BIAS_PUSHES * first_push(step, tuning, psi);
+    *wish = (turning_wish_t){0u, step->low, {bounds_clamp(bias(BIAS_TORQUE, tuning, psi), most), 0.0f}};
+    if (step->phase < (int32_t)TORQUE_UP) {
         return hold_speed(step, tuning, input, wish, results, psi);
     }
     if (input->runs == 0u) {
         return commission_failed(COMMISSION_REASON_SENSORLESS_LOST, 0);
     }
-    push(step, tuning, input, wish, results, psi);
-    return commission_goes_on();
+    return push(step, tuning, input, wish, results, psi);
 }

@@ -2,14 +2,16 @@
  *
  *     psi_f      means at a steady speed, with a current on the d axis that keeps the signs of the legs
  *                certain:   psi_f = |e|/omega - (L_d - L_q) i_d       e: back-EMF of the active flux
- *     J          torque up, coast, brake, four times or more; over slices of N windows
+ *     friction   the torque of two steady speeds, less J times what is left of an acceleration
+ *     J          torque up, coast, brake, two times or more; over slices of N windows
  *                  a = (1.5 p psi i_q - T_c - B omega)/J              least squares
+ *                the two steady speeds are rows of this fit, too: the phases of a light rotor have nearly
+ *                the same mean speed, from which B could not be separated
  *                speed and acceleration of a slice from a parabola through the angles of its EMF; a is the
  *                dependent one, because it is far noisier than the torque, and noise of an independent one
  *                would make its coefficient too small
  *                the current is taken across the EMF and not in the frame of the loop: its lag in an
  *                acceleration would take i_d for torque
- *     friction   the current of two steady speeds
  *
  * These steps order a speed or a current; start, hand-over and run are those of the drive. */
 #ifndef MEDIUM_COMMISSION_TURNING_STEPS_H
@@ -68,14 +70,14 @@ typedef struct {
     float torque;     /* sum [N m] */
 } turning_slice_t;
 
-typedef enum {
-    TORQUE_START,
-    TORQUE_UP,
-    TORQUE_COAST,
-    TORQUE_DOWN,
-    TORQUE_STEADY_FAST,
-    TORQUE_STEADY_SLOW
-} torque_phase_t;
+typedef enum { TORQUE_STEADY_FAST, TORQUE_STEADY_SLOW, TORQUE_UP, TORQUE_COAST, TORQUE_DOWN } torque_phase_t;
+
+/* A steady speed. */
+typedef struct {
+    float torque;       /* mean [N m] */
+    float omega;        /* mean, mechanical [rad/s] */
+    float acceleration; /* what is left of one, mechanical [rad/s^2] */
+} turning_point_t;
 
 typedef struct {
     int32_t phase;    /* [-] torque_phase_t */
@@ -89,8 +91,9 @@ typedef struct {
     turning_slice_t slice;
     turning_fit_t fit;
     turning_mean_t mean;
-    float torque[2]; /* of the two steady speeds [N m] */
-    float omega[2];  /* these speeds, mechanical [rad/s] */
+    float half;               /* its sum of omega_e over the first half of a steady speed [rad/s] */
+    uint32_t changed;         /* [-] 1: the friction is no longer that of the steady speeds */
+    turning_point_t point[2]; /* fast, slow */
 } torque_test_t;
 
 /* Length of the mean of n unit vectors, `turn` [rad] apart: sin(n turn/2)/(n sin(turn/2)), within 1e-3

@@ -360,6 +360,16 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         .period = DRIVE_WINDOW_PERIOD,
     };
     tuning->medium.link = link_watch_prepare(&watch);
+    const supply_limit_params_t supply = {
+        .drawn = params->supply_current_max,
+        .back = params->supply_current_regen_max,
+        .current_max = params->current_limit,
+        .resistance = assumed->resistance,
+        .torque = limit.torque,
+        .drop = params->device_drop,
+        .period = DRIVE_WINDOW_PERIOD,
+    };
+    tuning->medium.supply = supply_limit_prepare(&supply);
 }
 
 static void prepare_outputs(drive_tuning_t *tuning, const params_t *params)

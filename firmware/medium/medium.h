@@ -43,6 +43,7 @@ typedef struct {
     chopper_watch_tuning_t chopper;
     holding_brake_tuning_t brake;
     float preload; /* torque before the brake is released [N m] */
+    float stiff;   /* factor on the bandwidth of the speed control while it is released [-] */
 } medium_outputs_tuning_t;
 
 typedef struct {

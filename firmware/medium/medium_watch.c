@@ -240,9 +240,9 @@ void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_
 
 /* ---- chopper and brake ---- */
 
-static void watch_brake(medium_t *medium, const holding_brake_tuning_t *tuning, const window_t *window)
+static void watch_brake(medium_t *medium, const medium_outputs_tuning_t *tuning, const window_t *window)
 {
-    const manoeuvres_t *m = &medium->manoeuvres;
+    manoeuvres_t *m = &medium->manoeuvres;
     const sequence_t *sequence = &medium->sequence;
     const holding_brake_input_t input = {
         .bridge = sequence_bridge_on(sequence),
@@ -251,7 +251,8 @@ static void watch_brake(medium_t *medium, const holding_brake_tuning_t *tuning, 
         .set = sequence->setting != 0u,
         .torque = run_torque(&m->run) * window->current.q,
     };
-    holding_brake_step(&medium->outputs.brake, tuning, &input);
+    holding_brake_step(&medium->outputs.brake, &tuning->brake, &input);
+    run_stiffen(&m->run, medium->outputs.brake.state == (int32_t)BRAKE_RELEASING ? tuning->stiff : 1.0f);
 }
 
 void medium_watch_outputs(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
@@ -268,7 +269,7 @@ void medium_watch_outputs(medium_t *medium, const medium_tuning_t *tuning, const
         medium->outputs.chopper.conditions = 0u;
     }
     if (outputs->brake.on != 0u) {
-        watch_brake(medium, &outputs->brake, window);
+        watch_brake(medium, outputs, window);
     }
 }
 

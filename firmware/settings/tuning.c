@@ -386,6 +386,7 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         .resistance = assumed->resistance,
         .torque = limit.torque,
         .drop = params->device_drop,
+        .free_emf = LINK_FREE * assumed->resistance * params->current_limit,
         .period = DRIVE_WINDOW_PERIOD,
     };
     tuning->medium.supply = supply_limit_prepare(&supply);

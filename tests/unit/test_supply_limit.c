@@ -21,6 +21,7 @@ static void begin(double drawn, double back, double drop)
         .resistance = (float)RESISTANCE,
         .torque = (float)TORQUE,
         .drop = (float)drop,
+        .free_emf = (float)(0.15 * RESISTANCE * MOST),
         .period = (float)LOOK,
     };
     memset(&limit, 0x55, sizeof limit);

@@ -2,7 +2,6 @@
 
 #include <float.h>
 
-#include "fast/protect/link_limit.h"
 #include "math/bounds.h"
 #include "math/filter.h"
 #include "math/root.h"
@@ -16,7 +15,7 @@ supply_limit_tuning_t supply_limit_prepare(const supply_limit_params_t *params)
         .current_max = params->current_max,
         .loss = 1.5f * params->resistance,
         .sixfold = 6.0f * params->resistance,
-        .free_inverse = 1.0f / (LINK_FREE * params->resistance * params->current_max),
+        .free_inverse = 1.0f / params->free_emf,
         .third_inverse = 1.0f / (3.0f * params->resistance),
         .torque = params->torque,
         .drop = params->drop,

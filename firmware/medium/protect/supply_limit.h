@@ -33,6 +33,7 @@ typedef struct {
     float resistance;  /* R of a phase and its device [ohm], above 0 */
     float torque;      /* K_t = 1.5 p psi_f [N m/A] */
     float drop;        /* V_d of a device at small current [V] */
+    float free_emf;    /* K_t omega_free [V], below which the rotor cannot feed the link, above 0 */
     float period;      /* of a look [s] */
 } supply_limit_params_t;
 

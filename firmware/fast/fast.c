@@ -49,12 +49,13 @@ void fast_init(fast_t *fast, fast_orders_t orders)
 
 /* ---- the setpoint ---- */
 
-/* Limits of i_q by heat and DC link, with the sign of the speed. */
+/* Limits of i_q by heat, supply and DC link, with the sign of the speed. */
 static void limit(fast_t *fast, const setpoint_t *setpoint)
 {
-    const float most = setpoint->current_limit;
-    const float braking = bounds_clamp(fast->link.braking, most);
-    const float asked = bounds_clamp(fast->link.driving, most);
+    const float brakes = setpoint->braking_limit;
+    const float drives = setpoint->driving_limit;
+    const float braking = bounds_more(bounds_less(fast->link.braking, brakes), -drives);
+    const float asked = bounds_more(bounds_less(fast->link.driving, drives), -brakes);
     const float least = braking < 0.0f ? -braking : 0.0f; /* braking current that a full link supplies */
     const float driving = setpoint->only_brakes != 0u && asked > least ? least : asked;
     const bool backwards = fast->omega_m < 0.0f;

@@ -116,7 +116,7 @@ static uint32_t moments(const medium_t *medium, const medium_tuning_t *tuning)
     }
     return GUARD_ALWAYS | GUARD_RUNNING | (m->sensorless != 0u ? 0u : GUARD_ENCODER) |
            (manoeuvres_judged(m) ? GUARD_TRACKING : 0u) |
-           (link_watch_excuses(&medium->link, &tuning->link) ? 0u : GUARD_SUPPLIED);
+           (link_watch_excuses(&medium->link.watch, &tuning->link) ? 0u : GUARD_SUPPLIED);
 }
 
 /* True if the EMF is above the link. A wrong sensor or wire may be the cause: while one is suspected its own
@@ -144,7 +144,7 @@ static void judge(medium_t *medium, const medium_tuning_t *tuning, const window_
         .encoder_lost = m->encoder_lost,
         .current_faults = medium->found.current_faults,
         .heat = medium->thermal.conditions,
-        .link = medium->link.conditions,
+        .link = medium->link.watch.conditions,
         .loops = (m->limits.slow_loop != 0u ? GUARD_LOOP_SLOW : 0u) |
                  (m->run.calm < 1.0f ? GUARD_LOOP_OSCILLATED : 0u),
         .chopper = medium->outputs.chopper.conditions,
@@ -352,7 +352,13 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->dither =
         manoeuvres_dithers(&medium->manoeuvres) ? medium->inductance.dither : (dq_t){0.0f, 0.0f};
     const float room = run_room(&medium->manoeuvres.run); /* beside the remaining i_d of a hand-over */
-    setpoint->current_limit = room < medium->thermal.limit ? room : medium->thermal.limit;
+    const float most = bounds_less(room, medium->thermal.limit);
+    setpoint->driving_limit = most;
+    setpoint->braking_limit = most;
+    if (tuning->supply.on != 0u) {
+        setpoint->driving_limit = bounds_less(medium->link.supply.driving, most);
+        setpoint->braking_limit = bounds_less(medium->link.supply.braking, most);
+    }
     /* with a holding brake the motor carries the load until the brake holds it */
     setpoint->only_brakes = sequence->state == (int32_t)DRIVE_QUICK_STOP &&
                             medium->manoeuvres.run.tuning.stop_ramp == 0.0f && tuning->outputs.brake.on == 0u;
@@ -368,8 +374,8 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     if (medium->manoeuvres.now == (int32_t)MANOEUVRE_COMMISSION) {
         setpoint->excite = medium->commission.order;
     }
-    setpoint->link.sunk = medium->link.sunk;
-    setpoint->link.low = medium->link.low;
+    setpoint->link.sunk = medium->link.watch.sunk;
+    setpoint->link.low = medium->link.watch.low;
 }
 
 void medium_step(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
@@ -407,12 +413,14 @@ void medium_init(medium_t *medium, const medium_tuning_t *tuning)
     motion_watch_init(&medium->motion_watch, &tuning->motion_watch);
     oscillation_watch_init(&medium->speed.oscillation, &tuning->oscillation_watch);
     thermal_init(&medium->thermal, &tuning->thermal);
+    supply_limit_reset(&medium->link.supply, &tuning->supply);
     commission_init(&medium->commission, &tuning->commission);
     medium_set_tuning(medium, tuning);
     medium->setpoint.calibrate = (int32_t)CALIBRATE_ALL;
     medium->setpoint.moments = GUARD_ALWAYS;
     medium->setpoint.source = (int32_t)(medium->manoeuvres.sensorless != 0u ? SOURCE_NONE : SOURCE_ENCODER);
-    medium->setpoint.current_limit = medium->thermal.limit;
+    medium->setpoint.driving_limit = medium->thermal.limit;
+    medium->setpoint.braking_limit = medium->thermal.limit;
 }
 
 void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)

@@ -33,6 +33,7 @@
 #include "medium/protect/link_watch.h"
 #include "medium/protect/motion_watch.h"
 #include "medium/protect/oscillation_watch.h"
+#include "medium/protect/supply_limit.h"
 #include "medium/protect/thermal.h"
 #include "medium/sequence.h"
 #include "settings/requests.h"
@@ -42,6 +43,7 @@ typedef struct {
     chopper_watch_tuning_t chopper;
     holding_brake_tuning_t brake;
     float preload; /* torque before the brake is released [N m] */
+    float stiff;   /* factor on the bandwidth of the speed control while it is released [-] */
 } medium_outputs_tuning_t;
 
 typedef struct {
@@ -65,6 +67,7 @@ typedef struct {
     current_watch_tuning_t current_watch;
     thermal_tuning_t thermal;
     link_watch_tuning_t link;
+    supply_limit_tuning_t supply;
     medium_outputs_tuning_t outputs;
     commission_tuning_t commission;
     params_in_force_t in_force;
@@ -96,6 +99,12 @@ typedef struct {
     chopper_watch_t chopper;
     holding_brake_t brake;
 } medium_outputs_t;
+
+/* The DC link and its supply. */
+typedef struct {
+    link_watch_t watch;
+    supply_limit_t supply;
+} medium_link_t;
 
 /* The state of the background. */
 typedef struct {
@@ -133,7 +142,7 @@ typedef struct {
     current_watch_t current_watch;
     medium_found_t found;
     thermal_t thermal;
-    link_watch_t link;
+    medium_link_t link;
     medium_outputs_t outputs;
     commission_t commission;
 

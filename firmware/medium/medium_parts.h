@@ -17,7 +17,8 @@ void medium_watch_currents(medium_t *medium, const window_t *window);
  * encoder is replaced here if it is wrong. */
 void medium_watch_motion(medium_t *medium, const window_t *window, const requests_t *requests);
 
-/* The current limit by heat, the state of the DC link, and the bridge off while a supply is lost. */
+/* The current limits by heat and by the current of the supply, the state of the DC link, and the bridge off
+ * while a supply is lost. */
 void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_t *window,
                   const requests_t *requests);
 

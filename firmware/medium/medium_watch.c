@@ -169,13 +169,41 @@ void medium_watch_motion(medium_t *medium, const window_t *window, const request
     }
 }
 
-/* ---- heat and DC link ---- */
+/* ---- heat, supply and DC link ---- */
+
+/* Power that the winding takes in the last period of the window [W]. */
+static float power_of(const window_t *window)
+{
+    return window->estimating == 0u
+               ? 0.0f
+               : 1.5f * (window->voltage.d * window->current.d + window->voltage.q * window->current.q);
+}
+
+/* Limits of i_q by the current of the supply. */
+static void limit_supply(medium_t *medium, const supply_limit_tuning_t *tuning, const window_t *window)
+{
+    const manoeuvres_t *m = &medium->manoeuvres;
+    const abc_t current = window->measured.current_abc;
+    const bool rotor = m->sensorless == 0u || m->tracking != 0u;
+    const bool excited = m->now == (int32_t)MANOEUVRE_COMMISSION; /* its voltage is not that of control */
+    const supply_limit_input_t input = {
+        .u_dc = window->measured.u_dc,
+        .power = power_of(window),
+        .magnitudes = bounds_magnitude(current.a) + bounds_magnitude(current.b) + bounds_magnitude(current.c),
+        .i_q = window->current.q,
+        .torque_share = run_torque(&m->run),
+        .omega_m = window->omega_m,
+        .conducting = excited ? 0u : window->estimating,
+        .in_rotor = rotor ? UINT32_C(1) : UINT32_C(0),
+    };
+    supply_limit_step(&medium->link.supply, tuning, &input);
+}
 
 /* Within ride_through_time a falling link voltage opens the bridge, which is switched on again when the
  * supply is back: the rotor is caught. After that time the undervoltage is a fault. */
 static void ride_through(medium_t *medium, const window_t *window, const requests_t *requests)
 {
-    const uint32_t conditions = medium->link.conditions;
+    const uint32_t conditions = medium->link.watch.conditions;
     if (sequence_bridge_on(&medium->sequence)) {
         medium->found.coasting = (conditions & LINK_SINKS) != 0u ? UINT32_C(1) : UINT32_C(0);
         if (medium->found.coasting != 0u) {
@@ -196,28 +224,25 @@ void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_
     if (thermal_is_due(&medium->thermal)) {
         thermal_step(&medium->thermal, &window->measured);
     }
+    if (tuning->supply.on != 0u) {
+        limit_supply(medium, &tuning->supply, window);
+    } else {
+        medium->link.supply.limits = 0u;
+    }
     const link_watch_input_t link = {
         .u_dc = window->measured.u_dc,
         .slow = window->link.slow,
-        .limits = window->link.limits,
+        .limits = window->link.limits | medium->link.supply.limits,
     };
-    link_watch_step(&medium->link, &tuning->link, &link);
+    link_watch_step(&medium->link.watch, &tuning->link, &link);
     ride_through(medium, window, requests);
 }
 
 /* ---- chopper and brake ---- */
 
-/* Power that the winding takes in the last period of the window [W]. */
-static float power_of(const window_t *window)
+static void watch_brake(medium_t *medium, const medium_outputs_tuning_t *tuning, const window_t *window)
 {
-    return window->estimating == 0u
-               ? 0.0f
-               : 1.5f * (window->voltage.d * window->current.d + window->voltage.q * window->current.q);
-}
-
-static void watch_brake(medium_t *medium, const holding_brake_tuning_t *tuning, const window_t *window)
-{
-    const manoeuvres_t *m = &medium->manoeuvres;
+    manoeuvres_t *m = &medium->manoeuvres;
     const sequence_t *sequence = &medium->sequence;
     const holding_brake_input_t input = {
         .bridge = sequence_bridge_on(sequence),
@@ -226,7 +251,8 @@ static void watch_brake(medium_t *medium, const holding_brake_tuning_t *tuning, 
         .set = sequence->setting != 0u,
         .torque = run_torque(&m->run) * window->current.q,
     };
-    holding_brake_step(&medium->outputs.brake, tuning, &input);
+    holding_brake_step(&medium->outputs.brake, &tuning->brake, &input);
+    run_stiffen(&m->run, medium->outputs.brake.state == (int32_t)BRAKE_RELEASING ? tuning->stiff : 1.0f);
 }
 
 void medium_watch_outputs(medium_t *medium, const medium_tuning_t *tuning, const window_t *window)
@@ -243,7 +269,7 @@ void medium_watch_outputs(medium_t *medium, const medium_tuning_t *tuning, const
         medium->outputs.chopper.conditions = 0u;
     }
     if (outputs->brake.on != 0u) {
-        watch_brake(medium, &outputs->brake, window);
+        watch_brake(medium, outputs, window);
     }
 }
 

@@ -160,8 +160,9 @@
       "the DC link repeatedly changes by more than a tenth within 20 ms",                                    \
       "check for a lost supply phase and for a worn capacitor")                                              \
     F(61, DC_LIMITS, "dc_limits", dc_limits, HOLDS, "", 0.0f, SLOW, 1u, RUNNING, WARN,                       \
-      "the DC link limits the torque: braking near dc_overvoltage, driving near dc_undervoltage",            \
-      "brake more slowly or add a brake resistor; check the supply")                                         \
+      "DC link or supply limit the torque: braking near dc_overvoltage, driving near dc_undervoltage, "      \
+      "or the current of supply_current_max or supply_current_regen_max is reached",                         \
+      "brake more slowly or add a brake resistor; check the supply and its two limits")                      \
     F(71, MASTER_SILENT, "master_silent", master_silent, HOLDS, "", 0.0f, SLOW, 1u, ALWAYS, WARN,            \
       "the client on the serial link was silent for command_timeout: the motor was stopped",                 \
       "check cable and client, then set `enable` again; or change command_timeout")                          \

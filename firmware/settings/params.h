@@ -299,6 +299,11 @@ typedef enum { ENCODER_FAULT_OPEN, ENCODER_FAULT_SENSORLESS, ENCODER_FAULT_IGNOR
       "time from the end of the brake output until the brake holds; until then the motor holds")             \
     F(243, brake_preload, "N m", 0.0f, -10000.0f, 10000.0f, TABLE_LIVE,                                      \
       "torque that the motor must have before the brake is released: that of the load at standstill")        \
+    F(304, supply_current_max, "A", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                        \
+      "largest mean current that the motor draws from the supply: the torque is limited to it; 0: no limit") \
+    F(305, supply_current_regen_max, "A", 0.0f, 0.0f, 10000.0f, TABLE_LIVE,                                  \
+      "largest mean current that a braking motor returns to the supply, for a battery: the torque is "       \
+      "limited to it; 0: no limit")                                                                          \
     I(91, module_fault_retries, "-", 0, 0, 100, TABLE_LIVE,                                                  \
       "number of faults of the power module that the drive resets by itself: after a second it starts the "  \
       "motor again if `enable` is still on")

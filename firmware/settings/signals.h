@@ -121,13 +121,14 @@
       "heat of the motor by its current; 1: that of a continuous motor_current_continuous")                  \
     F(2091, module_heat, medium.thermal.module_heat, "-",                                                    \
       "heat of the module's warmest leg; 1: that of a continuous module_current_continuous")                 \
-    F(2092, i_q_lower, fast.bounds.lower, "A", "lower limit of i_q by heat and DC link")                     \
-    F(2093, i_q_upper, fast.bounds.upper, "A", "upper limit of i_q by heat and DC link")                     \
+    F(2092, i_q_lower, fast.bounds.lower, "A", "lower limit of i_q by heat, supply and DC link")             \
+    F(2093, i_q_upper, fast.bounds.upper, "A", "upper limit of i_q by heat, supply and DC link")             \
     F(2096, speed_calm, medium.manoeuvres.run.calm, "-",                                                     \
       "factor on the bandwidth of the speed control; below 1: reduced because it oscillated")                \
-    F(2094, dc_swing, medium.link.ripple, "V", "largest minus smallest DC-link voltage in the last 20 ms")   \
+    F(2094, dc_swing, medium.link.watch.ripple, "V",                                                         \
+      "largest minus smallest DC-link voltage in the last 20 ms")                                            \
     F(2097, torque_current, medium.manoeuvres.run.torque, "A",                                               \
-      "torque reference divided by 1.5 p psi_f, before the limits by heat and DC link")                      \
+      "torque reference divided by 1.5 p psi_f, before the limits by heat, supply and DC link")              \
     U(2098, field_weakened, medium.manoeuvres.run.weakening.weakens, "-",                                    \
       "1: the field is weakened, because the DC link limits the voltage")                                    \
     F(2099, voltage_trim, medium.manoeuvres.run.weakening.trim, "-",                                         \
@@ -191,6 +192,9 @@
     U(2168, medium_cycles_max, medium_took.longest, "cycles",                                                \
       "largest value of medium_cycles since the start")                                                      \
     U(2095, coasting, medium.found.coasting, "-", "1: the bridge is off until the lost supply is back")      \
+    F(2315, supply_current, medium.link.supply.current, "A",                                                 \
+      "mean current from the supply into the inverter, negative into the supply; 0 without "                 \
+      "supply_current_max and supply_current_regen_max")                                                     \
     U(2252, outputs, fast.command.outputs, "-", "outputs of the board: 1 chopper on, 2 brake released")      \
     F(2253, chopper_heat, medium.outputs.chopper.heat, "-",                                                  \
       "heat of the brake resistor; 1: that of a continuous chopper_power")                                   \

@@ -3,6 +3,7 @@
 #include "math/angle.h"
 #include "math/filter.h"
 #include "math/periods.h"
+#include "math/root.h"
 
 /* Standard deviation of a measured current over the range: three codes [-]. */
 #define CURRENT_NOISE 1.5e-3f
@@ -30,6 +31,14 @@
 /* [rad] largest swing of a rotor with all of the torque at six times its speed, at which more than the
  * dead time is learnt from its EMF. */
 #define SWING_MAX 0.05f
+
+/* The speed control that takes over the load of a holding brake: largest turn of the shaft by a wrong
+ * pre-torque [rad]; phase of the delays at its bandwidth [rad]; current by the noise of the speed, over the
+ * current limit [-]; time to take over, times its bandwidth [-]. */
+#define BRAKE_SLIP  0.0873f
+#define BRAKE_PHASE 0.5f
+#define BRAKE_NOISE 0.2f
+#define BRAKE_TAKE  8.0f
 
 assumed_t drive_assumed(const params_t *params, const learnt_t *learnt)
 {
@@ -237,12 +246,22 @@ static void prepare_control(drive_tuning_t *tuning, const params_t *params, cons
     tuning->fast.reference = reference_prepare(params, assumed);
 }
 
-/* Speed noise of the encoder: 0.75 times its bandwidth times the half step,
- * mechanical (docs/theory.md, 18). */
+static float encoder_step_of(const params_t *params)
+{
+    return 2.0f * ANGLE_PI / (4.0f * (float)params->encoder_lines);
+}
+
+/* Speed noise of the encoder [rad/s]: 0.75 times its bandwidth times the half step, mechanical
+ * (docs/theory.md, 18). */
+static float speed_noise(const params_t *params)
+{
+    return 0.75f * params->encoder_bandwidth * 0.5f * encoder_step_of(params);
+}
+
 static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
-    const float step = 2.0f * ANGLE_PI / (4.0f * (float)params->encoder_lines);
+    const float step = encoder_step_of(params);
     const start_params_t start = params_start(params, assumed);
     const encoder_watch_params_t encoder = {
         .resistance = assumed->resistance,
@@ -260,7 +279,7 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
     const motion_watch_params_t motion = {
         .per_ampere = 1.5f * pole_pairs * assumed->flux_linkage / assumed->inertia,
         .current_limit = params->current_limit,
-        .noise = 0.75f * params->encoder_bandwidth * 0.5f * step,
+        .noise = speed_noise(params),
         .standing = SEQUENCE_STANDSTILL,
         .stall_time = params->stall_time,
         .speed_error_time = params->speed_error_time,
@@ -366,10 +385,42 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
         .period = DRIVE_WINDOW_PERIOD,
     };
     tuning->medium.link = link_watch_prepare(&watch);
+    const supply_limit_params_t supply = {
+        .drawn = params->supply_current_max,
+        .back = params->supply_current_regen_max,
+        .current_max = params->current_limit,
+        .resistance = assumed->resistance,
+        .torque = limit.torque,
+        .drop = params->device_drop,
+        .free_emf = LINK_FREE * assumed->resistance * params->current_limit,
+        .period = DRIVE_WINDOW_PERIOD,
+    };
+    tuning->medium.supply = supply_limit_prepare(&supply);
 }
 
-static void prepare_outputs(drive_tuning_t *tuning, const params_t *params)
+/* The speed control while the holding brake is released: by how much its bandwidth has to be higher so that a
+ * pre-torque that is wrong by the whole current limit turns the shaft by BRAKE_SLIP, i/ki. Limits are the
+ * delays of the loop, and the noise of the encoder's speed, which k_p makes a current. */
+static float brake_stiffness(const drive_tuning_t *tuning, const params_t *params, float per_ampere)
 {
+    const pi_tuning_t *pi = &tuning->medium.manoeuvres.run.speed.pi;
+    const float slip = BRAKE_SLIP * pi->ki_period / DRIVE_WINDOW_PERIOD;
+    const float delay =
+        2.0f / params->encoder_bandwidth + 1.0f / params->current_bandwidth + 1.5f * DRIVE_PERIOD;
+    const float wanted = root_or_none(params->current_limit / slip);
+    const float stable = BRAKE_PHASE / (delay * per_ampere * pi->kp);
+    const float quiet = BRAKE_NOISE * params->current_limit / (speed_noise(params) * pi->kp);
+    const float most = stable < quiet ? stable : quiet;
+    const float factor = wanted < most ? wanted : most;
+    return factor > 1.0f ? factor : 1.0f;
+}
+
+static void prepare_outputs(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
+{
+    const float per_ampere =
+        1.5f * (float)params->motor_pole_pairs * assumed->flux_linkage / assumed->inertia;
+    const float stiff = brake_stiffness(tuning, params, per_ampere);
+    const float bandwidth = stiff * tuning->medium.manoeuvres.run.speed.pi.kp * per_ampere;
     tuning->fast.chopper = chopper_prepare(params->chopper_voltage);
     const chopper_watch_params_t resistor = {
         .voltage = params->chopper_voltage,
@@ -384,6 +435,7 @@ static void prepare_outputs(drive_tuning_t *tuning, const params_t *params)
     const holding_brake_params_t brake = {
         .on = params->holding_brake == (int32_t)BRAKE_HOLDING,
         .release_time = params->brake_release_time,
+        .take_time = BRAKE_TAKE / bandwidth,
         .apply_time = params->brake_apply_time,
         .preload = tuning->medium.manoeuvres.run.per_torque * params->brake_preload,
         .current_limit = params->current_limit,
@@ -391,6 +443,7 @@ static void prepare_outputs(drive_tuning_t *tuning, const params_t *params)
     };
     tuning->medium.outputs.brake = holding_brake_prepare(&brake);
     tuning->medium.outputs.preload = params->brake_preload;
+    tuning->medium.outputs.stiff = stiff;
 }
 
 void drive_prepare(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
@@ -408,6 +461,6 @@ void drive_prepare(drive_tuning_t *tuning, const params_t *params, const assumed
     prepare_motion(tuning, params, assumed);
     prepare_current_watch(tuning, params);
     prepare_limits(tuning, params, assumed);
-    prepare_outputs(tuning, params);
+    prepare_outputs(tuning, params, assumed);
     tuning->medium.in_force = params_in_force(params, assumed);
 }

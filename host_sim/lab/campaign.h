@@ -53,6 +53,7 @@ typedef enum {
     CAMPAIGN_FEW,   /* in an eighth of the runs evenly from least to most, in the others the default */
     CAMPAIGN_THIRD, /* evenly in the third of the runs that have a salient motor; it has its own random stream
                      */
+    CAMPAIGN_OWN,   /* as CAMPAIGN_HALF, with its own random stream */
 } campaign_law_t;
 
 /* clang-format off */
@@ -108,7 +109,11 @@ typedef enum {
     K(speed,            START,   HALF,  0.0,   -0.9,  0.9,   "-",       "speed of the rotor at t = 0 divided by rated speed") \
     K(interior,         MOTOR,   THIRD, 0.0,   1.0,   4.0,   "-",       "L_q/L_d of a salient motor, replaces saliency; less if the noise requires it; 0: not salient") \
     K(saturation,       MOTOR,   THIRD, 0.0,   -1.8,  3.0,   "-",       "saturation current of the q axis divided by the rated current; below 0.6: no saturation") \
-    K(field,            MOTOR,   THIRD, 0.0,   0.0,   2.5,   "-",       "largest speed divided by the rated speed, if above 1; less if the link or the period requires it")
+    K(field,            MOTOR,   THIRD, 0.0,   0.0,   2.5,   "-",       "largest speed divided by the rated speed, if above 1; less if the link or the period requires it") \
+    K(battery,          POWER,   OWN,   0.0,   1.0,   1.0,   "-",       "1: the source of a soft link is a battery, which takes current; 0: a rectifier") \
+    K(chopper,          POWER,   OWN,   0.0,   0.90,  0.94,  "-",       "chopper_voltage of a soft link divided by dc_overvoltage, with a resistor for the rated power; 0: no chopper") \
+    K(supply_drawn,     DRIVE,   OWN,   0.0,   0.3,   1.5,   "-",       "supply_current_max divided by rated power over the voltage of the source; 0: no limit") \
+    K(supply_returned,  DRIVE,   OWN,   0.0,   0.05,  1.0,   "-",       "supply_current_regen_max divided by the same; 0: no limit")
 
 /* Errors of the plant in a campaign around a scenario. The drive keeps the parameters of the scenario's file.
  * E(name, group, law, default, least, most, "unit", "meaning") */

@@ -67,7 +67,8 @@ void campaign_duty_begin(campaign_watch_t *watch)
         .drawn = drawn->around == NULL,
         .coded = campaign_has_encoder(drawn),
         .healthy = campaign_is_healthy(drawn),
-        .limited = CAMPAIGN_VALUE(drawn, dc_edge) != 0.0 ||
+        .limited = CAMPAIGN_VALUE(drawn, dc_edge) != 0.0 || CAMPAIGN_VALUE(drawn, supply_drawn) != 0.0 ||
+                   CAMPAIGN_VALUE(drawn, supply_returned) != 0.0 ||
                    (CAMPAIGN_VALUE(drawn, dc_soft) != 0.0 && campaign_overhauls(drawn)),
         .soft = CAMPAIGN_VALUE(drawn, dc_soft) != 0.0,
     };

@@ -87,6 +87,8 @@ static const struct {
     {"dc_voltage", IN_LINK},
     {"dc_ripple", IN_LINK},
     {"supply_lost", IN_LINK},
+    {"dc_returns", IN_LINK},
+    {"chopper_driven", IN_LINK},
     {"interrupt_delay", IN_TIME},
     {"interrupt_time", IN_TIME},
     {"background_time", IN_TIME},
@@ -96,6 +98,7 @@ static const struct {
     {"plant.motor_temperature", IN_WINDING},
     {"brake_torque", IN_SHAFT},
     {"load_torque", IN_SHAFT},
+    {"holding_torque", IN_SHAFT},
     {"flip_word", IN_MEMORY},
     {"plant.flux_linkage", IN_MAGNET},
 };

@@ -7,6 +7,7 @@
 #define LOOP_SLOWER    14.0   /* [-] so much slower than the tracking loop is the speed control */
 #define LOOP_MIN       200.0  /* [rad/s] */
 #define LOOP_MAX       1000.0 /* [rad/s] a tenth of the carrier's */
+#define CHOPPER_ABOVE  1.05   /* [-] of the source: least chopper_voltage */
 #define LINK           1e-3   /* [F] where what breaks needs a capacitor */
 #define SHAFT_DAMPING  0.02   /* [-] of an elastic shaft */
 #define SPRING_SECONDS 2.0    /* [s] at rated speed, after which a spring has its torque */
@@ -115,6 +116,31 @@ static double source_voltage(const campaign_case_t *drawn)
     return CAMPAIGN_VALUE(drawn, dc_voltage);
 }
 
+/* Battery, brake resistor and limits of the supply's current. The chopper is above the source, and its
+ * resistor takes twice the rated power unless the switch of the board carries less. */
+static void set_supply(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor,
+                       double capacitance)
+{
+    const double over = rig_initial(rig_row_by_name("dc_overvoltage"));
+    const double source = source_voltage(drawn);
+    const double power = motor->torque * motor->speed;
+    const double chops = CAMPAIGN_VALUE(drawn, chopper) * over;
+    const bool soft = capacitance > 0.0;
+    set(to, "dc_returns", soft ? CAMPAIGN_VALUE(drawn, battery) : 0.0);
+    set(to, "supply_current_max", CAMPAIGN_VALUE(drawn, supply_drawn) * power / source);
+    set(to, "supply_current_regen_max", CAMPAIGN_VALUE(drawn, supply_returned) * power / source);
+    if (!soft || chops <= CHOPPER_ABOVE * source || BOARD_CHOPPER_OUTPUT == BOARD_NONE) {
+        return;
+    }
+    const double least = 1.01 * over * 1e3 / BOARD_CHOPPER_CURRENT_MA;
+    const double ohms = fmin(fmax(0.5 * chops * chops / power, least), 10000.0);
+    set(to, "params.chopper_voltage", chops);
+    set(to, "params.chopper_resistance", ohms);
+    set(to, "plant.chopper_resistance", ohms);
+    set(to, "chopper_power", fmax(2.0 * power, 1.0));
+    set(to, "chopper_driven", 1.0);
+}
+
 static void set_power(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor)
 {
     static const char *const drops[] = {"igbt_voltage", "igbt_resistance", "diode_voltage",
@@ -128,6 +154,7 @@ static void set_power(campaign_settings_t *to, const campaign_case_t *drawn, con
     set(to, "dc_voltage", source_voltage(drawn));
     set(to, "dc_capacitance", capacitance);
     set(to, "dc_resistance", capacitance > 0.0 ? 0.5 : 0.0);
+    set_supply(to, drawn, motor, capacitance);
     set_times(to, "plant.turn_on_delay", CAMPAIGN_VALUE(drawn, turn_on_delay));
     for (size_t n = 0; n < sizeof drops / sizeof drops[0]; n++) {
         set_times(to, drops[n], CAMPAIGN_VALUE(drawn, drops));

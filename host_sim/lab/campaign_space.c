@@ -115,6 +115,7 @@ const campaign_fault_t campaign_faults[] = {
      "interrupts are disabled for longer than a period allows", CAMPAIGN_ALWAYS},
     {"jam", "brake_torque", CAMPAIGN_LOG, 0.5, 10.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},
     {"overload", "load_torque", CAMPAIGN_EVEN, 1.0, 3.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},
+    {"brake_falls", "holding_torque", CAMPAIGN_LOG, 0.5, 10.0, CAMPAIGN_OF_TORQUE, 0u, "", CAMPAIGN_ALWAYS},
     {"estimate_jump", "estimate_jump", CAMPAIGN_EVEN, -3.14, 3.14, CAMPAIGN_AS_IT_IS, 0u, "",
      CAMPAIGN_ALWAYS},
     {"encoder_lines", "plant.encoder_lines", CAMPAIGN_WHOLE, 512.0, 5000.0, CAMPAIGN_AS_IT_IS,
@@ -158,6 +159,8 @@ const campaign_fault_t campaign_faults[] = {
     {"dc_ripple", "dc_ripple", CAMPAIGN_EVEN, CAMPAIGN_LINK(5.0), CAMPAIGN_LINK(150.0), CAMPAIGN_AS_IT_IS, 0u,
      "", CAMPAIGN_ALWAYS},
     {"supply_lost", "supply_lost", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"charge_cut", "dc_returns", CAMPAIGN_EVEN, 0.0, 0.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
+    {"chopper_dead", "chopper_driven", CAMPAIGN_EVEN, 0.0, 0.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
     {"missing_samples", "missing_samples", CAMPAIGN_WHOLE, 1.0, 20.0, CAMPAIGN_AS_IT_IS,
      CAMPAIGN_BIT(CURRENT) | TIME_BITS, "without a conversion there is no interrupt, and no protection acts",
      CAMPAIGN_ALWAYS},
@@ -210,6 +213,7 @@ static double draw(source_t *source, campaign_law_t law, double initial, double 
     case CAMPAIGN_WHOLE:
         return least + floor(u * (most - least + 1.0));
     case CAMPAIGN_HALF:
+    case CAMPAIGN_OWN:
         return u < 0.5 ? initial : least + (2.0 * u - 1.0) * (most - least);
     case CAMPAIGN_FEW:
         return u < 0.875 ? initial : least + (8.0 * u - 7.0) * (most - least);
@@ -314,11 +318,13 @@ static campaign_injected_t draw_fault(source_t *source, double from, double to)
 /* Salient motors are drawn by a stream of their own: the other runs of a seed are what they are without them.
  */
 #define SALIENT_STREAM UINT64_C(0x53414c49454e54)
-#define SALIENT_SHARE  (1.0 / 3.0) /* [-] of the runs */
+#define SALIENT_SHARE  (1.0 / 3.0)              /* [-] of the runs */
+#define SUPPLY_STREAM  UINT64_C(0x535550504c59) /* the same for the supply */
 
 static void draw_quantities(source_t *source, campaign_case_t *drawn)
 {
     source_t own = {source->seed ^ SALIENT_STREAM, source->run, 0u};
+    source_t supply = {source->seed ^ SUPPLY_STREAM, source->run, 0u};
     const bool salient = even(&own) < SALIENT_SHARE;
     const campaign_quantity_row_t *rows;
     const uint32_t count = campaign_rows(drawn, &rows);
@@ -328,7 +334,8 @@ static void draw_quantities(source_t *source, campaign_case_t *drawn)
             drawn->quantities[n] = salient ? value : rows[n].initial;
             continue;
         }
-        drawn->quantities[n] = draw(source, rows[n].law, rows[n].initial, rows[n].least, rows[n].most);
+        source_t *from = rows[n].law == CAMPAIGN_OWN ? &supply : source;
+        drawn->quantities[n] = draw(from, rows[n].law, rows[n].initial, rows[n].least, rows[n].most);
     }
 }
 

@@ -71,6 +71,8 @@
 /* The same plus half a turn, at most 1 s: the fault may have no effect during half a turn. */
 #define MATRIX_NOTICED_LATER (-2.0)
 
+#define MATRIX_CHANGES 4u /* largest number of rows that a fault changes */
+
 /* A row of the faults. */
 typedef struct {
     const char *name;
@@ -82,7 +84,7 @@ typedef struct {
         const char *row; /* of plant, rig, params; NULL: end of the list */
         double factor;   /* [-] the value is multiplied by this factor, ... */
         double shift;    /* ... then this is added [unit of the row] */
-    } changes[3];
+    } changes[MATRIX_CHANGES];
 } matrix_fault_t;
 
 /* A row of the manoeuvres. */

@@ -103,7 +103,7 @@ static double capacitor(rig_t *rig, double farads)
 double matrix_scaled(rig_t *rig, const char *row, double value)
 {
     const double amperes = ratio(rig, "current_limit");
-    if (strcmp(row, "rig.brake_torque") == 0) {
+    if (strcmp(row, "rig.brake_torque") == 0 || strcmp(row, "plant.holding_torque") == 0) {
         return brake(rig, value);
     }
     if (strcmp(row, "plant.dc_voltage") == 0) {
@@ -115,7 +115,10 @@ double matrix_scaled(rig_t *rig, const char *row, double value)
     if (strcmp(row, "plant.dc_capacitance") == 0) {
         return capacitor(rig, value);
     }
-    if (strcmp(row, "plant.dc_resistance") == 0) {
+    if (strcmp(row, "plant.chopper_voltage") == 0) {
+        return value * ratio(rig, "dc_overvoltage");
+    }
+    if (strcmp(row, "plant.dc_resistance") == 0 || strcmp(row, "plant.chopper_resistance") == 0) {
         return value * 1e-3 / capacitor(rig, 1e-3);
     }
     if (strcmp(row, "plant.leg_a_resistance") == 0) {

@@ -22,7 +22,8 @@
  *   watch  from the injection to the end; a cell ends 0.3 s after a fault is latched
  *   lasts  after this time the changes end; FOR_GOOD: permanent
  *   what   SET(row, value), TIMES(row, factor), ADD(row, step); NOTHING; WITH_CAPACITOR(row, value): before the change
- *          the DC link gets a capacitor of 1 mF behind 0.2 ohm */
+ *          the DC link gets a capacitor of 1 mF behind 0.2 ohm; WITH_RESISTOR(ohms, above): and a brake resistor that
+ *          is connected above this voltage */
 
 #define LATER false
 #define FIRST true
@@ -33,6 +34,9 @@
 #define ADD(row, step)             {{row, 1.0, step}}
 #define WITH_CAPACITOR(row, value) \
     {{"plant.dc_capacitance", 0.0, 1e-3}, {"plant.dc_resistance", 0.0, 0.2}, {row, 0.0, value}}
+#define WITH_RESISTOR(ohms, above) \
+    {{"plant.dc_capacitance", 0.0, 1e-3}, {"plant.dc_resistance", 0.0, 0.2}, {"plant.chopper_resistance", 0.0, ohms}, \
+     {"plant.chopper_voltage", 0.0, above}}
 
 /* Code of the ADC for this current [A]. */
 #define CODE(amperes) (double)(int32_t)(((amperes) - (double)BOARD_CURRENT_AT_0V) / (double)BOARD_CURRENT_PER_CODE + 0.5)
@@ -74,6 +78,7 @@
     F(JAM,              "jam",              LATER, 9.0, FOR_GOOD, SET("rig.brake_torque", 1000.0),           "the shaft is jammed") \
     F(OVERLOAD,         "overload",         LATER, 9.0, FOR_GOOD, SET("rig.brake_torque", 14.0),             "a brake with more torque than current_limit allows") \
     F(BRAKE,            "brake",            LATER, 4.0, FOR_GOOD, SET("rig.brake_torque", 3.0),              "a brake well within current_limit: this is a load, no fault") \
+    F(BRAKE_FALLS,      "brake_falls",      LATER, 9.0, FOR_GOOD, SET("plant.holding_torque", 30.0),         "the holding brake has lost its supply, and its spring sets it") \
     /* encoder */ \
     F(ENCODER_SLIPPED,  "encoder_slipped",  LATER, 3.0, FOR_GOOD, ADD("plant.encoder_offset", HALF_A_TURN),  "the encoder has slipped on the shaft by half an electrical turn") \
     F(ENCODER_SLIPS,    "encoder_slips",    LATER, 3.0, FOR_GOOD, SET("plant.encoder_slip", 0.3),            "the encoder misses three tenths of the motion") \
@@ -90,6 +95,10 @@
     F(DC_RIPPLE,        "dc_ripple",        LATER, 3.0, FOR_GOOD, SET("plant.dc_ripple", 30.0),              "the DC link swings by 30 V at 300 Hz") \
     F(SUPPLY_LOST,      "supply_lost",      LATER, 4.0, FOR_GOOD, WITH_CAPACITOR("plant.supply_lost", 1.0),  "the supply no longer feeds the DC link of 1 mF") \
     F(SUPPLY_BACK,      "supply_back",      LATER, 4.0, 0.3,      WITH_CAPACITOR("plant.supply_lost", 1.0),  "the supply does not feed the DC link of 1 mF for 0.3 s") \
+    F(CHARGE_CUT,       "charge_cut",       LATER, 4.0, FOR_GOOD, WITH_CAPACITOR("plant.dc_returns", 0.0),   "the battery at the DC link of 1 mF no longer accepts current") \
+    F(BATTERY,          "battery",          LATER, 4.0, FOR_GOOD, WITH_CAPACITOR("plant.dc_returns", 1.0),   "a battery at the DC link of 1 mF takes current: this is no fault") \
+    F(CHOPPER_ALONE,    "chopper_alone",    LATER, 4.0, FOR_GOOD, WITH_RESISTOR(47.0, 365.0),                "a chopper that switches by itself, at the DC link of 1 mF: this is no fault") \
+    F(CHOPPER_SHORTED,  "chopper_shorted",  LATER, 4.0, FOR_GOOD, WITH_RESISTOR(47.0, 1.0),                  "the switch of the chopper is shorted: the resistor stays at the DC link of 1 mF") \
     F(DC_STUCK_HIGH,    "dc_stuck_high",    LATER, 1.0, FOR_GOOD, SET("rig.stuck_dc_link", 4095.0),          "the sensor of the DC link reads its largest value") \
     F(DC_STUCK_LOW,     "dc_stuck_low",     LATER, 3.0, FOR_GOOD, SET("rig.stuck_dc_link", 0.0),             "the sensor of the DC link reads its smallest value") \
     /* software and samples */ \
@@ -307,6 +316,9 @@
     P(BRAKE,            EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(BRAKE,            EVERYWHERE, MATRIX_SENSORLESS_L, RIDES | CATCHES, "", ANY_TIME, LIMIT, FOLLOWS, "the bare rotor is stopped within about 10 ms and started again") \
     \
+    P(BRAKE_FALLS,      EVERYWHERE, SENSORLESS, OPENS, "start_stalled", 8.0, LIMIT, STANDS, "start_tries tries") \
+    P(BRAKE_FALLS,      EVERYWHERE, ENCODER, OPENS, "stalled", 4.0, LIMIT, STANDS, "the rotor runs down, then stall_time") \
+    P(BRAKE_FALLS,      AT(FORCED), SENSORLESS, OPENS | RIDES, "start_stalled", 8.0, LIMIT, STANDS | STRAYS, HIDDEN_SLOW) \
     P(ENCODER_SLIPPED,  EVERYWHERE, ENCODER, OPENS, "encoder_jump", SOON, LIMIT, OUT, "") \
     P(ENCODER_SLIPPED,  AT(OFF),    ENCODER, OPENS, "encoder_mismatch runaway", 0.5, LIMIT, OUT, "without current and motion it cannot be detected") \
     P(ENCODER_SLIPPED,  EVERYWHERE, SENSORLESS, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, WITHOUT_ENCODER) \
@@ -350,6 +362,11 @@
     P(SUPPLY_LOST,      AT(OFF),    BOTH, RIDES | REFUSES | OPENS | STOPS, "dc_undervoltage", ANY_TIME, LIMIT, FOLLOWS | OUT, ONE_MILLIFARAD) \
     P(SUPPLY_LOST,      AT(BRAKING), BOTH, RIDES | WARNS | OPENS | STOPS, "dc_undervoltage dc_limits", ANY_TIME, LIMIT, FOLLOWS | STRAYS | OUT, "braking must not raise the link to its trip: without a chopper the drive brakes only as fast as the losses permit") \
     P(SUPPLY_BACK,      EVERYWHERE, BOTH, RIDES | WARNS | CATCHES | OPENS, "dc_undervoltage dc_limits", ANY_TIME, LIMIT, FOLLOWS | OUT, "1 mF may last for 0.3 s; ride_through_time is 0 by default") \
+    P(CHARGE_CUT,       EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
+    P(CHARGE_CUT,       AT(BRAKING) | AT(REVERSAL), BOTH, RIDES | WARNS, "dc_limits", ANY_TIME, LIMIT, FOLLOWS, "") \
+    P(BATTERY,          EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
+    P(CHOPPER_ALONE,    EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
+    P(CHOPPER_SHORTED,  EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(DC_STUCK_HIGH,    EVERYWHERE, BOTH, OPENS, "dc_overvoltage", AT_ONCE, LIMIT, OUT, "") \
     P(DC_STUCK_LOW,     EVERYWHERE, BOTH, OPENS, "dc_undervoltage", 5e-3, LIMIT, OUT, "ride_through_time is 0 by default") \
     P(DC_STUCK_LOW,     AT(OFF),    BOTH, REFUSES, "dc_undervoltage", AT_ONCE, LIMIT, OUT, "") \

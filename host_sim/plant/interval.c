@@ -823,20 +823,21 @@ double interval_source(const plant_t *plant, double ahead)
     return q->dc_voltage + q->dc_ripple * sine;
 }
 
-/* Voltage of a soft link after `charge` has left it; the source only gives, the chopper only takes. Implicit,
- * so that any time constant is safe. The diodes keep it from turning round. */
+/* Voltage of a soft link after `charge` has left it; the source only gives unless it is a battery, the
+ * chopper only takes. Implicit, so that any time constant is safe. The diodes keep it from turning round. */
 static void link_step(plant_t *plant, double h, double charge)
 {
     const plant_params_t *q = &plant->params;
     double v = plant->v_dc - charge * plant->link_rate;
     double source = interval_source(plant, h);
-    double given = v < source ? h * plant->source_rate : 0.0;
+    double given = v < source || q->dc_returns != 0.0 ? h * plant->source_rate : 0.0;
     bool driven = q->chopper_driven != 0.0;
     bool chops = plant->chopper_rate > 0.0 && (driven ? plant->chops != 0u : v > q->chopper_voltage);
     if (given > 0.0 || chops) {
         v = (v + given * source) / (1.0 + given + (chops ? h * plant->chopper_rate : 0.0));
         v = chops && !driven && v < q->chopper_voltage ? q->chopper_voltage : v;
     }
+    plant->supplied += given > 0.0 ? given * (source - v) / plant->link_rate : 0.0;
     plant->v_dc = v > 0.0 ? v : 0.0;
 }
 

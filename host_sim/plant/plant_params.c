@@ -40,6 +40,7 @@ static bool counts_something(const plant_params_t *params, const double *value)
         &params->shorted_switches, &params->swap_phases,      &params->swap_currents,
         &params->encoder_reversed, &params->encoder_stuck_a,  &params->encoder_stuck_b,
         &params->supply_lost,      &params->load_sine_cycles, &params->flux_map,
+        &params->dc_returns,
     };
     for (size_t n = 0; n < sizeof whole / sizeof whole[0]; n++) {
         if (value == whole[n]) {

@@ -31,7 +31,7 @@
     P(shaft_locked,          "-",        0.0,     0.0,    1.0,    "1: a dynamometer holds shaft_locked_speed, whatever the torque is") \
     P(shaft_locked_speed,    "rad/s",    0.0,     -1e4,   1e4,    "speed of the locked shaft, mechanical") \
     P(dc_voltage,            "V",        BOARD_VOLTS(BOARD_DC_NOMINAL_MV),   0.0,    1000.0, "source of the DC link, open-circuit") \
-    P(dc_resistance,         "ohm",      0.0,     0.0,    100.0,  "between source and capacitor; current flows one way; 0: stiff link") \
+    P(dc_resistance,         "ohm",      0.0,     0.0,    100.0,  "between source and capacitor; current flows one way unless dc_returns is 1; 0: stiff link") \
     P(dc_capacitance,        "F",        0.0,     0.0,    1.0,    "DC link; 0: stiff link") \
     P(turn_on_delay,         "s",        BOARD_TURN_ON_DELAY_NS / 1e9,  0.0,    5e-6,   "command edge to the switched voltage, opto included") \
     P(turn_off_delay,        "s",        BOARD_TURN_OFF_DELAY_NS / 1e9,  0.0,    5e-6,   "command edge to the switched voltage, opto included") \
@@ -107,7 +107,8 @@
     P(chopper_driven,        "-",        0.0,     0.0,    1.0,    "1: the chopper output of the board connects chopper_resistance; 0: chopper_voltage does") \
     P(holding_torque,        "N m",      0.0,     0.0,    1e4,    "torque of the holding brake on the brake output of the board, set by a spring; 0: none") \
     P(holding_release_time,  "s",        0.05,    0.0,    5.0,    "from the brake output until the holding brake is free") \
-    P(holding_apply_time,    "s",        0.03,    0.0,    5.0,    "from the end of the brake output until the holding brake holds")
+    P(holding_apply_time,    "s",        0.03,    0.0,    5.0,    "from the end of the brake output until the holding brake holds") \
+    P(dc_returns,            "-",        0.0,     0.0,    1.0,    "1: the source of a soft link takes current as well, as a battery does; 0: a rectifier, or a battery that has cut off its charging")
 /* clang-format on */
 
 /* load_kind */

@@ -61,6 +61,7 @@ typedef struct {
     double volts_per_volt;     /* [-] of the DC-link sensor */
     double source_rate;        /* 1/(R_dc C) [1/s]; 0: stiff link */
     double link_rate;          /* 1/C [1/F]; 0: stiff link */
+    double supplied;           /* [A s] from the source into a soft link, since init */
     double chopper_rate;       /* 1/(R_chopper C) [1/s]; 0: none */
     double load_torque;        /* T_passive at the load end of an elastic shaft [N m], else 0 */
     double load_active;        /* T_active at the load end of an elastic shaft [N m], else 0 */

@@ -127,6 +127,8 @@ static void begin_period(rig_t *rig)
     truth->true_i_d = (float)plant->i_d;
     truth->true_i_q = (float)plant->i_q;
     truth->true_u_dc = (float)plant->v_dc;
+    truth->true_supply_current = (float)((plant->supplied - rig->state.supplied) / RIG_PERIOD_SECONDS);
+    rig->state.supplied = plant->supplied;
     truth->shoot_throughs = (float)plant->shoot_throughs;
     truth->chip_reports = (float)chip_report_total(&rig->state.chip);
 }

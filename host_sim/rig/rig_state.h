@@ -24,6 +24,7 @@ typedef struct {
     uint32_t medium_done;     /* [windows] its drive_t.done from then on */
     int32_t medium_opens;     /* [-] its drive_t.opens from then on */
     int64_t encoder_moved;    /* [counts] changed by rig_set_motion, without edges of the tracks */
+    double supplied;          /* [A s] `supplied` of the plant at the last t_k */
     app_t app;
     rig_plant_t plant_values; /* last argument of plant_set_params */
     rig_conditions_t conditions;

@@ -21,7 +21,9 @@
     F(3010, theta_err, "rad", "angle that the drive used minus true_theta_e, wrapped")                       \
     F(3011, shoot_throughs, "-", "number of times that both switches of a leg conducted")                    \
     F(3012, chip_reports, "-", "number of wrong uses that the chip reported")                                \
-    F(3013, theta_hat_err, "rad", "angle of the estimator minus true_theta_e, wrapped")
+    F(3013, theta_hat_err, "rad", "angle of the estimator minus true_theta_e, wrapped")                      \
+    F(3014, true_supply_current, "A",                                                                        \
+      "mean current from the source into a link with a capacitor, over the period before t_k")
 
 typedef struct {
 #define TRUTH_FIELD(id, name, unit, text) float name; /* [unit of its row] */

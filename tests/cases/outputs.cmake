@@ -1,2 +1,2 @@
-# Brake chopper and holding brake: docs/chopper_and_brake.md.
-grid_cases(chopper)
+# Brake chopper, current of the supply, holding brake: docs/chopper_and_brake.md.
+grid_cases(chopper supply_current)

@@ -107,7 +107,7 @@ static void test_what_a_fault_changes_can_be_changed(void)
 {
     for (size_t n = 0; n < matrix_fault_count; n++) {
         const matrix_fault_t *fault = &matrix_faults[n];
-        for (size_t c = 0; c < 3u && fault->changes[c].row != NULL; c++) {
+        for (size_t c = 0; c < MATRIX_CHANGES && fault->changes[c].row != NULL; c++) {
             const table_row_t *row = rig_row_by_name(fault->changes[c].row);
             TEST_ASSERT_NOT_NULL_MESSAGE(row, fault->changes[c].row);
             const double value = fault->changes[c].factor * rig_initial(row) + fault->changes[c].shift;
@@ -154,12 +154,12 @@ static bool is_no_fault(const char *name)
     static const char none[] =
         " fidelity metering sensors interrupt_time medium_time section_time background_time "
         "leg_b_drop leg_c_drop leg_b_delay leg_c_delay leg_b_resistance leg_c_resistance "
-        "leg_a_delay encoder_stuck_b dc_ripple_frequency chopper_resistance chopper_voltage "
+        "leg_a_delay encoder_stuck_b dc_ripple_frequency "
         "load_inertia shaft_stiffness shaft_damping current_zero current_gain_error_c "
         "current_offset_c friction_breakaway flip_bit flip_word load_quadratic load_sine "
         "load_sine_cycles load_spring load_table_speed load_table_1 load_table_2 load_table_3 "
         "load_table_4 load_table_5 load_table_6 saturation_d saturation_q flux_map iron_loss_resistance "
-        "chopper_driven holding_torque holding_release_time holding_apply_time ";
+        "chopper_driven holding_release_time holding_apply_time ";
     char word[64];
     snprintf(word, sizeof word, " %s ", name);
     return strstr(none, word) != NULL;
@@ -168,7 +168,7 @@ static bool is_no_fault(const char *name)
 static bool is_injected(const table_row_t *row)
 {
     for (size_t n = 0; n < matrix_fault_count; n++) {
-        for (size_t c = 0; c < 3u && matrix_faults[n].changes[c].row != NULL; c++) {
+        for (size_t c = 0; c < MATRIX_CHANGES && matrix_faults[n].changes[c].row != NULL; c++) {
             if (rig_row_by_name(matrix_faults[n].changes[c].row) == row) {
                 return true;
             }

@@ -109,6 +109,7 @@
     X(outputs)                                                                                               \
     X(chopper_heat)                                                                                          \
     X(brake_state)                                                                                           \
+    X(supply_current)                                                                                        \
     X(speed_calm)                                                                                            \
     X(torque_current)                                                                                        \
     X(field_weakened)                                                                                        \
@@ -527,6 +528,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(outputs, 0.0, 0.0) /* tests/cases/chopper.grid, tests/rig/test_brake.c */
     EXPECT(chopper_heat, 0.0, 0.0)
     EXPECT(brake_state, 0.0, 0.0)
+    EXPECT(supply_current, 0.0, 0.0) /* tests/cases/supply_current.grid */
     /* no step of commissioning is requested here; tests/lab/test_commission.c runs them */
     EXPECT(commission_state, 0.0, 0.0)
     EXPECT(commission_reason, 0.0, 0.0)
@@ -919,7 +921,7 @@ static bool empty(uint32_t row)
            row == R_leg_resistance_alpha_hat || row == R_leg_resistance_beta_hat || row == R_field_weakened ||
            row == R_voltage_trim || row == R_faults_later_2 || row == R_warnings_2 || row == R_motor_heat ||
            row == R_module_heat || row == R_dc_swing || row == R_coasting || row == R_outputs ||
-           row == R_chopper_heat || row == R_brake_state ||
+           row == R_chopper_heat || row == R_brake_state || row == R_supply_current ||
            (row >= R_commission_state && row <= R_commission_friction_viscous) ||
            (row == R_warnings && !DRIVE_SINK_SENSOR);
 }

@@ -100,8 +100,10 @@ typedef struct {
     float stiffness;       /* decrease of i_q with the speed of each period [A s/rad], mechanical */
     dq_t dither;           /* added to the reference from the first period on [A] */
     float omega_m_ref;     /* present speed reference [rad/s], mechanical */
-    float current_limit;   /* of i_q [A], by heat and by the i_d that a hand-over has left */
-    uint32_t only_brakes;  /* [-] 1: a quick stop, in which no current drives the rotor */
+    float driving_limit; /* of i_q in the direction of the speed [A], by heat, by the i_d that a hand-over has
+                            left, and by the current of the supply */
+    float braking_limit; /* the same against the direction of the speed [A] */
+    uint32_t only_brakes; /* [-] 1: a quick stop, in which no current drives the rotor */
 
     setpoint_forced_t forced;
     setpoint_catch_t catching;

@@ -17,6 +17,7 @@ void run_init(run_t *run, const run_tuning_t *tuning)
     run->apart = tuning->saliency;
     run->steep = tuning->saliency;
     run->calm = 1.0f;
+    run->stiff = 1.0f;
     run->low_kept = 1.0f;
     weakening_init(&run->weakening, &tuning->weakening);
     speed_control_init(&run->speed, &tuning->speed);
@@ -42,12 +43,27 @@ void run_enter(run_t *run, dq_t current, float omega_m)
     speed_control_reset(&run->speed, run->torque, omega_m);
 }
 
+static void scale_speed(run_t *run)
+{
+    const speed_control_tuning_t speed = speed_control_scaled(&run->tuning.speed, run->calm * run->stiff);
+    speed_control_take(&run->speed, &speed, run->omega_m_ref);
+}
+
 void run_calm(run_t *run, bool whole)
 {
     const float calmer = CALMER * run->calm;
     run->calm = whole ? 1.0f : calmer > CALM_LEAST ? calmer : CALM_LEAST;
-    const speed_control_tuning_t speed = speed_control_slower(&run->tuning.speed, run->calm);
-    speed_control_take(&run->speed, &speed, run->omega_m_ref);
+    scale_speed(run);
+}
+
+void run_stiffen(run_t *run, float factor)
+{
+    const float relaxed = RUN_RELAX * run->stiff;
+    const float next = factor > relaxed ? factor : relaxed;
+    if (next != run->stiff) {
+        run->stiff = next;
+        scale_speed(run);
+    }
 }
 
 /* ---- i_d ---- */

@@ -36,6 +36,8 @@
 #define RUN_TORQUE_LEAST 0.1f
 #define RUN_MTPA_SHARE   0.5f
 
+#define RUN_RELAX 0.995f /* [-] of a higher bandwidth of the speed control, per step: 0.3 s from 7 to 1 */
+
 typedef struct {
     speed_control_tuning_t speed;
     float ramp;        /* change of the speed reference per step [rad/s], mechanical; 0: no limit */
@@ -57,6 +59,7 @@ typedef struct {
     speed_control_t speed;
     float omega_m_ref;  /* present reference [rad/s], mechanical */
     float calm;         /* factor on the bandwidth of the speed control [-]; 1: as configured */
+    float stiff;        /* another one [-], above 1 while the load changes from the brake to the motor */
     float low_kept;     /* [-] 1: low_current is kept; 0: not needed with an encoder */
     float i_d_left;     /* remaining i_d of a hand-over [A] */
     float i_d_low;      /* for the low-speed current, magnitude [A] */
@@ -115,13 +118,19 @@ static inline void run_take(run_t *run, const run_tuning_t *tuning)
     run->steep = tuning->saliency;
     weakening_take(&run->weakening, &tuning->weakening);
     run_limit(run, -tuning->speed.current_limit, tuning->speed.current_limit);
-    const speed_control_tuning_t speed = speed_control_slower(&tuning->speed, run->calm);
+    const speed_control_tuning_t speed = speed_control_scaled(&tuning->speed, run->calm * run->stiff);
     speed_control_take(&run->speed, &speed, run->omega_m_ref);
 }
 
 /* Halves the bandwidth of the speed control, but not below a quarter of the configured one; or, with `whole`,
  * restores the configured one. Its next output for zero error is kept. */
 void run_calm(run_t *run, bool whole);
+
+/* Sets the factor [-] by which the bandwidth of the speed control is higher while it takes over a load. Its
+ * next output for zero error is kept. With a factor of 1 the bandwidth returns gradually, by RUN_RELAX at a
+ * call: a step of the gains would leave a difference of i_q to the load that the slower control removes late.
+ */
+void run_stiffen(run_t *run, float factor);
 
 /* The speed control continues from this current [A] in the rotor's frame at this mechanical speed
  * [rad/s]: its i_q is held, its i_d fades except for the part that the low speed needs, the

@@ -50,15 +50,16 @@ typedef struct {
 /* Computes the coefficients. One division. */
 speed_control_tuning_t speed_control_prepare(const speed_control_params_t *params);
 
-/* The same control, slower: its bandwidth times `factor` [-], 0..1, with the same damping. No division. */
-static inline speed_control_tuning_t speed_control_slower(const speed_control_tuning_t *tuning, float factor)
+/* The same control, slower or stiffer: its bandwidth times `factor` [-], above 0, with the same damping. No
+ * division. */
+static inline speed_control_tuning_t speed_control_scaled(const speed_control_tuning_t *tuning, float factor)
 {
-    speed_control_tuning_t slower = *tuning;
-    slower.kick *= factor;
-    slower.pi.kp *= factor;
-    slower.pi.ki_period *= factor * factor;
-    slower.pi.back_gain *= factor;
-    return slower;
+    speed_control_tuning_t scaled = *tuning;
+    scaled.kick *= factor;
+    scaled.pi.kp *= factor;
+    scaled.pi.ki_period *= factor * factor;
+    scaled.pi.back_gain = factor * scaled.pi.back_gain < 1.0f ? factor * scaled.pi.back_gain : 1.0f;
+    return scaled;
 }
 
 /* Takes these coefficients; integral 0. */

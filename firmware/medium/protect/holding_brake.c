@@ -16,7 +16,7 @@ holding_brake_tuning_t holding_brake_prepare(const holding_brake_params_t *param
 {
     return (holding_brake_tuning_t){
         .on = params->on ? UINT32_C(1) : UINT32_C(0),
-        .release_looks = looks_of(params->release_time, params->period) + OUTPUT_LOOKS,
+        .release_looks = looks_of(params->release_time + params->take_time, params->period) + OUTPUT_LOOKS,
         .apply_looks = looks_of(params->apply_time, params->period) + OUTPUT_LOOKS,
         .steady_looks = looks_of(BRAKE_STEADY, params->period),
         .torque_looks = looks_of(BRAKE_TORQUE_TIME, params->period),

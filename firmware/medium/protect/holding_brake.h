@@ -3,7 +3,8 @@
  *     set to releasing       the bridge is on, the speed control can take over, and the torque of the
  *                            winding is near the pre-torque (BRAKE_NEAR, BRAKE_STEADY)
  *
- *     releasing to released  after the release time; the speed control holds speed zero until then
+ *     releasing to released  after the release time, and the time in which the speed control takes over the
+ *                            difference of load and pre-torque; it is stiff, and holds speed zero until then
  *
  *     both to applying       the sequence requires the brake; the speed control holds speed zero
  *
@@ -31,6 +32,7 @@ typedef enum { BRAKE_SET, BRAKE_RELEASING, BRAKE_RELEASED, BRAKE_APPLYING } brak
 typedef struct {
     bool on;             /* there is a brake */
     float release_time;  /* [s] from the output until the shaft is free */
+    float take_time;     /* [s] in which the speed control takes over the load */
     float apply_time;    /* [s] from the output until the brake holds */
     float preload;       /* torque before the release, as a current of psi_f [A] */
     float current_limit; /* [A] */

@@ -330,10 +330,11 @@ static void judge_winding(tune_t *tune, const given_t *g)
 {
     const double tau = g->l_q / g->r;
     if (g->ripple > RIPPLE_MOST * g->rated_current) {
+        char l[UNITS_TEXT_SIZE];
         warn(tune,
-             "%.4g uH at %.4g kHz and a link of %.4g V: the current ripple is %.3g A peak to peak, which is "
+             "%s at %.4g kHz and a link of %.4g V: the current ripple is %.3g A peak to peak, which is "
              "large for a rated current of %.4g A and a sensor range of +-%.4g A",
-             1e6 * smaller(g->l_d, g->l_q), 1e-3 / T_S, g->link, g->ripple, g->rated_current,
+             units_text(l, smaller(g->l_d, g->l_q), "H"), 1e-3 / T_S, g->link, g->ripple, g->rated_current,
              (double)BOARD_CURRENT_RANGE);
     }
     if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
@@ -675,12 +676,14 @@ bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error)
     }
     tune->link = g.link;
     if (g.l_q < WINDING_LEAST * T_S * g.r) {
+        char l[UNITS_TEXT_SIZE];
+        char least[UNITS_TEXT_SIZE];
         return scenario_fail(
             error, (scenario_place_t){0u, 0u}, "motor",
-            "L/R of %.4g uH and %.4g ohm is %.3g ms, %.3g periods of the control of %.4g us: the drive "
-            "on this board needs 2 periods, %.4g uH at least; a board with a faster carrier can run it",
-            1e6 * g.l_q, g.r, 1e3 * g.l_q / g.r, g.l_q / g.r / T_S, 1e6 * T_S,
-            1e6 * WINDING_LEAST * T_S * g.r);
+            "L/R of %s and %.4g ohm is %.3g ms, %.3g periods of the control of %.4g us: the drive "
+            "on this board needs 2 periods, %s at least; a board with a faster carrier can run it",
+            units_text(l, g.l_q, "H"), g.r, 1e3 * g.l_q / g.r, g.l_q / g.r / T_S, 1e6 * T_S,
+            units_text(least, WINDING_LEAST * T_S * g.r, "H"));
     }
     tune->needs_encoder = g.l_q > ESTIMATED_MOST * g.l_d;
     judge_winding(tune, &g);

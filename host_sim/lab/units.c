@@ -553,8 +553,14 @@ const char *units_range_text(char to[UNITS_TEXT_SIZE], double min, double max, c
     char ends[2][UNITS_TEXT_SIZE];
     end_text(ends[0], min, min, max, spelling);
     end_text(ends[1], max, min, max, spelling);
-    snprintf(to, UNITS_TEXT_SIZE, "%.24s to %.24s%s%.40s", ends[0], ends[1], name[0] == '\0' ? "" : " ",
-             name);
+    const spelling_t *of_min = strchr(ends[0], 'e') != NULL ? best_spelling(fabs(min), unit) : spelling;
+    const bool two_units =
+        of_min != NULL && of_min != spelling; /* "10 uH to 1 H" instead of "1e-05 to 1 H" */
+    if (two_units) {
+        end_text(ends[0], min, min, max, of_min);
+    }
+    snprintf(to, UNITS_TEXT_SIZE, "%.24s%s%.8s to %.24s%s%.40s", ends[0], two_units ? " " : "",
+             two_units ? of_min->spelling : "", ends[1], name[0] == '\0' ? "" : " ", name);
     return to;
 }
 

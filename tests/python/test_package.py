@@ -69,6 +69,7 @@ class AgainstTheProgram(unittest.TestCase):
     def test_a_sensorless_run_is_the_same_bit_by_bit(self):
         ours, _ = self.same("reversal_under_load")
         self.assertTrue(ours.passed)
+        self.assertIn(f"# program: lagless {lagless.__version__}\n", (FOLDER / "reversal_under_load.csv").read_text())
 
     def test_so_is_one_with_settings_of_its_own(self):
         self.same("load_step", "motor_resistance=1.2", "plant.inertia=0.05", "run.seed=7")

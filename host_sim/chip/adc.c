@@ -14,8 +14,9 @@
  * boot ROM copies them. Without ADCOFFTRIM every code is off by its missing part, without the calibration in
  * ADCREFSEL the reference is off in proportion to what is missing.
  *
- * A debugger's halt, ADCTRL1 SUSMOD: 0 goes on; 1 ends the sequence under way; 2 and 3 stand in the middle of
- * it and go on afterwards. A start that comes while the sequencer is so stopped is lost. */
+ * A debugger's halt, ADCTRL1 SUSMOD: with 0 the converter continues; 1 ends the present sequence; 2 and 3
+ * interrupt the sequence and continue it afterwards. A start that comes while the sequencer is so stopped
+ * is lost. */
 #include "host_sim/chip/parts.h"
 
 #define READY_TICKS        (CHIP_TICKS_PER_SECOND * 5u / 1000u)     /* band gap and converter */

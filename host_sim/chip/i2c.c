@@ -2,8 +2,9 @@
  * interrupts, a second master, addresses of 10 bits, repeat mode, free data format: if requested, they are
  * reported.
  *
- * As in sci.c nothing is simulated while nobody looks: every access of software brings the transfer up to
- * the present tick. A transfer goes octet by octet, each with its acknowledge bit, nine bits; START and STOP
+ * As in sci.c, the transfer is simulated only when software accesses a register: each access brings the
+ * transfer up to the present tick. A transfer goes octet by octet, each with its acknowledge bit, nine
+ * bits; START and STOP
  * take one bit each. */
 #include <assert.h>
 

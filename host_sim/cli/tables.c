@@ -14,7 +14,7 @@
 #include "host_sim/rig/rig.h"
 #include "settings/reasons.h"
 
-/* Of the rig's tables, in their order: which hold what can be set. */
+/* For each table of the rig, in their order: true if its rows can be set. */
 static bool settable(const table_t *table)
 {
     return table->rows[0].access != TABLE_READ;

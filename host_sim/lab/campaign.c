@@ -92,7 +92,8 @@ bool campaign_all(const campaign_t *campaign, campaign_result_t *results, char w
 #define HEAD_READ                                                                                            \
     "# lagless campaign: tables %8" SCNx32 ", seed %20" SCNu64 ", runs %10" SCNu32 ", seconds %lf"
 
-/* Of what decides a run besides its number: all tables, those of the campaign among them, and the scenario.
+/* A hash of all that determines a run in addition to its number: all tables, including those of the
+ * campaign, and the scenario.
  */
 static uint32_t space_hash(const campaign_t *campaign)
 {
@@ -245,7 +246,7 @@ static const char *row_name(uint32_t id)
     return row != NULL ? row->name : "?";
 }
 
-/* What is counted by a number, with what it is called. */
+/* A counted quantity and its name. */
 typedef struct {
     FILE *file;
     bool json, first;

@@ -1,4 +1,4 @@
-/* The judge of what a drive must do: it works, it obeys, and it ends what its limits forbid. */
+/* Judges the duties of a drive: it runs, follows its requests, and ends operation beyond its limits. */
 #include <math.h>
 
 #include "host_sim/lab/campaign_parts.h"
@@ -20,7 +20,7 @@
 #define LEAST_ROOM      0.15 /* [-] of rated torque, which is left to accelerate with */
 #define START_SECONDS   1.8  /* [s] that a start without encoder may take */
 #define ENCODER_SECONDS 0.4  /* [s] the same with the encoder */
-#define STOP_SECONDS    0.5  /* [s] that a quick stop may take beside what it brakes for */
+#define STOP_SECONDS    0.5  /* [s] that a quick stop may take in addition to the braking time */
 #define STOP_SHARE      3.0  /* [-] of the time that rated torque needs to stop all that turns */
 #define LINK_NOISE      4.0  /* [-] standard deviations of the link's noise */
 #define LINK_STEP       0.5  /* [V] of the converter of the link's voltage, and of its filter */
@@ -161,7 +161,7 @@ static bool is_beyond_base(const campaign_watch_t *watch, double speed)
     return watch->motor.fastest > 1.0 && fabs(speed) > BASE_SHARE * watch->duty.speed;
 }
 
-/* Does the torque [N m] drive the shaft away from a speed, wherever in between the reference is? */
+/* True if the torque [N m] drives the shaft away from both speeds, between which the reference is. */
 static bool leaves(const campaign_watch_t *watch, const uint32_t *rows, double torque, double wanted)
 {
     const double speed = campaign_number(rows, CAMPAIGN_AT_true_omega_m);

@@ -79,7 +79,7 @@ static void set_shaft(campaign_settings_t *to, const campaign_case_t *drawn, con
     const double friction = CAMPAIGN_VALUE(drawn, friction) * motor->torque;
     const double viscous = CAMPAIGN_VALUE(drawn, viscous) * motor->torque / motor->speed;
     set(to, "friction_coulomb", friction);
-    /* a hair more, so that it is no less as a float either */
+    /* slightly more, so that the value as a float is not below it */
     set(to, "friction_breakaway", CAMPAIGN_VALUE(drawn, stiction) * friction * 1.000001);
     set(to, "friction_viscous", viscous);
     set(to, "load_kind", CAMPAIGN_VALUE(drawn, load_kind));

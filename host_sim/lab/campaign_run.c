@@ -51,7 +51,7 @@ static void unmet(const runner_result_t *run, const campaign_case_t *drawn, camp
     }
 }
 
-/* What is kept of a run beside its result. */
+/* Data of a run that are kept in addition to its result. */
 typedef struct {
     uint64_t hash;
     campaign_angles_t angles;

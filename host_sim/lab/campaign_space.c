@@ -311,7 +311,8 @@ static campaign_injected_t draw_fault(source_t *source, double from, double to)
     return fault;
 }
 
-/* Salient motors are drawn by a stream of their own: the other runs of a seed are what they are without them.
+/* Salient motors are drawn from a separate random stream, so that they do not change the other runs of a
+ * seed.
  */
 #define SALIENT_STREAM UINT64_C(0x53414c49454e54)
 #define SALIENT_SHARE  (1.0 / 3.0) /* [-] of the runs */

@@ -77,14 +77,14 @@ static double per_pole_pair(double x, const experiment_run_t *run)
     return x / row_of(run, "plant.pole_pairs");
 }
 
-/* Of the sampled observer, at this mechanical speed, with the run's k_s and slope. */
+/* The lag of the sampled observer at this mechanical speed, with k_s and slope of the run. */
 static double observer_lag(double x, const experiment_run_t *run)
 {
     return paper_lag_sampled(row_of(run, "params.observer_gain"), row_of(run, "params.observer_slope"),
                              row_of(run, "plant.pole_pairs") * x);
 }
 
-/* Of a conventional loop with the run's k_i, while this torque accelerates the rotor. */
+/* The error of a conventional loop with k_i of the run, while this torque accelerates the rotor. */
 static double loop_error(double x, const experiment_run_t *run)
 {
     const double torque = x - run->load - row_of(run, "plant.friction_coulomb");

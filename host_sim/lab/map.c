@@ -90,7 +90,7 @@ static const struct {
     {"inertia_adaptation", 1.0},
 };
 
-/* The dynamometer's own encoder and what it asks of the load. */
+/* The encoder of the dynamometer, and the torque that it commands. */
 static const setting_t bench[] = {
     {"params.position_source", 0.0}, {"params.encoder_lines", 2500.0}, {"params.encoder_offset", 0.0},
     {"plant.encoder_lines", 2500.0}, {"plant.encoder_offset", 0.0},    {"plant.load_torque", 0.0},

@@ -49,7 +49,7 @@ void scenario_free(scenario_t *scenario)
     free(scenario);
 }
 
-/* One line, whatever was quoted. */
+/* Makes the quoted text a single line. */
 static void flatten(char *text)
 {
     for (; *text != '\0'; text++) {

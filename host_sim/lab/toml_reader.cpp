@@ -331,7 +331,8 @@ toml_file_t *parse(const char *text, size_t octets, toml_error_t *error)
         place_t place = place_of(why.source());
         const key_t key = key_on_line(text, octets, place.line);
         if (why.description().find("redefine") != std::string_view::npos) {
-            place.column = key.column; /* of what is there twice, not where that was noticed */
+            place.column = key.column; /* position of the duplicate key, not of the place where it was
+                                        * detected */
         }
         const bool no_quotes =
             why.description().find("expected a comment or whitespace") != std::string_view::npos;

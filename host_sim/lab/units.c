@@ -199,7 +199,7 @@ static const spelling_t spellings[] = {
 };
 #define SPELLINGS (sizeof spellings / sizeof spellings[0])
 
-/* Units that have spellings of their own where they are mechanical. */
+/* Units with special spellings for mechanical quantities. */
 static const struct {
     const char *unit; /* of the table, and in messages */
     const char *mechanical;
@@ -503,7 +503,8 @@ static const spelling_t *best_spelling(double magnitude, const char *unit)
         if (next->role != WRITTEN || strcmp(next->unit, unit) != 0) {
             continue;
         }
-        /* The lists begin with the table unit and go down; a hair below 1 is shown as 1. */
+        /* The lists begin with the table unit and continue with smaller units. A value slightly below 1 is
+         * shown as 1. */
         if (best == NULL || in_spelling(magnitude, best) < 0.9999995) {
             best = next;
         }

@@ -17,7 +17,7 @@
 #include "host_sim/rig/rig.h"
 
 #define REPEATS    3u    /* [-] of a question whose answer does not come although SYNCH is answered */
-#define BUSY_WAIT  0.02  /* [s] until a busy drive is asked again */
+#define BUSY_WAIT  0.02  /* [s] until the request to a busy drive is repeated */
 #define BUSY_MAX   100u  /* [-] times */
 #define CLOCK_WAIT 0.001 /* [s] the shortest time between two queries of the clock of a fast drive */
 #define READS_MAX  16u   /* [-] at a time */

@@ -130,7 +130,7 @@ void master_forget(master_t *master);
 /* Processes a packet of samples. */
 void master_daq_packet(master_t *master, const uint8_t *packet, uint32_t length);
 
-/* CONNECT with what follows; waits. */
+/* Sends CONNECT and the commands that follow it, and waits for the answers. */
 bool master_connect(master_t *master, master_error_t *error);
 
 bool master_fail(master_error_t *error, const char *format, ...) __attribute__((format(printf, 2, 3)));

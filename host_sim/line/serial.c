@@ -1,5 +1,5 @@
-/* Serial devices. Linux takes any baud through its termios2, whose header and <termios.h> exclude each other:
- * hence a file of its own. Elsewhere the speeds that the system has constants for. */
+/* Serial devices. Linux takes any baud through its termios2, whose header and <termios.h> exclude each
+ * other. Therefore this code is a separate file. Elsewhere the speeds that the system has constants for. */
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>

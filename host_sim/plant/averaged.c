@@ -27,7 +27,7 @@ typedef struct {
     double way;              /* [-] 1: the upper switches are on at the ends; -1: the lower */
     double length, rate;     /* T [s], 1/T [1/s] */
     double free[3];          /* by EMF and resistance, mean [A/s] */
-    double turn[3];          /* half of what that changes per second [A/s^2] */
+    double turn[3];          /* half of the change of this rate per second [A/s^2] */
     double slope[3];         /* F, `free` and drops [A/s] */
     double drop[3];          /* [V] mean pole voltage beyond V_dc times the share at the upper rail */
     double volt;             /* way V_dc [V] */
@@ -132,7 +132,7 @@ static void describe(const plant_t *plant, period_t *period)
 }
 
 /* Currents at the borders of one half's hand-overs, `from` its end and `ahead` 1 or -1 with time, and the
- * signs by these. Returns the sum of what the signs have changed. */
+ * signs by these. Returns the sum of the changes that the signs have caused. */
 static double meet(const plant_t *plant, period_t *period, handover_t half[3], const double from[3],
                    double ahead)
 {

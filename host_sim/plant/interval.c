@@ -217,7 +217,7 @@ double interval_magnetic(const plant_t *plant)
     return 0.75 * (q->inductance_d * plant->i_d * plant->i_d + q->inductance_q * plant->i_q * plant->i_q);
 }
 
-/* Nothing flows whatever the legs do: idle, or two wires broken. */
+/* No current flows for any state of the legs: the bridge is idle, or two wires are broken. */
 static bool currentless(const plant_t *plant)
 {
     return plant->idle || (plant->open & (plant->open - 1u)) != 0u;
@@ -715,8 +715,8 @@ static bool bend(const plant_t *plant, const series_t *series, double v[3], doub
         touched[leg] = in_zone[leg] || plant->uneven;
         follow[leg] = 0.0;
         if (touched[leg]) {
-            /* What a leg alone would do to its own mean current decides how far to follow the new mean
-             * voltage. */
+            /* The effect of a leg on its own mean current determines how far the new mean voltage is
+             * followed. */
             double fall = in_zone[leg] ? zone_resistance(plant, law) : law->r[0];
             double stiff = fall * series->h * plant->k_max;
             if (stiff > STIFFEST) {
@@ -774,7 +774,8 @@ static inline bool series_interval(plant_t *plant, double h, double omega_e, dou
     series_end(plant, &series, (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0), (v[1] - v[2]) * INV_SQRT_3, &i_d,
                &i_q);
     to_phases(cos_1, sin_1, i_d, i_q, j);
-    /* Both ends outside the zone and on the same side: the products tell the sides. A mean over the period is
+    /* Both ends are outside the zone and on the same side; the signs of the products show the sides. A mean
+     * over the period is
      * one straight line, and has no zone. */
     bool away = plant->kind[0] >= PLANT_LAW_AVERAGED ||
                 (!plant->uneven && least(least(fabs(i[0]), fabs(i[1])), fabs(i[2])) >= zone &&
@@ -865,7 +866,7 @@ static void settle(plant_t *plant, uint64_t ticks)
 
 void interval_count_turns(plant_t *plant)
 {
-    /* Whole mechanical turns apart, so that the fraction keeps its digits however long the run. */
+    /* Whole mechanical turns are counted separately, so that the fraction keeps its digits in long runs. */
     int64_t pairs = (int64_t)plant->p;
     double counts = 4.0 * plant->params.encoder_lines * (1.0 - plant->params.encoder_slip);
     double whole = (double)(plant->turns / pairs) * counts;
@@ -918,7 +919,7 @@ static __attribute__((noinline)) void twist_step(plant_t *plant, double h, doubl
     plant->omega_ahead = plant->omega_m;
     plant->acceleration = near * (net - plant->shaft_torque);
     if (plant->metering) {
-        /* Of what drives the difference, the damping has what is not stored. */
+        /* The part of the driving power that is not stored is dissipated by the damping. */
         double stored = 0.5 / sum * more_v * (2.0 * nu + more_v) +
                         0.5 * q->shaft_stiffness * more_x * (2.0 * twist + more_x);
         double dynamometer = fixed ? (h * net - impulse) * plant->omega_m : 0.0;
@@ -968,7 +969,8 @@ static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
         limit = 1u + (uint64_t)(LARGEST_ANGLE / (rate * TICK));
     }
     if (ticks > limit) {
-        /* Equal parts of what is left: a period is halved, not cut into a long and a tiny piece. */
+        /* The remaining time is cut into equal parts: a period is halved, not cut into a long and a very
+         * short part. */
         uint64_t parts = (ticks + limit - 1u) / limit;
         ticks = parts < 8u ? (ticks + parts - 1u) / parts : limit;
     }

@@ -45,7 +45,8 @@ double interval_angle(const plant_t *plant);
  * which does not depend on what drives it. */
 double interval_resistance(const plant_t *plant, double omega_m);
 
-/* The same with what holds a fixed shaft, and with the load at the far end of an elastic one [N m]. */
+/* The same including the torque that holds a fixed shaft, and the load at the far end of an elastic shaft
+ * [N m]. */
 double interval_load(const plant_t *plant);
 
 /* Open-circuit voltage of the link's source [V], `ahead` [s] from now. */

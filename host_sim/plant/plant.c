@@ -157,7 +157,7 @@ static void leg_follows(plant_t *plant, uint32_t leg)
     }
 }
 
-/* Laws of all legs from what is on and not shut. */
+/* Laws of all legs from the switches that conduct. */
 static void legs_follow(plant_t *plant)
 {
     for (uint32_t leg = 0; leg < 3; leg++) {
@@ -453,7 +453,7 @@ static void make_masses(plant_t *plant)
     make_works(plant);
 }
 
-/* Of the oscillation and the decay of the twist [1/s]. */
+/* Frequency of the oscillation and rate of decay of the twist [1/s]. */
 static double shaft_rate(const plant_t *plant)
 {
     if (plant->load_inverse == 0.0) {

@@ -197,8 +197,7 @@ void rig_step(rig_t *rig)
         rig_stop_at(rig, state->period);
     }
     if (run_period(rig, RIG_PERIOD_TICKS) == 0u && rig_background_is_free(rig)) {
-        plant_advance(&state->plant,
-                      chip_now(&state->chip)); /* or the encoder would be seen to jump at t_k+1 */
+        plant_advance(&state->plant, chip_now(&state->chip)); /* otherwise the encoder would jump at t_k+1 */
         chip_look(&state->chip);
         rig_background(rig);
     }

@@ -1,5 +1,5 @@
 /* A replay: a recorded state of the drive in a new rig, whose interrupts run on the recorded samples. Chip
- * and plant do nothing meanwhile.
+ * and plant do not advance during the replay.
  *
  * Between two samples the drive of the record had its medium task, if a window was handed over, then the
  * background. Here the medium task computes at once, and its results are shown to the step that found them

@@ -1,9 +1,9 @@
 /* What the simulation does with the software that runs on its chip: the time it takes, ideal sensors, the
  * background's turn.
  *
- * The sample interrupt reads at its entry and writes when its time is over: all of it passes where the
- * drive's step stands, between the two. The medium task computes at its begin, and what it has found is there
- * when its time is over, which grows by that of the interrupts that come meanwhile. */
+ * The sample interrupt reads at its entry and writes when its time is over: this time passes at the drive's
+ * step, between the two. The medium task computes at its begin. Its results are available when its time is
+ * over; interrupts during this time make it longer. */
 #include "app/talk.h"
 #include "host_sim/rig/rig_parts.h"
 

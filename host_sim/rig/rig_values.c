@@ -118,7 +118,7 @@ static void advice_text(char *to, size_t size, const params_error_t *why)
     }
 }
 
-/* "; with motor_inductance_d = 0.0052 H": what a rule reads beside the row that is named, where it is little.
+/* "; with motor_inductance_d = 0.0052 H": the further values that a rule reads, if there are few.
  */
 static void others_text(char *to, size_t size, const rig_t *rig, const params_error_t *why)
 {

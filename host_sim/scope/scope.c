@@ -24,7 +24,7 @@
 #define AGAIN_TRY   0.05  /* [s] that a try lasts, at least */
 #define LONGEST     0.1   /* [s] of waiting */
 #define BLOCK_MAX   15u   /* [slots] of one question: MASTER_READ_MAX octets */
-#define SAMPLES_MAX 4096u /* [samples] after which they are sent, whatever the time */
+#define SAMPLES_MAX 4096u /* [samples] after which they are sent, independent of the time */
 #define LINE_SHARE  0.8   /* [-] of a serial line that samples may take */
 #define SILENT      2.0   /* [s] without an expected sample, until the drive counts as restarted */
 #define TEXT_MAX    700u
@@ -349,7 +349,7 @@ static void ask(scope_t *scope, double time)
     }
 }
 
-/* Of a row that was just written: its neighbours may have been changed with it. */
+/* Reads the rows near one that was just written, because the drive may have changed them with it. */
 static void look_again(scope_t *scope, const table_row_t *row)
 {
     for (uint32_t n = 0; n < scope->block_count; n++) {
@@ -446,8 +446,8 @@ static bool is_state(int32_t state, const char *name)
     return state == table_choice(rig_row_by_name("state"), name);
 }
 
-/* Whether the drive, which has `enable` on, goes on, by what it reports itself. If not it is off again, so
- * that nothing starts later that nobody expects. */
+/* True if the drive with `enable` on continues to run, according to its own report. Otherwise `enable` is
+ * set off again, so that the motor does not start unexpectedly later. */
 static bool goes_on(scope_t *scope, char *why, size_t size)
 {
     char not_off[TEXT_MAX] = "";
@@ -563,7 +563,8 @@ static bool choose(scope_t *scope, const char *body, char *why, size_t size)
         return false;
     }
     master_error_t error = {{0}};
-    (void)master_daq_stop(scope->master, &error); /* the last samples of the old choice come meanwhile */
+    (void)master_daq_stop(scope->master, &error); /* the last samples of the old choice arrive during this
+                                                   * call */
     tell_samples(scope);
     memcpy(scope->rows, rows, count * sizeof rows[0]);
     scope->row_count = count;

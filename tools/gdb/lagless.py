@@ -1,4 +1,4 @@
-"""gdb commands for the ring: go to a period and back, ask why the drive stopped, read registers by name.
+"""gdb commands for the closed loop: go to a period and back, print why the drive stopped, read registers by name.
 
     gdb -x tools/gdb/lagless.py --args build/host/lagless run SCENARIO.toml        (or simply tools/debug SCENARIO.toml)
 

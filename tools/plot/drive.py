@@ -1,5 +1,5 @@
-"""Which panels show what was recorded of a drive: speeds, torque, currents and voltages with their limits, the error of the
-angle, states as bands; whatever fits none of these has a panel of its unit, so that nothing recorded is left out. Needs numpy.
+"""Chooses the panels for a recording of a drive: speeds, torque, currents and voltages with their limits, the error of the angle, states as
+bands. Any other signal has a panel for its unit, so that every recorded signal is shown. Needs numpy.
 
 A row of PANELS takes the columns of its list that are there. Scale turns the SI unit into that of the axis."""
 import dataclasses
@@ -100,7 +100,7 @@ class Drawn:
         self.data.columns[name], self.data.units[name] = values, unit
 
     def constant(self, name, setting, sign=1.0, unit="A"):
-        """A parameter as a line, where the recording tells it."""
+        """A parameter as a line, if the recording contains it."""
         value = self.recording.values.get(setting)
         if value and value[0] > 0.0:
             self.derive(name, numpy.full(len(self.recording.time), sign * value[0]), unit)
@@ -255,7 +255,7 @@ def spans(times, values):
 
 
 def name_of(names, value):
-    """What a band says of a value."""
+    """The text of a value in a band."""
     if not names:
         return str(value)
     if "bits" in names:

@@ -17,7 +17,7 @@ def tell(fraction):
 
 
 def part(begin, end):
-    """A function that tells of a part of the work, 0 to 1 of it, which goes from begin to end of the whole."""
+    """Returns a function that reports the progress of a part of the work, 0 to 1; the part covers begin to end of the whole."""
     return lambda fraction: tell(begin + (end - begin) * fraction)
 
 

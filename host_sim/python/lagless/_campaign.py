@@ -1,4 +1,4 @@
-"""Campaigns: random runs, each judged by what must always hold; on this machine or on a dask cluster."""
+"""Campaigns: random runs, each checked against rules that always hold; on this machine or on a dask cluster."""
 import ctypes as c
 import json
 import os

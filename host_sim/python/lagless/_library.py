@@ -145,7 +145,7 @@ _loaded = {library.name: library}
 
 
 def of(board=None):
-    """The library of a board, boards/NAME/ beside the first one; None: the first one."""
+    """The library of a board, in boards/NAME/ next to the default one; None: the first one."""
     if board is None:
         return library
     if board not in _loaded:

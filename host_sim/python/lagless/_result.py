@@ -161,8 +161,9 @@ class Result(Trace):
     """A run of a scenario: its recording, its verdicts, and how it ended.
 
     board: name of the board; passed: every expectation is met, and the run did not end with a fault or a lasting refusal that none of them names
-    (unexpected_end says which; None otherwise); verdicts: of each; measures: what is measured without a limit; fault: latched at the end, or None; not_on: why the bridge is not on
-    although it is asked to be, or None; state, manoeuvre: of the drive at the end; history: Trace of the periods up to the last
+    (unexpected_end has its text; None otherwise); verdicts: of each; measures: what is measured without a limit; fault: latched at the end,
+    or None; not_on: why the bridge is off although it is commanded on, or None; state, manoeuvre: of the drive at the end; history: Trace
+    of the periods up to the last
     fault, or None; hash: of the rig's whole state at the end; periods, seconds: simulated; wall: seconds it took; interrupted:
     it was stopped before its end."""
 

@@ -65,7 +65,7 @@ class Rig:
     # ---- values ----
 
     def get(self, name):
-        """Value of any row: a float in its unit, a whole number, or the name of a choice. Parameters: the set in force."""
+        """Value of any row: a float in its unit, a whole number, or the name of a choice. Parameters: the active set."""
         found = row(name, self.board)
         return found.value(self._number(found))
 
@@ -192,9 +192,9 @@ class Rig:
 
     @property
     def hash(self):
-        """Of the whole state, 16 hexadecimal digits: equal states, equal hashes, on every machine."""
+        """Hash of the whole state, 16 hexadecimal digits. Equal states have equal hashes on every machine."""
         return f"{self._library.rig_hash(self._open):016x}"
 
     def power_cycle(self):
-        """The control board's supply is switched off and on: the drive starts again, the rotor coasts meanwhile."""
+        """Switches the supply of the control board off and on: the drive starts again, and the rotor coasts during this time."""
         self._library.rig_power_cycle(self._open)

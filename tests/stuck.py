@@ -1,4 +1,4 @@
-"""No test waits for ever: one that does says where, and its program ends with all that it has started.
+"""No test waits without end: one that does says where, and its program ends with all that it has started.
 
 A test's time-out of ctest would name neither the test nor the line, and who has an end of its pipes would outlive it."""
 

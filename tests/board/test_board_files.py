@@ -112,7 +112,7 @@ class MissingFacts(BoardFileTest):
         for path in BOARDS:
             text = path.read_text(encoding="utf-8")
             for name in FACT.findall(text):
-                if name == "BOARD_GATE_ACTIVE_HIGH":  # may be left to the build; the desk then takes active high
+                if name == "BOARD_GATE_ACTIVE_HIGH":  # may be left to the build; the host then takes active high
                     continue
                 with self.subTest(board=path.name, name=name):
                     self.expect_line(numbers[name], without(text, name), says="missing")
@@ -309,7 +309,7 @@ class Guide(unittest.TestCase):
         self.assertEqual(sorted(guide_rows()), list(range(1, 22)))
 
     def test_table_and_header_name_the_same_facts_under_the_same_numbers(self):
-        """Of the header: what it asks for, and the number of the message behind the question."""
+        """The conditions of the header, and the number of the message after each."""
         text = header_text().replace("\\\n", " ")
         asked = {"BOARD_GATE_ACTIVE_HIGH": 5}
         for condition, number in re.findall(r"#if ([^\n]*!defined[^\n]*)\n#error\s*\"docs/board\.md, line (\d+):", text):

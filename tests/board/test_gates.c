@@ -14,7 +14,7 @@
 #define CYCLE (1.0 / BOARD_SYSCLK_HZ) /* [s] */
 #define NS    1e-9
 
-/* Edges are told in whole ticks: at 100 MHz an odd number of cycles is half a tick off. */
+/* Edges are reported in whole ticks: at 100 MHz an odd number of cycles is half a tick off. */
 #define TICK_OFF (0.51 * TICK)
 
 #define EDGES 40000u

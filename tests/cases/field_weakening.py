@@ -17,7 +17,7 @@ from long_runs import DEVICE, LINK, VOLTAGE, at, column, first, mean, peak, reco
 FLUX, P, R, J, CURRENT = 0.1, 4, 0.95, 0.01, 15.0
 FAMILY = {1.0: 8e-3, 2.0: 20e-3, 3.0: 20e-3, 4.0: 20e-3}
 SIX_STEP = 0.98 * (0.92 * 2 / math.pi - 4 / math.pi * 0.023) * LINK
-TOP = {1.0: 2.4, 2.0: 3.0, 3.0: 3.0, 4.0: 3.0}  # of the base speed; the link stands no more at L_q = L_d
+TOP = {1.0: 2.4, 2.0: 3.0, 3.0: 3.0, 4.0: 3.0}  # of the base speed; at L_q = L_d the link withstands no higher speed
 NAMES = ("true_omega_m", "theta_hat_err", "i_alpha", "i_beta", "true_torque", "u_d_ref", "u_q_ref", "u_dc", "omega_m_ref", "lock_losses",
          "fault_reason")
 
@@ -26,7 +26,7 @@ Data = collections.namedtuple("Data", "p r l_d l_q flux j current")
 
 
 class Motor:
-    """Of linear inductances; another law replaces flux_q, mtpa, most and own_rows."""
+    """A motor with constant inductances; another law replaces flux_q, mtpa, most and own_rows."""
 
     def __init__(self, ratio, data=None, top=0.0, trip=1.1):
         self.current = 0.0  # of the last steady() [A]
@@ -89,7 +89,7 @@ class Motor:
         return sum(step * self.data.j / self.most(begin + (n + 0.5) * step) for n in range(parts))
 
     def own_rows(self, trip):
-        """Of parameters and plant: the observer of this motor, and nothing more."""
+        """Parameters and plant values: only those of the observer and this motor."""
         gain = 1.3 * (self.data.flux + self.saliency * self.data.current) * self.data.p * trip
         slope = 1.6 * self.l_q / (gain * 1e-4)
         return f"observer_gain = {gain}\nobserver_slope = {slope}\nestimate_current_max = {4.0 / slope}\n", ""

@@ -29,7 +29,7 @@ static uint32_t count_after(uint64_t ticks)
 
 static void test_counts_the_way_since_enabling(void)
 {
-    bench.encoder_offset = 123456; /* where the shaft stands does not matter */
+    bench.encoder_offset = 123456; /* the position of the shaft at rest does not matter */
     enable(0u);
     TEST_ASSERT_EQUAL_UINT32(0u, count_after(1000u));
     bench.encoder_offset += 17;

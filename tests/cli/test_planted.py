@@ -13,8 +13,8 @@ import sys
 import tomllib
 
 CAMPAIGNS = (("120", "4"), ("60", "5"), ("200", "2"))  # runs, seed
-EVENTS_MOST = 3  # switched on, asked for a speed, and one more
-ROWS_MOST = 40   # set in a scenario that was made small
+EVENTS_MOST = 3  # switched on, requested a speed, and one more
+ROWS_MOST = 40   # set in a scenario that was minimised
 SHARDS = 12
 
 

@@ -1,5 +1,5 @@
 """What the end of a run says: one with a fault or a lasting refusal fails, unless an expectation names that end; a drive that never came
-on is told, and what was met by that fails. usage: test_unexpected_end.py LAGLESS FOLDER"""
+on is reported, and what was met by that fails. usage: test_unexpected_end.py LAGLESS FOLDER"""
 
 import json
 import os

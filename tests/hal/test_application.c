@@ -1,5 +1,5 @@
-/* The application above the real HAL on a bus that writes everything down: what stands between interrupts off
- * and on, and what feeds the watchdog. */
+/* The application above the real HAL, on a bus that records each access: which accesses are between
+ * interrupts off and on, and which ones feed the watchdog. */
 #include <string.h>
 
 #include "app/app.h"
@@ -92,7 +92,7 @@ static uint32_t only(did_t did)
     return place;
 }
 
-/* The log is one section and nothing beside it; how many registers it writes. */
+/* Checks that the log is one section without other accesses; returns how many registers it writes. */
 static uint32_t expect_one_section(void)
 {
     const uint32_t off = only(DID_INTERRUPTS_OFF);

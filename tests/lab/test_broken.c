@@ -221,7 +221,7 @@ static void expect_too_deep(const char *content, size_t octets, uint32_t column)
     TEST_ASSERT_NOT_NULL(strstr(error.message, "nested too deeply; accepted: up to 16 brackets"));
 }
 
-/* Either would overflow the stack of whoever takes the tree apart. */
+/* Either would overflow the stack of the program that takes the tree apart. */
 static void test_deep_nesting_is_refused(void)
 {
     const size_t octets = TOML_OCTETS_MAX;

@@ -140,7 +140,7 @@ static void test_a_shorted_switch_has_a_finite_current(void)
     TEST_ASSERT_GREATER_THAN_UINT32(0u, changed);
 }
 
-/* The share that is refused stays below a hundredth, and each is told by a row and with a reason. */
+/* The share that is refused stays below a hundredth, and each is reported by a row and with a reason. */
 static void test_what_is_drawn_is_accepted(void)
 {
     uint32_t refused = 0;

@@ -1,4 +1,4 @@
-"""What pyxcp is told to do, in a process of its own because it takes its configuration from there (pyxcp_conf.py in the
+"""The orders to pyxcp, in a separate process because it takes its configuration from there (pyxcp_conf.py in the
 working folder). Prints a JSON object. usage: client.py facts | writes | unlocks KEY | record SECONDS EVERY FILE ID..."""
 
 import json

@@ -1,7 +1,7 @@
 """The package against the program `lagless`, against plain algebra, and with itself: rig, scenarios, plant, names, examples.
 
 usage: test_package.py LAGLESS FOLDER [unittest's]     PYTHONPATH and LAGLESS_LIBRARY say which package; ends with 77, skipped,
-without numpy. pandas and matplotlib are asked for where they are tested."""
+without numpy. pandas and matplotlib are requested where they are tested."""
 import contextlib
 import importlib.util
 import io

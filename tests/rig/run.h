@@ -22,7 +22,7 @@
  * a test needs on a board of another one, follows from this [-]; it is 1 where the board has that. */
 #define RUN_LIMIT_SHARE (BOARD_CURRENT_LIMIT_MA / 10000.0)
 
-/* Torque of the paper's motor [N m] at so many amperes. */
+/* Torque of the paper's motor [N m] at this number of amperes. */
 #define RUN_TORQUE(current) (1.5 * 4.0 * 0.183 * (current))
 
 /* [periods] from `enable` to operation: what is left of the window, and three more. */
@@ -106,7 +106,7 @@ static inline void run_paper_drive(rig_t *rig)
 
 /* A shaft in proportion to the torque that the board's limit gives: with the loads times RUN_LIMIT_SHARE too
  * all accelerations are those of 10 A, and with them every speed, time and angle of a test. Staged; the gains
- * of the speed control are those that are in force. */
+ * of the speed control are those that are active. */
 static inline void run_shaft_of_board(rig_t *rig)
 {
     static const char *const rows[] = {"inertia", "friction_coulomb", "motor_inertia", "speed_kp",
@@ -236,8 +236,8 @@ static inline void run_to_ready_at(rig_t *rig, double rpm)
     run_put(rig, "friction_coulomb", friction);
 }
 
-/* The load is put on, or taken off, evenly over so many seconds: by a step at low speed the rotor would
- * stop. */
+/* The load is put on, or taken off, evenly over this number of seconds: by a step at low speed the rotor
+ * would stop. */
 static inline void run_load(rig_t *rig, double torque, double seconds)
 {
     const double before = rig_value(rig, "load_torque");

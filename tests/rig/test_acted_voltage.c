@@ -1,4 +1,4 @@
-/* The voltage that the observer is told, against the one that was on the winding: from the true currents,
+/* The voltage that the observer gets, compared with the one on the winding: from the true currents,
  * angle and constants of the plant, period by period,
  *
  *     u = (R + r) (i_k-1 + i_k)/2 + L (i_k - i_k-1)/T + (psi_k - psi_k-1)/T

@@ -62,7 +62,8 @@ static void arm(const char *on, const char *source, double level, uint32_t after
     TEST_ASSERT_TRUE(is("armed"));
 }
 
-/* As the line reads it: 512 periods of eight signals, the newest so many after the trigger's: each slot as
+/* As the line reads it: 512 periods of eight signals, the newest one this number of periods after the
+ * trigger: each slot as
  * the tap has seen it. */
 static void expect_held(uint32_t at, uint32_t after)
 {
@@ -94,7 +95,7 @@ static uint32_t now(void)
     return (uint32_t)rig_value(rig, "period");
 }
 
-/* A wish that rises, or a load that nobody announces: from the period before the level is not passed to the
+/* A reference that rises, or an unexpected load: from the period before the level is not passed to the
  * one in which it is. */
 static void test_a_signal_that_passes_its_level_triggers_in_its_own_period(void)
 {
@@ -123,7 +124,7 @@ static void test_a_signal_that_passes_its_level_triggers_in_its_own_period(void)
     }
 }
 
-/* A fault of the step, with the coasting after it; its reset leaves what was asked for. */
+/* A fault of the step, with the coasting after it; its reset leaves what was requested. */
 static void test_fault_triggers_and_its_reset_leaves_the_capture(void)
 {
     arm("above", "omega_m", 1e6, 200u);

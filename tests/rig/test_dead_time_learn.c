@@ -58,7 +58,8 @@ static rig_t *running(double rpm, double load, double source)
     return rig;
 }
 
-/* Time from which on, until the end of so many seconds, the voltage is within 5 % [s]; -1: it is not. */
+/* Time from which on, until the end of this number of seconds, the voltage is within 5 % [s]; -1: it is not.
+ */
 static double until_known(rig_t *rig, double seconds)
 {
     double since = -1.0;

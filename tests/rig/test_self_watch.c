@@ -5,7 +5,7 @@
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
 
-/* [s] A slice of 16 words of one of four memories each 0.4 ms: two rounds of the desk's 128 words, and of the
+/* [s] A slice of 16 words of one of four memories each 0.4 ms: two rounds of the host's 128 words, and of the
  * active parameters. */
 #define NOTICED 0.05
 

@@ -123,7 +123,8 @@ static void change_sample(void *context, uint32_t period, const uint32_t *slots,
     }
 }
 
-/* The reference steps to so many r/min (signed), watched for so many seconds, the peak from `before` on. */
+/* The reference steps to this number of r/min (signed), watched for this number of seconds, the peak from
+ * `before` on. */
 static change_t change_speed(double rpm, double seconds, double before)
 {
     const uint32_t ids[] = {rig_row_by_name("theta_hat_err")->id, rig_row_by_name("true_omega_e")->id};
@@ -208,8 +209,8 @@ static void keep_larger_change(change_t *largest, const change_t *change)
     keep_larger(&largest->settled, change->settled);
 }
 
-/* So many seconds after a step of the bare motor on a real inverter its error is still that of before: at
- * 100 r/min without load the angle hunts. */
+/* This number of seconds after a step of the bare motor on a real inverter its error is still that of before:
+ * at 100 r/min without load the angle hunts. */
 #define HUNTING 0.01
 
 /* With a real inverter the peak hangs on where the phase currents stand at the step: from one of several

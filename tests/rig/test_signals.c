@@ -178,7 +178,7 @@ typedef struct {
     double flags, invalid;                /* [-] */
     double i_d_ref, i_q_ref, omega_m_ref; /* [A], [rad/s]; NAN: it is the speed itself */
     bool forced;                          /* the control's frame is not the rotor's */
-    bool bridge, sensorless, cut;         /* cut: the link is too low for the voltage that is asked for */
+    bool bridge, sensorless, cut;         /* cut: the link is too low for the voltage that is requested */
     bool settled;                         /* flux linkage and trim have found what they look for */
 } stretch_t;
 
@@ -293,7 +293,7 @@ static void run_all(void)
     run_put(rig, "module_time_constant", 0.0);
     run_put(rig, "observer_switching", 1.0); /* of each axis: three gains that differ */
     run_put(rig, "offset_trim", 0.1);
-    run_put(rig, "inductance_adaptation", 0.0); /* i_d is what is asked for */
+    run_put(rig, "inductance_adaptation", 0.0); /* i_d is what is requested */
     run_put(rig, "field_weakening", 0.0);
     run_put(rig, "compensation_gain", 0.0);
     run_parameter(rig, "motor_flux_linkage", 1.04 * FLUX);
@@ -612,7 +612,7 @@ static bool frames(const stretch_t *s, uint32_t k)
 {
     const double complex abc = clarke(V(i_a), V(i_b), V(i_c));
     const double complex ab = pair(k, R_i_alpha, R_i_beta);
-    /* the trim in force is that of the window before the last; the first period of the last shows it */
+    /* the trim active is that of the window before the last; the first period of the last shows it */
     const uint32_t ago = DRIVE_WINDOW + ((uint32_t)record[k].row[R_period] - 1u) % DRIVE_WINDOW;
     const bool is_seen = k >= s->first + ago;
     const double complex trim_before = pair(is_seen ? k - ago : k, R_trim_alpha, R_trim_beta);

@@ -6,7 +6,7 @@
 #include "tests/rig/start.h"
 #include "tests/rig/the_rig.h"
 
-#define ABOVE_HANDOVER 1.0  /* [r/min] asked for beyond handover_speed: below it the frame stays forced */
+#define ABOVE_HANDOVER 1.0  /* [r/min] requested beyond handover_speed: below it the frame stays forced */
 #define LONGEST        12.0 /* [s] that a start is watched, all its tries */
 #define SETTLED        0.8  /* [s] after hand-over that it must last */
 #define TORQUE_WINDOW  20u  /* [periods] before hand-over, and after it */
@@ -123,7 +123,7 @@ static void put_wrong(uint32_t n)
 /* ---- one start ---- */
 
 /* From the last hand-over on; a rotor that was caught turning backwards has none, there it is from the speed
- * asked for on. */
+ * requested on. */
 typedef struct {
     double begin;      /* [s] */
     double torque[2];  /* [N m] means before and after */

@@ -141,7 +141,7 @@ static void expect_error(uint8_t code)
     TEST_ASSERT_EQUAL_HEX8(code, answer[1]);
 }
 
-/* A serial line wants a command twice that writes: the first one is answered with "busy". */
+/* On a serial line a command that writes must be sent twice: the first one is answered with "busy". */
 static void send_twice(const uint8_t *packet, uint32_t count)
 {
     send(packet, count);
@@ -167,7 +167,7 @@ static void choose(uint8_t extension, uint32_t id)
     expect_ok();
 }
 
-/* So many slots, at the address that was chosen; numbers are sent twice. */
+/* This number of slots, at the address that was chosen; numbers are sent twice. */
 static void download(const uint32_t *bits, uint32_t count, bool numbers)
 {
     uint8_t packet[2u + 8u] = {0xF0, (uint8_t)(4u * count)};
@@ -408,7 +408,7 @@ static void test_only_what_the_line_switched_on_stops_with_it(void)
 
 /* ---- floods ---- */
 
-/* One list of one table of so many entries, whose first is next. */
+/* One list of one table of this number of entries, whose first is next. */
 static void allocate(uint8_t entries)
 {
     SEND(0xD6);

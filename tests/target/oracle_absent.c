@@ -1,4 +1,4 @@
-/* The oracles are C++ with Eigen and run on the desk only: a test that asks one is left out here, and says
+/* The oracles are C++ with Eigen and run on the host only: a test that asks one is left out here, and says
  * so. */
 #include <unity.h>
 

@@ -1,4 +1,4 @@
-/* Both tasks at once, in two threads, under ThreadSanitizer: takes a recording through the drive on the desk,
+/* Both tasks at once, in two threads, under ThreadSanitizer: takes a recording through the drive on the host,
  * and while the medium task works on a window the next seven periods of the fast task run beside it. The two
  * meet only where a window ends, as on the chip: there the medium task has to be done, and is handed the next
  * window. Any other word that one task writes and the other one reads or writes is a race, which ends the

@@ -170,7 +170,7 @@ static inline deviation_t deviation(const estimator_oracle_case_t *rig, long fro
     return d;
 }
 
-/* From the true state at t_0 but for this angle [rad], so many steps on. */
+/* From the true state at t_0 but for this angle [rad], this number of steps on. */
 static inline void run_near(const estimator_params_t *params, const estimator_oracle_case_t *rig,
                             double theta, long count)
 {

@@ -41,7 +41,7 @@ static bridge_t bridge; /* as the fast task has it */
 #define UNDERVOLTAGE 200.0f                        /* [V] */
 #define FEEDING      (0.02f * DRIVE_CURRENT_RANGE) /* [A] more than offsets and noise, with no gate on */
 
-/* Nothing is wrong and nothing wished for; the rotor turns. */
+/* Nothing is wrong and nothing requested; the rotor turns. */
 void setUp(void)
 {
     memset(&sequence, 0x55, sizeof sequence);
@@ -82,7 +82,7 @@ static inline void expect_state(drive_state_t state)
     TEST_ASSERT_EQUAL_INT32(state, sequence.state);
 }
 
-/* So many windows, after which the machine is there and gives this order. */
+/* This number of windows, after which the machine is there and gives this order. */
 static inline void go(uint32_t windows, drive_state_t state, uint32_t expected)
 {
     steps(windows);

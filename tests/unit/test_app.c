@@ -582,7 +582,7 @@ static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void
     background_offers(false);
 }
 
-/* The speed control's gains go with J at once; so does what the tracking loop is told of the torque. */
+/* The speed control's gains go with J at once; so does the torque feed-forward of the tracking loop. */
 static void test_learnt_inertia_goes_into_gains_and_torque(void)
 {
     app->staged.inertia_adaptation = INERTIA_ON;

@@ -299,7 +299,7 @@ static void test_held_until_armed_anew_or_released(void)
     expect_rows(usual.id, 12u, period - 1u, period);
 }
 
-/* ---- wishes that cannot be done ---- */
+/* ---- requests that are refused ---- */
 
 static void expect_refused(uint32_t refusal, const capture_wish_t *wish)
 {

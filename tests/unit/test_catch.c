@@ -44,7 +44,7 @@ typedef struct {
     catch_outcome_t outcome;
     uint32_t periods;
     double complex emf; /* of the last period */
-    double theta;       /* likewise */
+    double theta;       /* the same */
 } caught_t;
 
 /* A whole catch of a rotor with this speed, beside an error of the voltage that stands still. */
@@ -288,7 +288,8 @@ static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_
     }
 }
 
-/* A board that asks for less along the d axis than what clears the zone gets that. */
+/* A board with a smaller request along the d axis than the zone needs gets the current that clears the
+ * zone. */
 static void test_current_along_the_d_axis_is_never_the_smaller_one(void)
 {
     const catch_params_t params = {(float)PSI, (float)SPEED_MIN, 0.1f, 0.0f, false, 1.0f, (float)T};

@@ -28,7 +28,7 @@ static void begin(const doubt_params_t *params)
     doubt_init(&doubt);
 }
 
-/* Phase a carries `largest`, b next to nothing: a doubtful voltage in a steady drive. */
+/* Phase a carries `largest`, b almost nothing: a doubtful voltage in a steady drive. */
 static ab_t largest_of(float largest)
 {
     return (ab_t){largest, 0.577350269f * largest};

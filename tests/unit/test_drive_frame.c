@@ -36,7 +36,7 @@ static void preset(float d, float q)
     drive.fast.current_control.q.integral = q;
 }
 
-/* Into operation on the encoder, which stands at this count, without a wish for current. */
+/* Into operation on the encoder, which stands at this count, without a request for current. */
 static void given_operation(uint32_t count)
 {
     params.position_source = POSITION_ENCODER;
@@ -89,7 +89,7 @@ static void test_voltage_stays_when_the_frame_turns(void)
     }
 }
 
-/* An encoder that stands has no EMF, the estimate one of 400 rad/s: the integrals have held what the
+/* An encoder at standstill has no EMF, the estimate one of 400 rad/s: the integrals have held what the
  * encoder's does not explain, and give it back in the period in which the estimate's takes its place. */
 static void test_the_observed_emf_takes_the_place_of_the_integral(void)
 {
@@ -128,7 +128,7 @@ static void test_integrals_go_on_with_the_frame(void)
 static void test_integrals_are_zero_in_a_frame_anew(void)
 {
     params.position_source = POSITION_SENSORLESS;
-    params.doubtful_current = 0.0f; /* no current is asked for in the catch */
+    params.doubtful_current = 0.0f; /* no current is requested in the catch */
     drive_init(&drive, &params);
     bring_to_ready();
     request(REQUEST_ON);

@@ -1,6 +1,6 @@
 /* Oracle: the period piece by piece. A leg is on at both ends, off in the middle, each edge early or late by
- * half of T_e as its current says; in the dead band of the leg that is looked at, which carries nothing, it
- * stands half way. Currents are the integrals of these voltages and of an EMF that stands still. */
+ * half of T_e as its current says; in the dead band of the tested leg, which carries no current, the
+ * voltage is the mean of both. Currents are the integrals of these voltages and of a constant EMF. */
 #include "fast/inverter/edges.h"
 
 #include "tests/unit/compare.h"

@@ -271,7 +271,7 @@ static uint32_t seen(const fault_row_t *row, uint32_t periods)
     return looks == 0u ? 0u : 1u + DRIVE_WINDOW * (looks - 1u);
 }
 
-/* What is shown of a row after its quantity has had this value for so many periods. */
+/* The state of a row after its quantity has had this value for this number of periods. */
 static void expect_after(uint32_t of_row, float value, uint32_t now, uint32_t periods)
 {
     fault_set_t sets[4] = {{{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}};
@@ -290,8 +290,8 @@ static bool shown(uint32_t row)
     return fault_set_has(guard.failed, (fault_bit_t)row);
 }
 
-/* So many periods with this value: all are compared on the desk, elsewhere those beside the debounce and some
- * of the others. */
+/* This number of periods with this value: all are compared on the host, elsewhere those beside the debounce
+ * and some of the others. */
 static void check_periods(uint32_t row, float value, size_t way, uint32_t now, uint32_t count)
 {
     scene_t scene = healthy;

@@ -22,7 +22,7 @@ typedef struct {
     double acceleration;       /* [rad/s^2] */
     double resistance;         /* error of R, seen by e_q alone [ohm] */
     double r, r_from;          /* true R, and that of the parameters [ohm] */
-    double loop;               /* the loop's bandwidth [rad/s]; 0: its angle stands */
+    double loop;               /* the loop's bandwidth [rad/s]; 0: its angle is constant */
     double swing;              /* of i_q per i_d, late by 5 ms [-] */
     double detector;           /* [-] */
     double follows;            /* i_d per reference [-] */
@@ -111,7 +111,7 @@ static void period(int number, dq_t emf, dq_t current, const inductance_input_t 
     }
 }
 
-/* Steps, with a new assumption each 10 ms; the largest and the least i_d that was asked for. */
+/* Steps, with a new assumption each 10 ms; the largest and the least i_d that was requested. */
 static double asked_most, asked_least;
 
 static void run(const motor_t *motor, double seconds)
@@ -186,8 +186,8 @@ static void test_l_goes_to_the_truth_by_its_rate(void)
     }
 }
 
-/* R half and twice as large as assumed, with a loop whose angle stands, that follows a part of the dither
- * and that follows most of it: the same, in both directions, with torque and without. */
+/* R half and twice as large as assumed, with a loop whose angle is constant, that follows a part of the
+ * dither and that follows most of it: the same, in both directions, with torque and without. */
 static void test_r_goes_to_the_truth_whatever_the_loop_follows(void)
 {
     static const double loops[] = {0.0, 100.0, 400.0};
@@ -425,7 +425,7 @@ static void test_it_keeps_away_from_the_sixth_harmonic_and_without_torque_from_i
 }
 
 /* One thing of a motor whose L is wrong by a fifth keeps it from being learnt. Where nothing is to be seen,
- * too slow or almost without torque, nothing is asked for; where a cycle is spoilt, the next one is. Through
+ * too slow or almost without torque, nothing is requested; where a cycle is spoilt, the next one is. Through
  * zero to the same speed backwards is always more than a cycle may change. */
 static void test_nothing_is_learnt_where_nothing_shows_and_from_a_cycle_that_was_spoilt(void)
 {
@@ -529,7 +529,7 @@ static void believe_salient(double l_q_from)
     inductance_take(&x, &tuning);
 }
 
-/* Seconds of a rotor that turns evenly. An L_q believed wrong by dL shows as the EMF omega (psi_a - dL i),
+/* Seconds of a rotor that turns evenly. An L_q assumed wrong by dL shows as the EMF omega (psi_a - dL i),
  * whose angle the loop follows with this bandwidth [rad/s]. Returns the largest change of the torque [-]. */
 static double run_salient(double l_q_from, double omega, double bandwidth, double seconds)
 {

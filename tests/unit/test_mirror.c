@@ -10,7 +10,7 @@
 #define WORDS  ((store_record_words(params_table.count) + 3u) / 4u * 4u) /* of a page */
 #define MOST   512u                                                      /* [words] of a page, at most */
 #define STRIDE 1024u
-#define EVERY  (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u) /* cut of the power; all of them on the desk */
+#define EVERY  (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u) /* cut of the power; all of them on the host */
 #define NEVER  UINT32_C(0xFFFFFFFF)
 
 typedef struct {

@@ -18,7 +18,7 @@ typedef struct {
     double samples_per_turn; /* negative: backwards */
     double amplitude;        /* of the turning EMF [V] */
     ab_t current;            /* [A] */
-    float omega;             /* [rad/s] what the trim is told */
+    float omega;             /* [rad/s] input of the trim */
 } rotor_t;
 
 static rotor_t rotor;
@@ -156,7 +156,7 @@ static void test_a_slow_window_is_a_whole_turn(void)
 
 /* ---- when nothing may be concluded ---- */
 
-/* One window in which the trim is told these speeds at its beginning and end. */
+/* One window in which the trim gets these speeds at its beginning and end. */
 static void expect_window_of_speeds(float begin, float end, bool counts)
 {
     setUp();

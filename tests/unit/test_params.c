@@ -366,7 +366,7 @@ static void test_estimators_set_is_made_of_the_rows(void)
     TEST_ASSERT_EQUAL_FLOAT(0.45f, estimator.validity.detector_max);
     TEST_ASSERT_EQUAL_FLOAT(3.5f, estimator.validity.current_max);
     TEST_ASSERT_EQUAL_FLOAT(10.0f, estimator.validity.speed_min);  /* electrical */
-    TEST_ASSERT_EQUAL_FLOAT(880.0f, estimator.validity.speed_max); /* likewise */
+    TEST_ASSERT_EQUAL_FLOAT(880.0f, estimator.validity.speed_max); /* the same */
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.amplitude_time);
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.detector_time);
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.current_time);

@@ -28,7 +28,7 @@ static void given(double omega, double off, double share)
     estimate.emf = (ab_t){(float)(-emf * sin(0.7 + off)), (float)(emf * cos(0.7 + off))};
 }
 
-/* Outcome after at most so many periods; `taken`: how many it were. */
+/* Outcome after at most this number of periods; `taken`: the number of periods. */
 static proof_outcome_t outcome(int most, int *taken)
 {
     proof_outcome_t now = PROOF_GOES_ON;

@@ -365,7 +365,7 @@ static void test_a_locked_slave_takes_a_stop_and_nothing_beside_it(void)
     ask("F0 04 57 90 09", "FE 25");
     ask("F0 04 57 90 09 57", "FF");
     TEST_ASSERT_EQUAL_HEX32(0x57099057u, memory[1]);
-    ask("F0 04 57 90 09 57", "FE 25"); /* the address stands behind it */
+    ask("F0 04 57 90 09 57", "FE 25"); /* the address is then behind it */
 }
 
 static void test_the_right_answer_opens_the_session_and_no_other_one(void)
@@ -401,7 +401,7 @@ static void test_a_wrong_answer_ends_the_session(void)
 static void test_a_seed_is_good_for_one_answer(void)
 {
     connect_locked();
-    answer_seed(0u, "FE 29"); /* no seed was asked for */
+    answer_seed(0u, "FE 29"); /* no seed was requested */
     const uint32_t first = seed_of_drive();
     const uint32_t second = seed_of_drive(); /* at the same time */
     TEST_ASSERT_TRUE(first != second);
@@ -442,7 +442,7 @@ static void test_uploads_go_on_where_the_last_one_ended(void)
     ask("F5 06", "FF 08 09 0A 0B 0C 0D");
     ask("F5 01", "FF 0E");
     ask("F4 04 00 01 08 00 00 00", "FF 08 09 0A 0B");
-    ask("F5 04", "FF 0C 0D 0E 0F");             /* the transfer address stands behind it */
+    ask("F5 04", "FF 0C 0D 0E 0F");             /* the transfer address is then behind it */
     ask("F4 02 00 00 07 00 00 00", "FF 07 08"); /* from the midst of a slot */
 }
 
@@ -494,7 +494,7 @@ static void test_checksum_of_a_block(void)
 {
     ask("F6 00 00 01 04 00 00 00", "FF");
     ask("F3 00 00 00 0C 00 00 00", "FF 09 00 00 39 1C FF BC");
-    ask("F5 01", "FF 10"); /* the address stands behind the block */
+    ask("F5 01", "FF 10"); /* the address is then behind the block */
     ask("F6 00 00 01 04 00 00 00", "FF");
     ask("F3 00 00 00 00 00 00 00", "FE 22");
     ask("F3 00 00 00 0D 00 00 00", "FE 22");

@@ -197,7 +197,7 @@ static void test_a_cut_at_any_octet_of_an_eeprom_leaves_the_old_set_or_the_new_o
 
 /* ---- bad memories ---- */
 
-/* The drive runs on its defaults and says why; nothing can be saved, and nothing is lost. */
+/* The drive runs with its defaults and reports why; nothing can be saved, and nothing is lost. */
 static void expect_defaults_and(const char *error)
 {
     const params_t *active = &rig_state(rig)->app.active;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The page of `lagless scope` in a headless Chromium when the drive does not do what was asked, and when the link is lost.
+"""The page of `lagless scope` in a headless Chromium when the drive does not follow a request, and when the link is lost.
 usage: test_scope_page.py LAGLESS FOLDER    screenshots go to FOLDER
 
 Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: chromium, chromedriver or uPlot is missing."""

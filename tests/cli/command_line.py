@@ -93,7 +93,7 @@ class TestCase(stuck.TestCase):
         return self.write(name, STEP % duration + "".join(more))
 
     def expect(self, code, done, *fragments):
-        """That a run ended with this exit code and told these fragments, on either stream."""
+        """Checks that a run ended with this exit code and printed these fragments, on either stream."""
         told = (done.stdout or "") + (done.stderr or "")
         self.assertEqual(code, done.returncode, told)
         for fragment in fragments:

@@ -290,7 +290,7 @@ class CommandLine(TestCase):
         self.assertEqual({"fig08", "fig12"}, {row["id"].split(".")[0] for row in rows})
         ours = {row["id"]: row["ours"] for row in rows}
         self.assertAlmostEqual(0.32, ours["fig12.i_d.ideal"], delta=0.02)  # 4 A sin(0.08)
-        self.assertEqual([], os.listdir(self.folder))  # no report unless told where
+        self.assertEqual([], os.listdir(self.folder))  # no report without a folder
 
     def test_paper_prints_a_table_and_the_ideal_beside_the_real(self):
         done = lagless("paper", "fig12", cwd=self.folder, env=NO_PICTURES)

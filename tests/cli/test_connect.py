@@ -442,7 +442,7 @@ class Terminal(Case):
     """At a terminal: a prompt, and where the build has libedit, completion by the tabulator."""
 
     def begins(self, server):
-        """What it says up to its prompt; the terminal ends with the test."""
+        """Its output up to the prompt; the terminal ends with the test."""
         self.child, self.terminal = pty.fork()
         if self.child == 0:
             os.environ["TERM"] = "vt100"

@@ -393,7 +393,7 @@ class Test(command_line.TestCase):
         text = self.read("found/run-000000.toml")
         self.assertIn("plant.load_torque = 2", text)
         self.assertIn("at_most", text)
-        # made as small as it gets: what fails needs no error at all, of the plant or of what is assumed of it
+        # fully minimised: the failure needs no error of the plant or of the assumed values
         self.assertNotIn("resistance", text)
         self.assertNotIn("[params]\nmotor", text)
 

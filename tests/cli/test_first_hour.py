@@ -236,7 +236,7 @@ class Tables(FirstHour):
 
 
 class Documents(FirstHour):
-    """(e) Lines of the documents work right after the steps above them; (j), (k) what they say of CSV, JSON and exit codes holds."""
+    """(e) Lines of the documents work right after the steps above them; (j), (k) their statements on CSV, JSON and exit codes hold."""
 
     def blocks(self):
         """Indented blocks of the documents, with the lines above them in that document."""

@@ -77,7 +77,7 @@ def weights(line, literals=()):
 
 
 def refusal(action, *arguments):
-    """Exit code and message of what must not go on."""
+    """Exit code and message of the cases that must stop."""
     message = io.StringIO()
     with contextlib.redirect_stderr(message):
         try:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What docs/theory.md says, compared with computation: its tables of numbers against formulas and brute-force simulation in double
+"""Compares docs/theory.md with computation: its tables of numbers against formulas and brute-force simulation in double
 precision, and its constants against the sources. Independent of the firmware's code.
 
 usage: test_theory.py [unittest options]        Python 3.9, standard library only

@@ -222,8 +222,8 @@ static void test_the_watchdog_is_fed_once_the_list_and_the_interrupt_have_come_r
                 fed_at = n;
             }
         }
-        /* Seen by the first task of a round, told by its last: at the start of the list that is this round,
-         * anywhere else the next one. */
+        /* The first task of a round detects it and the last one reports it: at the start of the list in the
+         * same round, anywhere else in the next one. */
         TEST_ASSERT_EQUAL_UINT32(place == 0u ? count : 2u * count - place, fed_at);
         TEST_ASSERT_EQUAL_UINT32(1u, feedings());
     }

@@ -304,7 +304,7 @@ static void test_what_the_judge_knows_of_the_drive_is_so(void)
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(CAMPAIGN_STATE_WORDS, sizeof(drive_t) / sizeof(uint32_t));
 }
 
-/* Where the EMF is too small to tell, the time of a wrong angle does not run. */
+/* While the EMF is too small to show it, the time of a wrong angle does not run. */
 static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void)
 {
     judge_anew("leg_drop_a");

@@ -1,4 +1,4 @@
-"""How counts of a campaign are compared with what is pinned, and that the file of pins reads back as it was written."""
+"""How counts of a campaign are compared with the stored ones, and that the stored file reads back as it was written."""
 import pathlib
 import sys
 import tempfile

@@ -15,7 +15,8 @@
 
 #define PI 3.14159265358979323846
 
-/* What a scenario says of a motor that is too salient for the estimator, and of one on an encoder. */
+/* The messages of a scenario with a motor that is too salient for the estimator, and with one on an
+ * encoder. */
 #define TOO_SALIENT "[params]\nmotor_inductance_d = 0.0125\nmtpa = \"off\"\n"
 #define ON_ENCODER  "position_source = \"encoder\"\nfield_weakening = \"off\"\n"
 
@@ -228,8 +229,8 @@ static void test_what_will_not_work_is_told_with_numbers(void)
     TEST_ASSERT_NOT_NULL(strstr(error.message, "2 mH at least"));
 }
 
-/* Rows are never refused: motors drawn over the whole range of the table, each either accepted by a drive
- * that is asked here again, or refused by tune itself. */
+/* The drive never refuses the parameters of tune: motors are drawn over the whole range of the table; tune
+ * refuses a motor, or the drive accepts its parameters, which is checked again here. */
 static uint32_t state = 1u;
 static double drawn(double low, double high)
 {

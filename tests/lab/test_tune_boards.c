@@ -73,7 +73,8 @@ static size_t motors(void)
     return (size_t)library + SHEETS;
 }
 
-/* What tune cannot run it says by what the motor or the board lacks, not by a row that it has made itself. */
+/* If tune cannot run a motor, the message names what motor or board lack, not a row that tune has computed.
+ * */
 static bool tuned(const char *name)
 {
     char text[900];
@@ -216,7 +217,7 @@ static bool is_too_coarse(const tune_t *derived)
     return false;
 }
 
-/* The scenario that tune writes does what it says: from standstill to the top speed and under all of the
+/* The scenario that tune writes runs as described: from standstill to the top speed and under all of the
  * load, without an encoder where the motor allows it; no fault, and running at the end. A grid of motors. */
 static void test_what_tune_writes_runs(void)
 {

@@ -87,7 +87,7 @@ static void test_values_are_exact(void)
     TEST_ASSERT_TRUE(signbit(value_of("-0 A", "A")));
 }
 
-/* Units as data sheets spell them. Every value is the definition of the unit, not what the table says. */
+/* Units as data sheets spell them. Every value is the definition of the unit, not taken from the table. */
 static void test_each_spelling_of_a_unit_is_that_unit(void)
 {
     static const struct {
@@ -225,7 +225,7 @@ static void test_accelerations_are_mechanical(void)
     }
 }
 
-/* What a table says of itself must be readable. */
+/* The unit of each row must be readable. */
 static void test_every_unit_of_every_table_reads_itself(void)
 {
     for (uint32_t t = 0; t < rig_table_count(); t++) {

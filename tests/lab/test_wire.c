@@ -1,4 +1,4 @@
-/* The far end of the drive's line: one client, octets as they are, what happens when it goes. */
+/* The far end of the drive's line: one client, unchanged octets, and the effect when it disconnects. */
 #include <arpa/inet.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -298,7 +298,7 @@ static void put(int client, const void *octets, size_t count)
     TEST_ASSERT_EQUAL((ssize_t)count, send(client, octets, count, MSG_NOSIGNAL));
 }
 
-/* Nothing but the good-bye that the wire itself says for a client that has gone. */
+/* Nothing but the DISCONNECT that the wire itself sends for a client that has gone. */
 static void expect_closed_unheard(int client)
 {
     static const uint8_t goodbye[] = {1, 0, 0, 0, 0xFE};

@@ -1,5 +1,5 @@
-/* For the tests of what a campaign judges: the rows of one period, which a test writes, and the watch that
- * reads them. Included once by a test program. */
+/* For the tests of the campaign's judgement: the rows of one period, which a test writes, and the watch
+ * that reads them. Included once by a test program. */
 #ifndef TESTS_LAB_WATCHED_H
 #define TESTS_LAB_WATCHED_H
 

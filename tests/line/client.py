@@ -54,7 +54,7 @@ def record(seconds, every, path, ids):
 
 
 def facts():
-    """What the drive says of itself, by the names of pyxcp."""
+    """The drive's description of itself, with the names of pyxcp."""
     with ArgumentParser(description="").run() as x:
         connected = x.connect()
         x.allocDaq(2)
@@ -123,7 +123,7 @@ def writes():
 
 
 def unlocks(key):
-    """The protection as the drive tells it, and what becomes of a write: locked, unlocked by the answer to its seed (docs/serial.md)."""
+    """The protection as the drive reports it, and the effect of a write: locked, unlocked by the answer to its seed (docs/serial.md)."""
 
     def status(x):
         return bool(x.getStatus().resourceProtectionStatus.calpag)

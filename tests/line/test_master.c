@@ -1,5 +1,5 @@
-/* The master against a slave that misbehaves on command. Expected: what the standard says that a master
- * does then, and what the slave was asked. */
+/* The master against a slave that misbehaves on command. Expected: the reaction that the standard requires
+ * of a master, and the requests that the slave got. */
 #include <math.h>
 #include <poll.h>
 #include <string.h>

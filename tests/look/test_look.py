@@ -1,4 +1,4 @@
-"""`lagless run --plot`, `lagless plot`, `lagless compare`: what is drawn, what is said, exit codes. usage: test_look.py LAGLESS FOLDER"""
+"""`lagless run --plot`, `lagless plot`, `lagless compare`: pictures, messages, exit codes. usage: test_look.py LAGLESS FOLDER"""
 
 import base64
 import gzip

@@ -1,7 +1,7 @@
 """The package against the program `lagless`, against plain algebra, and with itself: rig, scenarios, plant, names, examples.
 
-usage: test_package.py LAGLESS FOLDER [unittest's]     PYTHONPATH and LAGLESS_LIBRARY say which package; ends with 77, skipped,
-without numpy. pandas and matplotlib are requested where they are tested."""
+usage: test_package.py LAGLESS FOLDER [unittest's]     PYTHONPATH and LAGLESS_LIBRARY select the package; ends with 77, skipped,
+without numpy. pandas and matplotlib are needed only where they are tested."""
 import contextlib
 import importlib.util
 import io

@@ -28,7 +28,7 @@
 /* [periods] from `enable` to operation: what is left of the window, and three more. */
 #define RUN_SWITCHING_ON (4u * DRIVE_WINDOW)
 
-/* Prints what was measured, and returns the line as the message of what is asked of it, until the next one.
+/* Prints the measured values, and returns the line, which is the message of the next checks.
  */
 __attribute__((format(printf, 1, 2))) static inline const char *run_say(const char *format, ...)
 {
@@ -180,7 +180,7 @@ static inline void run_real(rig_t *rig)
     run_puts(rig, "current_offset_a=0.03 current_offset_c=-0.03 current_gain_error_b=0.002");
 }
 
-/* A motor and what it turns, and the largest speed that is asked of it. */
+/* A motor, its load, and the largest requested speed. */
 typedef struct {
     double pole_pairs, resistance, inductance, flux_linkage; /* [-], [ohm], [H], [Wb] */
     double inertia, friction;                                /* [kg m^2], [N m] */

@@ -21,7 +21,7 @@ static double complex vector_of(double a, double b, double c)
 }
 
 typedef struct {
-    double rms;         /* of told minus true [V] */
+    double rms;         /* of assumed minus true voltage [V] */
     double one_current; /* the same if both edges of a leg met the mean current [V] */
 } missed_t;
 

@@ -93,7 +93,7 @@ typedef struct {
     char text[2][32]; /* the ends as they are written */
 } told_t;
 
-/* The range that the last refusal tells. */
+/* The range in the last refusal. */
 static told_t told_range(void)
 {
     told_t told;
@@ -173,7 +173,7 @@ static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
         run_put(rig, wrong[n].row, wrong[n].value);
         TEST_ASSERT_FALSE_MESSAGE(rig_apply(rig), wrong[n].row);
         if (rig_error_id(rig) != id) {
-            continue; /* told by another row of the rule */
+            continue; /* reported with another row of the rule */
         }
         const told_t told = told_range();
         for (int end = 0; end < 2; end++) {

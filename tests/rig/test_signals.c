@@ -1,7 +1,7 @@
-/* Each row of the signals shows what its text says. The ring runs through states and modes, every row of
+/* Each signal has the value that its text describes. The ring runs through states and modes, every row of
  * every period is written down beside the truth of the plant, the gate edges and the settings, and each row
- * must be what physics or algebra makes of these and of other rows. Nothing here knows where the drive keeps
- * a value.
+ * must be what physics or algebra makes of these and of other rows. The tests do not use the places where
+ * the drive keeps a value.
  *
  * That no wrong wiring passes is tested too: with any two rows exchanged, any row in the place of another, or
  * any row a period old, some check fails. */
@@ -336,7 +336,7 @@ static void run_all(void)
                             .forced = true,
                             .sensorless = true});
 
-    /* Gathering speed on the encoder, the torque at its limit, the estimate told to be too slow. */
+    /* Gathering speed on the encoder, the torque at its limit, the estimate reported as too slow. */
     run_put(rig, "handover_speed", 0.0);
     run_put(rig, "start_speed", 8.0);
     run_parameter(rig, "position_source", 0.0);
@@ -552,7 +552,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(commission_friction_coulomb, 0.0, 0.0)
     EXPECT(commission_friction_viscous, 0.0, 0.0)
     EXPECT(speed_calm, 1.0, 0.0) /* nothing oscillates */
-    /* by the rules of theory 3, 7 and 23 for the default motor, told its flux as above */
+    /* by the rules of theory 3, 7 and 23 for the default motor, with the flux configured as above */
     const double gain = 1.25 * 1.04 * FLUX * POLE_PAIRS * 220.0;
     const double dead =
         (double)(BOARD_SECONDS(BOARD_DEAD_TIME_NS) * BOARD_VOLTS(BOARD_OVERVOLTAGE_MV) / DRIVE_PERIOD);

@@ -150,8 +150,8 @@ static void put_medium(rig_t *of, double windows)
     run_put(of, "medium_time", windows * alone / cycles);
 }
 
-/* The setpoint of a window acts from a fixed period on, whenever it is ready before. What the background
- * makes of what was learnt comes when it comes round: here nothing of that is learnt. */
+/* The setpoint of a window acts from a fixed period on, whenever it is ready before. The background applies
+ * learnt values when it has time: here nothing is learnt. */
 static void test_within_the_window_no_bit_hangs_on_the_medium_task(void)
 {
     static const double windows[] = {0.1, 0.3, 0.5, 0.7, 0.9, 0.95};

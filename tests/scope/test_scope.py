@@ -30,7 +30,7 @@ fidelity = "averaged"
 
 
 class Page:
-    """What a page does: listens to the events and asks."""
+    """Acts as a page: listens to the events and sends requests."""
 
     def __init__(self, url):
         self.host, self.path = re.fullmatch(r"http://([^/]+)(/[0-9a-f]{32})/", url).groups()

@@ -246,7 +246,7 @@ class CheckLinker(unittest.TestCase):
                            "nobody of firmware/drive/none.c: there is no such function")
 
         self.doCleanups()
-        self.collect("bus_wait", False)  # what sets the flash must not stay there, whatever the list says
+        self.collect("bus_wait", False)  # code that configures the flash must not be in flash, even if the list contains it
         self.listed_in_flash("hal/f28335/wait.c: bus_wait")
         self.assert_breach("hal/f28335/wait.c:", "stays in flash")
 

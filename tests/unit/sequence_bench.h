@@ -1,4 +1,4 @@
-/* The sequence with what it sees of the drive: the usual tuning, inputs, and the ways into its states. */
+/* The sequence and its inputs from the drive: the usual tuning, inputs, and the ways into its states. */
 #ifndef TESTS_UNIT_SEQUENCE_BENCH_H
 #define TESTS_UNIT_SEQUENCE_BENCH_H
 
@@ -11,9 +11,11 @@
 
 #define OVERCURRENT fault_set_of(FAULT_OVERCURRENT)
 #define LATE        fault_set_of(FAULT_LATE)
-#define WARM        fault_set_of(FAULT_SINK_WARM) /* the machine does not ask what a row is about */
-#define BOTH        fault_set_both(OVERCURRENT, LATE)
-#define NOTHING     fault_set_none()
+#define WARM                                                                                                 \
+    fault_set_of(FAULT_SINK_WARM) /* the state machine does not depend on the meaning of a                   \
+                                   * row */
+#define BOTH    fault_set_both(OVERCURRENT, LATE)
+#define NOTHING fault_set_none()
 
 #define STOP_WINDOWS 50u
 #define RETRIES      2u
@@ -31,7 +33,7 @@ static uint32_t order; /* of the last window */
 #define ON    SEQUENCE_ON
 #define BEGIN SEQUENCE_BEGIN
 
-/* What the machine is to find, whichever quantity tells it. */
+/* The state that the machine must find, for each quantity that shows it. */
 static struct {
     bool fault_line, tripped, undervoltage, feeding, standing, not_enabled, brake_free;
 } is;

@@ -1,5 +1,5 @@
-/* The application above a board that writes down what it is asked: the start and a start that fails, what
- * goes to the registers when parameters change, and that the interrupt sees no change half done. */
+/* The application above a board that records its calls: the start and a start that fails, the registers
+ * that change with the parameters, and that the interrupt never uses an incomplete change. */
 #include "app/app.h"
 #include "settings/reasons.h"
 #include "tests/unit/compare.h"
@@ -239,7 +239,7 @@ static void start(hal_status_t of_board)
     seen = app->drive;
 }
 
-/* Since now nothing is asked, and an interrupt may come at any time. */
+/* From now on nothing is requested, and an interrupt may come at any time. */
 static void from_here(void)
 {
     memset(asked, 0, sizeof asked);
@@ -318,7 +318,7 @@ static void test_a_start_brings_the_board_up_with_the_defaults_and_then_the_watc
     TEST_ASSERT_TRUE(config.on_serial == app_serial);
 }
 
-/* The drive is in fault and says why; the watchdog is left alone, since no interrupt comes that it could
+/* The drive is in fault and reports why; the watchdog is left alone, since no interrupt comes that it could
  * watch, and a reset would end in the same. */
 static void test_a_start_that_fails_is_a_fault_and_starts_no_watchdog(void)
 {

@@ -342,7 +342,7 @@ static void test_what_is_no_lesson_leaves_it_alone(void)
     }
 }
 
-/* Frozen samples: the current stands still, whatever the EMF does. The periods until that is seen are as many
+/* Frozen samples: the current is constant, for any EMF. The periods until that is seen are as many
  * as are kept of the current's direction. */
 static void test_a_current_that_stands_still_teaches_nothing(void)
 {

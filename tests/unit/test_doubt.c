@@ -54,7 +54,7 @@ void setUp(void)
     };
 }
 
-/* Of this input alone, whatever came before. */
+/* The result depends on this input alone. */
 static bool doubted(void)
 {
     doubt.left = 0u;

@@ -23,7 +23,7 @@ static struct {
     double complex current;  /* [A] at t_k */
     double complex duty;     /* acts from t_k on, if the gates are on */
     bool driven;
-    bool encoder_stands; /* its count stays, whatever the rotor does */
+    bool encoder_stands; /* its count is constant for any motion of the rotor */
     uint32_t random;
 } machine;
 
@@ -268,8 +268,8 @@ static void test_position_source_changes_live_without_a_bump(void)
     }
 }
 
-/* In a catch no one knows whether the rotor is at standstill: a quick stop waits until it is caught, and then
- * until it stands. 100 rad/s come to standstill within 0.5 s. */
+/* In a catch the drive does not know whether the rotor turns: a quick stop waits until the rotor is caught,
+ * and then until it is at standstill. 100 rad/s come to standstill within 0.5 s. */
 static void test_a_quick_stop_ends_only_when_the_rotor_is_known_to_stand(void)
 {
     make_inverter_ideal();

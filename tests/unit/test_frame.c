@@ -61,7 +61,7 @@ static void test_a_packet_may_be_as_long_as_is_said_and_not_longer(void)
     TEST_ASSERT_EQUAL_UINT32(1u, receiver.errors);
 }
 
-/* What follows a wrong length is dropped, whatever it is, until nothing came for the silence. */
+/* All octets after a wrong length are dropped, until the line has been silent for the required time. */
 static void test_after_a_wrong_length_a_silence_brings_it_back(void)
 {
     static const uint16_t wrong[][4] = {

@@ -386,7 +386,7 @@ static void test_every_row_is_silent_until_its_moment(void)
 
 /* ---- what the table must say ---- */
 
-/* The value of the first list that names the row; each name stands in its list between blanks. */
+/* The value of the first list that names the row; each name in a list is between blanks. */
 typedef struct {
     const char *rows;
     float value;

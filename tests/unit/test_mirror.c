@@ -21,7 +21,7 @@ static content_t content;
 static uint32_t left;       /* octets until the power fails */
 static uint32_t operations; /* octets since the start of a test */
 static uint32_t noise;
-static uint32_t now;     /* [ticks] one each time somebody looks */
+static uint32_t now;     /* [ticks] one for each reading */
 static uint32_t slow;    /* polls that a memory with pages refuses after a write; 0: one without pages */
 static uint32_t refuses; /* and how many it still does */
 static bool absent, silent, broken;

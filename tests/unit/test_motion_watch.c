@@ -210,8 +210,8 @@ static void test_what_was_asked_for_or_is_not_judged_is_no_stall(void)
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 20000u));
 }
 
-/* A heavy shaft that gains 0.5 rad/s in 0.7 s, up and down; one that gains it in 0.9 s stands while it is
- * slow, and is no speed error. */
+/* A heavy shaft that gains 0.5 rad/s in 0.7 s, up and down; one that gains it in 0.9 s counts as at
+ * standstill while it is slow, and is no speed error. */
 static void test_a_shaft_that_comes_nearer_is_not_stuck(void)
 {
     for (int way = -1; way <= 1; way += 2) {

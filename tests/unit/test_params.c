@@ -126,7 +126,7 @@ static const rule_t between_rows[] = {
      * hand-over by rule, is a start_speed that is not. */
     {"overspeed_trip", 1249.0f, 1251.0f, 3.0f, 1250.0f, FASTEST},
     {"overspeed_trip", 1249.0f, 1251.0f, 8.0f / 0.3f, 1250.0f, FASTEST "start_speed=8"},
-    /* the board's link stands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; the observer reaches more */
+    /* the board's link withstands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; the observer reaches more */
     {"overspeed_trip", 354.8f, 355.1f, 3.0f,
      BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) / (1.7320508f * 0.183f * 4.0f), "observer_gain=295"},
     /* a sample of half the winding's time constant: 12.5 mH/(2 x 100 us) = 62.5 ohm, 0.5 of the devices */

@@ -84,7 +84,7 @@ static void test_a_window_that_does_not_agree_begins_the_count_anew(void)
     expect_good(4 * WINDOW);
 }
 
-/* Of a ripple the mean counts. */
+/* The mean of a ripple counts. */
 static void test_a_ripple_within_a_window_is_no_disagreement(void)
 {
     for (int n = 0; n < 4 * WINDOW; n++) {

@@ -117,7 +117,7 @@ static void test_torque_current_stays_within_what_is_left_of_the_limit(void)
     run_limit(&run, -10.0f, -3.0f);
     expect(step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f), 0.0f, -3.0f, 100.0f);
     expect(step(RUN_STOP, 0.0f, 0.0f, 0.0f, -100.0f), 0.0f, -3.0f, 0.0f);
-    run_enter(&run, (dq_t){6.0f, 0.0f}, 0.0f); /* beside what a hand-over has left */
+    run_enter(&run, (dq_t){6.0f, 0.0f}, 0.0f); /* in addition to the remainder of a hand-over */
     run_limit(&run, -9.0f, 9.0f);
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 8.0f, step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f).current.q);
 }

@@ -1,5 +1,5 @@
-/* Heat of motor and module beside the exact solution of tau dh/dt = i^2/I_c^2 - h in double, period by period
- * of the carrier; and what it leaves of the current. */
+/* The thermal models of motor and module, compared with the exact solution of tau dh/dt = i^2/I_c^2 - h in
+ * double, period by period of the carrier; and the remaining limit of the current. */
 #include "medium/protect/thermal.h"
 #include "tests/unit/compare.h"
 

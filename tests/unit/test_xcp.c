@@ -1,5 +1,5 @@
 /* The slave by octets: commands as the standard (ASAM MCD-1 XCP 1.x, "Command reference") lays them out, and
- * the answers that it lays out for them. Behind the addresses stands a memory of this file: extension 1,
+ * the answers that it lays out for them. The addresses lead to a memory of this file: extension 1,
  * slots 1 to 8, which may hold anything but 0xDEADDEAD; extension 0, which cannot be written; texts of
  * extensions 5 and 6. */
 #include "contract/line.h"
@@ -419,7 +419,7 @@ static void test_other_resources_are_open_and_a_seed_comes_in_one_piece(void)
     ask("F8 00 05", "FE 22");
 }
 
-/* Mode 1: the text stands in the answer. Mode 0: it is uploaded from where the transfer address now is. */
+/* Mode 1: the text is in the answer. Mode 0: it is uploaded from where the transfer address now is. */
 static void test_identification(void)
 {
     ask("FA 00", "FF 01 00 00 07 00 00 00 'lagless'");
@@ -638,7 +638,7 @@ static void test_one_list_is_started_and_stopped_by_itself(void)
     sample(1u);
     packet("02 01 00 00 00 10 11 12 13");
     packet("");
-    ask("DE 01 00 00", "FF 00"); /* the other one beside it, which is not disturbed */
+    ask("DE 01 00 00", "FF 00"); /* the other one in the same list, which is not disturbed */
     sample(2u);
     packet("00 02 00 00 00 04 05 06 07 08 09 0A 0B");
     packet("01 0C 0D 0E 0F");

@@ -2,7 +2,8 @@
 
     gdb -x tools/gdb/lagless.py --args build/host/lagless run SCENARIO.toml        (or simply tools/debug SCENARIO.toml)
 
-Only loads lagless_commands.py, so that none of its names come into gdb's own Python. Loading twice is once."""
+This file only loads lagless_commands.py as a module, so that its names are not added to gdb's global Python names. Loading twice is
+once."""
 
 
 def load_lagless():

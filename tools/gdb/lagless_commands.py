@@ -135,9 +135,9 @@ class Freed(gdb.Breakpoint):
 
 
 class Fault(gdb.Breakpoint):
-    """Where the drive's state becomes `fault`: from there, and in the drive from nowhere else, its capture is triggered.
-    That function is of another file, which the compiler calls at every level of optimisation; show_fault() itself it
-    takes apart."""
+    """The place where the state of the drive becomes `fault`: only there the drive triggers its capture.
+    The called function is in another file, so that the compiler keeps the call at every level of optimisation, while it may inline
+    show_fault() itself."""
 
     def __init__(self):
         super().__init__(function="capture_trigger", internal=True)
@@ -184,7 +184,7 @@ def file_of(frame):
 
 
 class Landing(gdb.Breakpoint):
-    """Where a function returns to. (gdb's own FinishBreakpoint misses callers that are inlined themselves.)"""
+    """The return address of a function. (gdb's own FinishBreakpoint misses callers that are inlined themselves.)"""
 
     def __init__(self, pc):
         super().__init__(f"*{pc:#x}", internal=True, temporary=True)
@@ -410,9 +410,9 @@ class Period(Command):
     """Go to a PWM period: to the first line of its interrupt.
 Usage: period N | period +N | period -N
 
-N counts from power-on, a period of the board's carrier each. With a sign: so many periods from the present one. Forward the program goes
-on, and breakpoints of yours stop it on the way; backward it is run again from its start, which gives the same bits, and
-your breakpoints are passed by."""
+N counts from power-on, a period of the board's carrier each. With a sign: so many periods from the present one. Forward, the program
+continues, and your breakpoints stop it. Backward, the program runs again from its start, which gives the same bits, and ignores your
+breakpoints."""
 
     name = "period"
 
@@ -776,7 +776,7 @@ def fields_of(block, name):
 
 
 def note_on(block, name, value, all_values):
-    """What a register that is one number means."""
+    """The meaning of a register that is one number."""
     family = block.rstrip("0123456789")
     if family == "EPWM" and name in ("DBRED", "DBFED"):
         half, power = all_values["TBCTL"] >> 7 & 7, all_values["TBCTL"] >> 10 & 7
@@ -796,8 +796,8 @@ class Regs(Command):
     """Show registers of the virtual F28335 by name, bit fields decoded.
 Usage: regs | regs BLOCK | regs BLOCK.REGISTER
 
-Without argument: the blocks. Names are those of hal/f28335/registers.h: regs EPWM1, regs ADC, regs EPWM1.TBCTL. What the
-interrupt would read at this moment is shown."""
+Without argument: the blocks. Names are those of hal/f28335/registers.h: regs EPWM1, regs ADC, regs EPWM1.TBCTL. The output is the value
+that the interrupt would read at this moment."""
 
     name = "regs"
 
@@ -855,7 +855,7 @@ class WhereTime(Command):
     """Print the simulated time: period, seconds, 150 MHz ticks of the chip.
 Usage: where-time
 
-While gdb holds the program, simulated time stands still."""
+While gdb holds the program, simulated time stops."""
 
     name = "where-time"
 

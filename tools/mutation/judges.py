@@ -147,7 +147,7 @@ class Bench:
             program.sources = [file for made in own for file in self.made_of.get(made, ()) if file.endswith((".c", ".cpp"))]
 
     def measure(self, jobs):
-        """What each program takes; one that takes longer than the dearest allowed is no judge."""
+        """The processor time of each program; a program above the largest permitted time does not judge mutants."""
         kept_file = self.folder / "costs.json"
         kept = json.loads(kept_file.read_text(encoding="utf-8")) if kept_file.exists() else {}
         costs = {}

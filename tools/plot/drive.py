@@ -155,8 +155,8 @@ class Drawn:
         panel.note = f"beyond the axis: {', '.join(beyond)}" if beyond else ""
 
     def tracking(self, panel):
-        """The axis of the angle's error is that of a locked estimate in manoeuvre run; before, the error means nothing. What the drive states of it
-        is on the axis for half of that time at least."""
+        """The axis of the angle's error is that of a locked estimate in manoeuvre run; before, the error means nothing. The drive's own
+        uncertainty is within the axis for at least half of that time."""
         names = self.recording.choices.get("manoeuvre", [])
         if "run" not in names or "manoeuvre" not in self.recording.columns:
             return
@@ -179,7 +179,7 @@ class Drawn:
     # ---- bands ----
 
     def names(self, name):
-        """What the values of a column are called; None: they are numbers."""
+        """The names of the values of a column; None: they are numbers."""
         row = self.rows.get(name, {})
         if name in self.recording.choices or "choices" in row:
             choices = self.recording.choices.get(name) or row["choices"].split("|")
@@ -265,7 +265,7 @@ def name_of(names, value):
 
 
 def events(drawn):
-    """What the scenario did, the changes of manoeuvre, the faults: [{time, text, kind}] in the order of time."""
+    """Events of the scenario, changes of manoeuvre, and faults: [{time, text, kind}] in the order of time."""
     recording = drawn.recording
     found = []
     for key, name, text in recording.notes:

@@ -18,7 +18,7 @@ def verdict(kind):
 
 
 def verdict_section(notes):
-    """What was expected of the run, what failed first."""
+    """The expectations of the run, the failed ones first."""
     rows = [(name, text) for key, name, text in notes if key == "verdict"]
     if not rows:
         return ""

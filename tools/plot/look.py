@@ -111,7 +111,7 @@ def beside(recording):
 
 
 def fault_heading(recording, reasons):
-    """What a history is of."""
+    """The text about the fault of a history."""
     length = 1e3 * (recording.time[-1] - recording.time[0])
     return f"The last {length:.4g} ms up to {reasons[-1]}" if reasons else f"History of a fault, {length:.4g} ms"
 

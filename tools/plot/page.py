@@ -384,7 +384,7 @@ def licence(library):
 
 
 def replaced(path, text):
-    """Writes the file; one that cannot be finished leaves the last one in place."""
+    """Writes the file. If writing fails, the previous file remains."""
     fresh = path.with_name(path.name + ".new")
     fresh.write_text(text, encoding="utf-8")
     os.replace(fresh, path)

@@ -39,7 +39,7 @@ def typeset(text):
 
 
 def conditions(figure, manifest):
-    """What the runs of a figure (or else its rows) have in common, in lines that break between two of them."""
+    """The conditions that all runs of a figure (or all its rows) have in common, with line breaks between conditions."""
     shown = [run for run in figure.get("runs", []) if run.get("condition")]
     shown = shown or [row for row in manifest.get("rows", []) if row["figure"] == figure["id"] and row.get("condition")]
     parts = [re.split(r"; |, (?![\d.]+(?:,| A))", one["condition"]) for one in shown if one["flavour"] != "ideal"]
@@ -270,7 +270,7 @@ def ideal(axis, data, trace, window=None, label="_"):
 
 
 def profile(figure, layouts, data, manifest):
-    """Speed and position error over the whole profile; between them position and its error enlarged."""
+    """Speed and position error over the whole profile; between these panels, enlarged details of the position and its error."""
     layout, = layouts
     speed, position, error = layout.panels
     sheet = Sheet(figure, manifest, [1.7, 1.6, 2.1], columns=2, gaps=[0.68, 0.68], between=0.85,

@@ -22,7 +22,7 @@ def part(begin, end):
 
 
 def clear():
-    """What is written next has the bar's line to itself."""
+    """Ends the line of the bar, so that the next output begins in a new line."""
     if ASKED in os.environ and sys.stderr.isatty():
         print(f"\r{'':{BAR}}\r", end="", file=sys.stderr, flush=True)
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of report.py and page.py. Without matplotlib those that draw or pack are skipped, and said to be."""
+"""Tests of report.py and page.py. Without matplotlib the tests that draw or pack are skipped, with a message."""
 import base64
 import copy
 import gzip

@@ -1,8 +1,8 @@
 """How many 16-bit words the code of a function takes on a C28x with FPU32: estimated from the code of a Cortex-M4F, instruction
 by instruction. For tools/cost and tools/check-linker.
 
-Each instruction of the M4F (GCC, -O2) counts what cl2000 writes for the same: the sizes of its instructions are SPRU430's and
-SPRUEO2's, what stands beside them is counted in listings of a motor drive that was built with cl2000 22.6.2 (EABI, fpu32,
+Each instruction of the M4F (GCC, -O2) counts as the instructions that cl2000 writes for the same operation. Their sizes are those of
+SPRU430 and SPRUEO2; the additional instructions were counted in listings of a motor drive that was built with cl2000 22.6.2 (EABI, fpu32,
 5014 instructions, 519 float operations of two cycles):
 
     0.40 NOPs for each float operation, 0.20 in dense code, 0.83 between branches
@@ -53,7 +53,7 @@ def times(count, size):
 
 
 def registers(operands):
-    """How many registers a list {r4-r7, lr} names."""
+    """Number of registers in a list such as {r4-r7, lr}."""
     count = 0
     for part in operands[operands.index("{") + 1:operands.index("}")].split(","):
         ends = [int(end) for end in re.findall(r"\d+", part)] if "-" in part else []

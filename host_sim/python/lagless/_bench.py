@@ -53,7 +53,7 @@ _DEVIATIONS = {
 
 @dataclasses.dataclass(frozen=True)
 class Motor:
-    """What an estimator is configured with: the parameters of the drive, which some cases make wrong."""
+    """The configuration of an estimator: the parameters of the drive, which are wrong in some cases."""
     period: float        # T [s]
     pole_pairs: int      # [-]
     resistance: float    # R [ohm]

@@ -56,7 +56,7 @@ class Commissioning:
         return self.reason is None
 
     def motor(self):
-        """What has been measured as the table `motor` of a scenario: lagless.run({..., "motor": result.motor()})."""
+        """The measured values as the table `motor` of a scenario: lagless.run({..., "motor": result.motor()})."""
         missing = [name for name in ("resistance", "inductance_q", "flux_linkage") if math.isnan(float(getattr(self, name)))]
         if missing:
             raise Error(f"{missing[0]} is not measured, because {self.reason or 'its step was left out'}; a motor needs resistance, "

@@ -1,4 +1,4 @@
-"""What a run gives: arrays, verdicts, a fault, a picture."""
+"""The result of a run: arrays, verdicts, a fault, a picture."""
 import collections.abc
 import ctypes as c
 import dataclasses
@@ -116,7 +116,7 @@ class Trace(collections.abc.Mapping):
 
 @dataclasses.dataclass(frozen=True)
 class Verdict:
-    """What became of an expectation: value [unit] against its limits, -inf and inf where it has none."""
+    """The verdict of an expectation: the value [unit] and its limits, -inf or inf for a missing limit."""
     name: str
     signal: str
     minus: str

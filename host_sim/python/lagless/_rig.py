@@ -175,7 +175,8 @@ class Rig:
     # ---- state ----
 
     def save(self):
-        """The whole state as bytes. What goes on from it is the same, bit by bit, in this rig or another of this process."""
+        """The whole state as bytes. A run that continues from this state is the same, bit by bit, in this rig or another of this
+        process."""
         state = c.create_string_buffer(self._library.rig_state_size())
         self._library.rig_save(self._open, state)
         return _place(self._library) + state.raw

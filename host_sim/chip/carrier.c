@@ -223,7 +223,7 @@ static void begin(chip_t *chip, uint64_t zero)
     }
 }
 
-/* What the zero does to one module after its outputs have acted. */
+/* Effects of the counter's zero on one module after the actions of its outputs. */
 static void load_at_zero(chip_t *chip, uint32_t m)
 {
     chip_epwm_t *epwm = &chip->epwm[m];
@@ -315,7 +315,7 @@ void carrier_see(chip_t *chip)
     chip_plan(chip, SOURCE_EPWM, chip->next[SOURCE_EPWM]); /* a run ahead must stop before the edges */
 }
 
-/* One module's counter has just passed zero at `cycle` and goes on like that of the first leg. */
+/* The counter of one module has just passed zero at `cycle` and continues like that of the first leg. */
 static bool in_step(const chip_t *chip, uint32_t m, uint32_t first, uint64_t cycle)
 {
     const epwm_regs_t *regs = &chip->registers.epwm[m];

@@ -174,7 +174,7 @@ void eqep_timeout(chip_t *chip)
     }
 }
 
-/* What is due at the present tick has happened. */
+/* On return, all events that are due at the present tick have happened. */
 static void settle(chip_t *chip)
 {
     if (chip->next[SOURCE_EQEP] <= chip->tick) {

@@ -382,7 +382,7 @@ static void empty_out(chip_t *chip)
     chip->sci.waiting = 0u;
 }
 
-/* What SWRESET at 0 does: flags and state machines, an octet being sent among them. */
+/* Effect of SWRESET at 0: it resets flags and state machines, and ends an octet that is being sent. */
 static void reset_states(chip_t *chip)
 {
     regs(chip)->SCIRXST = 0u;
@@ -456,7 +456,7 @@ static void write_octet(chip_t *chip, uint32_t address, uint16_t value)
     sci->waiting++;
 }
 
-/* What of a value this model does not have. */
+/* Reports the bits of a value that this model does not have. */
 static uint32_t unknown(uint32_t offset, uint16_t value)
 {
     switch (offset) {

@@ -428,7 +428,7 @@ bool connect_signals(session_t *session, uint32_t count, char **words)
 
 /* ---- motion ---- */
 
-/* What keeps the drive from running. */
+/* The reason why the drive does not run. */
 static bool fail_reason(session_t *session, const char *what, int32_t number)
 {
     const reason_row_t *reason = reason_by_number(number);

@@ -30,7 +30,7 @@
 /* Recorded signals, if neither scenario nor command line names any. */
 static const char *const default_rows[] = {"omega_m_ref", "true_omega_m", "i_d", "i_q", "theta_err", "u_dc"};
 
-/* What the panels of --plot show, recorded besides what the scenario requests. */
+/* The signals of the panels of --plot, which are recorded in addition to those of the scenario. */
 static const char *const plot_rows[] = {
     "state",     "manoeuvre",   "fault_reason",  "warnings",   "warnings_2", "omega_m_ref", "true_omega_m",
     "omega_m",   "true_torque", "load_torque",   "i_d_ref",    "i_d",        "i_q_ref",     "i_q",
@@ -178,7 +178,7 @@ static bool choose_rows(const options_t *options, const scenario_t *scenario, ui
     return true;
 }
 
-/* What is recorded, or shown as traces, and how often. */
+/* The recorded or printed signals, and the interval between samples. */
 static bool choose(const options_t *options, const scenario_t *scenario, uint32_t ids[RIG_TAP_MAX],
                    uint32_t *count, uint64_t *every)
 {

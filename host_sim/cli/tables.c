@@ -20,8 +20,8 @@ static bool settable(const table_t *table)
     return table->rows[0].access != TABLE_READ;
 }
 
-/* What `params` and `signals` list: rows whose name, unit or text contains one of the words; without words
- * all. */
+/* Selects the rows that `params` and `signals` list: those whose name, unit or text contains one of the
+ * words; without words all rows. */
 typedef struct {
     bool json;
     bool settable;

@@ -266,7 +266,7 @@ static void say_count(list_t *list, const char *name, uint32_t healthy, uint32_t
     list->first = false;
 }
 
-/* What was excused, by its cause: in how many runs, and in what share of all. */
+/* Excused deviations by cause: number of runs, and their share of all runs. */
 static void say_excuse(list_t *list, const char *because, uint32_t count, uint32_t done)
 {
     if (count == 0u) {
@@ -393,7 +393,7 @@ static void say_violations(FILE *file, bool json, const campaign_t *campaign,
     }
 }
 
-/* How much of each is drawn. */
+/* How often each case is drawn. */
 static uint32_t quantity_count(const campaign_t *campaign)
 {
     const campaign_case_t any = {.around = campaign->scenario};

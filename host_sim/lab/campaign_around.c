@@ -8,7 +8,7 @@
 
 #define WRONG(drawn, name) ((drawn)->quantities[CAMPAIGN_E_##name])
 
-/* What a row of the plant is multiplied with, and what is added of another row. */
+/* The factor of a row of the plant, and the share of another row that is added. */
 typedef struct {
     const char *row;
     campaign_error_t error;

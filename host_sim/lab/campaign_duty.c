@@ -103,7 +103,8 @@ static void judge_mute(campaign_watch_t *watch, uint32_t period, const uint32_t 
     }
 }
 
-/* How long this quick stop may take [s]; 0: an active load may overhaul the motor, or the link limits its
+/* Longest permitted time of this quick stop [s]; 0: an active load may overhaul the motor, or the link
+ * limits its
  * braking. */
 static double stop_most(const campaign_watch_t *watch, const uint32_t *rows)
 {
@@ -191,8 +192,8 @@ static bool is_another_wish(campaign_duty_t *duty, const uint32_t *rows)
     return another;
 }
 
-/* What answers a load, or slows down what the load takes to a new speed too quickly, is control, not flight:
- * by half of the time the speed has come nearer. */
+/* A torque that responds to a load, or brakes a load-driven change of speed, is control and no runaway:
+ * after half of the time the speed is nearer to its reference. */
 static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_duty_t *duty = &watch->duty;
@@ -233,8 +234,9 @@ static bool wishes_the_same(campaign_duty_t *duty, const uint32_t *rows)
     return same;
 }
 
-/* [s] For which friction and a passive load hold a shaft that has come to a standstill, while the integral of
- * the speed control goes from its present torque to what moves the shaft the other way. */
+/* [s] Time for which friction and a passive load hold a shaft at standstill, while the integral of the
+ * speed control changes from its present torque to the torque that moves the shaft in the other direction.
+ * */
 static double held(const campaign_watch_t *watch, const uint32_t *rows, double load)
 {
     const campaign_duty_t *duty = &watch->duty;
@@ -257,8 +259,8 @@ static double due_of(const campaign_watch_t *watch, const uint32_t *rows, double
            RIG_PERIOD_SECONDS;
 }
 
-/* Does the wish take the shaft towards zero? Into a link that takes no energy it goes as slowly as friction
- * brakes it. */
+/* True if the request moves the shaft towards zero. If the link takes no energy, only friction brakes the
+ * shaft. */
 static bool brakes(const campaign_watch_t *watch, const uint32_t *rows)
 {
     const double wanted = campaign_number(rows, CAMPAIGN_AT_speed_request);

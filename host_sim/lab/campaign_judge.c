@@ -1,4 +1,4 @@
-/* The judge of a run: sees the tap of every period and every edge of the gates. */
+/* Judges a run from the signals of every period and from every edge of the gates. */
 #include <math.h>
 #include <string.h>
 

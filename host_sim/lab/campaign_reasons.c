@@ -31,7 +31,7 @@
 #define FLOWS    0.02 /* [A] with a smaller current the offsets can be measured ... */
 #define MEASURED 640u /* [periods] ... within this number, settling included */
 
-/* What is wrong, as far as a reason speaks of it; several bits. */
+/* Present faults that a reason may name; several bits. */
 enum {
     IN_STUCK = 1,   /* a current sensor shows one value */
     IN_CURRENT = 2, /* a current sensor shows something else */
@@ -101,7 +101,7 @@ static const struct {
     {"plant.flux_linkage", IN_MAGNET},
 };
 
-/* What else makes a reason true: it was so shortly before. */
+/* Another condition under which a reason is true: the cause was present shortly before. */
 typedef enum { BY_FAULT, BY_SPEED, BY_CURRENT, BY_HIGH_LINK, BY_LOW_LINK, BY_ANGLE, BY_FRAME } witness_t;
 
 /* Reasons that name a cause; the others name what the drive could not do. */

@@ -29,7 +29,7 @@ static void set_times(campaign_settings_t *to, const char *name, double factor)
     set(to, name, factor * rig_initial(rig_row_by_name(name)));
 }
 
-/* What the rules of thumb make of the configured motor. */
+/* Parameters that follow from the configured motor by simple rules. */
 static void set_drive(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor)
 {
     const double flux = motor->flux_linkage * CAMPAIGN_VALUE(drawn, flux_configured);

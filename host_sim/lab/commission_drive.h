@@ -20,7 +20,7 @@ typedef struct {
     double (*seconds)(void *context);
     /* Largest phase current since the last call [A]. NULL: the drive's own signal is used. */
     double (*largest)(void *context);
-    /* What the user of a simulated motor would see: the turns [-] of its shaft since the last call. NULL:
+    /* The visible motion of a simulated motor: the turns [-] of its shaft since the last call. NULL:
      * there is a user. */
     double (*turned)(void *context);
     /* One line about the last refusal. */

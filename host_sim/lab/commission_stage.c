@@ -37,7 +37,8 @@ static bool refuse(commission_work_t *work, const char *what)
     return false;
 }
 
-/* What is known of the motor so far, as tune needs it; the rest is guessed from the plate. */
+/* The measured values of the motor so far, in the form for tune; the others are estimated from the plate.
+ * */
 static motor_t motor_so_far(const commission_work_t *work)
 {
     const commission_plate_t *plate = work->plate;

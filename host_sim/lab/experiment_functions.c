@@ -1,4 +1,5 @@
-/* What an experiment's file may refer to by name: sets of rows, functions of a sample, functions of numbers.
+/* The names that the file of an experiment may use: sets of rows, functions of a sample, functions of
+ * numbers.
  */
 #include <math.h>
 #include <string.h>
@@ -190,8 +191,8 @@ static double f_mean(const double *x, uint32_t count)
     return f_sum(x, count) / count;
 }
 
-/* Of pairs x, y, x ascending: the x of the least y, between the points by the parabola through the three
- * about the lowest. NAN: it is at an end. */
+/* For pairs x, y with ascending x: the x of the least y. Between the points it follows from the parabola
+ * through the lowest point and its two neighbours. NAN: it is at an end. */
 static double f_lowest_at(const double *pair, uint32_t count)
 {
     uint32_t low = 0;

@@ -160,7 +160,7 @@ static bool read_points(const file_t *file, const toml_entry_t *table, claim_t *
     return true;
 }
 
-/* What is measured: value, or `of` a measure. */
+/* The measured quantity: value, or `of` a measure. */
 static bool read_value(const file_t *file, const toml_entry_t *table, claim_t *claim)
 {
     const reading_t *reading = &file->reading;

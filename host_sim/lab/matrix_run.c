@@ -35,7 +35,7 @@ static const setting_t light[] = {
     {"params.pll_bandwidth", 400.0}, {"params.feedforward_cutoff", 125.0},
 };
 
-/* What calibration leaves of the sensors' errors. */
+/* Errors of the sensors that remain after calibration. */
 static const setting_t real[] = {
     {"plant.current_offset_a", 0.03},
     {"plant.current_offset_c", -0.03},
@@ -44,7 +44,7 @@ static const setting_t real[] = {
 #define COUNT(list) (sizeof(list) / sizeof(list)[0])
 #define CHANGES     COUNT(matrix_faults[0].changes)
 
-/* What turns the rig: nothing but its own time, or the course of a scenario besides. */
+/* How the rig advances: by time alone, or also with the events of a scenario. */
 typedef struct {
     rig_t *rig;
     course_t *course; /* NULL: none */
@@ -203,7 +203,7 @@ static const char *const tapped[TAPPED] = {
     [OMEGA_E] = "true_omega_e", [FRAME] = "omega_e",
 };
 
-/* What is known of a cell while it runs. Times [s] count from the injection, or from the wish to come on;
+/* State of a cell while it runs. Times [s] count from the injection, or from the wish to come on;
  * NAN: not yet. */
 typedef struct {
     matrix_seen_t *seen;

@@ -48,7 +48,7 @@ const char *motor_key_unit(motor_key_t key)
     return keys[key].unit;
 }
 
-/* What a value of the key is read as: "3 Arms" is a value of a key for rms values only. */
+/* The kind of value of the key: "3 Arms" is a value of a key for rms values only. */
 static const char *read_as(motor_key_t key)
 {
     const bool rms = strstr(keys[key].name, "_rms") != NULL;
@@ -485,7 +485,7 @@ static void make_torque(motor_t *motor)
     }
 }
 
-/* What a plant needs and data sheets leave out. */
+/* Values that the plant needs and data sheets do not contain. */
 static void make_shaft(motor_t *motor)
 {
     char text[UNITS_TEXT_SIZE];

@@ -221,7 +221,7 @@ static size_t head_comment(image_t *image, const recorder_t *recorder)
     return at;
 }
 
-/* Who wrote the file: the format requires it. */
+/* The program that wrote the file: the format requires it. */
 static size_t history(image_t *image, const recorder_t *recorder)
 {
     const size_t at = block(image, "FH", FH_LINKS, FH_DATA);

@@ -165,7 +165,7 @@ int recorder_vcd_write(const recorder_t *recorder, recorder_out_t *out)
         advance(&dump, edge >> 16);
         take(&dump, (uint32_t)(edge >> 8) & 0xFFu, (uint32_t)edge & 0xFFu, recorder->isr_ticks);
     }
-    /* The picture goes on to the end of the last sample's period, and until nothing is left to fall. */
+    /* The record continues to the end of the last sample's period, and until all pulses have ended. */
     uint64_t end = dump.tick;
     const uint64_t rows = recorder_store_count(&recorder->rows);
     if (rows != 0u) {

@@ -1026,7 +1026,7 @@ static bool read_needs(const reading_t *reading, const toml_entry_t *entry, scen
                          needs->text);
 }
 
-/* What is measured, where and how: of [[expect]] and [[measure]]. */
+/* The quantity, interval and statistic of [[expect]] and [[measure]]. */
 static bool read_quantity_of(const reading_t *reading, const toml_entry_t *entry, scenario_expect_t *expect)
 {
     const toml_entry_t *name = reading_find(reading, entry, "name");
@@ -1117,7 +1117,7 @@ static bool read_expects(const reading_t *reading, const toml_entry_t *top)
 
 /* ---- the file ---- */
 
-/* What the tap can carry at once: rows of `record` and of [[expect]] together. */
+/* Limit of the tap: rows of `record` and of [[expect]] together. */
 static bool check_tap(const reading_t *reading)
 {
     const scenario_t *scenario = reading->scenario;

@@ -32,7 +32,7 @@ static constexpr void toml_demand(bool holds)
 namespace
 {
 
-/* What a C struct can not own while the list still grows. */
+/* Objects that a C struct cannot own while the list still grows. */
 struct draft_t {
     toml_entry_t entry;
     std::string key, path, text;
@@ -251,8 +251,8 @@ struct scanner_t {
     }
 };
 
-/* Checks that toml++ does not do reliably; false: the reason has been printed. What is no TOML at all is left
- * to it. */
+/* Checks that toml++ does not do reliably; false: the reason has been printed. Text that is no TOML at all
+ * is reported by the library. */
 bool is_readable(const char *text, size_t octets, toml_error_t *error)
 {
     scanner_t scanner{text, text + octets};

@@ -240,7 +240,7 @@ const char *units_variety(const char *unit, const char *which)
 
 #define UNIT_OCTETS 96u /* of a unit that is read */
 
-/* What data sheets write instead of ASCII, as PDF gives it. */
+/* Characters of data sheets in place of ASCII, as copied from PDF files. */
 static const struct {
     const char *from, *to;
 } characters[] = {
@@ -319,7 +319,7 @@ const char *units_of_row(const table_row_t *row)
     return row->unit;
 }
 
-/* What a unit is called in messages. */
+/* The name of a unit in messages. */
 static const char *plain(const char *unit)
 {
     unit = unit_of_variety(unit);

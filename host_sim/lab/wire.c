@@ -221,7 +221,8 @@ static void send_waiting(wire_t *wire)
     }
 }
 
-/* How far there are whole frames. A client that speaks something else is no client any more: a length of 0 or
+/* Number of octets up to the end of the last whole frame. A client that speaks something else is no client
+ * any more: a length of 0 or
  * above the largest is also what a request of HTTP begins with. */
 static void look_for_frames(wire_t *wire)
 {

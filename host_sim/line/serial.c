@@ -6,7 +6,8 @@
 
 #include "host_sim/line/transport.h"
 
-/* What the hardware makes of a baud may miss it by so much: a receiver's sampling still hits the tenth bit.
+/* Largest deviation of the hardware's baud rate from the requested one: a receiver still samples the tenth
+ * bit correctly.
  */
 #define NEAR(baud, asked) ((baud) <= (asked) + (asked) / 50u && (baud) + (asked) / 50u >= (asked))
 

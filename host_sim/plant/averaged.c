@@ -60,7 +60,7 @@ static inline double sign_integral(const plant_t *plant, double i)
     return size < plant->zone ? 0.5 * i * i * plant->zone_inverse : size - 0.5 * plant->zone;
 }
 
-/* Mean of that sign while the current goes in a straight line from x to y. */
+/* Mean of that sign while the current changes linearly from x to y. */
 static inline double sign_mean(const plant_t *plant, double x, double y)
 {
     double zone = plant->zone;
@@ -218,7 +218,7 @@ void averaged_period(plant_t *plant)
     settle(plant, &period);
     for (int leg = 0; leg < 3; leg++) {
         double share = share_of(&period, leg);
-        /* The slope of the drops goes with the current, about its mean. */
+        /* The slope of the drops is proportional to the difference of the current from its mean. */
         double mean = plant->i[leg] + 0.5 * (period.end[leg] - period.begin[leg]);
         double drop = period.drop[leg] + plant->r_mean * mean;
         plant->law[leg][PLANT_LAW_AVERAGED] =

@@ -114,7 +114,7 @@ static double table_load(const plant_t *plant, double omega)
     return omega < 0.0 ? -against : against;
 }
 
-/* What goes with the square of an end's speed or by the table, and the same for its angle [N m]. */
+/* Load torque by the square of a shaft end's speed or by the table, and by its angle [N m]. */
 static __attribute__((noinline)) double work_load(const plant_t *plant, double omega, double ahead)
 {
     return plant->params.load_quadratic * omega * fabs(omega) + table_load(plant, omega) +
@@ -274,7 +274,7 @@ void interval_refresh(plant_t *plant)
     plant->torque = torque_of(plant, plant->omega_m);
 }
 
-/* What an elastic shaft takes from the motor [N m]; 0 where it is rigid. */
+/* Torque that an elastic shaft takes from the motor [N m]; 0 for a rigid shaft. */
 static double twisted(const plant_t *plant)
 {
     const plant_params_t *q = &plant->params;
@@ -283,7 +283,7 @@ static double twisted(const plant_t *plant)
                : 0.0;
 }
 
-/* What drives the shaft whether or not it moves [N m]. */
+/* Torque that drives the shaft independent of its motion [N m]. */
 static double driving(const plant_t *plant)
 {
     double drive = plant->torque - plant->active_torque - plant->shaft_torque;
@@ -609,7 +609,7 @@ double interval_pole_mean(const plant_t *plant, const plant_law_t *law, double x
     return (pole_integral(plant, law, y) - pole_integral(plant, law, x)) / (y - x);
 }
 
-/* What the Taylor series of the currents needs besides the voltage. */
+/* Inputs of the Taylor series of the currents besides the voltage. */
 typedef struct {
     double h, h_2, h_3, h_4;         /* [s^n] h^n/n! */
     double omega_e;                  /* [rad/s] */
@@ -680,7 +680,7 @@ static inline double least(double x, double y)
 }
 
 /* Charge, copper heat and losses of an interval with pole voltages v (r_mean i added) and shares s; currents
- * taken as straight lines from i to j. What the link gives and the motor does not get is lost. */
+ * taken as straight lines from i to j. The power that the link gives and the motor does not get is lost. */
 static void add_up(const plant_t *plant, double h, const double j[3], const double v[3], const double s[3],
                    sums_t *sums)
 {
@@ -804,7 +804,7 @@ static inline bool series_interval(plant_t *plant, double h, double omega_e, dou
     return true;
 }
 
-/* First-order lag of a sensor whose input goes in a straight line from i_0 to i_1. */
+/* First-order lag of a sensor whose input changes linearly from i_0 to i_1. */
 static double lagged(double y, double i_0, double i_1, double x)
 {
     double behind = (i_1 - i_0) / x;
@@ -927,8 +927,9 @@ static __attribute__((noinline)) void twist_step(plant_t *plant, double h, doubl
     }
 }
 
-/* What an interval's length is measured by, where an axis saturates: the smallest incremental inductance at
- * the present currents, and the time in which the link's voltage moves a current so far that it changes. */
+/* Basis of the length of an interval if an axis saturates: the smallest incremental inductance at the
+ * present currents, and the time in which the link voltage changes a current so much that this inductance
+ * changes. */
 static __attribute__((noinline)) void bent_rate(plant_t *plant)
 {
     const plant_params_t *q = &plant->params;
@@ -953,7 +954,8 @@ static __attribute__((noinline)) void bent_rate(plant_t *plant)
                   plant->rate_other + plant->v_dc * plant->k_max / sqrt(least_square);
 }
 
-/* An interval in which the shaft goes on as it does: held, or with friction against one direction. */
+/* An interval in which the state of the shaft does not change: held, or with friction against one
+ * direction. */
 static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
 {
     if (plant->saturates != 0.0) {

@@ -56,11 +56,12 @@ double interval_source(const plant_t *plant, double ahead);
  * gives [-]. */
 double interval_pole(const plant_t *plant, const plant_law_t *law, double i, double *share);
 
-/* Its mean [V] while the current goes in a straight line from x to y [A]. */
+/* Its mean [V] while the current changes linearly from x to y [A]. */
 double interval_pole_mean(const plant_t *plant, const plant_law_t *law, double x, double y);
 
-/* How the phase currents move within the next h [s], by the present currents in the rotor frame: without
- * voltage at its begin and end [A/s]; what a volt along alpha and along beta adds in the middle [A/(V s)]. */
+/* Slopes of the phase currents within the next h [s], from the present currents in the rotor frame: without
+ * voltage at its begin and end [A/s], and the additional slope for each volt along alpha and along beta in
+ * the middle [A/(V s)]. */
 void interval_phase_slopes(const plant_t *plant, double h, double begin[3], double end[3], double by_alpha[3],
                            double by_beta[3]);
 

@@ -31,8 +31,8 @@ void rig_bind(rig_t *rig)
 }
 
 /* Variables zero, main() up to its loop; the present period begins when this returns. The first carrier
- * period has no sample at its beginning; that is the next one's. A board that did not come up has no carrier,
- * or that of an earlier program, and time goes on nevertheless. */
+ * period has no sample at its beginning; that is the next one's. After a failed initialisation the board
+ * has no carrier, or that of an earlier program; simulated time continues nevertheless. */
 static void start_software(rig_t *rig)
 {
     rig_state_t *state = &rig->state;

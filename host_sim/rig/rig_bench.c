@@ -1,4 +1,4 @@
-/* What the interrupt takes on this machine. */
+/* The time of the interrupt on this machine. */
 #include <time.h>
 
 #include "host_sim/rig/rig_parts.h"

@@ -275,7 +275,7 @@ static void change(rig_t *rig, uint32_t what, uint32_t bits)
     }
 }
 
-/* What came from outside after the sample of this period. */
+/* The external changes after the sample of this period. */
 static void change_after(rig_t *rig, uint32_t period)
 {
     rig_replay_t *replay = &rig->replay;

@@ -18,7 +18,7 @@
 #include "settings/reasons.h"
 
 #define FRAME       0.025 /* [s] from one picture to the next */
-#define ASK         0.03  /* [s] from one question for values to the next */
+#define ASK         0.03  /* [s] from one request for values to the next */
 #define TELL        0.1   /* [s] from one telling of values and state of the line to the next */
 #define AGAIN       0.5   /* [s] from one try to find a lost drive to the next */
 #define AGAIN_TRY   0.05  /* [s] that a try lasts, at least */
@@ -67,7 +67,7 @@ struct scope {
 
 static const char *const first_signals[] = {"omega_m", "omega_m_ref", "i_q", "i_d", "u_q", "u_d"};
 
-/* What the head of the page shows. */
+/* The values in the head of the page. */
 static const char *const fast_rows[] = {"state",     "fault_reason", "refusal",       "warnings",
                                         "manoeuvre", "u_dc",         "omega_m",       "enable",
                                         "i_q",       "warnings_2",   "order_refusal", "capture_state"};
@@ -191,7 +191,7 @@ static void tell_commission(void *context)
     }
 }
 
-/* All that a page must know when it opens. */
+/* All data that a page needs when it opens. */
 static void greet(scope_t *scope, uint32_t client)
 {
     text_t text;
@@ -306,7 +306,7 @@ static void ask_block(scope_t *scope, uint32_t number)
     }
 }
 
-/* Every other question is for what changes fast. */
+/* Every second request reads the values that change quickly. */
 static void ask_next(scope_t *scope)
 {
     if (scope->asks++ % 2u == 0u && scope->fast_count > 0u) {
@@ -432,7 +432,7 @@ static bool set_row(scope_t *scope, const table_row_t *row, double value, char *
     return good;
 }
 
-/* What the drive has in this row now. */
+/* The present value of this row in the drive. */
 static int32_t reported(scope_t *scope, const char *name)
 {
     const table_row_t *row = rig_row_by_name(name);

@@ -21,7 +21,7 @@
     0.05 /* [-] largest difference between two values of psi_f that count as the same: data sheets round     \
             them */
 #define TORQUE_MORE    1.1  /* [-] rated torque over Kt I that no motor without reluctance torque has */
-#define TORQUE_LESS    0.6  /* [-] below which more than iron loss at speed is missing */
+#define TORQUE_LESS    0.6  /* [-] below this ratio more than the iron loss at speed is missing */
 #define FRICTION_SHARE 0.01 /* [-] of the rated torque, where none is given */
 #define SPEED_UP_TIME  0.05 /* [s] to rated speed at rated torque, where no inertia is given */
 

@@ -1,8 +1,8 @@
 /* Edges as a value change dump (IEEE 1364, clause 18).
  *
  * Simulated interrupts take no time: isr falls isr_ticks after it rose, later if the function let time pass,
- * and one that follows while another is shown begins where that ends. These falls lie ahead of the edge at
- * hand, so the dump is made from a short list of changes to come. */
+ * and one that follows while another is shown begins where that ends. These falling edges are later than
+ * the present edge, so that the dump is written from a short list of future changes. */
 #include "host_sim/lab/recorder_parts.h"
 
 #include <string.h>

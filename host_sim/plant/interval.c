@@ -888,8 +888,8 @@ static __attribute__((noinline)) void twist_step(plant_t *plant, double h, doubl
     double near = fixed ? 0.0 : plant->inertia_inverse;
     double far = plant->load_inverse;
     double sum = near + far;
-    /* The motor's end has turned already, and the twist is that of the begin: so is the far end's angle, but
-     * for what the motor has turned. */
+    /* The angle of the motor's end is already the new one, while the twist is that of the begin. The angle
+     * of the far end is therefore also that of the begin, plus the angle by which the motor has turned. */
     double back = -h * plant->omega_m;
     double against = far_resistance(plant, plant->omega_load, back);
     double omega_felt = plant->omega_load + 0.5 * h * far * (plant->shaft_torque - against);

@@ -2,8 +2,8 @@
  * and plant do not advance during the replay.
  *
  * Between two samples the drive of the record had its medium task, if a window was handed over, then the
- * background. Here the medium task computes at once, and its results are shown to the step that found them
- * there: so its duration, and interrupts during it, are those of the record. */
+ * background. Here the medium task computes at once, and the same step as in the record gets its results.
+ * Therefore its duration, and the interrupts during it, agree with the record. */
 #include <stdio.h>
 #include <string.h>
 

@@ -192,8 +192,8 @@ static void every_error_of(const stream_t *stream)
     TEST_ASSERT_EQUAL_UINT32(bits + bits * (bits - 1u) / 2u + 127u * (bits - 7u), trials);
 }
 
-/* A write of each kind, with what the drive has before it. Of those of codes the row is written, one bit of
- * the address away from another: fault_reset beside enable, i_d_request beside i_q_request. A stop does not
+/* A write of each kind, with what the drive has before it. Writes whose address differs by one bit from
+ * that of another row: fault_reset and enable, i_d_request and i_q_request. A stop does not
  * become a start, and a start is a start or nothing. */
 static void expect_what_was_sent_or_nothing(uint8_t extension, const char *name, uint32_t bits, bool number)
 {

@@ -381,7 +381,7 @@ static void test_zeros_ahead_of_a_divided_up_counter(void)
     TEST_ASSERT_EQUAL_UINT64(start + 20000u, chip_carrier_zero(&bench_chip, 3u));
 }
 
-/* ePWM2 counting on its own has no place beside legs on 4..6. */
+/* ePWM2 must not count independently while the legs are on 4..6. */
 static void test_another_counter_beside_the_legs_is_not_plain(void)
 {
     for (uint32_t led = 0u; led < 2u; led++) {

@@ -216,7 +216,7 @@ static void on_eqep(void)
     bus_write16(&PIE->PIEACK, 1u << 4);
 }
 
-/* To the count that an index pulse stands for, any turn of it; the way goes on from there. */
+/* To the count of an index pulse in any turn; the motion continues from there. */
 static void test_alignment_sets_the_count_and_is_no_edge(void)
 {
     enable(0u);

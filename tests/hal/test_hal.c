@@ -909,7 +909,7 @@ static void test_a_sample_is_late_unless_its_own_period_goes_on(void)
     }
 }
 
-/* As after a debugger's halt. Of more than half a turn of the clock, too. */
+/* As after a debugger's halt. Also for more than half a turn of the clock. */
 static void test_ten_samples_after_a_gap_of_ten_periods_are_late(void)
 {
     static const uint32_t gap[] = {10u, 500u, 200000u, 286000u};

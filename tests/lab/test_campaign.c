@@ -331,8 +331,8 @@ static void turn_wrongly(double share, double current)
     pass(0.1);
 }
 
-/* At 2 A, (L_q - L_d) i is half of psi_f: the EMF that a wrong angle shows is half as large, and the limit
- * twice. While less current flows than shows the sign of a leg's voltage, it is twice as well. */
+/* At 2 A, (L_q - L_d) i is half of psi_f: the EMF at a wrong angle is half as large, and the limit twice as
+ * large. While less current flows than shows the sign of a leg's voltage, it is twice as well. */
 static void test_a_smaller_emf_excuses_the_angle_up_to_the_speed_that_makes_up_for_it(void)
 {
     static const struct {

@@ -304,7 +304,8 @@ static void test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw(void
 
 /* For each angle of the rotor at standstill: the swings of a light rotor are no fault of the sensors. A
  * grid of motors and
- * places. That each runs to its top speed under load is tests/lab/test_tune_boards.c. Of 104 starts one ends
+ * places. tests/lab/test_tune_boards.c tests that each motor runs to its top speed under load. Of 104
+ * starts one ends
  * in estimate_astray, that of a small motor with a winding of large inductance, in which the noise of the
  * current is a speed; with five other seeds it does not. */
 static void test_every_motor_starts_from_wherever_it_stands(void)

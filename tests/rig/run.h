@@ -189,8 +189,8 @@ typedef struct {
 } run_motor_t;
 
 /* Plant and firmware get it; what the rules of thumb make of it: k_s = 1.75 e_max, slope 1.6 L/(k_s T_s), a
- * current error at 96 % of k_s. Limits of current, voltage and speed are the caller's. Before ready, and not
- * yet applied. */
+ * current error at 96 % of k_s. Limits of current, voltage and speed are the caller's. Set before the state
+ * ready, and not yet applied. */
 static inline void run_put_motor(rig_t *rig, const run_motor_t *m)
 {
     const double gain = 1.75 * m->flux_linkage * m->pole_pairs * m->speed;
@@ -226,7 +226,8 @@ static inline void run_put_motor(rig_t *rig, const run_motor_t *m)
     }
 }
 
-/* From power-on to ready on a rotor that turns at this speed; friction waits, so that it keeps it. */
+/* From power-on to ready with a rotor that turns at this speed. Friction is switched on only afterwards, so
+ * that the speed is constant. */
 static inline void run_to_ready_at(rig_t *rig, double rpm)
 {
     const double friction = rig_value(rig, "friction_coulomb");

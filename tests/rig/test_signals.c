@@ -317,8 +317,8 @@ static void run_all(void)
     rig_run(rig, 50);
     stretch(0, &(stretch_t){.name = "refused", .state = 1.0, .refusal = REASON_FAULT_PRESENT, .flags = 3.0});
 
-    /* Without the encoder, told that this is too slow to be caught: a forced frame turns as fast as a shaft
-     * that is held, and the estimate beside it. */
+    /* Without the encoder, and with a start_speed above this speed: the forced frame turns as fast as the
+     * driven shaft, and so does the estimate. */
     run_put(rig, "shaft_locked_speed", 120.0 * RPM);
     run_put(rig, "shaft_locked", 1.0);
     run_put(rig, "speed_request", 120.0 * RPM);
@@ -742,8 +742,8 @@ static bool estimate(const stretch_t *s, uint32_t k)
     /* The voltage of the switching function, which nothing filters where the lag is compensated exactly. */
     EXPECT(e_hat_alpha, settings_gain * V(k_f_alpha) * V(i_err_alpha), 1e-3)
     EXPECT(e_hat_beta, settings_gain * V(k_f_beta) * V(i_err_beta), 1e-3)
-    /* The inverter is ideal, and the drive, which does not learn, knows it but for a drop that shows here
-     * only.
+    /* The inverter is ideal. The drive does not learn, and its model of the inverter is right except for
+     * one voltage drop, which has an effect only here.
      */
     EXPECT(dead_time_hat, DROP, 1e-2 * DROP)
     /* The EMF of the rotor, j psi_f omega e^(j theta), but for the waves of a sigmoid that acts in each axis.

@@ -18,8 +18,8 @@ static double asked; /* [r/min] of the start under way */
 /* ---- the cases ---- */
 
 /* NOMINAL: runs, within the limits of expect_nominal(). STARTS: runs. ENDS: is not promised to start, as a
- * hoist without a brake is not. Whatever becomes of it: it runs, or has stopped with a fault after
- * start_tries, and no current is beyond the trip. */
+ * hoist without a brake is not. For each result of the start: the motor runs, or it has stopped with a
+ * fault after start_tries, and no current exceeds the trip. */
 typedef enum { NOMINAL, STARTS, ENDS } promise_t;
 
 typedef struct {
@@ -180,7 +180,7 @@ static double handover_speed(void)
     return (double)limits->handover_speed / POLE_PAIRS / RPM;
 }
 
-/* Asked: 2 s, 11 A, 15 r/min, 120 mrad, 1 N m. Of error and step the grid has 43 mrad and 0.5 N m. */
+/* Asked: 2 s, 11 A, 15 r/min, 120 mrad, 1 N m. In the grid the error is 43 mrad and the step 0.5 N m. */
 static void expect_nominal(const start_end_t *end, double current, const char *where)
 {
     TEST_ASSERT_TRUE_MESSAGE(end->begin <= 2.0, where);

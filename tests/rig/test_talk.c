@@ -352,7 +352,7 @@ static void test_a_silent_master_brings_a_quick_stop(void)
     periods(rig_periods(2.0));
     TEST_ASSERT_EQUAL_DOUBLE(DRIVE_READY, rig_value(rig, "state"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
-    TEST_ASSERT_TRUE(warns()); /* until somebody has seen it */
+    TEST_ASSERT_TRUE(warns()); /* until a client has read it */
     connect();
     TEST_ASSERT_TRUE(warns());
     write_choice(EXTENSION_REQUESTS, id_of("enable"), REQUEST_OFF);

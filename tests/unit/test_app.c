@@ -24,7 +24,7 @@ static uint32_t cycles_per_call; /* and what passes with each of its readings, a
 static app_t the_app;
 static params_error_t why;
 static drive_t seen;      /* the drive as an interrupt would find it */
-static bool bridge_comes; /* with the interrupt just before the next time that they are off */
+static bool bridge_comes; /* with the interrupt just before interrupts are disabled again */
 
 static void ask(const char *what)
 {

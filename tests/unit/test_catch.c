@@ -47,7 +47,7 @@ typedef struct {
     double theta;       /* the same */
 } caught_t;
 
-/* A whole catch of a rotor with this speed, beside an error of the voltage that stands still. */
+/* A whole catch of a rotor with this speed, with an additional constant error of the voltage. */
 static caught_t catch_of(double omega, double theta_start, double complex error)
 {
     caught_t caught = {CATCH_GOES_ON, 0u, 0.0, 0.0};
@@ -184,8 +184,9 @@ static void test_voltage_error_that_stands_still_is_no_rotor(void)
     }
 }
 
-/* A rotor whose EMF is 0.3 of the slowest's, and twice that of the slowest beside it that turns by 0.4 rad a
- * period, faster than any rotor: it has the length of a rotor that is fast enough, and a direction. */
+/* A rotor whose EMF is 0.3 of that of the slowest one, plus a voltage of twice this EMF that turns by 0.4
+ * rad a period, faster than any rotor. The sum has the length of the EMF of a fast enough rotor, and a
+ * direction. */
 static void test_ripple_as_long_as_an_emf_is_no_rotor(void)
 {
     catch_outcome_t outcome = CATCH_GOES_ON;

@@ -239,8 +239,8 @@ static void test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck(void
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
 }
 
-/* Exact sensors on a current that stands: the voltage that holds it may be assumed wrong by all of R/2 and
- * of the dead time, for as long as one likes. */
+/* Exact sensors and a constant current: the assumed voltage may be wrong by the effect of R/2 and of the
+ * whole dead time for any time. */
 static void test_a_current_that_stands_still_is_no_stuck_sensor(void)
 {
     const float voltage = (float)(1.5 * RESISTANCE * 8.0 + 0.9 * 4.0 / 3.0 * (7.5 + 0.9));

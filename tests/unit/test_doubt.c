@@ -197,7 +197,8 @@ static void test_known_acceleration_needs_a_small_load_below_at_above(void)
     }
 }
 
-/* Of a light rotor, 14640 rad/s^2: 20 mrad of 183 in 5 ms, a share of 0.10929. A heavy one may miss more than
+/* For a light rotor, 14640 rad/s^2: 20 mrad of 183 in 5 ms, a share of 0.10929. A heavy one may miss more
+ * than
  * all. */
 static void test_known_acceleration_needs_a_speed_gained_as_foreseen_below_at_above(void)
 {

@@ -161,8 +161,8 @@ static void test_gates_are_charged_before_anything_is_controlled(void)
     }
 }
 
-/* Whatever was requested before, neither of the controls remembers, and while the gates come on nothing is
- * requested, whatever is requested. */
+/* Neither control keeps anything of earlier requests, and while the gates switch on, the references are
+ * zero for any request. */
 static void test_every_start_is_from_rest(void)
 {
     for (int speed = 0; speed < 2; speed++) {

@@ -36,7 +36,7 @@ static void preset(float d, float q)
     drive.fast.current_control.q.integral = q;
 }
 
-/* Into operation on the encoder, which stands at this count, without a request for current. */
+/* Into operation with the encoder at this count, without a current request. */
 static void given_operation(uint32_t count)
 {
     params.position_source = POSITION_ENCODER;
@@ -59,8 +59,8 @@ static void claim(void)
     drive.fast.estimator.estimate.omega_smooth = OMEGA_E;
 }
 
-/* The estimate's angle is set beside the encoder's, with the EMF of its speed, so that it is assumed: the
- * same voltage in both frames. */
+/* The angle of the estimate differs from that of the encoder, and the EMF agrees with its speed, so that
+ * the drive uses it: the voltage is the same in both frames. */
 static void test_voltage_stays_when_the_frame_turns(void)
 {
     for (int n = 0; n < 8; n++) {

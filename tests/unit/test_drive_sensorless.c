@@ -153,8 +153,8 @@ static double estimate_error(void)
                   (machine.theta_e - machine.omega_e * PERIOD));
 }
 
-/* The estimator gets the voltage of the duties of two steps ago, less what the inverter takes: what an
- * inverter beside it says (test_inverter.c) that gets the steps and samples of this drive. The currents,
+/* The estimator gets the voltage of the duties of two steps ago, minus the loss of the inverter: that of a
+ * second inverter model (test_inverter.c) with the steps and samples of this drive. The currents,
  * the link and so the duties differ from step to step. Float: ten roundings of 200 V, 1.2e-4 V. */
 static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
 {

@@ -138,8 +138,8 @@ static void test_without_a_current_twice_as_large_an_emf_is_judged(void)
     }
 }
 
-/* Of the windows of ten turns at 240 rad/s: in how many is the EMF of an encoder that is `off` [rad] much
- * beside the rotor's, and along no phase's axis? [-] */
+/* Share of the windows of ten turns at 240 rad/s in which the EMF of an encoder that is wrong by `off`
+ * [rad] differs much from the rotor's, and the difference is along no phase's axis [-]. */
 static double elsewhere_share(double off)
 {
     uint32_t count = 0u;
@@ -261,7 +261,8 @@ static void test_an_encoder_that_turns_without_an_emf_is_wrong(void)
     }
 }
 
-/* Wherever it stands: the difference of the two EMFs does not turn, and may be along a phase's axis. */
+/* For each constant angle: the difference of the two EMFs does not turn, and may be along a phase's axis.
+ * */
 static void test_an_encoder_that_counts_the_other_way_is_told_by_its_direction(void)
 {
     static const double speeds[] = {90.0, 240.0, 628.0, 900.0};

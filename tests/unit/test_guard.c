@@ -363,7 +363,8 @@ static void test_every_row_counts_anew_after_a_break(void)
     }
 }
 
-/* Of the moments that there can be: with the gates off only lasting dangers count, the encoder's and the
+/* Each time at which a condition may begin: with the gates off only lasting dangers count, the encoder's
+ * and the
  * estimate's only while control turns with them; what was there before it is counted from then. */
 static void test_every_row_is_silent_until_its_moment(void)
 {

@@ -292,7 +292,7 @@ static void test_the_dither_is_a_twentieth_of_the_limit(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, -0.5, asked_least);
 }
 
-/* L_q 1.11 and 1.15 L_d: no dither, and nothing is learnt, whatever the rate is. At 1.1 it still is. */
+/* L_q 1.11 and 1.15 L_d: no dither, and nothing is learnt, for any rate. At 1.1 it still is. */
 static void test_a_rotor_too_salient_is_left_as_it_is(void)
 {
     static const double ratios[] = {1.11, 1.15, 2.0, 1.1};
@@ -332,8 +332,9 @@ static void test_noise_averages_out(void)
     }
 }
 
-/* A swing of the EMF by what errors of the sensors make, as large as a twentieth of L would, at once or twice
- * the electrical frequency, wherever that is. 4 Hz away a mean of 1/rate leaves rate/(2 pi 4 Hz) of twice
+/* An oscillation of the EMF from errors of the sensors, as large as the effect of a twentieth of L, at the
+ * electrical frequency or twice this frequency, for any value of it. 4 Hz away a mean of 1/rate leaves
+ * rate/(2 pi 4 Hz) of twice
  * that (the wave's own square is a half), 0.8 %. */
 static void test_a_ripple_at_the_electrical_frequency_is_kept_away_from(void)
 {

@@ -158,9 +158,10 @@ static uint32_t align_periods(double inertia)
     return W * (uint32_t)(fmin(fmax(16.0 / natural, 0.3), 2.0) / (W * T) + 0.5); /* whole windows */
 }
 
-/* Once round from where the frame stands, in the direction that is requested, from every angle, the unstable
- * one too: at its end the rotor turns with the frame, behind it by asin(T_f/(K_t I)) and by what is left of
- * its swing. That had omega_if/w_n = 2 pi/16 when the frame came by, and half of the turn at least to fade,
+/* One turn from the initial angle of the frame, in the requested direction, from every angle of the rotor,
+ * including the unstable one. At its end the rotor turns with the frame, behind it by asin(T_f/(K_t I))
+ * plus the rest of its oscillation. That had omega_if/w_n = 2 pi/16 when the frame came by, and half of the
+ * turn at least to fade,
  * exp(-8 zeta): zeta is 0.5 for the light rotor, 0.22 for the heavy one: 0.01 and 0.07 rad are left. */
 static void test_alignment_of_one_slow_turn_takes_every_rotor_along(void)
 {
@@ -660,7 +661,8 @@ static void change_source(int32_t source)
     TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
 }
 
-/* Out of the forced frame the current comes along; back again run goes on. Both turn the integrals once. */
+/* When the drive leaves the forced frame, the current keeps its value; when it returns, run continues. Both
+ * turn the integrals once. */
 static void test_other_source_under_way_turns_the_frame(void)
 {
     machine.friction = 2.0;

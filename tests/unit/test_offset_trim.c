@@ -126,8 +126,9 @@ static void test_finds_the_constant_of_an_emf_that_turns_either_way(void)
     }
 }
 
-/* A turn that is no whole number of samples: of the turning EMF an eighth of omega T of a sample is left at
- * most, in each of many windows, wherever in a period the wraps lie. 724.98 is a motor of 20 pole pairs at 41
+/* A turn that is no whole number of samples: at most an eighth of omega T of a sample of the turning EMF
+ * remains, in each of many windows, for any position of the wraps in a period. 724.98 is a motor of 20 pole
+ * pairs at 41
  * r/min, whose turns take 725 samples for long and then one less. */
 static void test_broken_turns_leave_less_than_a_sample(void)
 {

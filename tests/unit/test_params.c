@@ -251,7 +251,7 @@ static void test_the_tracking_loop_follows_inertia_and_current_limit(void)
     TEST_ASSERT_FALSE(rig.slow || bare.slow || weak.slow || tiny.slow);
 }
 
-/* Of the bandwidth by the rule 0.6 is enough: 328.6 rad/s of the bare motor. */
+/* 0.6 of the bandwidth by the rule is enough: 328.6 rad/s for the bare motor. */
 static void test_a_loop_that_is_set_is_taken_and_told_slow_below_its_share_of_the_rule(void)
 {
     static const struct {

@@ -235,7 +235,8 @@ static void test_i_q_waits_for_what_a_hand_over_has_left(void)
     TEST_ASSERT_EQUAL_FLOAT(10.0f, step(RUN_SPEED, 150.0f, 0.0f, 0.0f, 15.0f).current.q);
 }
 
-/* i_d that is settled at this speed [rad/s] electrical, beside this i_q, which integral and speed hold. */
+/* i_d in steady state at this speed [rad/s] electrical, with this i_q, which the integral and the speed
+ * keep constant. */
 static double settled_i_d(double omega_e, float i_q)
 {
     const float omega_m = (float)omega_e / POLE_PAIRS;

@@ -98,7 +98,7 @@ static void test_a_code_that_moves_begins_anew(void)
     }
 }
 
-/* A current that stood for long, and a step of what is requested, which shows in the third sample. */
+/* A current that was constant for long, and a step of the reference, which shows in the third sample. */
 static void test_a_step_of_the_reference_is_not_a_stuck_sensor(void)
 {
     for (unsigned n = 0; n < 100u; n++) {

@@ -92,7 +92,7 @@ static void test_observers_of_both_forms(void)
 
 /* ---- all in succession ---- */
 
-/* From 0.1 rad beside, over the transient, then settled. */
+/* From an error of 0.1 rad, through the transient, then settled. */
 static void check_composed(smo_switching_t switching, lag_mode_t mode, float emf_cutoff)
 {
     static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};

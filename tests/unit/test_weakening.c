@@ -167,7 +167,7 @@ static void test_the_drop_of_r_counts_in_the_direction_of_the_emf(void)
     TEST_ASSERT_TRUE(seen[0] < seen[1] - 0.1);
 }
 
-/* The voltage that is requested comes to u whatever the data say: a psi_f that is 10 % more than assumed
+/* The requested voltage reaches u for any configured data: a psi_f that is 10 % more than assumed
  * takes a trim of about -0.05. */
 static void test_the_trim_brings_the_voltage_to_its_share(void)
 {

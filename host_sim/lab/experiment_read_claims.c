@@ -20,7 +20,7 @@ static bool is_taken(const file_t *file, const toml_entry_t *entry)
         taken = taken || strcmp(experiment->sweeps[s].name, entry->key) == 0;
     }
     return taken &&
-           !file_fail(file, entry, "the name means something in expressions already; accepted: another");
+           !file_fail(file, entry, "this name already has a meaning in expressions; accepted: another name");
 }
 
 bool file_read_lets(const file_t *file)

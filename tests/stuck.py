@@ -1,4 +1,4 @@
-"""No test waits for ever: one that does says where, and its program ends with all that it has started.
+"""Limits the time of a test: a test that waits too long reports where, and its program ends with all processes that it has started.
 
 A test's time-out of ctest would name neither the test nor the line, and who has an end of its pipes would outlive it."""
 
@@ -13,7 +13,7 @@ SECONDS = 240  # [s] of one test; the longest takes a fraction of it, and no pro
 
 
 def descendants(process):
-    """Of this process, the youngest first. Where the system does not list them, none."""
+    """The children of this process, the youngest first. Where the system does not list them, none."""
     found = []
     try:
         for thread in os.listdir(f"/proc/{process}/task"):
@@ -37,7 +37,7 @@ def end(what):
 
 
 def watch(what):
-    """Ends the program if `cancel()` of what is returned does not come in time."""
+    """Ends the program unless `cancel()` of the returned timer is called in time."""
     timer = threading.Timer(SECONDS, end, [what])
     timer.daemon = True
     timer.start()

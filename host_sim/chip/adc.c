@@ -6,16 +6,18 @@
  *     result                     4 after the end of its window, the B result of a pair 5 after it
  * The interrupt flag rises with the last result. Code = floor(4096 V / 3), plus ADCOFFTRIM, held to 0..4095.
  *
- * In start-stop mode the sequencer stays behind its last state: without RST_SEQ1 the next start goes on from
- * there, and so do the result registers. A start while busy waits (one), further ones are lost. ADCCLK has no
+ * In start-stop mode the sequencer stays behind its last state: without RST_SEQ1 the next start continues
+ * from there, also in the result registers. A start while busy waits (one), further ones are lost. ADCCLK
+ * has no
  * phase of its own here: it starts with the conversion.
  *
  * Every converter is a little off. TI measured this one and left the two words that put it right in OTP; the
  * boot ROM copies them. Without ADCOFFTRIM every code is off by its missing part, without the calibration in
  * ADCREFSEL the reference is off in proportion to what is missing.
  *
- * A debugger's halt, ADCTRL1 SUSMOD: 0 goes on; 1 ends the sequence under way; 2 and 3 stand in the middle of
- * it and go on afterwards. A start that comes while the sequencer is so stopped is lost. */
+ * A debugger's halt, ADCTRL1 SUSMOD: with 0 the converter continues; 1 ends the present sequence; 2 and 3
+ * interrupt the sequence and continue it afterwards. A start that comes while the sequencer is so stopped
+ * is lost. */
 #include "host_sim/chip/parts.h"
 
 #define READY_TICKS        (CHIP_TICKS_PER_SECOND * 5u / 1000u)     /* band gap and converter */
@@ -144,7 +146,7 @@ static int32_t signed_trim(uint32_t word)
     return trim >= 256 ? trim - 512 : trim;
 }
 
-/* What is not the plain conversion of the pin's voltage. */
+/* Errors of a conversion compared with the ideal code of the pin's voltage. */
 static uint32_t adjusted(const chip_t *chip, uint32_t channel, double volts)
 {
     const adc_regs_t *regs = &chip->registers.adc;

@@ -6,15 +6,15 @@
  *     clear on CAU, set on CAD: A is high while CTR < CMPA, its pulse is centred on counter zero
  *     set on CAU, clear on CAD: A is high while CTR >= CMPA, its pulse is centred on the period match
  * With legs on ePWM4..6, ePWM1 may count in step ahead of them, with outputs that do nothing; every other
- * module stands.
+ * module does not count.
  *
  * Then the counters are one, leg n passes CMPA at zero + CMPA and at zero + 2 TBPRD - CMPA, and only
  * dead-band delays, the start of conversion and the next zero are left as events. With CMPA = 0 the action of
  * CAU comes at the zero after it was loaded, with CMPA >= TBPRD that of CAD comes at the period match:
  * exactly as timebase.c does it, which the tests hold against this.
  *
- * If nobody looks at the edges (averaged mode, or all pins tripped) the legs stay as they were at zero until
- * the next zero, or until somebody looks (carrier_see). */
+ * If no module reads the edges (averaged mode, or all pins tripped), the legs keep their state of the
+ * carrier's zero until the next zero, or until carrier_see is called. */
 #include "host_sim/chip/parts.h"
 
 #define PLAIN_CMPCTL_MASK (0x000Fu | CMPCTL_SHDWAMODE | CMPCTL_SHDWBMODE)
@@ -80,8 +80,8 @@ static void start_leg(chip_epwm_t *epwm, uint64_t zero, uint32_t half)
     plan_leg(epwm);
 }
 
-/* A whole period of a leg at once. A leg that passes CMPA twice ends up as CAD leaves it, whatever it was
- * before; the rare others walk. */
+/* A whole period of a leg at once. If a leg passes CMPA twice, its level at the end follows from CAD alone.
+ * For the rare other cases the edges are computed one by one. */
 static void pass_leg(chip_t *chip, uint32_t m, uint64_t end)
 {
     chip_epwm_t *epwm = &chip->epwm[m];
@@ -223,7 +223,7 @@ static void begin(chip_t *chip, uint64_t zero)
     }
 }
 
-/* What the zero does to one module after its outputs have acted. */
+/* Effects of the counter's zero on one module after the actions of its outputs. */
 static void load_at_zero(chip_t *chip, uint32_t m)
 {
     chip_epwm_t *epwm = &chip->epwm[m];
@@ -315,7 +315,7 @@ void carrier_see(chip_t *chip)
     chip_plan(chip, SOURCE_EPWM, chip->next[SOURCE_EPWM]); /* a run ahead must stop before the edges */
 }
 
-/* One module's counter has just passed zero at `cycle` and goes on like that of the first leg. */
+/* The counter of one module has just passed zero at `cycle` and continues like that of the first leg. */
 static bool in_step(const chip_t *chip, uint32_t m, uint32_t first, uint64_t cycle)
 {
     const epwm_regs_t *regs = &chip->registers.epwm[m];

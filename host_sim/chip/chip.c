@@ -83,7 +83,8 @@ void chip_power_on_by_debugger(chip_t *chip, uint32_t crystal_hz)
     power_on(chip, crystal_hz, false);
 }
 
-/* What XRS or the watchdog do, up to the jump of the boot ROM to flash if it runs. Time, pins of the board
+/* A reset by XRS or the watchdog, up to the jump of the boot ROM to flash if it runs. Time, pins of the
+ * board
  * and injected faults stay. The caller decides whether software runs. */
 void chip_reset(chip_t *chip, bool boot_rom)
 {

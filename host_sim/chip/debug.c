@@ -4,7 +4,7 @@
 
 static void tell_parts(chip_t *chip)
 {
-    bool affected = chip->debug.frozen != 0u; /* a counter beside the carrier is about to go on */
+    bool affected = chip->debug.frozen != 0u; /* a counter other than the carrier is about to continue */
     for (uint32_t m = 0u; m < CHIP_EPWMS; m++) {
         affected = affected || (timebase_stops(chip, m) && carrier_has(chip, m));
     }

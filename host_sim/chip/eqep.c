@@ -10,7 +10,7 @@
  * (SPRUG05, unit timer). No index or strobe pulse ever comes, so the fields that react to one have no effect.
  *
  * A debugger's halt: FREE_SOFT 0 stops position counter and unit timer at once, 1 at their next roll-over,
- * 2 and 3 never. What the shaft does while the position counter stands is lost. */
+ * 2 and 3 never. The position counter loses the motion of the shaft while it does not count. */
 #include "host_sim/chip/parts.h"
 
 #include <assert.h>
@@ -174,7 +174,7 @@ void eqep_timeout(chip_t *chip)
     }
 }
 
-/* What is due at the present tick has happened. */
+/* On return, all events that are due at the present tick have happened. */
 static void settle(chip_t *chip)
 {
     if (chip->next[SOURCE_EQEP] <= chip->tick) {
@@ -282,7 +282,7 @@ void eqep_write16(chip_t *chip, uint32_t address, uint16_t value)
     case OFFSET(eqep_regs_t, QCLR):
         regs->QFLG &= (uint16_t)~value;
         if ((value & QFLG_INT) != 0u) {
-            flag(chip, n, 0u); /* what is still set asks again */
+            flag(chip, n, 0u); /* a flag that is still set requests the interrupt again */
         }
         break;
     case OFFSET(eqep_regs_t, QFRC):

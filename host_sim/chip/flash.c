@@ -4,12 +4,12 @@
  * variables are set, and interrupts and watchdog are off.
  *
  * An erase first clears all words and then sets them, a word at a time, so a cut of the power leaves some
- * words cleared, some erased, the one at work neither, and the others as they were. Of a word that was being
- * programmed it leaves some bits done. Only the first words of a page are kept one by one (chip_flash_t);
- * what is behind goes in one piece and cannot be programmed.
+ * words cleared, some erased, the one at work neither, and the others as they were. If a word was being
+ * programmed, only some of its bits are programmed afterwards. Only the first words of a page are stored
+ * one by one (chip_flash_t); the words behind them are erased as a whole and cannot be programmed.
  *
- * Nevertheless the operations take their time: interrupts wait until it is over, the background with them,
- * and a watchdog that is started meanwhile begins to count then. */
+ * Nevertheless the operations take their time: interrupts and background wait until the operation ends, and
+ * a watchdog that is started during the operation begins to count at its end. */
 #include <assert.h>
 
 #include "hal/f28335/flash_api.h"

@@ -1,5 +1,5 @@
 /* GPIO: SPRUFB0 ch. 4. Pins 0..87 in three ports. Input qualification is not modelled: every input is
- * asynchronous, whatever QSEL says, so a trip acts at the tick of the pin. */
+ * asynchronous for each value of QSEL, so a trip acts at the tick of the pin. */
 #include <assert.h>
 
 #include "host_sim/chip/parts.h"
@@ -43,7 +43,8 @@ int32_t chip_pin_out(const chip_t *chip, uint32_t gpio)
     return (chip->gpio_latch[port] & bit) != 0u;
 }
 
-/* DAT shows the pin whatever its function; a stopped input clock freezes what comes from outside. */
+/* DAT shows the pin, also if a peripheral uses it. While the input clock is stopped, DAT keeps the last
+ * levels of the inputs. */
 static uint32_t level_of(const chip_t *chip, uint32_t port)
 {
     bool clocked = (chip->registers.sysctrl.PCLKCR3 & PCLKCR3_GPIOIN) != 0u;

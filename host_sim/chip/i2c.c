@@ -2,8 +2,9 @@
  * interrupts, a second master, addresses of 10 bits, repeat mode, free data format: if requested, they are
  * reported.
  *
- * As in sci.c nothing is simulated while nobody looks: every access of software brings the transfer up to
- * the present tick. A transfer goes octet by octet, each with its acknowledge bit, nine bits; START and STOP
+ * As in sci.c, the transfer is simulated only when software accesses a register: each access brings the
+ * transfer up to the present tick. A transfer proceeds octet by octet, each with its acknowledge bit, nine
+ * bits; START and STOP
  * take one bit each. */
 #include <assert.h>
 
@@ -274,7 +275,7 @@ uint16_t i2c_read(chip_t *chip, uint32_t address)
     return value;
 }
 
-/* What of a value this model does not have. */
+/* Reports the bits of a value that this model does not have. */
 static uint32_t unknown(uint32_t offset, uint16_t value)
 {
     switch (offset) {

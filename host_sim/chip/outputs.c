@@ -4,7 +4,7 @@
 #define PIN_BITS(m) (3u << (2u * (m)))
 #define LOWER_PINS  0x3Fu /* of ePWM1..3 */
 
-/* Who wins when several events fall on one count, highest first: SPRUG04 tables "action-qualifier event
+/* Priority of several events at the same count, highest first: SPRUG04 tables "action-qualifier event
  * priority". */
 static const epwm_event_t *priority(uint32_t mode, uint32_t up, uint32_t *length)
 {

@@ -56,7 +56,8 @@ void flash_power_on(chip_t *chip);
 void flash_reset(chip_t *chip);
 bool flash_api_runs(const chip_t *chip); /* its code is where the interrupt's code was */
 /* The next operation of a memory that keeps its content without power. *done: the bits that were changed; all
- * of them, or only some if the power fails meanwhile. False: there is no power, and nothing is changed. */
+ * of them, or only some if the power fails during the operation. False: there is no power, and nothing is
+ * changed. */
 bool chip_storage_operation(chip_t *chip, uint32_t *done);
 
 /* i2c.c */

@@ -46,8 +46,9 @@ static void group_changed(chip_t *chip, uint32_t group)
     chip->cpu.groups = (pie->IER & pie->IFR) != 0u ? (chip->cpu.groups | bit) : (chip->cpu.groups & ~bit);
 }
 
-/* What the CPU would take now. A debugger's halt holds everything back, but in real-time mode it lets through
- * what DBGIER names, whatever INTM is. */
+/* The interrupt that the CPU would accept now. During a debugger's halt no interrupt is accepted. In
+ * real-time mode those
+ * that DBGIER names are accepted, for each state of INTM. */
 static uint32_t takable(const chip_t *chip)
 {
     const chip_cpu_t *cpu = &chip->cpu;

@@ -3,8 +3,8 @@
  * line stays quiet. The flag of the interrupt rises when an octet comes and the level is reached: a level
  * that is still reached when the flag is cleared does not raise it by itself.
  *
- * Without that interrupt nothing is simulated while nobody looks: every access of software and every question
- * from outside brings line, FIFOs and flags up to the present tick, so an unused line costs no time.
+ * Without that interrupt the line is simulated only on access: each access by software, and each call from
+ * outside, brings line, FIFOs and flags up to the present tick. An unused line therefore costs no time.
  *
  * The line towards the chip is a row of frames, each with its levels bit by bit; between them it is high. The
  * receiver works on these levels as in SPRUFZ5: a start bit is a fall after which the line is low for four
@@ -307,7 +307,7 @@ static void show(chip_t *chip)
                               (waiting == 0u && !chip->sci.sending ? SCICTL2_TXEMPTY : 0u));
 }
 
-/* Nothing on the line and nothing being sent: whatever time passes, all stays as it is shown. */
+/* The line is idle in both directions: the registers do not change with time. */
 static bool is_quiet(const chip_t *chip)
 {
     const chip_sci_t *sci = &chip->sci;
@@ -362,7 +362,7 @@ void sci_event(chip_t *chip)
 void sci_go(chip_t *chip)
 {
     if ((regs(chip)->SCIPRI & SCIPRI_FREE) ==
-        0u) { /* the receiver was halted; what came on the line meanwhile is lost */
+        0u) { /* the receiver was halted; octets that arrived during the halt are lost */
         chip->sci.sent_at += chip->tick - chip->debug.since;
         chip->sci.looks_from = chip->tick;
     }
@@ -382,7 +382,7 @@ static void empty_out(chip_t *chip)
     chip->sci.waiting = 0u;
 }
 
-/* What SWRESET at 0 does: flags and state machines, an octet being sent among them. */
+/* Effect of SWRESET at 0: it resets flags and state machines, and ends an octet that is being sent. */
 static void reset_states(chip_t *chip)
 {
     regs(chip)->SCIRXST = 0u;
@@ -456,7 +456,7 @@ static void write_octet(chip_t *chip, uint32_t address, uint16_t value)
     sci->waiting++;
 }
 
-/* What of a value this model does not have. */
+/* Reports the bits of a value that this model does not have. */
 static uint32_t unknown(uint32_t offset, uint16_t value)
 {
     switch (offset) {

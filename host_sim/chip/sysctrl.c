@@ -59,7 +59,7 @@ static void set_clock(chip_t *chip, uint64_t cycle)
     clock->cycles = cycles / common;
 }
 
-/* Every part counts cycles, so only the ticks of what it has planned change. */
+/* Every part counts cycles, so only the ticks of its next events change. */
 static void clock_change(chip_t *chip, uint32_t blamed)
 {
     sci_refresh(chip);

@@ -1,6 +1,6 @@
 /* CPU timers 0..2: SPRUFB0 ch. 3. TIM counts down once every TDDR + 1 cycles; from 0 it goes to PRD, which is
- * the moment of the interrupt, so the period is (PRD + 1)(TDDR + 1). Nothing is simulated while a timer runs:
- * the cycle of the next reload says everything.
+ * the moment of the interrupt, so the period is (PRD + 1)(TDDR + 1). A running timer needs no simulation:
+ * its state follows from the cycle of the next reload.
  *
  * A debugger's halt lets a timer with FREE run on; with SOFT alone it goes to its next reload, which still
  * interrupts, and stops; else it stops at once. */

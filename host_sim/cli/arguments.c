@@ -16,7 +16,7 @@ static struct {
     void *context;
 } asked;
 
-/* What every command has in common, then the command's own. */
+/* The options that all commands have in common, then those of the command. */
 static argp_parser_t own_parser;
 static error_t parse_any(int key, char *argument, struct argp_state *state)
 {

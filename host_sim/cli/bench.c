@@ -128,7 +128,7 @@ static rig_t *rig_after(const scenario_t *scenario, bool averaged)
     return rig;
 }
 
-/* Of the scenario, or in bench's own conditions. */
+/* The measurement runs the scenario, or the conditions of `bench` itself. */
 static rig_t *rig_of(const scenario_t *scenario, bool averaged, source_t source)
 {
     return scenario != NULL ? rig_after(scenario, averaged) : running_rig(averaged, source, SPEED_RPM);

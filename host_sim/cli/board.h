@@ -1,6 +1,7 @@
 /* The board that a command runs on, and `lagless boards`.
  *
- * Each board has its own program, boards/NAME/lagless beside `lagless`: the same sources, linked with the
+ * Each board has its own program, boards/NAME/lagless in the folder of `lagless`: the same sources, linked
+ * with the
  * parts that are compiled for this board. If a command is for another board, this program replaces itself by
  * the program of that board, with the same arguments. */
 #ifndef HOST_SIM_CLI_BOARD_H

@@ -282,7 +282,8 @@ static bool clear_scenarios(const char *folder)
     return good;
 }
 
-/* Opens the results file at its end, with what is done in `results`; new, it gets its head. */
+/* Opens the results file for appending; `results` gets the runs that it contains. A new file gets its
+ * header. */
 static int open_results(const options_t *options, keeper_t *keeper, campaign_result_t *results)
 {
     struct stat found;

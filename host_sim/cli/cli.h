@@ -48,7 +48,7 @@ int command_serve(int argc, char **argv);
 int command_signals(int argc, char **argv);
 int command_tune(int argc, char **argv);
 
-/* Prints what `lagless explain` says about a fault or refusal (explain.c). */
+/* Prints the explanation of a fault or refusal, as `lagless explain` does (explain.c). */
 void explain_reason(int number);
 
 #endif

@@ -73,7 +73,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
 
 /* ---- the requested procedure ---- */
 
-/* What the file of a plate gives in place of the drive's parameters. */
+/* Values of the plate's file that replace the parameters of the drive. */
 static bool read_plate(const char *path, commission_plate_t *plate, commission_sheet_t *of)
 {
     motor_sheet_t sheet;

@@ -36,7 +36,7 @@ void commission_talk_end(commission_talk_t *talk);
 
 void commission_print_json(const commission_result_t *result);
 
-/* The measured values beside those that the plate's file has (NAN: none), in the order of the results. */
+/* The measured values and those of the plate's file (NAN: none), in the order of the results. */
 typedef struct {
     double resistance, inductance_d, inductance_q, flux_linkage, inertia;
 } commission_sheet_t;

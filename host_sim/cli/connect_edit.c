@@ -44,8 +44,8 @@ void connect_edit_end(void)
 
 #define PROMPT          "lagless> "
 
-/* While a command runs the terminal has its own line discipline, which makes a NUL of a Ctrl-D that is typed
- * meanwhile: it means what a Ctrl-D at the prompt means. */
+/* While a command runs, the terminal's own line discipline is active. It turns a Ctrl-D into a NUL, which
+ * is handled like a Ctrl-D at the prompt. */
 #define END_TYPED_AHEAD "bind ^@ em-delete-or-list"
 
 static struct {

@@ -20,7 +20,7 @@
 #define WATCH_EVERY    0.5  /* [s] */
 #define NO_SAMPLES     5.0  /* [s] of ours without a sample: they have ceased */
 #define SETTINGS_MAX   256u
-#define CAPTURE_PERIOD 1u /* column of its own before those of the buffer */
+#define CAPTURE_PERIOD 1u /* an additional column before those of the buffer */
 
 /* ---- wait ---- */
 

@@ -385,7 +385,7 @@ static bool list_row(session_t *session, const table_row_t *row, const char **se
     return true;
 }
 
-/* Of the tables in these extensions the rows that have the word in their names. */
+/* The rows of the given tables whose names contain the word. */
 static bool list(session_t *session, uint32_t count, char **words, bool signals)
 {
     const char *part = count != 0u ? words[0] : "";
@@ -428,7 +428,7 @@ bool connect_signals(session_t *session, uint32_t count, char **words)
 
 /* ---- motion ---- */
 
-/* What keeps the drive from running. */
+/* The reason why the drive does not run. */
 static bool fail_reason(session_t *session, const char *what, int32_t number)
 {
     const reason_row_t *reason = reason_by_number(number);

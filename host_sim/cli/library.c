@@ -30,7 +30,7 @@ static int is_scenario(const struct dirent *entry)
     return length > 5 && strcmp(entry->d_name + length - 5, ".toml") == 0;
 }
 
-/* "load_step" means the library's file; whatever has a slash or an ending is a path. */
+/* "load_step" means the library's file; a text with a slash or an ending is a path. */
 static bool scenario_path(char path[PATH_SIZE], const char *name)
 {
     char file[PATH_SIZE];

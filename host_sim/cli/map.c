@@ -81,7 +81,7 @@ static void read_columns(struct argp_state *state, const char *text, map_setup_t
     }
 }
 
-/* What only the whole line can tell. */
+/* Checks that need the whole command line. */
 static void check_line(struct argp_state *state, const options_t *options)
 {
     const double fastest = options->setup.speeds[options->setup.speed_count - 1u];
@@ -134,7 +134,7 @@ static void print_key(FILE *file, const char *key, double value)
     json_number(file, value);
 }
 
-/* All: with what the picture needs besides. */
+/* `all`: also the members that only the picture needs. */
 static void print_points(FILE *file, const map_point_t *points, size_t count, bool all)
 {
     for (size_t n = 0; n < count; n++) {
@@ -341,7 +341,7 @@ static bool judge_own(const options_t *options, const map_point_t *points, size_
     return own.held && own.accurate;
 }
 
-/* On stdout below the table; beside JSON only what failed, as a message. */
+/* On stdout below the table. With JSON only failed verdicts are printed, as messages. */
 static bool judge(const options_t *options, const map_point_t *points, size_t count)
 {
     bool good = true;

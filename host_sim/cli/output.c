@@ -103,7 +103,7 @@ bool output_path(char path[PATH_SIZE], const char *folder, const char *name)
     return true;
 }
 
-/* What a path is called while it is written; itself if it is no plain file. */
+/* The name of a file while it is written; the path itself if it is no plain file. */
 static const char *partial(char to[PATH_SIZE + 16], const char *path)
 {
     struct stat found;

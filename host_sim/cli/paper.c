@@ -168,8 +168,8 @@ static const paper_row_t *sibling(const paper_t *paper, const paper_row_t *row, 
     return paper_row_by_id(paper, id);
 }
 
-/* A row, with the number of the ideal drive. `said`: the reason of the row before, which is not printed
- * twice.
+/* A row, with the number of the ideal drive. `said`: the reason of the previous row; the same reason is not
+ * printed twice.
  */
 static const char *print_row(const paper_row_t *row, const paper_row_t *ideal, const char *said)
 {
@@ -280,7 +280,7 @@ static int prepare(const options_t *options, char data[PATH_SIZE])
     return replaces_nothing(options, data) && is_allowed(options, data) ? EXIT_DONE : EXIT_USAGE;
 }
 
-/* data/ID.csv, and data/ID_MORE.csv of what it has more. */
+/* data/ID.csv, and data/ID_MORE.csv for each further table. */
 static bool write_data(const char *data, const paper_t *paper, size_t figure, const char *more)
 {
     char name[120];
@@ -330,7 +330,7 @@ static bool write_manifest(const options_t *options, const paper_t *paper, doubl
     return output_close(file, path);
 }
 
-/* Data first: they stay, whatever becomes of the pictures. */
+/* The data are written first, so that they are kept if drawing the pictures fails. */
 static bool report(const options_t *options, const char *data, const paper_t *paper, double seconds)
 {
     bool written = write_all_data(options, data, paper);

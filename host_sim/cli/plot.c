@@ -152,7 +152,8 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     }
 }
 
-/* Pictures of a recording in `folder`, NULL: beside it. Its fault's are drawn too where it has one. */
+/* Pictures of a recording in `folder`; NULL: in the folder of the recording. Its fault's are drawn too
+ * where it has one. */
 static bool plot_allowed(const options_t *options)
 {
     char folder[PATH_SIZE];

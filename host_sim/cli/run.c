@@ -30,7 +30,7 @@
 /* Recorded signals, if neither scenario nor command line names any. */
 static const char *const default_rows[] = {"omega_m_ref", "true_omega_m", "i_d", "i_q", "theta_err", "u_dc"};
 
-/* What the panels of --plot show, recorded besides what the scenario requests. */
+/* The signals of the panels of --plot, which are recorded in addition to those of the scenario. */
 static const char *const plot_rows[] = {
     "state",     "manoeuvre",   "fault_reason",  "warnings",   "warnings_2", "omega_m_ref", "true_omega_m",
     "omega_m",   "true_torque", "load_torque",   "i_d_ref",    "i_d",        "i_q_ref",     "i_q",
@@ -178,7 +178,7 @@ static bool choose_rows(const options_t *options, const scenario_t *scenario, ui
     return true;
 }
 
-/* What is recorded, or shown as traces, and how often. */
+/* The recorded or printed signals, and the interval between samples. */
 static bool choose(const options_t *options, const scenario_t *scenario, uint32_t ids[RIG_TAP_MAX],
                    uint32_t *count, uint64_t *every)
 {
@@ -440,7 +440,7 @@ static const char *reason_name(int32_t number)
     return row != NULL ? row->name : "?";
 }
 
-/* The end state, and what keeps the drive from what was asked of it. */
+/* The end state, and the reason why the drive does not follow its requests. */
 static void print_end(const runner_result_t *result)
 {
     char when[TIMES_TEXT_SIZE];
@@ -524,7 +524,7 @@ static void print_not_on(int32_t number)
     printf("}");
 }
 
-/* The list of what was expected, or of what was measured; the one has verdicts. */
+/* The list of expectations, or that of measures. Only expectations have verdicts. */
 static void print_verdicts(const runner_result_t *result, bool measures)
 {
     const char *separator = "";
@@ -642,7 +642,7 @@ static bool note_verdicts(recorder_t *recorder, const runner_result_t *result)
     return good;
 }
 
-/* Pictures of what was recorded, which is CSV or else MAT. */
+/* Pictures of the recording, from its CSV file or, without one, from its MAT file. */
 static int draw(const options_t *options, recording_t *recording)
 {
     char file[300];

@@ -1,4 +1,4 @@
-/* `lagless scope TARGET`: a page in the browser that shows a drive at work, simulated or real. */
+/* `lagless scope TARGET`: a page in the browser that shows a running drive, simulated or real. */
 #include <argp.h>
 #include <inttypes.h>
 #include <stdio.h>

@@ -79,7 +79,7 @@ static void print_bash(void)
     printf("    esac\n}\ncomplete -F _lagless lagless\n");
 }
 
-/* fish: one line for each candidate. A text in single quotes; fish knows \\ and \' there. */
+/* fish: one line for each candidate. A text in single quotes, in which fish interprets \\ and \'. */
 static void print_quoted(const char *text)
 {
     printf("'");

@@ -14,14 +14,14 @@
 #include "host_sim/rig/rig.h"
 #include "settings/reasons.h"
 
-/* Of the rig's tables, in their order: which hold what can be set. */
+/* For each table of the rig, in their order: true if its rows can be set. */
 static bool settable(const table_t *table)
 {
     return table->rows[0].access != TABLE_READ;
 }
 
-/* What `params` and `signals` list: rows whose name, unit or text contains one of the words; without words
- * all. */
+/* Selects the rows that `params` and `signals` list: those whose name, unit or text contains one of the
+ * words; without words all rows. */
 typedef struct {
     bool json;
     bool settable;

@@ -27,8 +27,8 @@ static const board_facts_t *find(const char *name)
     return NULL;
 }
 
-/* Where no name is near: that with the longest common beginning, of equals by edits. Of few names one always
- * is. */
+/* Where no name is near: that with the longest common beginning, of equals by edits. With so few names, one
+ * of them is always near. */
 static const char *likest(const char *name)
 {
     const char *best = "none";

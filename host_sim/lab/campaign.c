@@ -92,7 +92,8 @@ bool campaign_all(const campaign_t *campaign, campaign_result_t *results, char w
 #define HEAD_READ                                                                                            \
     "# lagless campaign: tables %8" SCNx32 ", seed %20" SCNu64 ", runs %10" SCNu32 ", seconds %lf"
 
-/* Of what decides a run besides its number: all tables, those of the campaign among them, and the scenario.
+/* A hash of all that determines a run in addition to its number: all tables, including those of the
+ * campaign, and the scenario.
  */
 static uint32_t space_hash(const campaign_t *campaign)
 {
@@ -245,7 +246,7 @@ static const char *row_name(uint32_t id)
     return row != NULL ? row->name : "?";
 }
 
-/* What is counted by a number, with what it is called. */
+/* A counted quantity and its name. */
 typedef struct {
     FILE *file;
     bool json, first;
@@ -265,7 +266,7 @@ static void say_count(list_t *list, const char *name, uint32_t healthy, uint32_t
     list->first = false;
 }
 
-/* What was excused, by its cause: in how many runs, and in what share of all. */
+/* Excused deviations by cause: number of runs, and their share of all runs. */
 static void say_excuse(list_t *list, const char *because, uint32_t count, uint32_t done)
 {
     if (count == 0u) {
@@ -392,7 +393,7 @@ static void say_violations(FILE *file, bool json, const campaign_t *campaign,
     }
 }
 
-/* How much of each is drawn. */
+/* How often each case is drawn. */
 static uint32_t quantity_count(const campaign_t *campaign)
 {
     const campaign_case_t any = {.around = campaign->scenario};

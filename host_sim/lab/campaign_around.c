@@ -8,7 +8,7 @@
 
 #define WRONG(drawn, name) ((drawn)->quantities[CAMPAIGN_E_##name])
 
-/* What a row of the plant is multiplied with, and what is added of another row. */
+/* The factor of a row of the plant, and the share of another row that is added. */
 typedef struct {
     const char *row;
     campaign_error_t error;
@@ -38,7 +38,7 @@ static const wrong_t wrongs[] = {
     {"plant.dc_gain_error", CAMPAIGN_E_dc_gain, ""},
 };
 
-/* Of the row at t = 0, or of one of the scenario's events. */
+/* The value of the row at t = 0, or that of an event of the scenario. */
 static double wrong_value(const campaign_case_t *drawn, const table_row_t *row, double value)
 {
     for (size_t n = 0; n < sizeof wrongs / sizeof wrongs[0]; n++) {

@@ -1,4 +1,4 @@
-/* The judge of what a drive must do: it works, it obeys, and it ends what its limits forbid. */
+/* Judges the duties of a drive: it runs, follows its requests, and ends operation beyond its limits. */
 #include <math.h>
 
 #include "host_sim/lab/campaign_parts.h"
@@ -20,7 +20,7 @@
 #define LEAST_ROOM      0.15 /* [-] of rated torque, which is left to accelerate with */
 #define START_SECONDS   1.8  /* [s] that a start without encoder may take */
 #define ENCODER_SECONDS 0.4  /* [s] the same with the encoder */
-#define STOP_SECONDS    0.5  /* [s] that a quick stop may take beside what it brakes for */
+#define STOP_SECONDS    0.5  /* [s] that a quick stop may take in addition to the braking time */
 #define STOP_SHARE      3.0  /* [-] of the time that rated torque needs to stop all that turns */
 #define LINK_NOISE      4.0  /* [-] standard deviations of the link's noise */
 #define LINK_STEP       0.5  /* [V] of the converter of the link's voltage, and of its filter */
@@ -104,7 +104,8 @@ static void judge_mute(campaign_watch_t *watch, uint32_t period, const uint32_t 
     }
 }
 
-/* How long this quick stop may take [s]; 0: an active load may overhaul the motor, or the link limits its
+/* Longest permitted time of this quick stop [s]; 0: an active load may overhaul the motor, or the link
+ * limits its
  * braking. */
 static double stop_most(const campaign_watch_t *watch, const uint32_t *rows)
 {
@@ -162,7 +163,7 @@ static bool is_beyond_base(const campaign_watch_t *watch, double speed)
     return watch->motor.fastest > 1.0 && fabs(speed) > BASE_SHARE * watch->duty.speed;
 }
 
-/* Does the torque [N m] drive the shaft away from a speed, wherever in between the reference is? */
+/* True if the torque [N m] drives the shaft away from both speeds, between which the reference is. */
 static bool leaves(const campaign_watch_t *watch, const uint32_t *rows, double torque, double wanted)
 {
     const double speed = campaign_number(rows, CAMPAIGN_AT_true_omega_m);
@@ -192,8 +193,8 @@ static bool is_another_wish(campaign_duty_t *duty, const uint32_t *rows)
     return another;
 }
 
-/* What answers a load, or slows down what the load takes to a new speed too quickly, is control, not flight:
- * by half of the time the speed has come nearer. */
+/* A torque that responds to a load, or brakes a load-driven change of speed, is control and no runaway:
+ * after half of the time the speed is nearer to its reference. */
 static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_duty_t *duty = &watch->duty;
@@ -234,8 +235,9 @@ static bool wishes_the_same(campaign_duty_t *duty, const uint32_t *rows)
     return same;
 }
 
-/* [s] For which friction and a passive load hold a shaft that has come to a standstill, while the integral of
- * the speed control goes from its present torque to what moves the shaft the other way. */
+/* [s] Time for which friction and a passive load hold a shaft at standstill, while the integral of the
+ * speed control changes from its present torque to the torque that moves the shaft in the other direction.
+ * */
 static double held(const campaign_watch_t *watch, const uint32_t *rows, double load)
 {
     const campaign_duty_t *duty = &watch->duty;
@@ -258,8 +260,8 @@ static double due_of(const campaign_watch_t *watch, const uint32_t *rows, double
            RIG_PERIOD_SECONDS;
 }
 
-/* Does the wish take the shaft towards zero? Into a link that takes no energy it goes as slowly as friction
- * brakes it. */
+/* True if the request moves the shaft towards zero. If the link takes no energy, only friction brakes the
+ * shaft. */
 static bool brakes(const campaign_watch_t *watch, const uint32_t *rows)
 {
     const double wanted = campaign_number(rows, CAMPAIGN_AT_speed_request);

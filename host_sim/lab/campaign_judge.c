@@ -1,4 +1,4 @@
-/* The judge of a run: sees the tap of every period and every edge of the gates. */
+/* Judges a run from the signals of every period and from every edge of the gates. */
 #include <math.h>
 #include <string.h>
 
@@ -186,8 +186,9 @@ static void judge_ceiling(campaign_watch_t *watch, uint32_t phase, double amount
 }
 
 /* With all gates off, software has done what it can: a rotor whose EMF is beyond the link feeds it through
- * the diodes. So it does in the first periods of a catch, in which nobody knows of it yet: what is beyond
- * overspeed_trip then is not the drive's doing. Offsets that have moved while the rotor fed the link could
+ * the diodes. The same holds in the first periods of a catch, in which the drive has not yet measured the
+ * speed: the drive does not cause a speed beyond overspeed_trip then. Offsets that have moved while the
+ * rotor fed the link could
  * not be measured: the trip is wrong by them. */
 static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {

@@ -1,4 +1,4 @@
-/* What follows from a case: its motor, its limits, what may be expected of it. */
+/* Values that follow from a case: its motor, its limits, and the expected behaviour. */
 #include <math.h>
 
 #include "host_sim/lab/campaign_parts.h"

@@ -4,7 +4,7 @@
 
 #include "host_sim/lab/campaign_parts.h"
 
-#define PAIRED_EVERY 8u    /* [-] one run of this number, of those that learn */
+#define PAIRED_EVERY 8u    /* [-] one of this number of runs with learning is repeated */
 #define PAIRED_REST  1u    /* not one of those that are repeated */
 #define WINDOW       50e-3 /* [s] */
 #define SETTLED      9.0 /* [s] that a wish and a load must be old: L takes 8 s of measurements (theory, 24) */
@@ -14,7 +14,7 @@
 #define MOVED        0.005 /* [-] of its true value: a learnt value is another than the configured one */
 #define NEARER       0.5 /* [-] of the error of the configured value: error of a learnt one that is no cause */
 
-/* A load that goes with the angle keeps the angle's error moving whatever is learnt. */
+/* A load that depends on the angle keeps the angle error changing, independent of the learning. */
 static bool has_steady_load(const campaign_case_t *drawn)
 {
     return CAMPAIGN_VALUE(drawn, sine) == 0.0 && CAMPAIGN_VALUE(drawn, spring) == 0.0;

@@ -1,5 +1,5 @@
-/* The judge of what a drive reports: a fault of which a report is promised is reported within that time, and
- * the reason of a latched fault is what has happened. */
+/* Judges the reports of a drive: it reports a fault within the promised time, and the reason of a latched
+ * fault agrees with the true cause. */
 #include <math.h>
 
 #include "host_sim/lab/campaign_parts.h"
@@ -8,9 +8,10 @@
 #define CARRIES     0.25 /* [-] of rated current: with less nothing is expected of a phase ... */
 #define NEARLY_NONE 0.01 /* [-] of the sensors' range */
 #define CARRIES_SEEN                                                                                         \
-    0.04 /* [-] ... nor with less of the sensors' range: twice what must flow beside an open wire */
+    0.04 /* [-] ... nor with less of the sensors' range: twice the current that an open wire needs to be     \
+          * noticed */
 #define NAMED_PERIODS (2u * DRIVE_WINDOW) /* [periods] */
-#define NOTICE_TIMES  3.0                 /* [-] of what is promised, in which current is requested */
+#define NOTICE_TIMES  3.0                 /* [-] part of the promised time in which current is requested */
 #define WITNESS       0.05                /* [s] within which the reported condition was true */
 #define LOCK_WITNESS  2.0                 /* [s] in which three losses of the lock are one too many */
 #define STARVED       10e-3               /* [s] that too low a link may last with a gate on */
@@ -30,7 +31,7 @@
 #define FLOWS    0.02 /* [A] with a smaller current the offsets can be measured ... */
 #define MEASURED 640u /* [periods] ... within this number, settling included */
 
-/* What is wrong, as far as a reason speaks of it; several bits. */
+/* Present faults that a reason may name; several bits. */
 enum {
     IN_STUCK = 1,   /* a current sensor shows one value */
     IN_CURRENT = 2, /* a current sensor shows something else */
@@ -103,7 +104,7 @@ static const struct {
     {"plant.flux_linkage", IN_MAGNET},
 };
 
-/* What else makes a reason true: it was so shortly before. */
+/* Another condition under which a reason is true: the cause was present shortly before. */
 typedef enum { BY_FAULT, BY_SPEED, BY_CURRENT, BY_HIGH_LINK, BY_LOW_LINK, BY_ANGLE, BY_FRAME } witness_t;
 
 /* Reasons that name a cause; the others name what the drive could not do. */
@@ -132,9 +133,9 @@ static const struct {
     /* what a leg loses of its voltage does not move the current, either */
     {REASON_CURRENT_STUCK, IN_STUCK | IN_LEG, BY_FAULT},
     {REASON_CURRENT_GAIN, IN_STUCK | IN_CURRENT | IN_LEG, BY_FAULT},
-    /* a frame that is not the rotor's makes currents that seem to be those of a broken wire, one time in
-       twenty; a sensor whose zero has moved shows none while its phase carries one, and what the dead time of
-       the wrong sign makes of the EMF is less than a wrong psi_f would */
+    /* a frame that does not follow the rotor causes currents like those of a broken wire, in one of twenty
+     * runs; a sensor with a shifted zero shows no current although its phase carries one, and a dead time
+     * of the wrong sign changes the EMF by less than a wrong psi_f does */
     {REASON_PHASE_LOSS, IN_WIRE | IN_LEG | IN_ENCODER | IN_LINK | IN_CURRENT, BY_FRAME},
     {REASON_BACKGROUND_STALLED, IN_TIME, BY_FAULT},
     {REASON_PROGRAM_CORRUPT, 0u, BY_FAULT},
@@ -275,9 +276,10 @@ static bool errs_at_rest(const campaign_watch_t *watch, uint32_t period)
     return !watch->gates_seen && (what & (IN_STUCK | IN_CURRENT)) != 0u;
 }
 
-/* Offsets are measured while no current flows. A rotor whose EMF is beyond the link drives one through the
- * diodes, and what has moved meanwhile is unknown at the next start; so is what was measured with a sensor
- * that was wrong. It is the offset of a sensor that errs, until no current has flowed for as long as a
+/* Offsets are measured while no current flows. A rotor whose EMF exceeds the link voltage drives a current
+ * through the diodes. Changes during this time are unknown at the next start, and so are values measured
+ * with a faulty sensor. It is the offset of a sensor that errs, until no current has flowed for as long as
+ * a
  * measurement takes. Until then the sensors show the current plus the step of their offsets. */
 static void watch_offsets(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
@@ -295,8 +297,8 @@ static void watch_offsets(campaign_watch_t *watch, uint32_t period, const uint32
     truth->fed = truth->drifted && (truth->fed || errs || (!watch->gates_seen && largest >= FLOWS));
 }
 
-/* The speed of the tracking loop is wrong by what the speed has changed within its lag: it takes so long to
- * learn the torque of a load. */
+/* The speed of the tracking loop has an error equal to the change of the speed within its lag, because the
+ * loop needs this time to learn a load torque. */
 static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_truth_t *truth = &watch->truth;
@@ -316,9 +318,9 @@ static void bear_witness(campaign_watch_t *watch, uint32_t period, const uint32_
     truth->wrong_at = fabs(campaign_number(rows, CAMPAIGN_AT_theta_err)) > wrong ? period : truth->wrong_at;
 }
 
-/* The reason that the drive shows. While it brings the motor to a stop for a fault, which is latched once the
- * shaft stands, its refusal of `enable` names it; what has caused the fault may have gone by the end of the
- * stop. */
+/* The reason that the drive shows. While the drive stops the motor because of a fault, its refusal of
+ * `enable` names the fault; the fault is latched when the shaft is at standstill. The cause may be gone by
+ * then. */
 static int32_t shown_reason(const campaign_watch_t *watch, const uint32_t *rows)
 {
     const int32_t latched = (int32_t)rows[CAMPAIGN_AT_fault_reason];
@@ -333,8 +335,8 @@ static int32_t shown_reason(const campaign_watch_t *watch, const uint32_t *rows)
     return watch->truth.shown;
 }
 
-/* A reason counts once it has stayed for two windows: that of a period may be replaced by what the whole
- * window has seen. */
+/* A reason counts if it remains for two windows, because the reason of one period may be replaced by that
+ * of the whole window. */
 static void judge_reason(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_truth_t *truth = &watch->truth;

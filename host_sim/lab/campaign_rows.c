@@ -30,7 +30,7 @@ static void set_times(campaign_settings_t *to, const char *name, double factor)
     set(to, name, factor * rig_initial(rig_row_by_name(name)));
 }
 
-/* What the rules of thumb make of the configured motor. */
+/* Parameters that follow from the configured motor by simple rules. */
 static void set_drive(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor)
 {
     const double flux = motor->flux_linkage * CAMPAIGN_VALUE(drawn, flux_configured);
@@ -80,7 +80,7 @@ static void set_shaft(campaign_settings_t *to, const campaign_case_t *drawn, con
     const double friction = CAMPAIGN_VALUE(drawn, friction) * motor->torque;
     const double viscous = CAMPAIGN_VALUE(drawn, viscous) * motor->torque / motor->speed;
     set(to, "friction_coulomb", friction);
-    /* a hair more, so that it is no less as a float either */
+    /* slightly more, so that the value as a float is not below it */
     set(to, "friction_breakaway", CAMPAIGN_VALUE(drawn, stiction) * friction * 1.000001);
     set(to, "friction_viscous", viscous);
     set(to, "load_kind", CAMPAIGN_VALUE(drawn, load_kind));

@@ -7,7 +7,7 @@
 
 #define REPEATED_EVERY 64u  /* [-] one run of this number is made twice */
 #define SHRINK_RUNS    400u /* [runs] a violation is not minimised by more than these */
-#define AFTERWARDS     1e-3 /* [s] that a shortened run goes on for, to be seen */
+#define AFTERWARDS     1e-3 /* [s] by which a shortened run continues, so that the end is visible */
 
 static uint32_t row_of(const char *name)
 {
@@ -51,7 +51,7 @@ static void unmet(const runner_result_t *run, const campaign_case_t *drawn, camp
     }
 }
 
-/* What is kept of a run beside its result. */
+/* Data of a run that are kept in addition to its result. */
 typedef struct {
     uint64_t hash;
     campaign_angles_t angles;
@@ -209,7 +209,7 @@ static bool try_smaller(shrink_t *shrink, const campaign_case_t *smaller)
     return true;
 }
 
-/* What comes after the violation goes, and the time. */
+/* Removes the events after the violation, and the remaining time. */
 static void end_sooner(shrink_t *shrink)
 {
     campaign_case_t smaller = *shrink->best;

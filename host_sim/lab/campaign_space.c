@@ -1,4 +1,4 @@
-/* What a campaign draws: its tables, and the draw. */
+/* The random choices of a campaign: their tables, and the draw. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -302,7 +302,7 @@ void campaign_drop_drifts(campaign_case_t *drawn)
     drawn->event_count = kept;
 }
 
-/* A fault from this time on; a quarter goes away again, after 10 to 300 ms. */
+/* A fault from this time on; a quarter of the faults ends again, after 10 to 300 ms. */
 static campaign_injected_t draw_fault(source_t *source, double from, double to)
 {
     campaign_injected_t fault = {1u + (uint32_t)(even(source) * (campaign_fault_count - 1u)), 0.0, 0.0, 0.0};
@@ -315,7 +315,8 @@ static campaign_injected_t draw_fault(source_t *source, double from, double to)
     return fault;
 }
 
-/* Salient motors are drawn by a stream of their own: the other runs of a seed are what they are without them.
+/* Salient motors are drawn from a separate random stream, so that they do not change the other runs of a
+ * seed.
  */
 #define SALIENT_STREAM UINT64_C(0x53414c49454e54)
 #define SALIENT_SHARE  (1.0 / 3.0)              /* [-] of the runs */

@@ -143,7 +143,7 @@ static void say_event(text_t *text, const campaign_case_t *drawn, const campaign
     }
 }
 
-/* What a row has at t = 0. */
+/* The value of a row at t = 0. */
 static double initial_of(const table_row_t *row, const campaign_settings_t *settings)
 {
     double initial = rig_initial(row);
@@ -187,7 +187,7 @@ static void say_fault(text_t *text, const campaign_injected_t *injected, const c
     say_at(text, fault->row, fault_value(injected, motor, settings));
 }
 
-/* It goes away again, if that is before the end. */
+/* The end of the fault, if it is before the end of the run. */
 static void say_fault_end(text_t *text, const campaign_case_t *drawn, const campaign_injected_t *injected,
                           const campaign_settings_t *settings)
 {
@@ -199,7 +199,8 @@ static void say_fault_end(text_t *text, const campaign_case_t *drawn, const camp
     }
 }
 
-/* What a signal would have to be where an invariant was violated; a statistic without a name: nothing. */
+/* The expectation on a signal that an invariant corresponds to; a statistic without a name: there is none.
+ * */
 typedef struct {
     const char *statistic;
     const char *limits; /* "at_most" or "at_least" */
@@ -251,7 +252,7 @@ static claim_t claim_of(const campaign_case_t *drawn, const campaign_result_t *r
     return (claim_t){NULL, NULL, 0.0};
 }
 
-/* What fails because of the violation; one that no signal shows has none. */
+/* The expectation that fails because of the violation; a violation that no signal shows has none. */
 static void say_expect(text_t *text, const campaign_case_t *drawn, const campaign_result_t *result)
 {
     const campaign_invariant_row_t *invariant = &campaign_invariants[result->invariant];

@@ -82,7 +82,8 @@ static commission_value_t measured(commission_work_t *work, const char *row, dou
                        : (commission_value_t){(double)NAN, (double)NAN};
 }
 
-/* What the drive knows after a step. The uncertainties: of R half the spread of the directions; of L the
+/* The values that the drive has measured after a step. The uncertainties: of R half the spread of the
+ * directions; of L the
  * study's accuracy; of psi_f and J scatter of the measurement and the link's and the dead time's share. */
 static void take(commission_work_t *work, commission_do_t step)
 {

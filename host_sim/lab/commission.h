@@ -131,8 +131,8 @@ bool commission_choose(commission_options_t *options, const char *text, char *wh
 /* A rig as the scenario describes it at t = 0, with this seed. NULL: `error` says why. */
 rig_t *commission_rig_of(const scenario_t *scenario, uint64_t seed, scenario_error_t *error);
 
-/* The plate as the active parameters of the drive tell it: pole pairs, continuous current, and the speed of
- * which tune makes overspeed_trip. */
+/* The plate according to the active parameters of the drive: pole pairs, continuous current, and the speed
+ * from which tune computes overspeed_trip. */
 commission_plate_t commission_plate_of(rig_t *rig);
 commission_plate_t commission_plate_by(const commission_drive_t *drive);
 
@@ -145,8 +145,8 @@ bool commission_drive(const commission_drive_t *drive, const commission_plate_t 
 bool commission_rig(rig_t *rig, const commission_plate_t *plate, const commission_options_t *options,
                     commission_result_t *result, scenario_error_t *error);
 
-/* What is measured, as a file of a motor. [motor] and `lagless tune` accept it if R, L and psi_f are known;
- * commission_known() says whether they are. */
+/* The measured values as a motor file. [motor] and `lagless tune` accept it if R, L and psi_f are known;
+ * commission_known() returns whether they are. */
 bool commission_known(const commission_result_t *result);
 void commission_write(FILE *file, const commission_plate_t *plate, const commission_result_t *result,
                       const char *title);

@@ -1,4 +1,4 @@
-/* The drive that is commissioned, over whatever leads to it: a rig (here), or a line
+/* The drive that is commissioned, reached through a rig (here) or a serial link
  * (host_sim/scope/commission_line.h). Rows are those of the tables of a drive. */
 #ifndef HOST_SIM_LAB_COMMISSION_DRIVE_H
 #define HOST_SIM_LAB_COMMISSION_DRIVE_H
@@ -14,13 +14,13 @@ typedef struct {
     bool (*put)(void *context, const table_row_t *row, double value);
     /* The staged parameters become active together. false: refused, see why(). */
     bool (*apply)(void *context);
-    /* Lets the drive run for this time of its own clock [s], about. false: the drive cannot be reached. */
+    /* Lets the drive run for about this time of its own clock [s]. false: the drive cannot be reached. */
     bool (*wait)(void *context, double seconds);
     /* Time of the drive's clock [s] since an arbitrary moment. */
     double (*seconds)(void *context);
     /* Largest phase current since the last call [A]. NULL: the drive's own signal is used. */
     double (*largest)(void *context);
-    /* What the user of a simulated motor would see: the turns [-] of its shaft since the last call. NULL:
+    /* The visible motion of a simulated motor: the turns [-] of its shaft since the last call. NULL:
      * there is a user. */
     double (*turned)(void *context);
     /* One line about the last refusal. */

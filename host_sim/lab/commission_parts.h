@@ -1,4 +1,4 @@
-/* What the parts of commissioning share. */
+/* Common declarations of the parts of commissioning. */
 #ifndef HOST_SIM_LAB_COMMISSION_PARTS_H
 #define HOST_SIM_LAB_COMMISSION_PARTS_H
 
@@ -45,7 +45,7 @@ bool commission_run_step(commission_work_t *work, commission_do_t step);
 /* The lowest speed without an encoder, from a bridge that is off to a bridge that is off. */
 bool commission_least_speed(commission_work_t *work);
 
-/* What the user saw of the turn. false: the result has the reason. */
+/* The user's answer about the turn. false: the result has the reason. */
 bool commission_ask_turn(commission_work_t *work);
 
 /* Parameters that follow from the result, for the use of the drive. */

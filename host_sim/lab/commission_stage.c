@@ -37,7 +37,8 @@ static bool refuse(commission_work_t *work, const char *what)
     return false;
 }
 
-/* What is known of the motor so far, as tune needs it; the rest is guessed from the plate. */
+/* The measured values of the motor so far, in the form for tune; the others are estimated from the plate.
+ * */
 static motor_t motor_so_far(const commission_work_t *work)
 {
     const commission_plate_t *plate = work->plate;
@@ -117,7 +118,8 @@ static double start_current(const tune_t *tune)
     return start > 0.0 ? fmin(start, most) : most;
 }
 
-/* A hand-over faster than by the rules, where the back-EMF is large beside the noise. */
+/* A hand-over at a higher speed than by the rules, at which the back-EMF is large compared with the noise.
+ * */
 static bool raise_handover(commission_work_t *work, double by_rule)
 {
     const double most = HANDOVER_MOST * commission_value(work, "overspeed_trip");
@@ -143,8 +145,8 @@ static bool put_rows(commission_work_t *work, tune_t *tune, bool *tuned)
 
 static bool put_parameters(commission_work_t *work)
 {
-    /* The loss of the legs is measured at standstill. To learn it from the EMF as well would replace it by a
-     * worse value where the zone of the legs is wide beside the current. */
+    /* The loss of the legs is measured at standstill. Learning it from the EMF as well would replace it by
+     * a worse value if the zone of the legs is wide compared with the current. */
     static const char *const off[] = {"inductance_adaptation", "dead_time_adaptation"};
     tune_t *tune = malloc(sizeof *tune);
     bool tuned = false;

@@ -83,7 +83,7 @@ void commission_end_with_fault(commission_work_t *work)
                    row != NULL ? row->remedy : "read fault_reason");
 }
 
-/* What a reason of a step means (firmware/medium/commission/commission_types.h). */
+/* The meaning of a reason of a step (firmware/medium/commission/commission_types.h). */
 static void end_with_reason(commission_work_t *work)
 {
     char name[48];

@@ -1,4 +1,4 @@
-/* What commissioning asks of its user, and the lowest speed without an encoder. */
+/* The questions of commissioning to the user, and the lowest speed without an encoder. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* What an experiment is, and its rows. */
+/* An experiment and its rows. */
 #include "host_sim/lab/experiment.h"
 
 #include <assert.h>

@@ -145,7 +145,7 @@ static bool add_point(parser_t *parser, range_t *range)
     return true;
 }
 
-/* Of all points of these sweeps that run, the others as they are. */
+/* Over all points of these sweeps that run; the other sweeps keep their present values. */
 static void add_points(parser_t *parser, range_t *range, uint32_t sweeps)
 {
     const experiment_t *experiment = parser->value->experiment;

@@ -1,4 +1,5 @@
-/* What an experiment's file may refer to by name: sets of rows, functions of a sample, functions of numbers.
+/* The names that the file of an experiment may use: sets of rows, functions of a sample, functions of
+ * numbers.
  */
 #include <math.h>
 #include <string.h>
@@ -77,14 +78,14 @@ static double per_pole_pair(double x, const experiment_run_t *run)
     return x / row_of(run, "plant.pole_pairs");
 }
 
-/* Of the sampled observer, at this mechanical speed, with the run's k_s and slope. */
+/* The lag of the sampled observer at this mechanical speed, with k_s and slope of the run. */
 static double observer_lag(double x, const experiment_run_t *run)
 {
     return paper_lag_sampled(row_of(run, "params.observer_gain"), row_of(run, "params.observer_slope"),
                              row_of(run, "plant.pole_pairs") * x);
 }
 
-/* Of a conventional loop with the run's k_i, while this torque accelerates the rotor. */
+/* The error of a conventional loop with k_i of the run, while this torque accelerates the rotor. */
 static double loop_error(double x, const experiment_run_t *run)
 {
     const double torque = x - run->load - row_of(run, "plant.friction_coulomb");
@@ -190,8 +191,8 @@ static double f_mean(const double *x, uint32_t count)
     return f_sum(x, count) / count;
 }
 
-/* Of pairs x, y, x ascending: the x of the least y, between the points by the parabola through the three
- * about the lowest. NAN: it is at an end. */
+/* For pairs x, y with ascending x: the x of the least y. Between the points it follows from the parabola
+ * through the lowest point and its two neighbours. NAN: it is at an end. */
 static double f_lowest_at(const double *pair, uint32_t count)
 {
     uint32_t low = 0;

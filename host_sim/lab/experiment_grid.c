@@ -120,7 +120,7 @@ static bool go_together(const experiment_t *experiment, const uint32_t *point)
     return true;
 }
 
-/* Of the points of a sweep of seeds. */
+/* The seeds of the points of such a sweep. */
 static uint64_t reseed(const experiment_t *experiment, const uint32_t *point)
 {
     uint64_t seed = experiment->base->seed;

@@ -110,7 +110,7 @@ bool file_is_first(const file_t *file, const toml_entry_t *array, const toml_ent
     return true;
 }
 
-/* What is part of the name of a file and of rows. */
+/* Names that become parts of file names and row names. */
 bool file_is_name(const file_t *file, const toml_entry_t *entry)
 {
     return (strpbrk(entry->text, "./\\ ") == NULL && entry->text[0] != '\0') ||

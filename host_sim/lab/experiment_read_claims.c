@@ -20,7 +20,7 @@ static bool is_taken(const file_t *file, const toml_entry_t *entry)
         taken = taken || strcmp(experiment->sweeps[s].name, entry->key) == 0;
     }
     return taken &&
-           !file_fail(file, entry, "the name means something in expressions already; accepted: another");
+           !file_fail(file, entry, "this name already has a meaning in expressions; accepted: another name");
 }
 
 bool file_read_lets(const file_t *file)
@@ -160,7 +160,7 @@ static bool read_points(const file_t *file, const toml_entry_t *table, claim_t *
     return true;
 }
 
-/* What is measured: value, or `of` a measure. */
+/* The measured quantity: value, or `of` a measure. */
 static bool read_value(const file_t *file, const toml_entry_t *table, claim_t *claim)
 {
     const reading_t *reading = &file->reading;

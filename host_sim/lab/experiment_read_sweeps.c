@@ -184,7 +184,7 @@ uint32_t sweep_point(const sweep_t *sweep, const char *name)
     return n;
 }
 
-/* only = {SWEEP = POINTS}: what the point goes with. */
+/* only = {SWEEP = POINTS}: the points of other sweeps with which this point runs. */
 static bool read_only(const file_t *file, const toml_entry_t *only, const sweep_t *own, point_t *point)
 {
     const experiment_t *experiment = file->experiment;

@@ -1,4 +1,4 @@
-/* One run of an experiment on a rig of its own. */
+/* One run of an experiment on a separate rig. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -233,7 +233,7 @@ void experiment_write_events(const experiment_t *experiment, FILE *file)
     fputc(']', file);
 }
 
-/* What an event chooses later counts, too: compensation that is switched on. */
+/* Later events count, too, for example compensation that is switched on. */
 static double chosen(const experiment_run_t *run, const table_row_t *row)
 {
     double value = scenario_initial(run->scenario, row);

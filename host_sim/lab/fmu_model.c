@@ -107,7 +107,7 @@ static void write_number(FILE *file, const char *name, double value)
     fprintf(file, " %s=\"%.17g\"", name, value);
 }
 
-/* The kind with its unit; of what can be set the range and the value at t = 0. */
+/* The kind with its unit; if the row can be set, also its range and its value at t = 0. */
 static void write_kind(FILE *file, const table_row_t *row, const scenario_t *scenario)
 {
     const bool real = fmu_is_real(row);

@@ -50,7 +50,8 @@ static const deviation_t deviations[MAP_DEVIATIONS] = {
         {"L -20 %", true, {{"params.motor_inductance_d", 0.8, 0.0}, {"params.motor_inductance_q", 0.8, 0.0}}},
     [MAP_INDUCTANCE_HIGH] =
         {"L +20 %", true, {{"params.motor_inductance_d", 1.2, 0.0}, {"params.motor_inductance_q", 1.2, 0.0}}},
-    /* The drive's error voltage goes with dead_time + turn_on_delay - turn_off_delay; dead_time itself also
+    /* The error voltage of the drive is proportional to dead_time + turn_on_delay - turn_off_delay;
+     * dead_time itself also
      * sets the ePWM. Either way by the delay that grows: one that is less than 0.5 us can not shrink. */
     [MAP_DEAD_TIME_LOW] = {"dead time -0.5 us", false, {{"params.turn_off_delay", 1.0, 0.5e-6}}},
     [MAP_DEAD_TIME_HIGH] = {"dead time +0.5 us", false, {{"params.turn_on_delay", 1.0, 0.5e-6}}},
@@ -90,7 +91,7 @@ static const struct {
     {"inertia_adaptation", 1.0},
 };
 
-/* The dynamometer's own encoder and what it asks of the load. */
+/* The encoder of the dynamometer, and the torque that it commands. */
 static const setting_t bench[] = {
     {"params.position_source", 0.0}, {"params.encoder_lines", 2500.0}, {"params.encoder_offset", 0.0},
     {"plant.encoder_lines", 2500.0}, {"plant.encoder_offset", 0.0},    {"plant.load_torque", 0.0},

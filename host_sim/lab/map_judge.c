@@ -6,7 +6,8 @@
 #include "host_sim/rig/rig.h"
 
 #define SURE 0.9 /* [-] confidence of an L that is learnt */
-/* [-] of what an i_d makes of a wrong R. It is there at low speed and load, where the dead time's zones leave
+/* [-] share of the effect of i_d with a wrong R. It is there at low speed and load, where the dead time's
+ * zones leave
  * gaps in the voltages that are assumed. */
 #define OPEN 0.2
 

@@ -15,11 +15,12 @@
 #define NOTICED_MOST 1.0 /* [s] */
 #define HALF         0.5
 #define PI           3.14159265358979323846
-/* [r/min] ... by this; the bare rotor by what 5 A make of it in the 20 ms in which a fault is noticed. */
+/* [r/min] ... by this; the bare rotor by the speed that 5 A give it in the 20 ms in which a fault is
+ * noticed. */
 #define AWAY_HEAVY 100.0
 #define AWAY_LIGHT 400.0
 #define SLOW_RPM   300.0 /* [r/min] */
-#define AWAY       1.2   /* [-] of what it turned or was asked: a rotor driven away is faster ... */
+#define AWAY       1.2   /* [-] of its previous or requested speed: a rotor driven away is faster ... */
 /* ---- names ---- */
 
 static const char *bit_name(const char *const *names, uint32_t count, uint32_t bit)

@@ -17,7 +17,8 @@
  *               times the initial or requested speed plus 100 r/min (bare rotor: 400 r/min)
  *
  * A cell that keeps the whole promise is green, otherwise red. A cell that cannot occur is neither, and
- * contains the reason. Known red cells are listed beside the promises, each with its reason. Another red cell
+ * contains the reason. Known failures are listed next to the promises, each with its reason. Another red
+ * cell
  * is unexpected, and so is a listed cell that is green.
  *
  * Shafts: h is the paper's rig (the defaults), l the bare motor. Inverter and sensors have the errors that

@@ -25,8 +25,8 @@ static bool suits(const motor_t *motor)
            motor->value[MOTOR_INDUCTANCE_Q] <= SALIENT_MOST * motor->value[MOTOR_INDUCTANCE_D];
 }
 
-/* Of the library's motors for which this board is proposed, that with the largest current. false: there is
- * none. */
+/* Finds the motor with the largest current among those of the library for which this board is proposed.
+ * false: there is none. */
 static bool choose(motor_t *best, tune_t *best_tune)
 {
     static _Thread_local tune_t tune;

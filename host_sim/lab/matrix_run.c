@@ -11,13 +11,15 @@
 #include "host_sim/rig/rig.h"
 #include "settings/faults.h"
 
-#define PI           3.14159265358979323846
-#define SEED         1u
-#define PATIENCE     6.0 /* [s] for a state to be come to */
-#define LOADING      2.0 /* [N m/s] so gently a load is put on: what the light rotor's speed control can hold */
-#define LOAD_STEP    25e-3 /* [s] of it */
-#define FOLLOW       0.01  /* [s] 15 time constants of the encoder's speed */
-#define TO_ENABLE    0.1   /* [s] from a fault in manoeuvre off to the bridge being asked to come on */
+#define PI        3.14159265358979323846
+#define SEED      1u
+#define PATIENCE  6.0 /* [s] for a state to be come to */
+#define LOADING   2.0 /* [N m/s] so gently a load is put on: what the light rotor's speed control can hold */
+#define LOAD_STEP 25e-3 /* [s] of it */
+#define FOLLOW    0.01  /* [s] 15 time constants of the encoder's speed */
+#define TO_ENABLE                                                                                            \
+    0.1                    /* [s] from a fault in manoeuvre off until the bridge is requested to switch on   \
+                            * */
 #define AFTERWARDS   0.3   /* [s] that a latched fault is watched */
 #define AT_END       50e-3 /* [s] over which the rotor's end is judged */
 #define LONGEST_TURN 1.0   /* [s] of those that are waited for */
@@ -33,7 +35,7 @@ static const setting_t light[] = {
     {"params.pll_bandwidth", 400.0}, {"params.feedforward_cutoff", 125.0},
 };
 
-/* What calibration leaves of the sensors' errors. */
+/* Errors of the sensors that remain after calibration. */
 static const setting_t real[] = {
     {"plant.current_offset_a", 0.03},
     {"plant.current_offset_c", -0.03},
@@ -42,7 +44,7 @@ static const setting_t real[] = {
 #define COUNT(list) (sizeof(list) / sizeof(list)[0])
 #define CHANGES     COUNT(matrix_faults[0].changes)
 
-/* What turns the rig: nothing but its own time, or the course of a scenario besides. */
+/* How the rig advances: by time alone, or also with the events of a scenario. */
 typedef struct {
     rig_t *rig;
     course_t *course; /* NULL: none */
@@ -201,7 +203,7 @@ static const char *const tapped[TAPPED] = {
     [OMEGA_E] = "true_omega_e", [FRAME] = "omega_e",
 };
 
-/* What is known of a cell while it runs. Times [s] count from the injection, or from the wish to come on;
+/* State of a cell while it runs. Times [s] count from the injection, or from the wish to come on;
  * NAN: not yet. */
 typedef struct {
     matrix_seen_t *seen;
@@ -249,8 +251,8 @@ static bool warns_of(const watch_t *watch, uint64_t warnings)
     return false;
 }
 
-/* How far the currents turn until the drive shows that it knows: with the rotor, in whose frame control runs,
- * wherever that is assumed; or with a forced frame, about which the rotor swings. */
+/* The angle by which the currents turn until the drive reports the fault: they turn with the assumed rotor
+ * frame, in which the control runs, or with a forced frame, about which the rotor swings. */
 static void watch_turn(watch_t *watch, double rotor, double frame, int32_t manoeuvre)
 {
     if (isnan(watch->latched) && isnan(watch->lost) && isnan(watch->stopping)) {

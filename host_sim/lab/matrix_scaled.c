@@ -16,8 +16,8 @@
 #define PAPER_PER_CODE (40.0 / 4095.0) /* [A] */
 #define PAPER_AT_0V    (-20.0)         /* [A] */
 
-/* Rows of the paper's rig whose defaults are those of the board: faults and promises of the table belong to
- * these values, on whatever board the scenario runs. */
+/* Rows of the paper's rig whose defaults are those of the board: faults and promises of the table refer to
+ * these values, for each board on which the scenario runs. */
 static const struct {
     const char *row;
     double value;

@@ -21,7 +21,7 @@
     0.05 /* [-] largest difference between two values of psi_f that count as the same: data sheets round     \
             them */
 #define TORQUE_MORE    1.1  /* [-] rated torque over Kt I that no motor without reluctance torque has */
-#define TORQUE_LESS    0.6  /* [-] below which more than iron loss at speed is missing */
+#define TORQUE_LESS    0.6  /* [-] below this ratio more than the iron loss at speed is missing */
 #define FRICTION_SHARE 0.01 /* [-] of the rated torque, where none is given */
 #define SPEED_UP_TIME  0.05 /* [s] to rated speed at rated torque, where no inertia is given */
 
@@ -48,7 +48,7 @@ const char *motor_key_unit(motor_key_t key)
     return keys[key].unit;
 }
 
-/* What a value of the key is read as: "3 Arms" is a value of a key for rms values only. */
+/* The kind of value of the key: "3 Arms" is a value of a key for rms values only. */
 static const char *read_as(motor_key_t key)
 {
     const bool rms = strstr(keys[key].name, "_rms") != NULL;
@@ -485,7 +485,7 @@ static void make_torque(motor_t *motor)
     }
 }
 
-/* What a plant needs and data sheets leave out. */
+/* Values that the plant needs and data sheets do not contain. */
 static void make_shaft(motor_t *motor)
 {
     char text[UNITS_TEXT_SIZE];

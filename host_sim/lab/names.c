@@ -8,7 +8,7 @@
 #define PART_OF_IT (SIZE_MAX - 1u) /* distance of a name that has the given one as a part */
 #define NOT_NEAR   SIZE_MAX
 
-/* Of ASCII alone, whatever the locale. */
+/* Converts ASCII letters only, independent of the locale. */
 static char lower(char c)
 {
     return c >= 'A' && c <= 'Z' ? (char)(c - 'A' + 'a') : c;

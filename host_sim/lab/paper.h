@@ -41,7 +41,7 @@ typedef struct {
     const char *title; /* one line; NULL in paper_figures: the title is in the file (paper_about) */
     const char *claim; /* claim of the paper's figure, or of our experiment; one line */
     const char *paper; /* "Fig. 4"; NULL: beyond the paper */
-    const char *more; /* "dead_time": the figure has a second file, ID_dead_time.toml, with data of its own */
+    const char *more;  /* "dead_time": the figure has a second file with further data, ID_dead_time.toml */
 } paper_figure_t;
 
 extern const paper_figure_t paper_figures[PAPER_FIGURES];

@@ -44,7 +44,7 @@ static void write_condition(FILE *file, const char *before, const char *name, do
     fputc('}', file);
 }
 
-/* Of numbers; each run states its choices itself. */
+/* Settings with numbers only; each run states its choices itself. */
 static void write_settings(FILE *file, const char *before, const setting_t *settings, size_t count)
 {
     for (size_t n = 0; n < count; n++) {

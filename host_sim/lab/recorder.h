@@ -7,8 +7,8 @@
  *
  * Files are written as NAME.csv.partial and renamed to NAME.csv when they are complete. A file with the
  * ending .partial is incomplete. recorder_open creates the files, so that a folder that cannot be written
- * stops a run before it begins. They are locked until they are renamed: no other program can begin a
- * recording with this name meanwhile.
+ * stops a run before it begins. They are locked until they are renamed: until then no other program can
+ * begin a recording with this name.
  *
  * CSV: `# key: value` lines, then `time[s],i_q[A],...`, then one line a sample. Floats have the fewest digits
  * that read back to the same float, also by way of double (nan, inf, -inf: any NaN comes back as a NaN);

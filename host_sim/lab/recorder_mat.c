@@ -23,8 +23,8 @@ static void identifier(char to[RECORDER_NAME_SIZE], const char *name)
     to[n] = '\0';
 }
 
-/* UTF-8 to UTF-16; returns the number of units. What would need two units becomes U+FFFD: readers disagree on
- * how many characters those are, and SciPy gives up on the file. */
+/* UTF-8 to UTF-16; returns the number of units. A character that needs two units becomes U+FFFD, because
+ * readers count such characters differently, and SciPy cannot read the file. */
 static size_t utf16(uint16_t *to, const char *text)
 {
     size_t units = 0;

@@ -2,7 +2,7 @@
  *
  * A file is a chain of blocks: identifier, length, links (addresses of other blocks in the file), data. All
  * but the samples is made in memory, where a link can be set as soon as its block has an address; the samples
- * follow as the last block. Numbers are little endian, whatever the machine is. The start of the measurement
+ * follow as the last block. Numbers are little endian on every machine. The start of the measurement
  * is 0, because no octet may depend on the clock.
  *
  * The comment of the head (XML) has the title, the properties of the run, its settings as a tree, its notes,
@@ -221,7 +221,7 @@ static size_t head_comment(image_t *image, const recorder_t *recorder)
     return at;
 }
 
-/* Who wrote the file: the format requires it. */
+/* The program that wrote the file: the format requires it. */
 static size_t history(image_t *image, const recorder_t *recorder)
 {
     const size_t at = block(image, "FH", FH_LINKS, FH_DATA);

@@ -3,8 +3,8 @@
  * Floats: the shortest decimal inside the rounding interval, nearest to the float among these (Raffaele
  * Giulietti, "The Schubfach way to render doubles", 2020, here for 24 bits). With v = c 2^q and k =
  * floor(log10 of the interval's width) the interval holds a decimal of exponent k, and at most one of
- * exponent k + 1. Ends of the interval and v itself are scaled by 4 x 10^-k and cut to integers whose last
- * bit says that something was cut ("rounded to odd"), which keeps all comparisons exact. */
+ * exponent k + 1. Ends of the interval and v itself are scaled by 4 x 10^-k and truncated to integers.
+ * Their last bit is 1 if digits were lost ("rounding to odd"), which keeps all comparisons exact. */
 #include "host_sim/lab/recorder_parts.h"
 
 #include <assert.h>

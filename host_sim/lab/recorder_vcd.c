@@ -1,8 +1,8 @@
 /* Edges as a value change dump (IEEE 1364, clause 18).
  *
  * Simulated interrupts take no time: isr falls isr_ticks after it rose, later if the function let time pass,
- * and one that follows while another is shown begins where that ends. These falls lie ahead of the edge at
- * hand, so the dump is made from a short list of changes to come. */
+ * and one that follows while another is shown begins where that ends. These falling edges are later than
+ * the present edge, so that the dump is written from a short list of future changes. */
 #include "host_sim/lab/recorder_parts.h"
 
 #include <string.h>
@@ -165,7 +165,7 @@ int recorder_vcd_write(const recorder_t *recorder, recorder_out_t *out)
         advance(&dump, edge >> 16);
         take(&dump, (uint32_t)(edge >> 8) & 0xFFu, (uint32_t)edge & 0xFFu, recorder->isr_ticks);
     }
-    /* The picture goes on to the end of the last sample's period, and until nothing is left to fall. */
+    /* The record continues to the end of the last sample's period, and until all pulses have ended. */
     uint64_t end = dump.tick;
     const uint64_t rows = recorder_store_count(&recorder->rows);
     if (rows != 0u) {

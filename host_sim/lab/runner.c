@@ -27,7 +27,7 @@ typedef struct {
     uint32_t row_count;
     uint32_t every;        /* [periods] of the recording */
     uint32_t until_sample; /* [periods] to its next sample */
-    window_t *tallies;     /* those to come, then those that count; in no order of their own */
+    window_t *tallies;     /* first the future ones, then the active ones; otherwise unordered */
     uint32_t tally_count;
     course_t course;
     bool was_held;     /* the drive's history, by a fault */

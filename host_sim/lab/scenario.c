@@ -14,7 +14,7 @@ static const scenario_place_t nowhere = {0u, 0u};
 
 /* ---- memory and messages ---- */
 
-/* What alignment a block's content needs is what malloc gives its head. */
+/* The content of a block needs the same alignment that malloc gives its header. */
 typedef union {
     scenario_block_t block;
     max_align_t alignment;
@@ -49,7 +49,7 @@ void scenario_free(scenario_t *scenario)
     free(scenario);
 }
 
-/* One line, whatever was quoted. */
+/* Makes the quoted text a single line. */
 static void flatten(char *text)
 {
     for (; *text != '\0'; text++) {
@@ -422,7 +422,7 @@ void scenario_refused(const scenario_t *scenario, rig_t *rig, const scenario_set
 
 /* ---- judging the whole ---- */
 
-/* A range of settings that the rig takes in one go: one row, or all parameters of an event. */
+/* A range of settings that the rig takes as one set: one row, or all parameters of an event. */
 typedef struct {
     uint32_t first, count; /* [-] of the event's settings */
     bool done;
@@ -459,7 +459,7 @@ static uint32_t make_units(scenario_setting_t *settings, uint32_t count, scenari
 }
 
 /* Sets an event on the rig, unit by unit; one that is refused waits until others have changed what it depends
- * on (a current reference and its limit, a load and its kind). The order that worked goes back into
+ * on (a current reference and its limit, a load and its kind). The accepted order is written back to
  * `settings`. */
 static bool settle(const scenario_t *scenario, rig_t *rig, scenario_setting_t *settings, uint32_t count,
                    scenario_error_t *error)

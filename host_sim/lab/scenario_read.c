@@ -244,7 +244,7 @@ static int by_place(const void *a, const void *b)
     return compare_places(&x->place, &y->place);
 }
 
-/* `flux_map = "map.csv"`, beside the scenario: the number of the map. */
+/* `flux_map = "map.csv"`, in the folder of the scenario: returns the number of the map. */
 static bool read_flux_map(const reading_t *reading, const toml_entry_t *entry, const table_row_t *row,
                           double *value)
 {
@@ -702,7 +702,7 @@ static bool read_profile(const reading_t *reading, const toml_entry_t *profiles,
                 before.time);
         }
         scenario_event_t change = event;
-        if (!first && !steps) { /* from the point ahead to this one */
+        if (!first && !steps) { /* from the previous point to this one */
             change = before;
             change.ramp = event.time - before.time;
             change.time_place = event.time_place; /* behind the point ahead, where both are at one time */
@@ -828,7 +828,7 @@ static bool read_events(const reading_t *reading, const toml_entry_t *top)
 
 /* ---- the motor ---- */
 
-/* "my_motor.toml" lies beside the scenario. */
+/* "my_motor.toml" is in the folder of the scenario. */
 static bool read_motor_file(const reading_t *reading, const toml_entry_t *entry, motor_sheet_t *sheet)
 {
     char path[4096];
@@ -848,7 +848,7 @@ static bool read_motor_file(const reading_t *reading, const toml_entry_t *entry,
                          (unsigned long)at.line, inside);
 }
 
-/* `motor = "NAME"`, or [motor] with name, file or keys of its own, which count over those of name or file. */
+/* `motor = "NAME"`, or [motor] with name, file or further keys, which replace those of name or file. */
 static bool read_sheet(const reading_t *reading, const toml_entry_t *motor, motor_sheet_t *sheet)
 {
     *sheet = (motor_sheet_t){.name = "motor", .whole = reading_place(motor)};
@@ -1026,7 +1026,7 @@ static bool read_needs(const reading_t *reading, const toml_entry_t *entry, scen
                          needs->text);
 }
 
-/* What is measured, where and how: of [[expect]] and [[measure]]. */
+/* The quantity, interval and statistic of [[expect]] and [[measure]]. */
 static bool read_quantity_of(const reading_t *reading, const toml_entry_t *entry, scenario_expect_t *expect)
 {
     const toml_entry_t *name = reading_find(reading, entry, "name");
@@ -1117,7 +1117,7 @@ static bool read_expects(const reading_t *reading, const toml_entry_t *top)
 
 /* ---- the file ---- */
 
-/* What the tap can carry at once: rows of `record` and of [[expect]] together. */
+/* Limit of the tap: rows of `record` and of [[expect]] together. */
 static bool check_tap(const reading_t *reading)
 {
     const scenario_t *scenario = reading->scenario;

@@ -32,7 +32,7 @@ static constexpr void toml_demand(bool holds)
 namespace
 {
 
-/* What a C struct can not own while the list still grows. */
+/* Objects that a C struct cannot own while the list still grows. */
 struct draft_t {
     toml_entry_t entry;
     std::string key, path, text;
@@ -251,8 +251,8 @@ struct scanner_t {
     }
 };
 
-/* Checks that toml++ does not do reliably; false: the reason has been printed. What is no TOML at all is left
- * to it. */
+/* Checks that toml++ does not do reliably; false: the reason has been printed. Text that is no TOML at all
+ * is reported by the library. */
 bool is_readable(const char *text, size_t octets, toml_error_t *error)
 {
     scanner_t scanner{text, text + octets};
@@ -331,7 +331,8 @@ toml_file_t *parse(const char *text, size_t octets, toml_error_t *error)
         place_t place = place_of(why.source());
         const key_t key = key_on_line(text, octets, place.line);
         if (why.description().find("redefine") != std::string_view::npos) {
-            place.column = key.column; /* of what is there twice, not where that was noticed */
+            place.column = key.column; /* position of the duplicate key, not of the place where it was
+                                        * detected */
         }
         const bool no_quotes =
             why.description().find("expected a comment or whitespace") != std::string_view::npos;

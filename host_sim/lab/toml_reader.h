@@ -1,5 +1,5 @@
-/* A TOML file as a flat list in the order of the file; toml++ behind a C interface. It does not know the
- * meaning of the keys.
+/* A TOML file as a flat list in the order of the file; toml++ behind a C interface. It does not interpret
+ * the keys.
  *
  * A table or array is followed by its entries, up to its `end`. Entry 0 is the table of the file itself. The
  * entries of a table are in the order of the file. A table that is filled at several places of the file has

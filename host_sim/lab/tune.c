@@ -14,38 +14,40 @@
 #define T_S    RIG_PERIOD_SECONDS
 
 /* Shares; where docs/theory.md has the rule, its section. */
-#define CURRENT_RESERVE   2.0   /* 23: a start with 0.7 of its torque for the load */
-#define RESISTIVE_MOST    0.5   /* R I at current_limit, of the voltage that the link gives */
-#define CURRENT_LEAST     1.3   /* of the rated current, whatever R I */
-#define SALIENT_MOST      0.8   /* 30: of psi_f that (L_q - L_d) I may take away in a start */
-#define TRIP_SHARE        1.5   /* the board's own: 15 A over 10 A */
-#define TRIP_LEAST        1.2   /* the firmware's rule */
-#define LINK_OVER         1.286 /* the board's own: 400 V over 311 V */
-#define LINK_UNDER        0.643 /* 200 V */
-#define LINK_ROOM         1.15  /* of the largest trip over the link, at least */
-#define SPEED_RESERVE     1.4   /* tests and defaults: 220 rad/s over 157 */
-#define SPEED_LEAST_TRIP  1.05  /* overspeed_trip over the top speed, at least */
-#define OPEN_SHARE        0.999 /* of the largest link voltage of the board: EMF with the bridge off */
-#define TURN_MOST         0.5   /* [rad] a period, the firmware's rule */
-#define TURN_GOOD         0.35  /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
-#define GAIN_RULE         1.25  /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
-#define WITHIN_MADE       0.98  /* 30: of the voltage that duties and dead time leave */
-#define VOLTAGE_USE       0.93  /* the row's own, of U_dc/sqrt3 */
-#define LINK_LEAST        1.27  /* 29: of dc_undervoltage, at which the drive begins to hold the link */
-#define SLOPE_RULE        1.6   /* 3: the firmware's rule */
-#define CUTOFF_RULE       1.6   /* 7: 0.12 rad for a load step of the rated torque */
-#define CUTOFF_LEAST      50.0  /* [rad/s] 7 */
-#define CUTOFF_MOST       (0.025 / T_S) /* a bandwidth of 0.1 a period; noise beyond */
-#define BANDWIDTHS        4.0           /* 7: of the loop over the feed-forward, least overshoot */
-#define LOOP_KI           2698.0        /* [1/s^2] 7: of a bandwidth of 200 rad/s */
-#define RAMP_SHARE        0.5           /* [rad] a/k_i that an inertia which is not known at all would cost */
-#define CURRENT_BANDWIDTH (0.1 / T_S)   /* 15: K = 0.1 */
-#define LOW_CURRENT       0.2           /* 23: of current_limit */
-#define SPEED_LEAST       0.02          /* 11: of the top speed, 3 rad/s over 157 */
-#define VOLTAGE_ROOM      0.9           /* of what the duties leave, for the control */
-#define ANSWER            14.0          /* 23: pll_bandwidth over the bandwidth of the speed control */
-#define LOAD_DIP          0.03          /* of the speed, while a load comes */
-#define LOAD_TIME         0.05          /* [s] of it at least */
+#define CURRENT_RESERVE  2.0   /* 23: a start with 0.7 of its torque for the load */
+#define RESISTIVE_MOST   0.5   /* R I at current_limit, of the voltage that the link gives */
+#define CURRENT_LEAST    1.3   /* of the rated current, for any R I */
+#define SALIENT_MOST     0.8   /* 30: of psi_f that (L_q - L_d) I may take away in a start */
+#define TRIP_SHARE       1.5   /* the board's own: 15 A over 10 A */
+#define TRIP_LEAST       1.2   /* the firmware's rule */
+#define LINK_OVER        1.286 /* the board's own: 400 V over 311 V */
+#define LINK_UNDER       0.643 /* 200 V */
+#define LINK_ROOM        1.15  /* of the largest trip over the link, at least */
+#define SPEED_RESERVE    1.4   /* tests and defaults: 220 rad/s over 157 */
+#define SPEED_LEAST_TRIP 1.05  /* overspeed_trip over the top speed, at least */
+#define OPEN_SHARE       0.999 /* of the largest link voltage of the board: EMF with the bridge off */
+#define TURN_MOST        0.5   /* [rad] a period, the firmware's rule */
+#define TURN_GOOD        0.35  /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
+#define GAIN_RULE        1.25  /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
+#define WITHIN_MADE      0.98  /* 30: of the voltage that duties and dead time leave */
+#define VOLTAGE_USE      0.93  /* the row's own, of U_dc/sqrt3 */
+#define LINK_LEAST       1.27  /* 29: of dc_undervoltage, at which the drive begins to hold the link */
+#define SLOPE_RULE       1.6   /* 3: the firmware's rule */
+#define CUTOFF_RULE      1.6   /* 7: 0.12 rad for a load step of the rated torque */
+#define CUTOFF_LEAST     50.0  /* [rad/s] 7 */
+#define CUTOFF_MOST                                                                                          \
+    (0.025 / T_S)                     /* limits the bandwidth to 0.1 per period; above this the noise is     \
+                                       * too large */
+#define BANDWIDTHS        4.0         /* 7: of the loop over the feed-forward, least overshoot */
+#define LOOP_KI           2698.0      /* [1/s^2] 7: of a bandwidth of 200 rad/s */
+#define RAMP_SHARE        0.5         /* [rad] a/k_i that an inertia which is not known at all would cost */
+#define CURRENT_BANDWIDTH (0.1 / T_S) /* 15: K = 0.1 */
+#define LOW_CURRENT       0.2         /* 23: of current_limit */
+#define SPEED_LEAST       0.02        /* 11: of the top speed, 3 rad/s over 157 */
+#define VOLTAGE_ROOM      0.9         /* of the voltage that the duty limits permit, for the control */
+#define ANSWER            14.0        /* 23: pll_bandwidth over the bandwidth of the speed control */
+#define LOAD_DIP          0.03        /* of the speed, while a load comes */
+#define LOAD_TIME         0.05        /* [s] of it at least */
 #define RIPPLE_MOST       0.25  /* of the rated current: beyond, the legs' signs at their edges are a guess */
 #define RIPPLE_JUDGED     0.1   /* of the range: beyond, the winding is no check of the sensors */
 #define HANDOVER_EMF      1.15  /* 23: the drive's own rule, over dead time and R I ... */
@@ -61,7 +63,7 @@
 #define ENCODER           0.0   /* position_source */
 #define SENSORLESS        1.0   /* the same */
 #define DEVICE_RESISTANCE ((BOARD_IGBT_SLOPE_UOHM + BOARD_DIODE_SLOPE_UOHM) / 2e6) /* [ohm] of a leg */
-#define DERIVED_SPEED     0.9 /* of what the link reaches, where no rated speed is given */
+#define DERIVED_SPEED     0.9 /* of the speed that the link permits, if no rated speed is given */
 
 /* 30, 6: L_q/L_d without an encoder, the rule of the firmware's estimator. */
 #ifdef LAGLESS_ESTIMATOR_FIXED
@@ -330,10 +332,11 @@ static void judge_winding(tune_t *tune, const given_t *g)
 {
     const double tau = g->l_q / g->r;
     if (g->ripple > RIPPLE_MOST * g->rated_current) {
+        char l[UNITS_TEXT_SIZE];
         warn(tune,
-             "%.4g uH at %.4g kHz and a link of %.4g V: the current ripple is %.3g A peak to peak, which is "
+             "%s at %.4g kHz and a link of %.4g V: the current ripple is %.3g A peak to peak, which is "
              "large for a rated current of %.4g A and a sensor range of +-%.4g A",
-             1e6 * smaller(g->l_d, g->l_q), 1e-3 / T_S, g->link, g->ripple, g->rated_current,
+             units_text(l, smaller(g->l_d, g->l_q), "H"), 1e-3 / T_S, g->link, g->ripple, g->rated_current,
              (double)BOARD_CURRENT_RANGE);
     }
     if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
@@ -455,15 +458,15 @@ static double voltage_used(void)
     return smaller(VOLTAGE_USE / SQRT_3, WITHIN_MADE * ((1.0 - 2.0 * duty_least) / SQRT_3 - 4.0 / PI * lost));
 }
 
-/* The torque over 1.5 p [Wb A] at this i_d, beside the i_q that this current leaves [A]. */
+/* The torque divided by 1.5 p [Wb A] at this i_d [A], with the i_q that remains of this current. */
 static double torque_at(const given_t *g, double i_d, double current)
 {
     const double i_q = sqrt(current * current - i_d * i_d);
     return (g->psi + (g->l_d - apparent(g, i_q)) * i_d) * i_q;
 }
 
-/* i_d of most torque per ampere at this current [A]; with saturation by halves of what is left, as the torque
- * has one maximum. */
+/* i_d of most torque per ampere at this current [A]. With saturation, interval halving finds it, because
+ * the torque has one maximum. */
 static double most_per_ampere(const given_t *g, double current)
 {
     if (g->saturation > 0.0 && g->l_q > SALIENT_FROM * g->l_d) {
@@ -675,12 +678,14 @@ bool tune_motor(const motor_t *motor, tune_t *tune, scenario_error_t *error)
     }
     tune->link = g.link;
     if (g.l_q < WINDING_LEAST * T_S * g.r) {
+        char l[UNITS_TEXT_SIZE];
+        char least[UNITS_TEXT_SIZE];
         return scenario_fail(
             error, (scenario_place_t){0u, 0u}, "motor",
-            "L/R of %.4g uH and %.4g ohm is %.3g ms, %.3g periods of the control of %.4g us: the drive "
-            "on this board needs 2 periods, %.4g uH at least; a board with a faster carrier can run it",
-            1e6 * g.l_q, g.r, 1e3 * g.l_q / g.r, g.l_q / g.r / T_S, 1e6 * T_S,
-            1e6 * WINDING_LEAST * T_S * g.r);
+            "L/R of %s and %.4g ohm is %.3g ms, %.3g periods of the control of %.4g us: the drive "
+            "on this board needs 2 periods, %s at least; a board with a faster carrier can run it",
+            units_text(l, g.l_q, "H"), g.r, 1e3 * g.l_q / g.r, g.l_q / g.r / T_S, 1e6 * T_S,
+            units_text(least, WINDING_LEAST * T_S * g.r, "H"));
     }
     tune->needs_encoder = g.l_q > ESTIMATED_MOST * g.l_d;
     judge_winding(tune, &g);

@@ -199,7 +199,7 @@ static const spelling_t spellings[] = {
 };
 #define SPELLINGS (sizeof spellings / sizeof spellings[0])
 
-/* Units that have spellings of their own where they are mechanical. */
+/* Units with special spellings for mechanical quantities. */
 static const struct {
     const char *unit; /* of the table, and in messages */
     const char *mechanical;
@@ -240,7 +240,7 @@ const char *units_variety(const char *unit, const char *which)
 
 #define UNIT_OCTETS 96u /* of a unit that is read */
 
-/* What data sheets write instead of ASCII, as PDF gives it. */
+/* Characters of data sheets in place of ASCII, as copied from PDF files. */
 static const struct {
     const char *from, *to;
 } characters[] = {
@@ -319,7 +319,7 @@ const char *units_of_row(const table_row_t *row)
     return row->unit;
 }
 
-/* What a unit is called in messages. */
+/* The name of a unit in messages. */
 static const char *plain(const char *unit)
 {
     unit = unit_of_variety(unit);
@@ -503,7 +503,8 @@ static const spelling_t *best_spelling(double magnitude, const char *unit)
         if (next->role != WRITTEN || strcmp(next->unit, unit) != 0) {
             continue;
         }
-        /* The lists begin with the table unit and go down; a hair below 1 is shown as 1. */
+        /* The lists begin with the table unit and continue with smaller units. A value slightly below 1 is
+         * shown as 1. */
         if (best == NULL || in_spelling(magnitude, best) < 0.9999995) {
             best = next;
         }
@@ -553,8 +554,14 @@ const char *units_range_text(char to[UNITS_TEXT_SIZE], double min, double max, c
     char ends[2][UNITS_TEXT_SIZE];
     end_text(ends[0], min, min, max, spelling);
     end_text(ends[1], max, min, max, spelling);
-    snprintf(to, UNITS_TEXT_SIZE, "%.24s to %.24s%s%.40s", ends[0], ends[1], name[0] == '\0' ? "" : " ",
-             name);
+    const spelling_t *of_min = strchr(ends[0], 'e') != NULL ? best_spelling(fabs(min), unit) : spelling;
+    const bool two_units =
+        of_min != NULL && of_min != spelling; /* "10 uH to 1 H" instead of "1e-05 to 1 H" */
+    if (two_units) {
+        end_text(ends[0], min, min, max, of_min);
+    }
+    snprintf(to, UNITS_TEXT_SIZE, "%.24s%s%.8s to %.24s%s%.40s", ends[0], two_units ? " " : "",
+             two_units ? of_min->spelling : "", ends[1], name[0] == '\0' ? "" : " ", name);
     return to;
 }
 

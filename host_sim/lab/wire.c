@@ -17,7 +17,7 @@
 #define WAITING_OUT                                                                                          \
     524288u /* [octets] written and not sent yet: 0.8 s of twelve floats a period, for a busy client */
 #define WAITING_IN   4096u /* [octets] received and not read yet */
-#define KERNEL_OUT   65536 /* [octets] of the kernel's own: what lies there delays what comes after it */
+#define KERNEL_OUT   65536 /* [octets] buffer of the kernel: its content delays the octets that follow */
 #define SILENCE      7u    /* [calls of wire_poll] longer than a half frame is waited for */
 #define STOP_LOOK_MS 100   /* [ms] of waiting, then *stop is checked */
 #define STALE        2000u /* [calls of wire_poll] of a terminal that accepts nothing, until it counts as unused */
@@ -35,7 +35,7 @@ struct wire {
     bool wait;
     const volatile sig_atomic_t *stop;
     uint32_t leaving; /* [calls of wire_poll] until the next client is heard */
-    uint32_t stuck;   /* [calls of wire_poll] that a terminal has taken nothing of what waits */
+    uint32_t stuck;   /* [calls of wire_poll] without progress although octets wait for the terminal */
     char name[64];
     uint32_t out_count, in_count, in_at; /* [octets] */
     uint32_t in_whole;                   /* [octets] of `in` that are whole frames, or come over a terminal */
@@ -221,7 +221,8 @@ static void send_waiting(wire_t *wire)
     }
 }
 
-/* How far there are whole frames. A client that speaks something else is no client any more: a length of 0 or
+/* Number of octets up to the end of the last whole frame. A client that speaks something else is no client
+ * any more: a length of 0 or
  * above the largest is also what a request of HTTP begins with. */
 static void look_for_frames(wire_t *wire)
 {
@@ -298,7 +299,7 @@ static void wait_for_room(wire_t *wire, uint32_t room)
         struct pollfd look = {.fd = wire->client, .events = POLLOUT};
         (void)poll(&look, 1, STOP_LOOK_MS);
         send_waiting(wire);
-        look_for_clients(wire); /* meanwhile a second client gets this answer, too */
+        look_for_clients(wire); /* a second client that connects during this time gets this answer, too */
     }
 }
 

@@ -33,7 +33,8 @@ static void put_octets(zip_t *zip, const void *octets, uint32_t count)
     zip->written += count;
 }
 
-/* What the head of a file and its line in the directory share: version to the length of the name. */
+/* The fields that the header of a file and its directory entry have in common: version to the length of the
+ * name. */
 static void put_file(zip_t *zip, uint32_t n)
 {
     put(zip, VERSION, 2);

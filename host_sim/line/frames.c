@@ -67,7 +67,7 @@ static bool plausible(const uint8_t *header)
 
 typedef enum { WHOLE, HALF, NONE } found_t;
 
-/* What begins at the oldest octet. */
+/* The kind of frame that begins at the oldest octet. */
 static found_t look(const frames_t *frames, bool silent)
 {
     const uint8_t *at = frames->octets + frames->begin;

@@ -16,8 +16,8 @@
 #include "host_sim/line/master_parts.h"
 #include "host_sim/rig/rig.h"
 
-#define REPEATS    3u    /* [-] of a question whose answer does not come although SYNCH is answered */
-#define BUSY_WAIT  0.02  /* [s] until a busy drive is asked again */
+#define REPEATS    3u    /* [-] repetitions of a request that is not answered although SYNCH is answered */
+#define BUSY_WAIT  0.02  /* [s] until the request to a busy drive is repeated */
 #define BUSY_MAX   100u  /* [-] times */
 #define CLOCK_WAIT 0.001 /* [s] the shortest time between two queries of the clock of a fast drive */
 #define READS_MAX  16u   /* [-] at a time */
@@ -219,7 +219,7 @@ static void take_answer(master_t *master, const uint8_t *packet, uint32_t length
     }
     const bool last = master->step + 1u == question->count;
     if (positive && last && question->octets != MASTER_ANY && length != 1u + question->octets) {
-        return; /* of another question; this one's is missed in time */
+        return; /* answer to another request; the time-out of this one reports its missing answer */
     }
     master->synchs = 0;
     if (code == MASTER_BUSY && question->busy++ < BUSY_MAX) {

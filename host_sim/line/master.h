@@ -3,11 +3,11 @@
  *
  * The core does not wait. A poll loop uses master_descriptor, master_events and master_patience, and calls
  * master_work when one of them is due. master_work delivers answers and samples by call-backs. The calls that
- * wait (master_get and so on) are such a loop around one question, so that samples continue meanwhile.
+ * wait (master_get and so on) are such a loop around one request, so that samples continue to arrive.
  *
  * Only one command is pending at a time. A command without an answer is repeated after SYNCH; after
  * MASTER_SYNCHS of these without an answer the connection counts as lost. While the line is idle the master
- * sends a question every MASTER_ALIVE seconds, so that command_timeout of the drive does not act. If the
+ * sends a request every MASTER_ALIVE seconds, so that command_timeout of the drive does not act. If the
  * drive's time runs faster than real time, these are seconds of the drive. Call-backs must not call functions
  * that wait. */
 #ifndef HOST_SIM_LINE_MASTER_H
@@ -46,7 +46,7 @@ typedef enum {
     MASTER_FAULTS
 } master_extension_t;
 
-/* Result of a question: 0, the error code of the drive (1..255), or one of these. */
+/* Result of a request: 0, the error code of the drive (1..255), or one of these. */
 #define MASTER_OK           0
 #define MASTER_BUSY         0x10
 #define MASTER_OUT_OF_RANGE 0x22

@@ -38,7 +38,8 @@ static double patience_of(const char *name, bool lossless)
     return lossless || serial > MASTER_PATIENCE ? MASTER_PATIENCE : serial;
 }
 
-/* Everything about the line as it is before CONNECT. On a line that goes on, a frame may be half received. */
+/* Everything about the line as it is before CONNECT. On a line that continues, a frame may be half
+ * received. */
 static void begin(master_t *master, int descriptor, bool lossless)
 {
     const bool goes_on = descriptor == master->descriptor;
@@ -437,7 +438,7 @@ static bool fail_range(const table_row_t *row, double value, master_error_t *err
                        rig_range_text(range, row, rig_min(row), rig_max(row)));
 }
 
-/* What was set is what the drive has: a line may spoil it in a way that no sum shows. */
+/* Reads the value back: the line may change it in a way that the checksum does not detect. */
 static bool reads_back(master_t *master, const table_row_t *row, double value, uint32_t bits,
                        master_error_t *error)
 {

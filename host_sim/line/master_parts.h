@@ -89,9 +89,9 @@ struct master {
     question_t queue[MASTER_QUEUE];
     uint32_t first, count; /* of the queue */
     line_state_t state;
-    uint32_t step;   /* [-] packet of the first question that was sent last */
+    uint32_t step;   /* [-] packet of the first request that was sent last */
     double due;      /* [s] time until which the master waits */
-    double patience; /* [s] waiting time of an ordinary question on this line */
+    double patience; /* [s] waiting time of an ordinary request on this line */
     uint32_t synchs; /* [-] in succession without an answer */
 
     bool connected;
@@ -110,14 +110,14 @@ double master_now(void); /* [s] */
 void master_put(uint8_t *at, uint32_t value, uint32_t octets); /* low octet first */
 uint32_t master_take(const uint8_t *at, uint32_t octets);
 
-/* Adds a question to the queue. If the queue is full, the answer is MASTER_NOT_SENT at once. */
+/* Adds a request to the queue. If the queue is full, the answer is MASTER_NOT_SENT at once. */
 void master_ask(master_t *master, const question_t *question);
 
-/* A question of one packet with this length; octets that are not set are zero. */
+/* A request of one packet with this length; octets that are not set are zero. */
 question_t master_question(uint8_t command, uint32_t length, uint32_t octets, master_answer_t answer,
                            void *context);
 
-/* Sends a question and works until the answer has arrived. `data` receives the octets of the answer; it has
+/* Sends a request and works until the answer has arrived. `data` receives the octets of the answer; it has
  * room for at least MASTER_READ_MAX octets, or is NULL. */
 int master_asked(master_t *master, question_t question, uint8_t *data, uint32_t *octets);
 
@@ -130,7 +130,7 @@ void master_forget(master_t *master);
 /* Processes a packet of samples. */
 void master_daq_packet(master_t *master, const uint8_t *packet, uint32_t length);
 
-/* CONNECT with what follows; waits. */
+/* Sends CONNECT and the commands that follow it, and waits for the answers. */
 bool master_connect(master_t *master, master_error_t *error);
 
 bool master_fail(master_error_t *error, const char *format, ...) __attribute__((format(printf, 2, 3)));

@@ -1,12 +1,13 @@
-/* Serial devices. Linux takes any baud through its termios2, whose header and <termios.h> exclude each other:
- * hence a file of its own. Elsewhere the speeds that the system has constants for. */
+/* Serial devices. Linux takes any baud through its termios2, whose header and <termios.h> exclude each
+ * other. Therefore this code is a separate file. Elsewhere the speeds that the system has constants for. */
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "host_sim/line/transport.h"
 
-/* What the hardware makes of a baud may miss it by so much: a receiver's sampling still hits the tenth bit.
+/* Largest deviation of the hardware's baud rate from the requested one: a receiver still samples the tenth
+ * bit correctly.
  */
 #define NEAR(baud, asked) ((baud) <= (asked) + (asked) / 50u && (baud) + (asked) / 50u >= (asked))
 

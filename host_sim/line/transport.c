@@ -74,7 +74,7 @@ bool transport_parse(const char *target, transport_target_t *parsed, char *why, 
     return true;
 }
 
-/* 0, or the errno of what went wrong. */
+/* 0, or the errno of the error. */
 static int await_connection(int descriptor)
 {
     struct pollfd waiting = {descriptor, POLLOUT, 0};

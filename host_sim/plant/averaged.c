@@ -27,7 +27,7 @@ typedef struct {
     double way;              /* [-] 1: the upper switches are on at the ends; -1: the lower */
     double length, rate;     /* T [s], 1/T [1/s] */
     double free[3];          /* by EMF and resistance, mean [A/s] */
-    double turn[3];          /* half of what that changes per second [A/s^2] */
+    double turn[3];          /* half of the change of this rate per second [A/s^2] */
     double slope[3];         /* F, `free` and drops [A/s] */
     double drop[3];          /* [V] mean pole voltage beyond V_dc times the share at the upper rail */
     double volt;             /* way V_dc [V] */
@@ -60,7 +60,7 @@ static inline double sign_integral(const plant_t *plant, double i)
     return size < plant->zone ? 0.5 * i * i * plant->zone_inverse : size - 0.5 * plant->zone;
 }
 
-/* Mean of that sign while the current goes in a straight line from x to y. */
+/* Mean of that sign while the current changes linearly from x to y. */
 static inline double sign_mean(const plant_t *plant, double x, double y)
 {
     double zone = plant->zone;
@@ -132,7 +132,7 @@ static void describe(const plant_t *plant, period_t *period)
 }
 
 /* Currents at the borders of one half's hand-overs, `from` its end and `ahead` 1 or -1 with time, and the
- * signs by these. Returns the sum of what the signs have changed. */
+ * signs by these. Returns the sum of the changes that the signs have caused. */
 static double meet(const plant_t *plant, period_t *period, handover_t half[3], const double from[3],
                    double ahead)
 {
@@ -218,7 +218,7 @@ void averaged_period(plant_t *plant)
     settle(plant, &period);
     for (int leg = 0; leg < 3; leg++) {
         double share = share_of(&period, leg);
-        /* The slope of the drops goes with the current, about its mean. */
+        /* The slope of the drops is proportional to the difference of the current from its mean. */
         double mean = plant->i[leg] + 0.5 * (period.end[leg] - period.begin[leg]);
         double drop = period.drop[leg] + plant->r_mean * mean;
         plant->law[leg][PLANT_LAW_AVERAGED] =

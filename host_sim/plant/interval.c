@@ -114,7 +114,7 @@ static double table_load(const plant_t *plant, double omega)
     return omega < 0.0 ? -against : against;
 }
 
-/* What goes with the square of an end's speed or by the table, and the same for its angle [N m]. */
+/* Load torque by the square of a shaft end's speed or by the table, and by its angle [N m]. */
 static __attribute__((noinline)) double work_load(const plant_t *plant, double omega, double ahead)
 {
     return plant->params.load_quadratic * omega * fabs(omega) + table_load(plant, omega) +
@@ -217,7 +217,7 @@ double interval_magnetic(const plant_t *plant)
     return 0.75 * (q->inductance_d * plant->i_d * plant->i_d + q->inductance_q * plant->i_q * plant->i_q);
 }
 
-/* Nothing flows whatever the legs do: idle, or two wires broken. */
+/* No current flows for any state of the legs: the bridge is idle, or two wires are broken. */
 static bool currentless(const plant_t *plant)
 {
     return plant->idle || (plant->open & (plant->open - 1u)) != 0u;
@@ -274,7 +274,7 @@ void interval_refresh(plant_t *plant)
     plant->torque = torque_of(plant, plant->omega_m);
 }
 
-/* What an elastic shaft takes from the motor [N m]; 0 where it is rigid. */
+/* Torque that an elastic shaft takes from the motor [N m]; 0 for a rigid shaft. */
 static double twisted(const plant_t *plant)
 {
     const plant_params_t *q = &plant->params;
@@ -283,7 +283,7 @@ static double twisted(const plant_t *plant)
                : 0.0;
 }
 
-/* What drives the shaft whether or not it moves [N m]. */
+/* Torque that drives the shaft independent of its motion [N m]. */
 static double driving(const plant_t *plant)
 {
     double drive = plant->torque - plant->active_torque - plant->shaft_torque;
@@ -609,7 +609,7 @@ double interval_pole_mean(const plant_t *plant, const plant_law_t *law, double x
     return (pole_integral(plant, law, y) - pole_integral(plant, law, x)) / (y - x);
 }
 
-/* What the Taylor series of the currents needs besides the voltage. */
+/* Inputs of the Taylor series of the currents besides the voltage. */
 typedef struct {
     double h, h_2, h_3, h_4;         /* [s^n] h^n/n! */
     double omega_e;                  /* [rad/s] */
@@ -680,7 +680,7 @@ static inline double least(double x, double y)
 }
 
 /* Charge, copper heat and losses of an interval with pole voltages v (r_mean i added) and shares s; currents
- * taken as straight lines from i to j. What the link gives and the motor does not get is lost. */
+ * taken as straight lines from i to j. The power that the link gives and the motor does not get is lost. */
 static void add_up(const plant_t *plant, double h, const double j[3], const double v[3], const double s[3],
                    sums_t *sums)
 {
@@ -715,8 +715,8 @@ static bool bend(const plant_t *plant, const series_t *series, double v[3], doub
         touched[leg] = in_zone[leg] || plant->uneven;
         follow[leg] = 0.0;
         if (touched[leg]) {
-            /* What a leg alone would do to its own mean current decides how far to follow the new mean
-             * voltage. */
+            /* The effect of a leg on its own mean current determines how far the new mean voltage is
+             * followed. */
             double fall = in_zone[leg] ? zone_resistance(plant, law) : law->r[0];
             double stiff = fall * series->h * plant->k_max;
             if (stiff > STIFFEST) {
@@ -774,7 +774,8 @@ static inline bool series_interval(plant_t *plant, double h, double omega_e, dou
     series_end(plant, &series, (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0), (v[1] - v[2]) * INV_SQRT_3, &i_d,
                &i_q);
     to_phases(cos_1, sin_1, i_d, i_q, j);
-    /* Both ends outside the zone and on the same side: the products tell the sides. A mean over the period is
+    /* Both ends are outside the zone and on the same side; the signs of the products show the sides. A mean
+     * over the period is
      * one straight line, and has no zone. */
     bool away = plant->kind[0] >= PLANT_LAW_AVERAGED ||
                 (!plant->uneven && least(least(fabs(i[0]), fabs(i[1])), fabs(i[2])) >= zone &&
@@ -803,7 +804,7 @@ static inline bool series_interval(plant_t *plant, double h, double omega_e, dou
     return true;
 }
 
-/* First-order lag of a sensor whose input goes in a straight line from i_0 to i_1. */
+/* First-order lag of a sensor whose input changes linearly from i_0 to i_1. */
 static double lagged(double y, double i_0, double i_1, double x)
 {
     double behind = (i_1 - i_0) / x;
@@ -866,7 +867,7 @@ static void settle(plant_t *plant, uint64_t ticks)
 
 void interval_count_turns(plant_t *plant)
 {
-    /* Whole mechanical turns apart, so that the fraction keeps its digits however long the run. */
+    /* Whole mechanical turns are counted separately, so that the fraction keeps its digits in long runs. */
     int64_t pairs = (int64_t)plant->p;
     double counts = 4.0 * plant->params.encoder_lines * (1.0 - plant->params.encoder_slip);
     double whole = (double)(plant->turns / pairs) * counts;
@@ -888,8 +889,8 @@ static __attribute__((noinline)) void twist_step(plant_t *plant, double h, doubl
     double near = fixed ? 0.0 : plant->inertia_inverse;
     double far = plant->load_inverse;
     double sum = near + far;
-    /* The motor's end has turned already, and the twist is that of the begin: so is the far end's angle, but
-     * for what the motor has turned. */
+    /* The angle of the motor's end is already the new one, while the twist is that of the begin. The angle
+     * of the far end is therefore also that of the begin, plus the angle by which the motor has turned. */
     double back = -h * plant->omega_m;
     double against = far_resistance(plant, plant->omega_load, back);
     double omega_felt = plant->omega_load + 0.5 * h * far * (plant->shaft_torque - against);
@@ -919,7 +920,7 @@ static __attribute__((noinline)) void twist_step(plant_t *plant, double h, doubl
     plant->omega_ahead = plant->omega_m;
     plant->acceleration = near * (net - plant->shaft_torque);
     if (plant->metering) {
-        /* Of what drives the difference, the damping has what is not stored. */
+        /* The part of the driving power that is not stored is dissipated by the damping. */
         double stored = 0.5 / sum * more_v * (2.0 * nu + more_v) +
                         0.5 * q->shaft_stiffness * more_x * (2.0 * twist + more_x);
         double dynamometer = fixed ? (h * net - impulse) * plant->omega_m : 0.0;
@@ -927,8 +928,9 @@ static __attribute__((noinline)) void twist_step(plant_t *plant, double h, doubl
     }
 }
 
-/* What an interval's length is measured by, where an axis saturates: the smallest incremental inductance at
- * the present currents, and the time in which the link's voltage moves a current so far that it changes. */
+/* Basis of the length of an interval if an axis saturates: the smallest incremental inductance at the
+ * present currents, and the time in which the link voltage changes a current so much that this inductance
+ * changes. */
 static __attribute__((noinline)) void bent_rate(plant_t *plant)
 {
     const plant_params_t *q = &plant->params;
@@ -953,7 +955,8 @@ static __attribute__((noinline)) void bent_rate(plant_t *plant)
                   plant->rate_other + plant->v_dc * plant->k_max / sqrt(least_square);
 }
 
-/* An interval in which the shaft goes on as it does: held, or with friction against one direction. */
+/* An interval in which the state of the shaft does not change: held, or with friction against one
+ * direction. */
 static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
 {
     if (plant->saturates != 0.0) {
@@ -969,7 +972,8 @@ static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
         limit = 1u + (uint64_t)(LARGEST_ANGLE / (rate * TICK));
     }
     if (ticks > limit) {
-        /* Equal parts of what is left: a period is halved, not cut into a long and a tiny piece. */
+        /* The remaining time is cut into equal parts: a period is halved, not cut into a long and a very
+         * short part. */
         uint64_t parts = (ticks + limit - 1u) / limit;
         ticks = parts < 8u ? (ticks + parts - 1u) / parts : limit;
     }

@@ -45,7 +45,8 @@ double interval_angle(const plant_t *plant);
  * which does not depend on what drives it. */
 double interval_resistance(const plant_t *plant, double omega_m);
 
-/* The same with what holds a fixed shaft, and with the load at the far end of an elastic one [N m]. */
+/* The same including the torque that holds a fixed shaft, and the load at the far end of an elastic shaft
+ * [N m]. */
 double interval_load(const plant_t *plant);
 
 /* Open-circuit voltage of the link's source [V], `ahead` [s] from now. */
@@ -55,11 +56,12 @@ double interval_source(const plant_t *plant, double ahead);
  * gives [-]. */
 double interval_pole(const plant_t *plant, const plant_law_t *law, double i, double *share);
 
-/* Its mean [V] while the current goes in a straight line from x to y [A]. */
+/* Its mean [V] while the current changes linearly from x to y [A]. */
 double interval_pole_mean(const plant_t *plant, const plant_law_t *law, double x, double y);
 
-/* How the phase currents move within the next h [s], by the present currents in the rotor frame: without
- * voltage at its begin and end [A/s]; what a volt along alpha and along beta adds in the middle [A/(V s)]. */
+/* Slopes of the phase currents within the next h [s], from the present currents in the rotor frame: without
+ * voltage at its begin and end [A/s], and the additional slope for each volt along alpha and along beta in
+ * the middle [A/(V s)]. */
 void interval_phase_slopes(const plant_t *plant, double h, double begin[3], double end[3], double by_alpha[3],
                            double by_beta[3]);
 

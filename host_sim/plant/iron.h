@@ -1,4 +1,5 @@
-/* The loss of the iron as one resistance R_c: beside the current o that makes the flux psi (the magnets'
+/* The loss of the iron as one resistance R_c: in addition to the current o that makes the flux psi (the
+ * magnets'
  * included) and the torque, the phases carry a current along the EMF,
  *
  *   i = o + j g psi(o),   g = omega_e/R_c

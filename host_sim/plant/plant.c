@@ -76,7 +76,8 @@ static bool module_shut(const plant_t *plant)
 
 /* ---- wires ---- */
 
-/* Who is in the place of n, 0..2, where a pair is changed: 1 b with c, 2 c with a, 3 a with b; 0 none. */
+/* The phase in the place of n, 0..2, if two phases are exchanged: 1 b with c, 2 c with a, 3 a with b; 0
+ * none. */
 static uint32_t changed(double pair, uint32_t n)
 {
     uint32_t swap = (uint32_t)pair;
@@ -157,7 +158,7 @@ static void leg_follows(plant_t *plant, uint32_t leg)
     }
 }
 
-/* Laws of all legs from what is on and not shut. */
+/* Laws of all legs from the switches that conduct. */
 static void legs_follow(plant_t *plant)
 {
     for (uint32_t leg = 0; leg < 3; leg++) {
@@ -430,8 +431,8 @@ static void make_works(plant_t *plant)
     plant->work_rate = sqrt(stiffness * inverse) + steepest * plant->table_inverse * inverse;
 }
 
-/* What turns: one mass, or two with the shaft between them. A far end that becomes elastic goes on as the
- * motor turns, one that becomes rigid keeps the momentum of both. */
+/* The rotating masses: one, or two with the shaft between them. If the shaft becomes elastic, the far end
+ * continues at the speed of the motor; if it becomes rigid, the momentum of both is kept. */
 static void make_masses(plant_t *plant)
 {
     const plant_params_t *q = &plant->params;
@@ -453,7 +454,7 @@ static void make_masses(plant_t *plant)
     make_works(plant);
 }
 
-/* Of the oscillation and the decay of the twist [1/s]. */
+/* Frequency of the oscillation and rate of decay of the twist [1/s]. */
 static double shaft_rate(const plant_t *plant)
 {
     if (plant->load_inverse == 0.0) {
@@ -516,7 +517,7 @@ static void make_encoder(plant_t *plant, const plant_params_t *before, int64_t s
     }
 }
 
-/* What the length of a step follows from: the fastest rate of change. `own`: the largest resistance of a
+/* The basis of the length of a step: the fastest rate of change. `own`: the largest resistance of a
  * leg's own. */
 static void make_rate(plant_t *plant, double own)
 {
@@ -758,7 +759,7 @@ static int64_t disc_count(const plant_t *plant, double theta_e)
     return plant->count_whole + floor_of(theta_e * plant->count_per_rad + plant->count_rest);
 }
 
-/* What the tracks make of them: with one stuck, the other's edges go forth and back. */
+/* The effect of the tracks: if one is stuck, the edges of the other count forward and backward. */
 static int64_t shown_count(const plant_t *plant, int64_t count)
 {
     if (!plant->tracks) {

@@ -212,7 +212,7 @@ typedef struct {
 /* Name and text of the n-th step of commissioning; NULL: n is too large. */
 BINDING const char *binding_commission_step(uint32_t n, const char **text);
 
-/* The answer that a text gives to a question ("direction", "turn"); 0: it is not an accepted answer.
+/* The answer to a question ("direction", "turn") that a text means; 0: it is not an accepted answer.
  * *accepted: the accepted texts; NULL: there is no such question. */
 BINDING double binding_commission_answer(const char *question, const char *answer, const char **accepted);
 

@@ -110,7 +110,8 @@ static uint32_t gates_of(const binding_plant_t *plant)
     return on;
 }
 
-/* What the leg does at this tick, the edges of its duty at `rise` and `fall`. true: its gates change. */
+/* The switching of the leg at this tick, with the edges of its duty at `rise` and `fall`. true: its gates
+ * change. */
 static bool turn_leg(leg_t *leg, uint64_t tick, uint64_t rise, uint64_t fall, uint32_t dead)
 {
     const bool upper = tick >= rise && tick < fall;
@@ -150,7 +151,7 @@ static void switch_period(binding_plant_t *plant, const uint32_t high[LEGS])
             next = sooner(tick, next, fall[n]);
             next = sooner(tick, next, plant->legs[n].on_at);
         }
-        if (changed) { /* without dead band the one switch goes off before the other comes on */
+        if (changed) { /* without dead band one switch is switched off before the other is switched on */
             const uint32_t gates = gates_of(plant);
             plant_gates(&plant->plant, tick, gates & plant->gates);
             plant_gates(&plant->plant, tick, gates);

@@ -31,8 +31,8 @@ void rig_bind(rig_t *rig)
 }
 
 /* Variables zero, main() up to its loop; the present period begins when this returns. The first carrier
- * period has no sample at its beginning; that is the next one's. A board that did not come up has no carrier,
- * or that of an earlier program, and time goes on nevertheless. */
+ * period has no sample at its beginning; that is the next one's. After a failed initialisation the board
+ * has no carrier, or that of an earlier program; simulated time continues nevertheless. */
 static void start_software(rig_t *rig)
 {
     rig_state_t *state = &rig->state;
@@ -199,8 +199,7 @@ void rig_step(rig_t *rig)
         rig_stop_at(rig, state->period);
     }
     if (run_period(rig, RIG_PERIOD_TICKS) == 0u && rig_background_is_free(rig)) {
-        plant_advance(&state->plant,
-                      chip_now(&state->chip)); /* or the encoder would be seen to jump at t_k+1 */
+        plant_advance(&state->plant, chip_now(&state->chip)); /* otherwise the encoder would jump at t_k+1 */
         chip_look(&state->chip);
         rig_background(rig);
     }

@@ -37,7 +37,7 @@ typedef struct rig rig_t;
 /* Values of the board that this program or library simulates, for sources that are compiled once for all
  * boards. */
 extern const uint32_t
-    rig_period_ticks; /* RIG_PERIOD_TICKS, also for a debugger, which does not know macros */
+    rig_period_ticks; /* RIG_PERIOD_TICKS as a variable for a debugger, which cannot evaluate macros */
 extern const uint32_t rig_window_periods; /* [periods] of a window of the medium task */
 extern const char rig_board[];            /* BOARD_NAME */
 

@@ -1,4 +1,4 @@
-/* What the interrupt takes on this machine. */
+/* The time of the interrupt on this machine. */
 #include <time.h>
 
 #include "host_sim/rig/rig_parts.h"
@@ -45,8 +45,8 @@ static void timed(void *context, uint32_t vector, void (*function)(void))
     rig_timing_pause(context);
 }
 
-/* What two readings of the clock cost by themselves: the least, for whatever else the machine did between two
- * of them is none of it. */
+/* The time of two readings of the clock themselves. The least of many is used, because other work of the
+ * machine makes single ones longer. */
 static double empty_reading(void)
 {
     double least = 1.0;

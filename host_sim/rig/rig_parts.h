@@ -79,7 +79,8 @@ void rig_software_bind(rig_t *rig);
 uint64_t rig_section(void *context);           /* [ticks] that a section with interrupts off takes */
 bool rig_background_is_free(const rig_t *rig); /* neither CPU nor background itself is busy */
 bool rig_background(rig_t *rig); /* runs the background; false: the CPU or the background is busy */
-/* What app_interrupt and app_medium call in the simulation instead of drive_step, drive_medium_step and
+/* The functions that app_interrupt and app_medium call in the simulation instead of drive_step,
+ * drive_medium_step and
  * drive_medium_took (rig.cmake). */
 bool desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t *command);
 void desk_drive_medium_step(drive_t *drive);

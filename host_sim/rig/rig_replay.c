@@ -1,9 +1,9 @@
 /* A replay: a recorded state of the drive in a new rig, whose interrupts run on the recorded samples. Chip
- * and plant do nothing meanwhile.
+ * and plant do not advance during the replay.
  *
  * Between two samples the drive of the record had its medium task, if a window was handed over, then the
- * background. Here the medium task computes at once, and its results are shown to the step that found them
- * there: so its duration, and interrupts during it, are those of the record. */
+ * background. Here the medium task computes at once, and the same step as in the record gets its results.
+ * Therefore its duration, and the interrupts during it, agree with the record. */
 #include <stdio.h>
 #include <string.h>
 
@@ -275,7 +275,7 @@ static void change(rig_t *rig, uint32_t what, uint32_t bits)
     }
 }
 
-/* What came from outside after the sample of this period. */
+/* The external changes after the sample of this period. */
 static void change_after(rig_t *rig, uint32_t period)
 {
     rig_replay_t *replay = &rig->replay;

@@ -1,9 +1,9 @@
-/* What the simulation does with the software that runs on its chip: the time it takes, ideal sensors, the
- * background's turn.
+/* Simulates properties of the software on the chip: the time that it takes, ideal sensors, and when the
+ * background runs.
  *
- * The sample interrupt reads at its entry and writes when its time is over: all of it passes where the
- * drive's step stands, between the two. The medium task computes at its begin, and what it has found is there
- * when its time is over, which grows by that of the interrupts that come meanwhile. */
+ * The sample interrupt reads at its entry and writes when its time is over: this time passes at the drive's
+ * step, between the two. The medium task computes at its begin. Its results are available when its time is
+ * over; interrupts during this time make it longer. */
 #include "app/talk.h"
 #include "host_sim/rig/rig_parts.h"
 
@@ -78,7 +78,7 @@ static void take_exact(const rig_state_t *state, drive_samples_t *samples)
     samples->u_dc = truth->true_u_dc;
 }
 
-/* The medium task has ended: fast task and background see that from here on, and how long it took. */
+/* The medium task has ended: from here on fast task and background get its results and its duration. */
 static void end_medium(rig_state_t *state)
 {
     if (state->medium_until != 0u && chip_now(&state->chip) >= state->medium_until) {

@@ -118,7 +118,7 @@ static void advice_text(char *to, size_t size, const params_error_t *why)
     }
 }
 
-/* "; with motor_inductance_d = 0.0052 H": what a rule reads beside the row that is named, where it is little.
+/* "; with motor_inductance_d = 0.0052 H": the further values that a rule reads, if there are few.
  */
 static void others_text(char *to, size_t size, const rig_t *rig, const params_error_t *why)
 {
@@ -273,7 +273,7 @@ static void flip(app_t *at, uint32_t word, uint32_t bit)
     memcpy(place, &bits, sizeof bits);
 }
 
-/* What happens once, at the moment a row is set; the row then reads as before. */
+/* Actions at the moment when a row is set; the row then reads as before. */
 static void happen_once(rig_t *rig, const table_row_t *row)
 {
     rig_state_t *state = &rig->state;
@@ -302,7 +302,7 @@ static void happen_once(rig_t *rig, const table_row_t *row)
     }
 }
 
-/* What a row of the rig can not be in the present state, beyond its range. */
+/* Values of a row that the present state of the rig does not permit, in addition to its range. */
 static bool refuse_condition(rig_t *rig, const table_row_t *row, double value)
 {
     const rig_plant_t *plant = &rig->state.plant_values;

@@ -1,4 +1,4 @@
-/* What hangs on the chip's pins: the inverter, the motor, its sensors and its encoder. */
+/* The devices at the chip's pins: the inverter, the motor, its sensors and its encoder. */
 #include "hal/f28335/pwm.h"
 #include "hal/f28335/qep.h"
 #include "host_sim/rig/rig_parts.h"

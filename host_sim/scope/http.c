@@ -337,8 +337,8 @@ static bool is_own_page(const http_t *http, const char *head)
             (strcasecmp(site, "same-origin") == 0 || strcasecmp(site, "none") == 0));
 }
 
-/* Behind the token of the path; NULL: it has none, or another one. The time does not tell how much of it
- * fits.
+/* Behind the token of the path; NULL: it has none, or another one. The time does not show how much of the
+ * answer fits.
  */
 static const char *behind_token(const http_t *http, const char *path)
 {

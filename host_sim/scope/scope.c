@@ -18,13 +18,13 @@
 #include "settings/reasons.h"
 
 #define FRAME       0.025 /* [s] from one picture to the next */
-#define ASK         0.03  /* [s] from one question for values to the next */
+#define ASK         0.03  /* [s] from one request for values to the next */
 #define TELL        0.1   /* [s] from one telling of values and state of the line to the next */
 #define AGAIN       0.5   /* [s] from one try to find a lost drive to the next */
 #define AGAIN_TRY   0.05  /* [s] that a try lasts, at least */
 #define LONGEST     0.1   /* [s] of waiting */
 #define BLOCK_MAX   15u   /* [slots] of one question: MASTER_READ_MAX octets */
-#define SAMPLES_MAX 4096u /* [samples] after which they are sent, whatever the time */
+#define SAMPLES_MAX 4096u /* [samples] after which they are sent, independent of the time */
 #define LINE_SHARE  0.8   /* [-] of a serial line that samples may take */
 #define SILENT      2.0   /* [s] without an expected sample, until the drive counts as restarted */
 #define TEXT_MAX    700u
@@ -67,7 +67,7 @@ struct scope {
 
 static const char *const first_signals[] = {"omega_m", "omega_m_ref", "i_q", "i_d", "u_q", "u_d"};
 
-/* What the head of the page shows. */
+/* The values in the head of the page. */
 static const char *const fast_rows[] = {"state",     "fault_reason", "refusal",       "warnings",
                                         "manoeuvre", "u_dc",         "omega_m",       "enable",
                                         "i_q",       "warnings_2",   "order_refusal", "capture_state"};
@@ -191,7 +191,7 @@ static void tell_commission(void *context)
     }
 }
 
-/* All that a page must know when it opens. */
+/* All data that a page needs when it opens. */
 static void greet(scope_t *scope, uint32_t client)
 {
     text_t text;
@@ -306,7 +306,7 @@ static void ask_block(scope_t *scope, uint32_t number)
     }
 }
 
-/* Every other question is for what changes fast. */
+/* Every second request reads the values that change quickly. */
 static void ask_next(scope_t *scope)
 {
     if (scope->asks++ % 2u == 0u && scope->fast_count > 0u) {
@@ -349,7 +349,7 @@ static void ask(scope_t *scope, double time)
     }
 }
 
-/* Of a row that was just written: its neighbours may have been changed with it. */
+/* Reads the rows near one that was just written, because the drive may have changed them with it. */
 static void look_again(scope_t *scope, const table_row_t *row)
 {
     for (uint32_t n = 0; n < scope->block_count; n++) {
@@ -432,7 +432,7 @@ static bool set_row(scope_t *scope, const table_row_t *row, double value, char *
     return good;
 }
 
-/* What the drive has in this row now. */
+/* The present value of this row in the drive. */
 static int32_t reported(scope_t *scope, const char *name)
 {
     const table_row_t *row = rig_row_by_name(name);
@@ -446,8 +446,8 @@ static bool is_state(int32_t state, const char *name)
     return state == table_choice(rig_row_by_name("state"), name);
 }
 
-/* Whether the drive, which has `enable` on, goes on, by what it reports itself. If not it is off again, so
- * that nothing starts later that nobody expects. */
+/* True if the drive with `enable` on continues to run, according to its own report. Otherwise `enable` is
+ * set off again, so that the motor does not start unexpectedly later. */
 static bool goes_on(scope_t *scope, char *why, size_t size)
 {
     char not_off[TEXT_MAX] = "";
@@ -563,7 +563,8 @@ static bool choose(scope_t *scope, const char *body, char *why, size_t size)
         return false;
     }
     master_error_t error = {{0}};
-    (void)master_daq_stop(scope->master, &error); /* the last samples of the old choice come meanwhile */
+    (void)master_daq_stop(scope->master, &error); /* the last samples of the old choice arrive during this
+                                                   * call */
     tell_samples(scope);
     memcpy(scope->rows, rows, count * sizeof rows[0]);
     scope->row_count = count;

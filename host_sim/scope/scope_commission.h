@@ -41,7 +41,8 @@ typedef struct {
  * false: *why. */
 bool scope_commission_want(scope_commission_t *commission, const char *body, char *why, size_t size);
 
-/* The answer to the question that is asked: one of those that it accepts, or "unknown". false: *why. */
+/* Gives the answer to the present question: one of its accepted answers, or "unknown". false: *why has the
+ * reason. */
 bool scope_commission_answer(scope_commission_t *commission, const char *body, char *why, size_t size);
 
 /* Until the end. */

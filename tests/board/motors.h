@@ -31,7 +31,7 @@ static const run_motor_t board_motor = {.pole_pairs = 4.0,
 /* 48 V, 640 W at 3500 r/min: EMF 21.3 V of the 27.7 V that the link gives a phase; 20 A make 1.74 N m.
  * Inertia and friction with what it drives, a small pump: 2.3 A without load, as the paper's rig takes 1.2 A
  * of its 10. With bearings alone the ripple of the switching, some 2 A at most, would change the
- * current's sign within a period, and no compensation by sign knows the dead time's voltage then. */
+ * current's sign within a period, and the dead time cannot be compensated by sign then. */
 static const run_motor_t board_motor = {.pole_pairs = 4.0,
                                         .resistance = 0.08,
                                         .inductance = 0.2e-3,

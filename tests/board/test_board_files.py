@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """hal/board.h refuses what cannot be right: each fact of a good board file taken away, and each kind of mistake made in it, ends in
-an error that names docs/board.md and the line of its table. And the guide tells what the header checks: the same facts under the
-same numbers. Compilers: CC, and clang where there is one."""
+an error that names docs/board.md and the line of its table. The guide lists what the header checks: the same facts under the same numbers.
+Compilers: CC, and clang where there is one."""
 import os
 import pathlib
 import re
@@ -16,7 +16,7 @@ PROJECT = pathlib.Path(__file__).resolve().parents[2]
 HEADERS = (PROJECT / "hal/board.h", PROJECT / "hal/board_check.h")
 GUIDE = PROJECT / "docs/board.md"
 BOARDS = [*sorted((PROJECT / "hal/f28335/boards").glob("*.h")), PROJECT / "tests/board/desk48.h", PROJECT / "tests/board/pump325.h"]
-GOOD = PROJECT / "tests/board/desk48.h"  # says every fact, line 5 too
+GOOD = PROJECT / "tests/board/desk48.h"  # states every fact, line 5 too
 KIT = PROJECT / "hal/f28335/boards/hvmtrpfckit.h"
 CC = shlex.split(os.environ.get("CC", "cc"))
 CLANG = shutil.which("clang")
@@ -32,7 +32,7 @@ const float scales[] = {BOARD_CURRENT_RANGE, BOARD_CURRENT_PER_CODE, BOARD_DC_PE
 
 
 def compiled(board, *options, compiler=None, action="-S"):
-    """What the compiler says of hal/board.h with this board file; "" if nothing. action -E: the preprocessor alone, a third of
+    """The messages of the compiler for hal/board.h with this board file; "" if nothing. action -E: the preprocessor alone, a third of
     the time."""
     command = [*(compiler or CC), *STRICT, f"-I{PROJECT}", f'-DLAGLESS_BOARD_FILE="{board}"', *options, "-x", "c", "-", action, "-o",
                os.devnull]
@@ -73,7 +73,7 @@ class BoardFileTest(unittest.TestCase):
         return compiled(self.file, *options, action=action)
 
     def expect_line(self, number, text, *options, says=""):
-        """The first error is of this line of the table, and says this."""
+        """The first error has this line of the table and this text."""
         output = self.output(text, *options, action="-E")
         found = errors(output)
         self.assertTrue(found, f"not refused, or without naming the guide:\n{output}")
@@ -112,7 +112,7 @@ class MissingFacts(BoardFileTest):
         for path in BOARDS:
             text = path.read_text(encoding="utf-8")
             for name in FACT.findall(text):
-                if name == "BOARD_GATE_ACTIVE_HIGH":  # may be left to the build; the desk then takes active high
+                if name == "BOARD_GATE_ACTIVE_HIGH":  # may be left to the build; the host then takes active high
                     continue
                 with self.subTest(board=path.name, name=name):
                     self.expect_line(numbers[name], without(text, name), says="missing")
@@ -309,7 +309,7 @@ class Guide(unittest.TestCase):
         self.assertEqual(sorted(guide_rows()), list(range(1, 22)))
 
     def test_table_and_header_name_the_same_facts_under_the_same_numbers(self):
-        """Of the header: what it asks for, and the number of the message behind the question."""
+        """The conditions of the header, and the number of the message after each."""
         text = header_text().replace("\\\n", " ")
         asked = {"BOARD_GATE_ACTIVE_HIGH": 5}
         for condition, number in re.findall(r"#if ([^\n]*!defined[^\n]*)\n#error\s*\"docs/board\.md, line (\d+):", text):

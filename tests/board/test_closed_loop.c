@@ -159,8 +159,9 @@ static run_error_t measure(uint32_t point)
 /* Every gate edge, the board's own dead time, delays, drops, ADC. What a leg loses grows with the carrier,
  * and at the lowest speed, where it is as large as the EMF, so does what is uncertain of it: the limits there
  * are for the 8 V that the default board's legs lose at 10 kHz while the EMF is as large. The SD under load
- * there is 2.3 to 11 mrad by the seed, of 16. Where the samples of a turn are a whole number the mean under
- * load is twice what it is beside it, 1.7 to 2.1 mrad of 16 seeds on the default board: times 1.5. */
+ * there is 2.3 to 11 mrad by the seed, of 16. With a whole number of samples per turn the mean under load
+ * is twice as large as near such a speed, 1.7 to 2.1 mrad over 16 seeds on the default board; the limit is
+ * 1.5 times this. */
 static void test_real_inverter_and_sensors_keep_the_limits(void)
 {
     const double slow_emf = board_motor.flux_linkage * board_motor.pole_pairs * board_motor.speed * shares[0];

@@ -58,8 +58,7 @@ static run_error_t error_at(double share, double amperes)
 
 #define POINTS 16u
 
-/* The last one is beside a whole number of samples a turn, 21, with which an error comes back turn after
- * turn.
+/* The last speed is near a whole number of samples per turn, 21, with which an error repeats in each turn.
  */
 static double share_of(uint32_t point)
 {
@@ -68,8 +67,8 @@ static double share_of(uint32_t point)
 }
 
 /* Without load the current is 1.6 A, not much more than its ripple, and what is left grows with the
- * speed: 1.4 us of angle at the top. Of seven seeds the largest mean is 8.4 mrad without load and 4.6 with
- * it, the largest SD 2.0 and the largest peak 13.1 mrad; the limits are a quarter above. */
+ * speed: 1.4 us of angle at the top. Over seven seeds the largest mean is 8.4 mrad without load and 4.6
+ * with it, the largest SD 2.0 and the largest peak 13.1 mrad; the limits are a quarter larger. */
 static void test_real_inverter_and_sensors_leave_a_hundredth_of_a_radian(void)
 {
     grid_t grid = grid_of("real, fast", POINTS);

@@ -1,5 +1,5 @@
-/* What stands at the board's pins arrives in the drive as what it is: the chip with its HAL and the
- * conversions of the app, in a world of voltages. What is expected is put together here from the lines of the
+/* The drive gets the quantities whose voltages are at the board's pins: chip, HAL and the conversions of
+ * the app, with voltages as inputs. What is expected is put together here from the lines of the
  * board file as docs/board.md explains them, in double precision. */
 #include <math.h>
 #include <stdio.h>
@@ -95,14 +95,14 @@ static double on_line(line_t line, double pin)
     return line.at_0v + (line.at_3v - line.at_0v) * pin / FULL;
 }
 
-/* So many units that STEP_MA (mV) belong to STEP_MV (mV) at the pin, nothing at ZERO_MV. */
+/* STEP_MA (mV) is the change of the quantity for STEP_MV (mV) at the pin; it is zero at ZERO_MV. */
 static line_t line_of(double zero_mv, double step_milli, double step_mv)
 {
     return (line_t){(0.0 - zero_mv) * step_milli / step_mv / 1e3,
                     (3000.0 - zero_mv) * step_milli / step_mv / 1e3};
 }
 
-/* Five points from end to end, at each one as far beside the middle of a code as can be on both sides. */
+/* Five points over the range, each with the largest offset from the middle of a code on both sides. */
 static void expect_line(const char *what, uint32_t input, line_t line, const float *sample)
 {
     const double limit = HALF_CODE * fabs(line.at_3v - line.at_0v) / 4096.0;

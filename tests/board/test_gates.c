@@ -14,7 +14,7 @@
 #define CYCLE (1.0 / BOARD_SYSCLK_HZ) /* [s] */
 #define NS    1e-9
 
-/* Edges are told in whole ticks: at 100 MHz an odd number of cycles is half a tick off. */
+/* Edges are reported in whole ticks: at 100 MHz an odd number of cycles is half a tick off. */
 #define TICK_OFF (0.51 * TICK)
 
 #define EDGES 40000u
@@ -404,8 +404,8 @@ static void test_the_shortest_dead_time_is_not_less_than_the_demand(void)
     expect_clamps(BOARD_DEAD_BAND_MIN_NS * NS * 1.000001);
 }
 
-/* The voltage of the command of period k acts from t_k+1 to t_k+2: the two edges of each leg's pulse that no
- * dead band shifts stand where that command's duties say. */
+/* The voltage of the command of period k acts from t_k+1 to t_k+2: the two edges of each leg's pulse that
+ * no dead band shifts are at the times of that command's duties. */
 static void test_what_period_k_commands_acts_in_the_next_period_and_no_other(void)
 {
     static const char *const names[3] = {"duty_a", "duty_b", "duty_c"};

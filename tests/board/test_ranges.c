@@ -1,5 +1,5 @@
-/* Ranges and defaults follow the board: a set beyond what its sensors see or its stage stands is refused,
- * with the row's name and range; the defaults are a good set. */
+/* Ranges and defaults follow the board: a set beyond the range of the sensors or the limits of the power
+ * stage is refused, with the name and the range of the parameter; the defaults are accepted. */
 #include <math.h>
 #include <string.h>
 
@@ -50,9 +50,10 @@ static void test_defaults_are_the_board_s_and_a_good_set(void)
                             params.device_resistance);
 }
 
-/* A value beyond the end of each row that follows the board, with the range that is told, and one within it.
- * The current limit is four fifths of what the sensors see, and less than the trip; that is 95 % of it. The
- * register of the dead time holds 1023 cycles. A temperature beyond the sensor's line would never trip. */
+/* A value beyond the end of each row that follows the board, with the range that is reported, and one within
+ * it. The current limit is four fifths of what the sensors see, and less than the trip; that is 95 % of it.
+ * The register of the dead time holds 1023 cycles. A temperature beyond the sensor's line would never trip.
+ */
 static void test_ranges_follow_sensors_stage_and_module(void)
 {
     const double limit = fmin(0.8 * seen(), BOARD_OVERCURRENT_TRIP_MA / 1.2e3);
@@ -72,7 +73,7 @@ static void test_ranges_follow_sensors_stage_and_module(void)
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         const table_row_t *const row = table_by_name(&params_table, rows[n].row);
         params_defaults(&params);
-        params.low_speed_current = 0.0f; /* what wants a current at all is another's matter */
+        params.low_speed_current = 0.0f; /* another rule checks that a current is needed */
         params.turn_off_delay = 0.0f;
         table_set(row, &params, (float)rows[n].beyond);
         expect_refused(rows[n].row, rows[n].beyond, rows[n].min, rows[n].max);

@@ -197,7 +197,7 @@ static void test_a_cut_at_any_octet_of_an_eeprom_leaves_the_old_set_or_the_new_o
 
 /* ---- bad memories ---- */
 
-/* The drive runs on its defaults and says why; nothing can be saved, and nothing is lost. */
+/* The drive runs with its defaults and reports why; nothing can be saved, and nothing is lost. */
 static void expect_defaults_and(const char *error)
 {
     const params_t *active = &rig_state(rig)->app.active;
@@ -238,7 +238,7 @@ static void test_a_data_line_that_stays_low_is_a_stuck_bus_and_gives_the_default
     expect_defaults_and("bus_stuck");
 }
 
-/* As after a reset of the chip in the midst of a read: nine clocks free the line. */
+/* As after a reset of the chip during a read: nine clocks free the line. */
 static void test_a_memory_left_in_a_transfer_is_clocked_out_of_it(void)
 {
     const params_t set = save(6u);

@@ -209,7 +209,7 @@ static void test_a_sensor_at_either_rail_stops_the_drive(void)
 
 /* ---- link ---- */
 
-/* One percent on the good side of a limit nothing, on the other a fault within so many periods. */
+/* One percent on the good side of a limit nothing, on the other a fault within this number of periods. */
 static void expect_link_trip(double limit, double beyond, uint32_t periods, int32_t reason)
 {
     run_put(rig, "dc_voltage", limit - 0.01 * beyond * limit);
@@ -289,7 +289,8 @@ static void test_without_the_enable_input_no_request_turns_a_gate_on(void)
     turn_on();
 }
 
-/* Braking begins after the debounce time, and the gates are off 50 ms later, whether the rotor stands or not.
+/* Braking begins after the debounce time, and the gates are off 50 ms later, whether the rotor is at
+ * standstill or not.
  */
 static void test_a_lost_enable_input_brakes_and_opens_within_50_ms(void)
 {

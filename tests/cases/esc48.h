@@ -1,5 +1,5 @@
-/* Board: for the tests of `lagless tune`, desk48.h but for what follows: 48 V and 50 A at 16 kHz, whose
- * module stands less current (40 A for 50 ms) than its drive may have. */
+/* Board: for the tests of `lagless tune`, as desk48.h with these differences: 48 V and 50 A at 16 kHz; the
+ * module withstands a smaller current (40 A for 50 ms) than the drive may request. */
 #include "tests/board/desk48.h"
 
 #undef BOARD_NAME

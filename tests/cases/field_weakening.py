@@ -17,7 +17,7 @@ from long_runs import DEVICE, LINK, VOLTAGE, at, column, first, mean, peak, reco
 FLUX, P, R, J, CURRENT = 0.1, 4, 0.95, 0.01, 15.0
 FAMILY = {1.0: 8e-3, 2.0: 20e-3, 3.0: 20e-3, 4.0: 20e-3}
 SIX_STEP = 0.98 * (0.92 * 2 / math.pi - 4 / math.pi * 0.023) * LINK
-TOP = {1.0: 2.4, 2.0: 3.0, 3.0: 3.0, 4.0: 3.0}  # of the base speed; the link stands no more at L_q = L_d
+TOP = {1.0: 2.4, 2.0: 3.0, 3.0: 3.0, 4.0: 3.0}  # of the base speed; at L_q = L_d the link withstands no higher speed
 NAMES = ("true_omega_m", "theta_hat_err", "i_alpha", "i_beta", "true_torque", "u_d_ref", "u_q_ref", "u_dc", "omega_m_ref", "lock_losses",
          "fault_reason")
 
@@ -26,7 +26,7 @@ Data = collections.namedtuple("Data", "p r l_d l_q flux j current")
 
 
 class Motor:
-    """Of linear inductances; another law replaces flux_q, mtpa, most and own_rows."""
+    """A motor with constant inductances; another law replaces flux_q, mtpa, most and own_rows."""
 
     def __init__(self, ratio, data=None, top=0.0, trip=1.1):
         self.current = 0.0  # of the last steady() [A]
@@ -89,7 +89,7 @@ class Motor:
         return sum(step * self.data.j / self.most(begin + (n + 0.5) * step) for n in range(parts))
 
     def own_rows(self, trip):
-        """Of parameters and plant: the observer of this motor, and nothing more."""
+        """Parameters and plant values: only those of the observer and this motor."""
         gain = 1.3 * (self.data.flux + self.saliency * self.data.current) * self.data.p * trip
         slope = 1.6 * self.l_q / (gain * 1e-4)
         return f"observer_gain = {gain}\nobserver_slope = {slope}\nestimate_current_max = {4.0 / slope}\n", ""
@@ -186,7 +186,7 @@ class FieldWeakening(unittest.TestCase):
                     self.assertLess(abs(voltage - VOLTAGE), 0.005 * LINK / math.sqrt(3), (times, voltage, VOLTAGE))
 
     def test_a9_most_torque_at_constant_speed(self):
-        """Of the most torque that any i_d makes 1 % is missing at most (at 4 L_d and 2.9 times the base speed), with no longer current."""
+        """The torque is at most 1 % below the largest torque of any i_d (at 4 L_d and 2.9 times the base speed), with no larger current."""
         for ratio, times in share(itertools.product((2.0, 3.0, 4.0), (0.5, 1.0, 1.5, 2.0, 2.9)), 1):
             with self.subTest(ratio=ratio, times=times):
                 motor = Motor(ratio)
@@ -199,8 +199,8 @@ class FieldWeakening(unittest.TestCase):
                 self.assertLess(motor.current, 1.005 * CURRENT)
 
     def test_over_modulation(self):
-        """Up to six-step the angle stays, since the observer has the voltage of the duties. Of the most torque at this voltage the answer of
-        current control to the sixfold current takes up to 7 %."""
+        """Up to six-step the angle stays, since the observer has the voltage of the duties. The response of the current control to the
+        current of six times the frequency reduces the largest torque at this voltage by up to 7 %."""
         cells = [(ratio, times, use) for ratio, use in itertools.product(FAMILY, (0.93, 1.1)) for times in (1.5, 2.0)]
         for ratio, times, use in share(cells, 1):
             with self.subTest(ratio=ratio, times=times, use=use):
@@ -274,8 +274,8 @@ class FieldWeakening(unittest.TestCase):
                 self.assertLess(peak(rows, 2.15, reacts), 200.0)
 
     def test_a19_reference_motors(self):
-        """All of the torque up and down, and two thirds of the current at four speeds. Of the mean 1.2 mrad, and of the deviation 2 mrad,
-        are allowed where the line has less."""
+        """All of the torque up and down, and two thirds of the current at four speeds. The limits are at least 1.2 mrad for the mean and 2
+        mrad for the deviation."""
         for name in share(REFERENCE, 1):
             data, top, (up, down), steady = REFERENCE[name]
             motor = Motor(data.l_q / data.l_d, data, top, 1.3)

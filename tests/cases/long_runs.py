@@ -2,7 +2,7 @@
 
 usage: NAME.py [--long] LAGLESS FOLDER
 
-Of a grid a share is drawn by LAGLESS_GRID_SEED (the date, UTC, as YYYYMMDD), with --long all of it runs."""
+LAGLESS_GRID_SEED (the date, UTC, as YYYYMMDD) selects the share of a grid that runs; with --long the whole grid runs."""
 import csv
 import datetime
 import itertools
@@ -58,7 +58,7 @@ def mean(values):
 
 
 def peak(rows, begin, end=1e9):
-    """Of the angle's error [mrad]."""
+    """Mean, SD and peak of the angle error [mrad]."""
     return 1e3 * max(map(abs, column(rows, "theta_hat_err", begin, end)))
 
 

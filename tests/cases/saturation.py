@@ -106,7 +106,7 @@ class Saturation(unittest.TestCase):
         self.assertLess(seen["time"], 1.04, seen)
 
     def written(self, name, points, head="i_d, i_q [A], psi_d, psi_q"):
-        """A scenario with this map in a file beside it: two thirds of the current at 300 r/min."""
+        """A scenario with this map in a file in the same folder: two thirds of the current at 300 r/min."""
         (FOLDER / f"{name}.csv").write_text("# a map\n" + "\n".join([head, *points]) + "\n")
         return Saturating().held(300 * RPM, 9.0).replace(f"saturation_q = {I_S}", f'flux_map = "{name}.csv"')
 

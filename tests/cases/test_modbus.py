@@ -1,5 +1,5 @@
-"""The drive as a server of Modbus RTU on the chip's serial line: mbpoll, unmodified, reads a signal and starts the motor, and its silence
-stops it; wrong frames and forbidden writes get what docs/modbus.md says. usage: test_modbus.py LAGLESS FOLDER"""
+"""The drive as a server of Modbus RTU on the chip's serial line: mbpoll, unmodified, reads a signal and starts the motor, and the motor
+stops when mbpoll is silent; wrong frames and forbidden writes get the answers of docs/modbus.md. usage: test_modbus.py LAGLESS FOLDER"""
 import json
 import os
 import pathlib

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The page of `lagless scope` in a headless Chromium when the drive does not do what was asked, and when the link is lost.
+"""The page of `lagless scope` in a headless Chromium when the drive does not follow a request, and when the link is lost.
 usage: test_scope_page.py LAGLESS FOLDER    screenshots go to FOLDER
 
 Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: chromium, chromedriver or uPlot is missing."""
@@ -131,7 +131,7 @@ class Page(Bench):
             self.run("[...document.querySelectorAll('#found button')].find(b => b.textContent.split(/\\s/)[0] === arguments[0]).click()", name)
             self.wait(f"scope.state.choice.signals.length === {count} && scope.ring.total > 1000", name)
         time.sleep(6)  # a window of it
-        share = self.run(BAND)  # the rotor stands, and all angles are equally probable
+        share = self.run(BAND)  # the rotor is at standstill, and all angles are equally probable
         if not share > 0.8:
             raise Fault(f"the band covers {share:.2f} of the panel")
         self.shoot("band")

@@ -1,4 +1,4 @@
-"""What the scope says of a drive that does not do what was asked. Without a browser: a client listens as a page does.
+"""The messages of the scope about a drive that does not follow a request. Without a browser: a client listens as a page does.
 usage: test_scope_state.py LAGLESS FOLDER"""
 import pathlib
 import sys

@@ -126,7 +126,8 @@ static void test_what_follows_a_spoilt_frame_without_a_pause_is_dropped(void)
     is_spoilt_and_acts_again();
 }
 
-/* An octet may have been the end of anything: what comes at once behind it is not taken for a beginning. */
+/* The previous octet may have been the end of any frame: an octet directly after it is not taken for the
+ * beginning of a frame. */
 static void test_a_good_frame_right_behind_a_break_is_dropped(void)
 {
     const double frames = value("line_frames");

@@ -60,7 +60,7 @@ static void put_frame(stream_t *stream, const uint8_t *packet, uint32_t count)
     TEST_ASSERT_TRUE(stream->count <= OCTETS_MAX);
 }
 
-/* A write of these bits: each command so many times. */
+/* A write of these bits: each command this number of times. */
 static stream_t write_of(uint8_t extension, uint32_t id, uint32_t bits, uint32_t chooses, uint32_t downloads)
 {
     stream_t stream = {.counter = 0x00FFu + 1u};
@@ -192,8 +192,8 @@ static void every_error_of(const stream_t *stream)
     TEST_ASSERT_EQUAL_UINT32(bits + bits * (bits - 1u) / 2u + 127u * (bits - 7u), trials);
 }
 
-/* A write of each kind, with what the drive has before it. Of those of codes the row is written, one bit of
- * the address away from another: fault_reset beside enable, i_d_request beside i_q_request. A stop does not
+/* A write of each kind, with what the drive has before it. Writes whose address differs by one bit from
+ * that of another row: fault_reset and enable, i_d_request and i_q_request. A stop does not
  * become a start, and a start is a start or nothing. */
 static void expect_what_was_sent_or_nothing(uint8_t extension, const char *name, uint32_t bits, bool number)
 {
@@ -270,7 +270,7 @@ static void test_behind_a_lost_frame_nothing_acts_until_synch_and_a_new_address(
     stream_t chosen = all;
     chosen.count = 28u; /* two SET_MTA of 14 octets each */
     stream_t lost = {.counter = all.counter};
-    put_frame(&lost, synch, sizeof synch); /* which nobody hears */
+    put_frame(&lost, synch, sizeof synch); /* which no one hears */
     stream_t last = {.counter = lost.counter};
     put_frame(&last, all.octets + 32u, 6u); /* the DOWNLOAD */
     begin_anew();
@@ -281,7 +281,7 @@ static void test_behind_a_lost_frame_nothing_acts_until_synch_and_a_new_address(
     TEST_ASSERT_TRUE(same(&old, &is));
     TEST_ASSERT_EQUAL_UINT32(1u, positive); /* SET_MTA */
     TEST_ASSERT_EQUAL_UINT32(errors + 1u, receiver.errors);
-    stream_t after = {.counter = last.counter + 5u}; /* the master counts on, whatever was lost */
+    stream_t after = {.counter = last.counter + 5u}; /* the master continues to count, also after a loss */
     put_frame(&after, synch, sizeof synch);
     uint8_t download[6] = {0xF0, 4};
     frames_put_long(download + 2, frames_code(id_of("enable"), REQUEST_ON));
@@ -325,7 +325,7 @@ static void test_connect_begins_a_new_count_anywhere(void)
 
 /* ---- codes ---- */
 
-/* Of every named value that acts at once, in all tables of the line. */
+/* For every named value that takes effect at once, in all tables of the line. */
 static void test_any_two_codes_differ_in_eight_bits(void)
 {
     uint32_t codes[64];

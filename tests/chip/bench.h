@@ -63,7 +63,7 @@ extern uint64_t bench_sample_at[1024];                     /* [ticks] their entr
 extern uint16_t bench_codes[16];                           /* mirror results at the last one */
 extern uint16_t bench_compare[3];                          /* what the interrupt writes */
 extern uint32_t bench_first_leg;                           /* to this ePWM (1..4) and the next two */
-extern chip_world_t bench_world;                           /* what stands around the pins */
+extern chip_world_t bench_world;                           /* the circuit at the pins */
 extern void (*bench_on_world)(uint64_t tick, bool analog); /* the world's answer to a callback; NULL: none */
 extern void (*bench_in_interrupt)(void);                   /* more to do there; NULL: nothing */
 

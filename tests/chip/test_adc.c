@@ -115,7 +115,7 @@ static void test_clock_prescalers(void)
     TEST_ASSERT_EQUAL_UINT64(soc + 168u + 96u, bench.sample[1].tick);
 }
 
-/* Two to eight pairs, every channel once: CONV00..07 stand in the first two channel registers. */
+/* Two to eight pairs, every channel once: CONV00..07 are in the first two channel registers. */
 static void test_sequences_of_two_to_eight_pairs(void)
 {
     for (uint32_t pairs = 2u; pairs <= 8u; pairs++) {
@@ -204,7 +204,7 @@ static void test_boot_rom_has_copied_the_calibration(void)
     TEST_ASSERT_EQUAL_UINT16(2048u, converted(1.5));
 }
 
-/* Started by a debugger nobody has copied the two words. */
+/* If a debugger starts the program, the boot ROM has not copied the two words. */
 static void test_uncalibrated_converter_is_off_until_software_copies_the_words(void)
 {
     chip_power_on_by_debugger(&bench_chip, 30000000u);

@@ -152,7 +152,8 @@ static void test_same_events_on_modules_4_to_6(void)
     same_events(&(board_t){20000000u, 4u, true, PERIOD_WORD, ALC, 5000u, 201u, 201u});
 }
 
-/* Tripped, nobody sees edges; on the release the pins show what the legs have come to meanwhile. */
+/* While tripped, no edge is visible; after the release the pins show the levels that the legs have reached.
+ * */
 static void test_release_of_blind_legs_shows_the_true_state(void)
 {
     const board_t shape = {20000000u, 4u, false, PERIOD_WORD, AHC, 5000u, 301u, 298u};
@@ -181,7 +182,7 @@ static void test_release_of_blind_legs_shows_the_true_state(void)
     }
 }
 
-/* CMPA = 200 is shorter than the dead bands, so the last edge of a period nobody saw comes after the next
+/* CMPA = 200 is shorter than the dead bands, so the last edge of a period no one saw comes after the next
  * zero: 298 - 200 counts after it on the lower gate, 301 - 200 on the upper. 1.5 ticks a count. */
 static void test_dead_band_of_a_blind_period_reaches_over_zero(void)
 {
@@ -380,7 +381,7 @@ static void test_zeros_ahead_of_a_divided_up_counter(void)
     TEST_ASSERT_EQUAL_UINT64(start + 20000u, chip_carrier_zero(&bench_chip, 3u));
 }
 
-/* ePWM2 counting on its own has no place beside legs on 4..6. */
+/* ePWM2 must not count independently while the legs are on 4..6. */
 static void test_another_counter_beside_the_legs_is_not_plain(void)
 {
     for (uint32_t led = 0u; led < 2u; led++) {

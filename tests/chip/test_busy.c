@@ -92,7 +92,8 @@ static void test_what_is_written_after_the_work_is_written_then(void)
     TEST_ASSERT_EQUAL_UINT64(start + CARRIER + 5000u, chip_now(&bench_chip));
 }
 
-/* Written in time for the zero of period 5, or just after it: of period 6. A leg is high for twice its
+/* A write in time for the zero of period 5 acts there; a write just after it acts at the zero of period 6.
+ * A leg is high for twice its
  * compare value, 3000 before and 2000 after, less the dead band of 450. */
 static void high_after(uint64_t ticks, uint64_t high_5, uint64_t high_6)
 {
@@ -115,7 +116,7 @@ static void test_compare_values_written_after_the_zero_act_a_period_later(void)
     high_after(CARRIER - ENTRY - LATENCY + 1u, 6000u, 4000u);
 }
 
-/* Of another group; the trip of the gates itself needs no software. */
+/* An interrupt of another group; the trip of the gates itself needs no software. */
 static void test_an_interrupt_waits_for_the_one_that_works(void)
 {
     work = WORK;

@@ -290,7 +290,7 @@ static void test_release_at_the_tick_of_an_edge(void)
     TEST_ASSERT_EQUAL_HEX32(2u, bench.edge[0].level);
 }
 
-/* A write that ends the plain set-up in the middle of a period nobody was shown. */
+/* A write that ends the plain set-up in the middle of a period whose edges were not read. */
 static void test_leaving_the_plain_set_up_in_an_averaged_period(void)
 {
     for (uint32_t phase = 0u; phase < CARRIER; phase += 611u) {

@@ -99,7 +99,7 @@ static void test_free_counters_run_on(void)
     }
 }
 
-/* A counter beside the legs stops, the legs run on alone; with the CPU it goes on too. */
+/* A counter that is not one of the legs stops, while the legs continue; with the CPU it continues too. */
 static void test_a_stopped_neighbour_of_free_legs_goes_on_after_the_halt(void)
 {
     start_with(2u);

@@ -29,7 +29,7 @@ static uint32_t count_after(uint64_t ticks)
 
 static void test_counts_the_way_since_enabling(void)
 {
-    bench.encoder_offset = 123456; /* where the shaft stands does not matter */
+    bench.encoder_offset = 123456; /* the position of the shaft at rest does not matter */
     enable(0u);
     TEST_ASSERT_EQUAL_UINT32(0u, count_after(1000u));
     bench.encoder_offset += 17;
@@ -216,7 +216,7 @@ static void on_eqep(void)
     bus_write16(&PIE->PIEACK, 1u << 4);
 }
 
-/* To the count that an index pulse stands for, any turn of it; the way goes on from there. */
+/* To the count of an index pulse in any turn; the motion continues from there. */
 static void test_alignment_sets_the_count_and_is_no_edge(void)
 {
     enable(0u);

@@ -80,7 +80,8 @@ static void prepare(uint16_t slave, uint32_t at, uint16_t count)
     bus_write16(&I2CA->I2CDXR, (uint16_t)(at & 0xFFu));
 }
 
-/* So many octets from `first` up; returns the flags once the transfer is over, STOP sent where it is needed.
+/* This number of octets from `first` up; returns the flags once the transfer is over, STOP sent where it is
+ * needed.
  */
 static uint16_t write_octets(uint32_t at, uint16_t first, uint16_t count)
 {

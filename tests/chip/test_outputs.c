@@ -207,7 +207,7 @@ static void test_one_shot_cannot_be_cleared_while_the_pin_is_low(void)
     bench_forget();
     clear(TZ_OST);
     TEST_ASSERT_EQUAL_HEX16(0u, EPWM(1u)->TZFLG);
-    TEST_ASSERT_EQUAL_UINT32(1u, bench.edges); /* back to what the dead band says: lower on */
+    TEST_ASSERT_EQUAL_UINT32(1u, bench.edges); /* back to the state of the dead band: lower on */
     TEST_ASSERT_EQUAL_HEX32(2u, bench.edge[0].level & 3u);
 }
 

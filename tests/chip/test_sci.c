@@ -298,7 +298,7 @@ static uint32_t random_bits(uint32_t *seed)
     return *seed >> 8;
 }
 
-/* All that came, with its flags, when somebody looked every `often` ticks. */
+/* All that came, with its flags, when read every `often` ticks. */
 static uint32_t what_came(uint64_t until, uint64_t often, uint16_t words[16])
 {
     while (chip_now(&bench_chip) < until) {
@@ -313,7 +313,7 @@ static uint32_t what_came(uint64_t until, uint64_t often, uint16_t words[16])
     return count;
 }
 
-/* Whatever is on the line, at whatever rate: looking changes nothing, and there is an end. */
+/* For any octets on the line and any rate: reading the state changes nothing, and the transfer ends. */
 static void test_random_levels_give_the_same_octets_however_often_one_looks(void)
 {
     uint32_t seed = 1u, octets = 0u, marked = 0u;

@@ -1,4 +1,5 @@
-/* Clocks, flash, watchdog, EALLOW, access widths. The crystal is 30 MHz = 5 ticks if nothing else is said. */
+/* Clocks, flash, watchdog, EALLOW, access widths. The crystal has 30 MHz = 5 ticks unless stated otherwise.
+ * */
 #include <string.h>
 #include <unity.h>
 

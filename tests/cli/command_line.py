@@ -83,7 +83,7 @@ class TestCase(stuck.TestCase):
         return server, match[1]
 
     def refuses(self, *rows):
-        """Each a command line and what it is told: exit code 2."""
+        """Each row is a command line and the texts of its message: exit code 2."""
         for arguments, *fragments in rows:
             with self.subTest(arguments=arguments):
                 self.expect(2, lagless(*arguments), *fragments)
@@ -93,7 +93,7 @@ class TestCase(stuck.TestCase):
         return self.write(name, STEP % duration + "".join(more))
 
     def expect(self, code, done, *fragments):
-        """That a run ended with this exit code and told these fragments, on either stream."""
+        """Checks that a run ended with this exit code and printed these fragments, on either stream."""
         told = (done.stdout or "") + (done.stderr or "")
         self.assertEqual(code, done.returncode, told)
         for fragment in fragments:

@@ -44,7 +44,7 @@ class CommandLine(TestCase):
     def test_met_expectations_give_0_and_failed_ones_1_and_valid_json(self):
         met = lagless("run", self.scenario())
         self.expect(0, met, "met")
-        self.assertNotIn("\033", met.stdout)  # no colours where nobody sees them
+        self.assertNotIn("\033", met.stdout)  # no colours in a pipe
         self.expect(1, lagless("run", self.scenario(at_least="5000 r/min")), "FAILED", "at least 5000 r/min")
         done = lagless("run", self.scenario(at_least="5000 r/min"), "--json")
         self.assertEqual(1, done.returncode)
@@ -87,7 +87,7 @@ class CommandLine(TestCase):
             kind = {comparison, when, reaction, rate, "limit" if limit else "none"}
             if kind <= kinds:
                 continue
-            kinds |= kind  # each word is told once by itself
+            kinds |= kind  # each word is reported once by itself
             for wish in (name, number):
                 self.assertEqual(reasons[name], json.loads(lagless("explain", wish, "--json").stdout))
             text = lagless("explain", name).stdout
@@ -290,7 +290,7 @@ class CommandLine(TestCase):
         self.assertEqual({"fig08", "fig12"}, {row["id"].split(".")[0] for row in rows})
         ours = {row["id"]: row["ours"] for row in rows}
         self.assertAlmostEqual(0.32, ours["fig12.i_d.ideal"], delta=0.02)  # 4 A sin(0.08)
-        self.assertEqual([], os.listdir(self.folder))  # no report unless told where
+        self.assertEqual([], os.listdir(self.folder))  # no report without a folder
 
     def test_paper_prints_a_table_and_the_ideal_beside_the_real(self):
         done = lagless("paper", "fig12", cwd=self.folder, env=NO_PICTURES)
@@ -388,7 +388,7 @@ class CommandLine(TestCase):
             "0.3 s", ("0.15", "plant.dc_voltage = 450"), ("0.16", "plant.dc_voltage = 311\nrequests.enable = \"off\""),
             ("0.2", "requests.fault_reset = \"yes\""))
         self.assertEqual("none", result["fault_reason"])
-        self.assertEqual(recording[1501 - (KEPT - 1):1502], history)  # dc_overvoltage takes two in a row
+        self.assertEqual(recording[1501 - (KEPT - 1):1502], history)  # dc_overvoltage takes two in succession
         done = lagless("run", self.scenario(), "--json", "--force", "--out", self.folder)
         self.assertEqual([self.folder + "/a.csv"], json.loads(done.stdout)["files"])
         self.assertFalse(os.path.exists(os.path.join(self.folder, "a_fault.csv")))

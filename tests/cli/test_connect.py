@@ -29,7 +29,7 @@ load_torque = "0.5 N m"
 fidelity = "averaged"
 """
 
-# Turns by itself from the start: whoever only listens hears what `lagless run` records.
+# Turns by itself from the start: the program that only listens hears what `lagless run` records.
 TURNING = """schema = 1
 title = "Turning"
 [run]
@@ -444,7 +444,7 @@ class Terminal(Case):
     """At a terminal: a prompt, and where the build has libedit, completion by the tabulator."""
 
     def begins(self, server):
-        """What it says up to its prompt; the terminal ends with the test."""
+        """Its output up to the prompt; the terminal ends with the test."""
         self.child, self.terminal = pty.fork()
         if self.child == 0:
             os.environ["TERM"] = "vt100"
@@ -498,7 +498,7 @@ class Terminal(Case):
     def test_ctrl_d_that_is_typed_while_a_command_runs_ends_the_session_behind_it(self):
         self.begins(self.serve())
         os.write(self.terminal, b"wait 0.5 s\n")
-        time.sleep(0.2)  # in the midst of it
+        time.sleep(0.2)  # while it runs
         os.write(self.terminal, b"\x04")
         self.ends(0)
 

@@ -13,7 +13,7 @@ from command_line import document
 
 PAGE = document("docs/experiments.md")
 
-# 10 periods of a rig that stands: the load goes from 0 to 4.5 N m in steps of 0.5.
+# 10 periods of a rig at standstill: the load goes from 0 to 4.5 N m in steps of 0.5.
 STANDING = """schema = 1
 title = "stands"
 [run]
@@ -56,7 +56,7 @@ class Test(command_line.TestCase):
         return {row["id"]: row for row in json.loads(done.stdout)}
 
     def refused(self, text, place, *fragments):
-        """place: what stands in the line that the message is about."""
+        """place: a text of the line that the message names."""
         line = text[:text.index(place)].count("\n") + 1 if place else None
         done = self.lagless("paper", self.write(text))
         self.expect(2, done, f"./my.toml:{line}:" if line else "./my.toml:", *fragments)
@@ -131,7 +131,7 @@ class Test(command_line.TestCase):
         self.assertEqual("low: 0.02", rows["grid.j.low"]["condition"])
         self.assertEqual({"holds"}, {row["verdict"] for row in rows.values()})
 
-    # Of three inertias 1, 2, 4 kg m^2 and two ends of the load.
+    # For three inertias 1, 2, 4 kg m^2 and two ends of the load.
     GRID = STANDING.replace("[[measure]]", '[[sweep]]\nname = "j"\nrow = "plant.inertia"\nvalues = [1, 2, 4]\nnames = ["a", "b", "c"]\n'
                             '[[sweep]]\nname = "end"\n[[sweep.point]]\nname = "low"\nnumber = 3\n[[sweep.point]]\nname = "high"\nnumber = 5\n'
                             'at = [{time = "0.9 ms", plant.load_torque = 9}]\n[[measure]]', 1)
@@ -338,8 +338,8 @@ class Test(command_line.TestCase):
                 (table.replace("column = [", "column = [] #"), "[table]", ("there are 0 columns", "1 to 16")),
                 (table + '[trace]\ncolumn = [{name = "load", signal = "plant.load_torque"}]\n', "[table]", ("the file has a [trace]", "one of them")),
                 (let.replace("mine", '"5 N m"'), '"5 N m" =', ("no plain word",)),
-                (let.replace("mine =", "lost ="), "lost = ", ("lost", "means something in expressions already")),
-                (let.replace("mine =", "end ="), "end = \"load", ("end", "means something in expressions already")),
+                (let.replace("mine =", "lost ="), "lost = ", ("lost", "already has a meaning in expressions")),
+                (let.replace("mine =", "end ="), "end = \"load", ("end", "already has a meaning in expressions")),
                 (let.replace('mine = "load.mean"', "mine = 5"), "mine = ", ("mine", "accepted: text")),
                 (let.replace('mine = "load.mean"', 'mine = "lod.mean"'), "mine = ", ("mine", "lod.mean is neither")),
                 (let.replace('mine = "load.mean"', 'mine = "mine + 1"'), "mine = ", ("mine", "too deep")),
@@ -393,7 +393,7 @@ class Test(command_line.TestCase):
         text = self.read("found/run-000000.toml")
         self.assertIn("plant.load_torque = 2", text)
         self.assertIn("at_most", text)
-        # made as small as it gets: what fails needs no error at all, of the plant or of what is assumed of it
+        # fully minimised: the failure needs no error of the plant or of the assumed values
         self.assertNotIn("resistance", text)
         self.assertNotIn("[params]\nmotor", text)
 

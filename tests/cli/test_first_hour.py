@@ -77,7 +77,7 @@ class OneFolder(FirstHour):
 
 
 class Output(FirstHour):
-    """(b) Output that nobody took is exit 3, whatever was done; (f) so is a folder that cannot be written."""
+    """(b) Output that cannot be written gives exit 3 for each command; (f) so does a folder that cannot be written."""
 
     COMMANDS = (["--help"], ["--version"], ["scenarios"], ["params"], ["signals", "--json"], ["explain"], ["explain", "21"],
                 ["run", "--help"], ["run", "bare_motor"], ["run", "bare_motor", "--json"], ["run", "nosuch", "--json"], ["reference"],
@@ -131,7 +131,7 @@ class Report(FirstHour):
 
 
 class Names(FirstHour):
-    """(h) One name for so many periods a sample; stdin; what --set can do."""
+    """(h) One name for the number of periods per sample; stdin; what --set can change."""
 
     def test_every_means_the_same_wherever_it_stands(self):
         times = []
@@ -213,7 +213,7 @@ class Measures(FirstHour):
 
 
 class Tables(FirstHour):
-    """(j) What is listed is complete, and stands in columns."""
+    """(j) What is listed is complete, and is in columns."""
 
     def test_columns_begin_where_they_begin_in_every_line(self):
         for command, pattern in ((["explain"], r"^ *\d+ +\w+ +(?=\S)"), (["scenarios"], r"^\w+ +[\d.]+ s +(?=\S)"),
@@ -236,7 +236,7 @@ class Tables(FirstHour):
 
 
 class Documents(FirstHour):
-    """(e) Lines of the documents work right after the steps above them; (j), (k) what they say of CSV, JSON and exit codes holds."""
+    """(e) Lines of the documents work right after the steps above them; (j), (k) their statements on CSV, JSON and exit codes hold."""
 
     def blocks(self):
         """Indented blocks of the documents, with the lines above them in that document."""

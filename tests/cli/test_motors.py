@@ -1,4 +1,4 @@
-"""`lagless motors` and `lagless tune`, and the page that tells of them. usage: test_motors.py LAGLESS FOLDER ROOT"""
+"""`lagless motors` and `lagless tune`, and the page that describes them. usage: test_motors.py LAGLESS FOLDER ROOT"""
 
 import json
 import os

@@ -22,7 +22,7 @@ class Overwrite(TestCase):
         return os.path.join(self.folder, name)
 
     def keeps(self, name, code, *arguments, fragments=(), **settings):
-        """That a command leaves this file as it is, and says which it is."""
+        """Checks that a command does not change this file, and names it."""
         before = self.read(name)
         done = lagless(*arguments, **settings)
         self.expect(code, done, name, *fragments)

@@ -13,8 +13,8 @@ import sys
 import tomllib
 
 CAMPAIGNS = (("120", "4"), ("60", "5"), ("200", "2"))  # runs, seed
-EVENTS_MOST = 3  # switched on, asked for a speed, and one more
-ROWS_MOST = 40   # set in a scenario that was made small
+EVENTS_MOST = 3  # switched on, requested a speed, and one more
+ROWS_MOST = 40   # set in a scenario that was minimised
 SHARDS = 12
 
 
@@ -23,7 +23,7 @@ def rows(scenario):
 
 
 def found_by(lagless, planted, folder, runs, seed, shard):
-    """The scenarios that tell the planted program from the right one: events, rows, path."""
+    """The scenarios whose results differ between the program with the planted defect and the right one: events, rows, path."""
     shutil.rmtree(folder, ignore_errors=True)
     subprocess.run([planted, "campaign", "--runs", runs, "--seed", seed, "--shard", f"{shard}/{SHARDS}", "--out", folder])
     for path in sorted(glob.glob(os.path.join(folder, "run-*.toml"))):

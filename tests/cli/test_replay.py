@@ -67,7 +67,7 @@ def sealed(text):
 
 class Replay(command_line.TestCase):
     def saved(self, scenario):
-        """The file of a fault, saved over the serial line, and what the drive says about that fault."""
+        """The file of a fault, saved over the serial line, and the report of the drive about that fault."""
         path = os.path.join(self.folder, "field.replay")
         _, target = self.serve(self.write("field.toml", scenario), "--quiet", "--serial", place=r"(\S+)")
         done = self.expect(0, lagless("connect", target, "--json", timeout=120, input="\n".join([

@@ -102,7 +102,7 @@ class Pages(TestCase):
 
 
 class Version(TestCase):
-    """CMake's project() has it; everything else says the same."""
+    """CMake's project() has the version; all other places have the same."""
 
     def test_every_place_has_the_version_of_the_project(self):
         version = re.search(r"project\(lagless VERSION ([\d.]+)", document("CMakeLists.txt"))[1]

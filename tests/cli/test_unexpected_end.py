@@ -1,5 +1,5 @@
-"""What the end of a run says: one with a fault or a lasting refusal fails, unless an expectation names that end; a drive that never came
-on is told, and what was met by that fails. usage: test_unexpected_end.py LAGLESS FOLDER"""
+"""The verdict on the end of a run: a run with a fault or a lasting refusal at its end fails, unless an expectation names that end. A drive
+that was never on is reported, and expectations that are met only for this reason fail. usage: test_unexpected_end.py LAGLESS FOLDER"""
 
 import json
 import os
@@ -64,7 +64,7 @@ ENDS = (
     # a drive that is never on: what is met since nothing happened fails
     (HOLDS + STATE, "0.2 s", 0, "met", "end state operation_enabled\n"),
     (DEAD + HOLDS + STATE, "0.2 s", 1, NEVER_ON, "FAILED", "at most 1000 r/min; the drive never came on\n", "met         last of state", UNNAMED),
-    (DEAD + HOLDS + at("0.15 s", 'requests.enable = "off"'), "0.2 s", 1, "never on"),  # also if it is not asked to be on at the end
+    (DEAD + HOLDS + at("0.15 s", 'requests.enable = "off"'), "0.2 s", 1, "never on"),  # also if it is not commanded on at the end
     (DEAD + HOLDS + 'needs_drive = "no"\n', "0.2 s", 0, "never on: "),
     (SAG + back("1.9 s") + 'needs_drive = "no"\n', "2 s", 1, UNNAMED),  # that was on
     (HOLDS + 'needs_drive = "perhaps"\n', "0.2 s", 2, "needs_drive", "accepted: yes, no"),

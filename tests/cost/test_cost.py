@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of tools/cost, whose sums are held against tools/target/cost.json in each check: what a load, a store, a constant of the M4F
+"""Tests of tools/cost, whose sums are compared with tools/target/cost.json in each check: what a load, a store, a constant of the M4F
 costs on a C28x. Expected by the C28x's addressing modes: *+XARn[3 bits], *-SP[6 bits], *XARn++, *+XARn[AR0] after a load of AR0; MOVIZ and MOVXI; MOVL XARn with 22 bits."""
 import contextlib
 import io
@@ -77,7 +77,7 @@ def weights(line, literals=()):
 
 
 def refusal(action, *arguments):
-    """Exit code and message of what must not go on."""
+    """Exit code and message of the cases that must stop."""
     message = io.StringIO()
     with contextlib.redirect_stderr(message):
         try:

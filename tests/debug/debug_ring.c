@@ -2,7 +2,8 @@
  * run does it. Honours LAGLESS_STOP.
  *
  * usage: debug_ring PERIODS [FAULT_PERIOD] [exact]
- * The drive is told to turn at 600 r/min from the start; 2 N m from period 4000 on; the power module reports
+ * The drive is commanded to turn at 600 r/min from the start; 2 N m from period 4000 on; the power module
+ * reports
  * a fault from FAULT_PERIOD on. exact: with ideal sensors, whose interrupt is another one. */
 #include <errno.h>
 #include <inttypes.h>

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The debugger's commands, in gdb sessions on debug_ring: going to periods and back, until-fault, why, registers, printers,
-wrong use; the front-end protocol as VS Code speaks it, with what .vscode/launch.json says; and tools/debug.
+wrong use; the front-end protocol as VS Code uses it, with the settings of .vscode/launch.json; and tools/debug.
 
 usage: test_debug.py --root FOLDER --program DEBUG_RING
 Ends with 77 (skipped) where no gdb with Python can run a program."""
@@ -125,7 +125,7 @@ def session(*commands, arguments=("200000",)):
 
 
 def place(text):
-    """(period, tick) out of what where-time says."""
+    """(period, tick) from the output of where-time."""
     match = re.fullmatch(r"period (\d+), [0-9.]+ s \+ [0-9.]+ us; chip tick (\d+) of 150 MHz", text)
     assert match, text
     return int(match[1]), int(match[2])
@@ -226,7 +226,7 @@ class FaultTest(unittest.TestCase):
     HISTORY = re.compile(r"(?m)^  the last (\d+) of (\d+) periods that the drive has kept:\n((?:    .*\n?)+)")
 
     def history(self, why):
-        """(shown, kept, {row: [(unit, value, ...)]}) of the table in what why says; the first column is `period`."""
+        """(shown, kept, {row: [(unit, value, ...)]}) of the table in the output of why; the first column is `period`."""
         match = self.HISTORY.search(why)
         self.assertIsNotNone(match, why)
         names, units, *rows = match[3].splitlines()

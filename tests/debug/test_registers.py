@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""What the debugger's helpers know without gdb: bit fields of the registers, against hal/f28335/registers.h, and the
-reading of times.
+"""The debugger's helpers without gdb: bit fields of the registers, compared with hal/f28335/registers.h, and the reading of times.
 
 usage: test_registers.py --root FOLDER"""
 import argparse

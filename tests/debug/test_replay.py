@@ -1,5 +1,5 @@
 """tools/debug on a record of a drive: it stops in the period of the fault; and that the recorded structs consist of slots, so that a
-record of the chip has the layout of the desk. usage: test_replay.py --root FOLDER --program LAGLESS (of the preset debug)
+record of the chip has the layout of the host. usage: test_replay.py --root FOLDER --program LAGLESS (of the preset debug)
 Ends with 77 (skipped) where there is no gdb with Python."""
 import argparse
 import pathlib

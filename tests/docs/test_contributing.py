@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """docs/CONTRIBUTING.md names commits as examples: the files it names with each are there, and the commit is one of this tree's that
-touched them; a clone without history has the files alone. CITATION.cff says of the project what CMake and the licence do.
+touched them; a clone without history has the files alone. CITATION.cff agrees with CMake and the licence.
 
 usage: test_contributing.py [unittest options]
 """

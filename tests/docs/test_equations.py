@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Each of the paper's equations that the firmware computes stands in one float function: the table of docs/paper.md points at it, its comment
-says `eq. (n)`, and no other float function's comment says so. A plain (n) only mentions.
+"""Each of the paper's equations that the firmware computes is in one float function: the table of docs/paper.md points at it, its comment
+contains `eq. (n)`, and no other float function's comment does. A plain (n) only mentions.
 
 usage: test_equations.py [unittest options]        Python 3.9, standard library only
 """

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""tools/site on this tree: every document is a page, what a page links to is there, nothing comes from elsewhere, tables are
-tables; and on small trees with one mistake each, which is told by file and name.
+"""tools/site on this tree: every document is a page, what a page links to is there, nothing is loaded from other sites, and tables are
+tables; and on small trees with one mistake each, which is reported with file and name.
 
 usage: test_site.py [unittest options]
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What docs/theory.md says, held against computation: its tables of numbers against formulas and brute-force simulation in double
+"""Compares docs/theory.md with computation: its tables of numbers against formulas and brute-force simulation in double
 precision, and its constants against the sources. Independent of the firmware's code.
 
 usage: test_theory.py [unittest options]        Python 3.9, standard library only
@@ -85,7 +85,7 @@ def simulate(rpm, gain=200.0, slope=1.0, vector=True, periods=4000):
     weight = -(turn - a) / L / complex(R / L, omega)  # of the EMF at the period's beginning, on the current at its end
     i, i_hat, v, samples = 0.3 + 0.2j, 0j, 0j, []
     for _ in range(periods):
-        u = 0.9 * emf + 1.5  # any voltage will do: it acts on both alike
+        u = 0.9 * emf + 1.5  # any voltage is suitable: it acts on both in the same way
         i = a * i + b * u + weight * emf
         i_hat = a * i_hat + b * (u - v)
         x = i_hat - i
@@ -155,7 +155,7 @@ class Loop(unittest.TestCase):
             gain = abs(top / ((s + float(cutoff)) * (s * s + 2 * found * s + found**2)))
             self.assertAlmostEqual(gain * gain, 0.5, delta=1e-9)
 
-# ---- What stands in the sources -----------------------------------------------------------------------------------------
+# ---- Content of the sources -----------------------------------------------------------------------------------------
 
 
 class HeatAndLink(unittest.TestCase):

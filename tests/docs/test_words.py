@@ -19,7 +19,7 @@ GENERATED = re.compile(r"<!-- (?:begin: written by|made by).*?<!-- end.*?-->", r
 
 
 def phrases():
-    """Of the table in docs/style.md: expression and whether it holds for comments, too."""
+    """The phrases of the table in docs/style.md: expression, and whether it is also checked in comments."""
     found = []
     for line in (ROOT / STYLE).read_text(encoding="utf-8").splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]

@@ -1,4 +1,4 @@
-"""The archive of `lagless fmu` as its octets say: files, description, scenario; refusals of the command.
+"""The content of the archive of `lagless fmu`: files, description, scenario; refusals of the command.
 
 usage: test_archive.py LAGLESS FOLDER. Python 3.9, nothing else."""
 import json

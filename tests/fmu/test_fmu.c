@@ -126,7 +126,7 @@ static fmi2Component opened(void)
     return ring;
 }
 
-/* From the begin of a period, so many of them in one step. */
+/* From the begin of a period, this number of periods in one step. */
 static fmi2Status stepped(fmi2Component ring, uint32_t from, uint32_t periods)
 {
     return do_step(ring, from * RIG_PERIOD_SECONDS, periods * RIG_PERIOD_SECONDS, fmi2True);

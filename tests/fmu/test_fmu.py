@@ -1,4 +1,4 @@
-"""The FMU of `lagless fmu` in a master that nobody here wrote: fmpy, unmodified.
+"""The FMU of `lagless fmu` in a master of other authors: fmpy, unmodified.
 
 usage: test_fmu.py LAGLESS FOLDER      run by a Python that has fmpy (tools/setup all puts it into build/venv); without it this ends
 with 77, skipped."""

@@ -80,7 +80,7 @@ static inline size_t fuzz_mutate(char *text, size_t count, size_t room, const ch
     return count;
 }
 
-/* Runs rounds for so many seconds, at least one. */
+/* Runs rounds for this number of seconds, at least one. */
 static inline int fuzz_run(int argc, char **argv, void (*round)(void))
 {
     if (argc < 3) {

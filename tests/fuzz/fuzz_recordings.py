@@ -48,7 +48,7 @@ def damaged(octets, other, dice):
 
 
 def run(arguments):
-    """(exit code, what was said) of look.py in this process."""
+    """(exit code, output) of look.py in this process."""
     told = io.StringIO()
     argv, stdin = sys.argv, sys.stdin
     sys.argv, sys.stdin = ["look.py", *map(str, arguments)], io.StringIO("")

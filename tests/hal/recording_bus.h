@@ -64,8 +64,8 @@ typedef struct {
     uint32_t octets_taken;
     uint32_t overrun;                           /* bit of SCIFFRX */
     uint16_t flash[2u * RECORDING_FLASH_WORDS]; /* sectors C and B */
-    uint16_t flash_beside;                      /* any other word: nobody should come here */
-    bool flash_broken;                          /* says so and does not erase */
+    uint16_t flash_beside;                      /* any other word: no access should come here */
+    bool flash_broken;                          /* reports it and does not erase */
     uint16_t code[RECORDING_API_WORDS];         /* L0-L3, as far as the flash API needs it */
     uint32_t api_words;                         /* of the flash API; 0: the build has none */
     uint16_t api_version;

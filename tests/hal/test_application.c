@@ -1,5 +1,5 @@
-/* The application above the real HAL on a bus that writes everything down: what stands between interrupts off
- * and on, and what feeds the watchdog. */
+/* The application above the real HAL, on a bus that records each access: which accesses are between
+ * interrupts off and on, and which ones feed the watchdog. */
 #include <string.h>
 
 #include "app/app.h"
@@ -92,7 +92,7 @@ static uint32_t only(did_t did)
     return place;
 }
 
-/* The log is one section and nothing beside it; how many registers it writes. */
+/* Checks that the log is one section without other accesses; returns how many registers it writes. */
 static uint32_t expect_one_section(void)
 {
     const uint32_t off = only(DID_INTERRUPTS_OFF);
@@ -222,8 +222,8 @@ static void test_the_watchdog_is_fed_once_the_list_and_the_interrupt_have_come_r
                 fed_at = n;
             }
         }
-        /* Seen by the first task of a round, told by its last: at the start of the list that is this round,
-         * anywhere else the next one. */
+        /* The first task of a round detects it and the last one reports it: at the start of the list in the
+         * same round, anywhere else in the next one. */
         TEST_ASSERT_EQUAL_UINT32(place == 0u ? count : 2u * count - place, fed_at);
         TEST_ASSERT_EQUAL_UINT32(1u, feedings());
     }

@@ -163,7 +163,7 @@ static void test_start_up_connects_gates_fault_line_encoder_serial_line_and_enab
 {
     rec.regs.gpio_control[0].DIR = 0x08000000u;
     rec.regs.gpio_control[0].PUD = 0x3000FFFFu;
-    rec.regs.gpio_control[0].MUX2 = 0x50000000u; /* a CAN port that somebody else set up */
+    rec.regs.gpio_control[0].MUX2 = 0x50000000u; /* a CAN port that another program set up */
     TEST_ASSERT_EQUAL(HAL_OK, start());
     const expected_t expected[] = {
         {&GPIO_CONTROL(0u)->MUX1, 0x01000555u},  {&GPIO_CONTROL(0u)->MUX2, 0x55005500u},
@@ -532,7 +532,7 @@ static void assert_left_safe_and_slow(void)
     assert_every_write_is_as_the_register_wants_it();
 }
 
-/* A clock that is missing from the start leaves the PLL untouched; one that is lost while it locks, or a lock
+/* A clock that is missing from the start leaves the PLL unchanged; one that is lost while it locks, or a lock
  * that is a cycle too late, leaves it divided as it was; a leg that takes no trip keeps all pins
  * disconnected. While it waits for the lock the chip runs at 7.5 MHz: three lock times at least, and no more
  * than 150 ms. */
@@ -909,7 +909,7 @@ static void test_a_sample_is_late_unless_its_own_period_goes_on(void)
     }
 }
 
-/* As after a debugger's halt. Of more than half a turn of the clock, too. */
+/* As after a debugger's halt. Also for more than half a turn of the clock. */
 static void test_ten_samples_after_a_gap_of_ten_periods_are_late(void)
 {
     static const uint32_t gap[] = {10u, 500u, 200000u, 286000u};

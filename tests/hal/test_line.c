@@ -98,7 +98,7 @@ static void test_before_start_up_there_is_no_line(void)
     TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
 }
 
-/* It tells why the rest did not come up. */
+/* It reports why the rest did not start. */
 static void test_the_line_is_there_on_a_board_that_does_not_take_its_trip(void)
 {
     const hal_config_t config = {375u, 9999u, on_interrupt, on_interrupt, on_interrupt, on_interrupt};
@@ -282,7 +282,7 @@ static void test_a_flash_that_does_not_follow_is_told(void)
     TEST_ASSERT_TRUE(rec.interrupts_on);
 }
 
-/* 31457280 = 1048576 x 200 ns over 6.667 ns, as TI's header tells for 150 MHz; and no function to call back.
+/* 31457280 = 1048576 x 200 ns over 6.667 ns, as in TI's header for 150 MHz; and no call-back function.
  */
 static void test_the_clock_is_told_to_the_flash_api(void)
 {

@@ -1,4 +1,5 @@
-/* Courses of a drive as data, for the tests of what a campaign judges. Included once by a test program. */
+/* Courses of a drive as data, for the tests of the campaign's judgement. Included once by a test program.
+ * */
 #ifndef TESTS_LAB_COURSES_H
 #define TESTS_LAB_COURSES_H
 
@@ -62,7 +63,7 @@ static void set_rows(const char *sets)
     }
 }
 
-/* So long of what the slots show. */
+/* This number of periods with the values of the slots. */
 static void pass(double seconds)
 {
     const uint32_t periods = campaign_periods(seconds);

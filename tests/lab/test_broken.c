@@ -1,6 +1,6 @@
 /* Broken scenario files: each is refused with file, line, column, the offending name and what would have been
- * accepted. Damaged ones: tests/fuzz/fuzz_readers.c. LAGLESS_BROKEN is tests/lab/broken.txt, which says
- * itself how it is read. */
+ * accepted. Damaged ones: tests/fuzz/fuzz_readers.c. LAGLESS_BROKEN is tests/lab/broken.txt, which
+ * describes its own format. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -111,7 +111,7 @@ static void test_every_broken_file_is_refused_with_place_name_and_reason(void)
     printf("%zu broken files\n", file_count);
 }
 
-/* ---- files that are none, or can not stand in the repository ---- */
+/* ---- files that are none, or cannot be in the repository ---- */
 
 static void write_file(const char *name, const char *content, size_t octets)
 {
@@ -221,7 +221,7 @@ static void expect_too_deep(const char *content, size_t octets, uint32_t column)
     TEST_ASSERT_NOT_NULL(strstr(error.message, "nested too deeply; accepted: up to 16 brackets"));
 }
 
-/* Either would overflow the stack of whoever takes the tree apart. */
+/* Either would overflow the stack of the program that takes the tree apart. */
 static void test_deep_nesting_is_refused(void)
 {
     const size_t octets = TOML_OCTETS_MAX;

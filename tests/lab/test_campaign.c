@@ -140,7 +140,7 @@ static void test_a_shorted_switch_has_a_finite_current(void)
     TEST_ASSERT_GREATER_THAN_UINT32(0u, changed);
 }
 
-/* The share that is refused stays below a hundredth, and each is told by a row and with a reason. */
+/* The share that is refused stays below a hundredth, and each is reported by a row and with a reason. */
 static void test_what_is_drawn_is_accepted(void)
 {
     uint32_t refused = 0;
@@ -304,7 +304,7 @@ static void test_what_the_judge_knows_of_the_drive_is_so(void)
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(CAMPAIGN_STATE_WORDS, sizeof(drive_t) / sizeof(uint32_t));
 }
 
-/* Where the EMF is too small to tell, the time of a wrong angle does not run. */
+/* While the EMF is too small to show it, the time of a wrong angle does not run. */
 static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void)
 {
     judge_anew("leg_drop_a");
@@ -331,8 +331,8 @@ static void turn_wrongly(double share, double current)
     pass(0.1);
 }
 
-/* At 2 A, (L_q - L_d) i is half of psi_f: the EMF that a wrong angle shows is half as large, and the limit
- * twice. While less current flows than shows the sign of a leg's voltage, it is twice as well. */
+/* At 2 A, (L_q - L_d) i is half of psi_f: the EMF at a wrong angle is half as large, and the limit twice as
+ * large. While less current flows than shows the sign of a leg's voltage, it is twice as well. */
 static void test_a_smaller_emf_excuses_the_angle_up_to_the_speed_that_makes_up_for_it(void)
 {
     static const struct {

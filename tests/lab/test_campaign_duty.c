@@ -113,7 +113,7 @@ static const course_t courses[] = {
     /* four pole pairs: 492 rad/s electrical */
     {"half a turn of 6.4 ms is too short for a switch", "open_switch", 0.0,
      .steps = {{"i_d_ref=5 true_omega_m=123 speed_request=123", 1.0}}, .violated = HELD},
-    /* the window that follows may name anew what one period of the fast task has named */
+    /* the window that follows may name again what one period of the fast task has named */
     {"a reason that is named anew within two windows is not judged", "open_phase_b", 1.0,
      .steps = {{LATCHED("overcurrent"), WINDOWS}, {"fault_reason=phase_loss", 1.0}}, .violated = HELD},
     {"one that stays is", "open_phase_b", 1.0, .steps = {{LATCHED("overcurrent"), WINDOWS + PERIOD}},
@@ -243,7 +243,7 @@ static void test_a_step_of_the_offsets_is_an_overcurrent_until_they_are_measured
     }
 }
 
-/* 157 rad/s rated, 80 rad/s asked for: torque away from that, 1.2 N m of 10.98, with this error in each
+/* 157 rad/s rated, 80 rad/s requested: torque away from that, 1.2 N m of 10.98, with this error in each
  * quarter of three time constants; the load from the middle on [N m], 2 N m before. */
 static void drive_away(const float errors[4], float load)
 {

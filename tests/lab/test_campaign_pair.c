@@ -11,7 +11,7 @@
 
 static campaign_angles_t angles;
 
-/* The default motor, 157 rad/s, runs sensorless at this speed [rad/s], which is asked for. */
+/* The default motor, 157 rad/s, runs sensorless at this speed [rad/s], which is requested. */
 static void watch_at(float speed)
 {
     observed = (campaign_case_t){.seconds = 5.0};

@@ -1,5 +1,5 @@
-/* The whole commissioning on the simulated drive: motors of which the drive knows nothing but the plate, with
- * errors of the sensors; limits of the study. Wrong wirings and a fault inside a step are named. */
+/* The whole commissioning on the simulated drive: the drive has only the plate of the motors; the sensors
+ * have errors; the limits are those of the study. Wrong wirings and a fault inside a step are named. */
 #include <math.h>
 #include <string.h>
 #include <unity.h>

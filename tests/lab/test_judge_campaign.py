@@ -1,4 +1,4 @@
-"""How counts of a campaign are compared with what is pinned, and that the file of pins reads back as it was written."""
+"""How counts of a campaign are compared with the stored ones, and that the stored file reads back as it was written."""
 import pathlib
 import sys
 import tempfile
@@ -56,7 +56,7 @@ class Counts(unittest.TestCase):
         self.assertEqual([], judge.excuses_beyond_chance(found, 600))
         found["excuse the interrupt begins late"] = 13
         self.assertEqual(1, len(judge.excuses_too_often(found, 600)))
-        self.assertEqual([], judge.excuses_beyond_chance(found, 600))  # a share of 2 % gives so many nearly every second time
+        self.assertEqual([], judge.excuses_beyond_chance(found, 600))  # with a share of 2 % this occurs in nearly every second campaign
         found["excuse the interrupt begins late"] = 36               # binomial, of 600 and 0.02: 1.1e-8
         self.assertEqual(1, len(judge.excuses_beyond_chance(found, 600)))
 

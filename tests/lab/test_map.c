@@ -221,8 +221,8 @@ static void test_overloaded_point_is_not_locked_and_has_numbers(void)
     }
 }
 
-/* 20 % of L are -asin(dL i/psi_f) = 79 mrad at 5 N m; with the adaptation the drive knows L to 3 %, of which
- * 12 mrad are left at most. Off is off: what it assumes stays. */
+/* 20 % of L are -asin(dL i/psi_f) = 79 mrad at 5 N m; with the adaptation the drive learns L within 3 %,
+ * which leaves at most 12 mrad. Off is off: what it assumes stays. */
 static void test_adaptation_takes_away_what_a_wrong_inductance_does(void)
 {
     only(300.0, 5.0);

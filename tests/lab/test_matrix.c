@@ -45,7 +45,7 @@ static uint32_t index_of_manoeuvre(const char *name)
 
 /* ---- the data ---- */
 
-/* The size that docs/faults.md tells. */
+/* The size that docs/faults.md states. */
 static void test_the_document_tells_the_size(void)
 {
     static char text[65536];
@@ -371,7 +371,7 @@ static void test_another_colour_than_is_known_is_a_surprise_both_ways(void)
 /* ---- runs ---- */
 
 /* A sensor at its rail has been told since the drive can stop: green everywhere, the bridge open at once. The
- * rotor turns as each manoeuvre says when the fault comes [r/min]. */
+ * speed of the rotor in each manoeuvre when the fault occurs [r/min]. */
 static void test_a_sensor_at_its_rail_is_green_in_every_manoeuvre_and_comes_in_it(void)
 {
     static const struct {

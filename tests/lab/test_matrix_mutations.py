@@ -2,8 +2,8 @@
 
 usage: test_matrix_mutations.py BUILD SOURCE few|all      BUILD: folder of a Ninja build with matrix_cells in it
 
-Each mutation is one file of the firmware, compiled anew and linked before the others: a limit of the fault table twice as
-large; what a row compares exchanged with what its neighbour does, so that each sets the other's bit; a limit of a watch twice
+Each mutation is one file of the firmware, compiled again and linked before the others: a limit of the fault table twice as
+large; the quantities of two neighbouring rows exchanged, so that each sets the other's bit; a limit of a watch twice
 as large. The cells that are run are those in which the
 row is the reason, or those that are named; of them those count that are green without the mutation. `few` are representatives,
 for every day; `all` looks for the cells itself in a whole run.

@@ -15,7 +15,8 @@
 
 #define PI 3.14159265358979323846
 
-/* What a scenario says of a motor that is too salient for the estimator, and of one on an encoder. */
+/* The messages of a scenario with a motor that is too salient for the estimator, and with one on an
+ * encoder. */
 #define TOO_SALIENT "[params]\nmotor_inductance_d = 0.0125\nmtpa = \"off\"\n"
 #define ON_ENCODER  "position_source = \"encoder\"\nfield_weakening = \"off\"\n"
 
@@ -76,7 +77,7 @@ static void test_lines_are_twice_a_phase_and_poles_twice_the_pairs(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 * sqrt(3.0) / PI, motor.value[MOTOR_CURRENT]);
 }
 
-/* One more key of the flux beside what is given; --set would replace it. */
+/* One more key of the flux in addition to the given ones; --set would replace it. */
 static void say_too(motor_key_t key, double value)
 {
     sheet.has[key] = true;
@@ -224,12 +225,12 @@ static void test_what_will_not_work_is_told_with_numbers(void)
     TEST_ASSERT_TRUE(GIVEN("pole_pairs=4", "resistance=10 ohm", "inductance=1 mH", "flux_linkage=0.1",
                            "rated_current_peak=1", "inertia=1e-4"));
     TEST_ASSERT_FALSE(tune_motor(&motor, &tune, &error)); /* L/R 0.1 ms */
-    /* told by the inductance, of which 2 x 100 us x 10 ohm = 2 mH would do */
-    TEST_ASSERT_NOT_NULL(strstr(error.message, "2000 uH at least"));
+    /* reported with the inductance, of which 2 x 100 us x 10 ohm = 2 mH is enough */
+    TEST_ASSERT_NOT_NULL(strstr(error.message, "2 mH at least"));
 }
 
-/* Rows are never refused: motors drawn over the whole range of the table, each either accepted by a drive
- * that is asked here again, or refused by tune itself. */
+/* The drive never refuses the parameters of tune: motors are drawn over the whole range of the table; tune
+ * refuses a motor, or the drive accepts its parameters, which is checked again here. */
 static uint32_t state = 1u;
 static double drawn(double low, double high)
 {
@@ -301,8 +302,10 @@ static void test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw(void
     TEST_ASSERT_TRUE(least < 30.0 && most > 5000.0);
 }
 
-/* Wherever the rotor stands: the swings of a light one are no fault of the sensors. A grid of motors and
- * places. That each runs to its top speed under load is tests/lab/test_tune_boards.c. Of 104 starts one ends
+/* For each angle of the rotor at standstill: the swings of a light rotor are no fault of the sensors. A
+ * grid of motors and
+ * places. tests/lab/test_tune_boards.c tests that each motor runs to its top speed under load. Of 104
+ * starts one ends
  * in estimate_astray, that of a small motor with a winding of large inductance, in which the noise of the
  * current is a speed; with five other seeds it does not. */
 static void test_every_motor_starts_from_wherever_it_stands(void)

@@ -1,4 +1,4 @@
-/* What stands behind the paper's figures: the formulas against numbers worked out elsewhere, the verdicts on
+/* The code behind the paper's figures: the formulas against numbers computed separately, the verdicts on
  * rows made by hand, the files and the threads on one figure. The rows themselves are judged by
  * test_paper_rows.py. */
 #include <math.h>

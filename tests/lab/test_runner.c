@@ -1,5 +1,5 @@
-/* The runner: events, ramps, recording, verdicts, stopping. That a scenario is what its calls by hand are is
- * asked in tests/python/test_package.py, its statistics in tests/cli/test_experiments.py. */
+/* The runner: events, ramps, recording, verdicts, stopping. tests/python/test_package.py checks that a
+ * scenario equals its calls by hand, and tests/cli/test_experiments.py the statistics. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of tools/same-bits and of the program it asks: a bit that changes is seen, in the row where it changed.
+"""Tests of tools/same-bits and of the program that it runs: a changed bit is reported with its row.
 
 usage: test_same_bits.py TAP_HASH
 """

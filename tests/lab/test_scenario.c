@@ -303,7 +303,7 @@ static void test_an_override_replaces_or_adds_a_setting(void)
     TEST_ASSERT_TRUE(initial("enable") == 1.0);
     TEST_ASSERT_TRUE(initial("compensation_gain") == (double)0.4f);
     TEST_ASSERT_TRUE(initial("speed_request") == (double)(float)(600.0 * (PI / 30.0)));
-    TEST_ASSERT_TRUE(initial("friction_coulomb") == (double)1.32f); /* untouched: the default */
+    TEST_ASSERT_TRUE(initial("friction_coulomb") == (double)1.32f); /* unchanged: the default */
 }
 
 static void test_run_and_start_can_be_overridden(void)

@@ -1,6 +1,6 @@
 /* `lagless tune` on the board of this build, over all motors of the library and some of no library:
- * everything that it prints or derives is accepted by what comes next, and what it says of the drive is what
- * the drive makes of it. One program a board. */
+ * the drive accepts all that it prints or derives, and its statements about the drive agree with the drive.
+ * One program a board. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -73,7 +73,8 @@ static size_t motors(void)
     return (size_t)library + SHEETS;
 }
 
-/* What tune cannot run it says by what the motor or the board lacks, not by a row that it has made itself. */
+/* If tune cannot run a motor, the message names what motor or board lack, not a row that tune has computed.
+ * */
 static bool tuned(const char *name)
 {
     char text[900];
@@ -194,7 +195,7 @@ static void test_what_tune_prints_is_accepted_and_what_the_drive_makes_of_it(voi
     }
 }
 
-/* Motors that do not run with the rows of tune, each printed by the test. Assumed reasons, which nobody has
+/* Motors that do not run with the rows of tune, each printed by the test. Assumed reasons, which no one has
  * proven: at 16 kHz dead time and drops of a board for 311 V leave too little of 24 V and of 48 V; the EMF
  * of a hub motor of 48 V on a board of 400 V is below the error of the dead time. */
 static bool is_known(const char *name)
@@ -216,7 +217,7 @@ static bool is_too_coarse(const tune_t *derived)
     return false;
 }
 
-/* The scenario that tune writes does what it says: from standstill to the top speed and under all of the
+/* The scenario that tune writes runs as described: from standstill to the top speed and under all of the
  * load, without an encoder where the motor allows it; no fault, and running at the end. A grid of motors. */
 static void test_what_tune_writes_runs(void)
 {

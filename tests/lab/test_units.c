@@ -87,7 +87,7 @@ static void test_values_are_exact(void)
     TEST_ASSERT_TRUE(signbit(value_of("-0 A", "A")));
 }
 
-/* Units as data sheets spell them. Every value is the definition of the unit, not what the table says. */
+/* Units as data sheets spell them. Every value is the definition of the unit, not taken from the table. */
 static void test_each_spelling_of_a_unit_is_that_unit(void)
 {
     static const struct {
@@ -225,7 +225,7 @@ static void test_accelerations_are_mechanical(void)
     }
 }
 
-/* What a table says of itself must be readable. */
+/* The unit of each row must be readable. */
 static void test_every_unit_of_every_table_reads_itself(void)
 {
     for (uint32_t t = 0; t < rig_table_count(); t++) {
@@ -269,12 +269,14 @@ static void test_values_are_written_in_the_unit_that_reads_best(void)
     }
 }
 
-static void test_both_ends_of_a_range_have_one_unit(void)
+static void test_both_ends_of_a_range_have_one_unit_unless_it_needs_an_exponent(void)
 {
     char text[UNITS_TEXT_SIZE];
     TEST_ASSERT_EQUAL_STRING("0.1 to 16 A", units_range_text(text, 0.1, 16.0, "A"));
     TEST_ASSERT_EQUAL_STRING("2 to 6 us", units_range_text(text, 2e-6, 6e-6, "s"));
     TEST_ASSERT_EQUAL_STRING("0 to 1.2", units_range_text(text, 0.0, 1.2, "-"));
+    TEST_ASSERT_EQUAL_STRING("10 uH to 1 H", units_range_text(text, 1e-5, 1.0, "H"));
+    TEST_ASSERT_EQUAL_STRING("1e-07 to 1000 kg m^2", units_range_text(text, 1e-7, 1e3, "kg m^2"));
 }
 
 /* Read again, in the unit that it is written in, each end is a 32-bit value of the range: for speeds, whose
@@ -300,7 +302,9 @@ static void test_ends_of_a_range_are_read_as_values_of_it(void)
         char *to = strstr(text, " to ");
         TEST_ASSERT_NOT_NULL(to);
         const char *high = to + 4;
-        snprintf(low, sizeof low, "%.*s%s", (int)(to - text), text, high + strcspn(high, " "));
+        const bool own_unit = unit[0] != 'k' && memchr(text, ' ', (size_t)(to - text)) != NULL;
+        snprintf(low, sizeof low, "%.*s%s", (int)(to - text), text,
+                 own_unit ? "" : high + strcspn(high, " "));
         double read[2];
         units_error_t why;
         TEST_ASSERT_TRUE_MESSAGE(units_read(low, unit, &read[0], &why), low);

@@ -1,4 +1,4 @@
-/* The far end of the drive's line: one client, octets as they are, what happens when it goes. */
+/* The far end of the drive's line: one client, unchanged octets, and the effect when it disconnects. */
 #include <arpa/inet.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -119,8 +119,8 @@ static void test_only_this_machine_is_listened_to(void)
     close(client);
 }
 
-/* Silence, DISCONNECT, silence; then the next one is heard, and gets nothing of what was the first one's;
- * also one that comes before anybody has seen that the first one is gone. */
+/* Silence, DISCONNECT, silence; then the next client is accepted, and gets no data of the first one; also a
+ * client that connects before the server has noticed that the first one is gone. */
 static void test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard(void)
 {
     static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};
@@ -146,7 +146,7 @@ static void test_client_that_leaves_is_said_good_bye_for_before_the_next_is_hear
         TEST_ASSERT_GREATER_OR_EQUAL_UINT32(6u, polls); /* [ms] more than a half frame is waited for */
         TEST_ASSERT_EQUAL_UINT32(sizeof goodbye, count);
         TEST_ASSERT_EQUAL_UINT8_ARRAY(goodbye, octets, sizeof goodbye);
-        TEST_ASSERT_EQUAL_UINT32(3u, wire_write(wire, octets, 3u)); /* its answer, to nobody */
+        TEST_ASSERT_EQUAL_UINT32(3u, wire_write(wire, octets, 3u)); /* its answer, to no one */
         TEST_ASSERT_EQUAL_UINT32(5u, read_some(octets, 5u));
         TEST_ASSERT_EQUAL('x', octets[4]);
         TEST_ASSERT_EQUAL(-1, recv(second, octets, 1, MSG_DONTWAIT));
@@ -298,7 +298,7 @@ static void put(int client, const void *octets, size_t count)
     TEST_ASSERT_EQUAL((ssize_t)count, send(client, octets, count, MSG_NOSIGNAL));
 }
 
-/* Nothing but the good-bye that the wire itself says for a client that has gone. */
+/* Nothing but the DISCONNECT that the wire itself sends for a client that has gone. */
 static void expect_closed_unheard(int client)
 {
     static const uint8_t goodbye[] = {1, 0, 0, 0, 0xFE};
@@ -353,7 +353,7 @@ static void test_good_frames_before_a_bad_one_are_heard_and_none_behind_it(void)
     expect_closed_unheard(client);
 }
 
-/* TCP may deliver a frame in pieces, however long they are apart: the drive gets it whole. */
+/* TCP may deliver a frame in pieces with any pause between them: the drive gets the whole frame. */
 static void test_a_frame_in_pieces_is_handed_on_whole(void)
 {
     uint8_t heard[64];

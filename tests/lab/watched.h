@@ -1,5 +1,5 @@
-/* For the tests of what a campaign judges: the rows of one period, which a test writes, and the watch that
- * reads them. Included once by a test program. */
+/* For the tests of the campaign's judgement: the rows of one period, which a test writes, and the watch
+ * that reads them. Included once by a test program. */
 #ifndef TESTS_LAB_WATCHED_H
 #define TESTS_LAB_WATCHED_H
 
@@ -34,7 +34,7 @@ static void put(const char *name, float value)
     memcpy(slot(name), &value, sizeof value);
 }
 
-/* `observed` is watched anew, from a period on in which the drive runs. */
+/* `observed` is watched again, from a period on in which the drive runs. */
 static void watch_a_drive_that_runs(void)
 {
     result = (campaign_result_t){.invariant = CAMPAIGN_NO_INVARIANT};

@@ -85,7 +85,7 @@ FORBIDDEN_INCLUDES = (
     ("host_sim/rig/rig.c", "host_sim/cli/cli.h"), ("host_sim/rig/rig.c", "tests/unit/test_angle.h"),
 )
 
-# Lines at the head of a file, the line that is told, and what of it.
+# Lines at the head of a file, the line that is reported, and the text of the report.
 FORBIDDEN_LINES = (
     ("firmware/drive/drive.c", "  #  include <hal/hal.h>", "include", "hal/hal.h"),
     ("firmware/drive/drive.c", "#include BOARD_HEADER", "include", "BOARD_HEADER"),
@@ -105,7 +105,7 @@ GOOD_LINES = (
     ("hal/hal.h", "/* the facts of a board; by design; what an issue is; SPRU812; pll_design(&params); " + "/".join(["docs", "home", "index"]) + " */"),
 )
 
-# What must not stand in firmware/ or hal/, what is told of it, and where it is put if not in hal/f28335/pwm.c.
+# Text that must not be in firmware/ or hal/, the text of the report, and its file if not hal/f28335/pwm.c.
 FORBIDDEN_WORDS = (
     ("typedef double wide_t;", "`double`", "firmware/math/angle.h"),
     ("typedef struct { uint8_t x; } octet_t;", "`uint8_t`"),
@@ -119,7 +119,7 @@ FORBIDDEN_WORDS = (
     ("/* \" */ typedef double wide_t; /* \" */", "`double`"),
 )
 
-# Code behind a source, the line of it that is told, and what of it.
+# Code appended to a source, its line that is reported, and the text of the report.
 FORBIDDEN_SYMBOLS = (
     ("firmware/drive/drive.c", "void hal_write(int x);\nvoid f(void);\nvoid f(void)\n{\n    hal_write(1);\n}\n",
      5, "firmware must not need hal_write"),
@@ -142,7 +142,7 @@ FORBIDDEN_SYMBOLS = (
 
 FIELDS = "".join(f"    float f{n};\n" for n in range(26))
 
-# Files beside the tree's, and what is told of them; "": nothing.
+# Files in addition to those of the tree, and the text of the report; "": nothing.
 STRUCTS = (
     ({"firmware/a.h": "\n/* one; two; */\ntypedef struct {\n" + FIELDS + "} a_t;\n"}, "firmware/a.h:3: struct: has 26 fields; 25 at most"),
     ({"firmware/a.h": "typedef struct {\n" + FIELDS.replace("    float f25;\n", "") + "} a_t;\n"}, ""),
@@ -211,7 +211,7 @@ class CheckLayers(unittest.TestCase):
         return arguments
 
     def check(self, *arguments):
-        """The checker's verdict, in this process: starting Python anew for each test takes longer than the test."""
+        """The checker's verdict, in this process: starting Python again for each test takes longer than the test."""
         out, err = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             try:

@@ -1,4 +1,4 @@
-"""What pyxcp is told to do, in a process of its own because it takes its configuration from there (pyxcp_conf.py in the
+"""The orders to pyxcp, in a separate process because it takes its configuration from there (pyxcp_conf.py in the
 working folder). Prints a JSON object. usage: client.py facts | writes | unlocks KEY | record SECONDS EVERY FILE ID..."""
 
 import json
@@ -54,7 +54,7 @@ def record(seconds, every, path, ids):
 
 
 def facts():
-    """What the drive says of itself, by the names of pyxcp."""
+    """The drive's description of itself, with the names of pyxcp."""
     with ArgumentParser(description="").run() as x:
         connected = x.connect()
         x.allocDaq(2)
@@ -123,7 +123,7 @@ def writes():
 
 
 def unlocks(key):
-    """The protection as the drive tells it, and what becomes of a write: locked, unlocked by the answer to its seed (docs/serial.md)."""
+    """The protection as the drive reports it, and the effect of a write: locked, unlocked by the answer to its seed (docs/serial.md)."""
 
     def status(x):
         return bool(x.getStatus().resourceProtectionStatus.calpag)

@@ -1,5 +1,6 @@
 /* A slave for tests of the master: a thread at the other end of a socket pair that keeps slots by address,
- * takes orders to misbehave, and notes what it was asked. Its answers are written here by hand from the
+ * misbehaves on command, and records the requests that it got. Its answers are written here by hand from
+ * the
  * standard's tables, not by the firmware's slave. */
 #ifndef TESTS_LINE_SLAVE_H
 #define TESTS_LINE_SLAVE_H
@@ -66,9 +67,9 @@ void slave_end(slave_t *slave);
 
 void slave_put(slave_t *slave, uint32_t extension, uint32_t address, uint32_t bits);
 uint32_t slave_get(slave_t *slave, uint32_t extension, uint32_t address);
-uint32_t slave_count(slave_t *slave, uint8_t command); /* how often it was asked */
+uint32_t slave_count(slave_t *slave, uint8_t command); /* number of requests */
 
-/* Sends a sample with this stamp whose slots are what `slots` says, plain octets. */
+/* Sends a sample with this stamp, with `slots` as its plain octets. */
 void slave_sample(slave_t *slave, uint32_t stamp, const uint32_t *slots);
 void slave_octets(slave_t *slave, const uint8_t *octets, uint32_t count);
 

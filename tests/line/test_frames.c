@@ -153,7 +153,7 @@ static void test_stream_is_found_again_after_a_lost_octet(void)
     }
 }
 
-/* Of a frame on a serial line, and none of the next one. */
+/* The octets of a frame on a serial line, without those of the next one. */
 static void test_a_frame_with_a_wrong_bit_is_none(void)
 {
     for (uint32_t bit = 16; bit < 80u; bit++) { /* behind the length, which decides where it ends */

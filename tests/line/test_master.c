@@ -1,5 +1,5 @@
-/* The master against a slave that is told how to misbehave. Expected: what the standard says that a master
- * does then, and what the slave was asked. */
+/* The master against a slave that misbehaves on command. Expected: the reaction that the standard requires
+ * of a master, and the requests that the slave got. */
 #include <math.h>
 #include <poll.h>
 #include <string.h>
@@ -156,13 +156,13 @@ static void test_a_slave_that_never_answers_is_given_up(void)
     has_text("no XCP device answers");
 }
 
-/* A chip that begins anew answers nothing for a while, and then nothing but CONNECT. */
+/* A chip that starts again does not answer for a while, and then answers only CONNECT. */
 static void test_connects_again_after_a_restart(void)
 {
     double value;
     connect_with(false);
     slave_put(&slave, MASTER_SIGNALS, 4u * row("omega_m")->id, float_bits(3.0f));
-    slave.mute = 2; /* the clock that is asked for meanwhile, and the first CONNECT */
+    slave.mute = 2; /* the clock that is requested meanwhile, and the first CONNECT */
     slave.counter = 0;
     const double started = master_now();
     TEST_ASSERT_TRUE_MESSAGE(master_again(master, 5.0, &error), error.text);
@@ -271,7 +271,7 @@ static void test_long_reads_are_cut_into_packets(void)
 
 /* ---- a line that is not well ---- */
 
-/* Each once, and the values that are asked for are right all the same. */
+/* Each once, and the values that are requested are right nevertheless. */
 static void test_a_slave_that_misbehaves_is_understood(void)
 {
     static const struct {
@@ -309,7 +309,7 @@ static void test_a_slave_that_misbehaves_is_understood(void)
     }
 }
 
-/* DOWNLOAD moves the address: a second one alone would write beside it. */
+/* DOWNLOAD moves the address: a repeated one alone would write to the wrong address. */
 static void test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on(void)
 {
     const uint32_t address = 4u * row("motor_resistance")->id;

@@ -1,4 +1,4 @@
-"""A client that nobody here wrote talks to the drive of `lagless serve`: pyxcp, unmodified, and pya2l reads what it fetched.
+"""A client of other authors talks to the drive of `lagless serve`: pyxcp, unmodified, and pya2l reads what it fetched.
 
 usage: test_pyxcp.py LAGLESS PYTHON FOLDER SECONDS
 PYTHON: one that has pyxcp and pya2l (tools/setup all puts them into build/venv); without them this ends with 77, skipped."""
@@ -159,7 +159,7 @@ class Pyxcp(stuck.TestCase):
         self.line_is_what_the_drive_says(read)
 
     def rows_are_those_of_the_tables(self, read):
-        """What else stands in a row is asked in tests/unit/test_a2l.c."""
+        """tests/unit/test_a2l.c checks the other entries of a row."""
         self.assertRegex(read["epk"], "^lagless-[0-9a-f]{8}$")
         self.assertEqual({(name, 4 * row["id"], EXTENSIONS[row["table"]], row["unit"], row["text"]) for name, row in self.tables().items()},
                          {(row["name"], row["address"], row["extension"], row["unit"], row["text"]) for row in read["rows"]})
@@ -268,7 +268,7 @@ class Pyxcp(stuck.TestCase):
 
     def samples_are_those_of_the_recording(self, serve, names, every):
         """Without a gap, their stamps as far apart as the periods, and bit for bit what `lagless run` records of the same scenario,
-        to which nobody talks."""
+        to which no client is connected."""
         scenario = os.path.join(self.folder, "scenario.toml")
         recorded = ", ".join('"%s"' % name for name in ("period", *names))
         with open(scenario, "w") as file:

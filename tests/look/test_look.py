@@ -1,4 +1,4 @@
-"""`lagless run --plot`, `lagless plot`, `lagless compare`: what is drawn, what is said, exit codes. usage: test_look.py LAGLESS FOLDER"""
+"""`lagless run --plot`, `lagless plot`, `lagless compare`: pictures, messages, exit codes. usage: test_look.py LAGLESS FOLDER"""
 
 import base64
 import gzip
@@ -301,7 +301,7 @@ class Refusals(Case):
 @unittest.skipUnless(DRAWS, "matplotlib is missing")
 class Compares(Case):
     def test_equal_recordings_are_0(self):
-        done = self.expect(0, lagless("compare", self.recording(), self.recording(name="b.csv")), "equal: 4 samples of 2 rows")
+        done = self.expect(0, lagless("compare", self.recording(), self.recording(name="b.csv")), "equal: 4 samples of 2 signals")
         self.assertEqual("", done.stderr)
 
     def test_the_first_difference_is_told_with_period_time_and_both_values(self):
@@ -310,9 +310,15 @@ class Compares(Case):
         done = self.expect(1, lagless("compare", a, b))
         lines = done.stdout.splitlines()
         begin = lines.index("first difference: period 2, 0.0002 s")
-        self.assertEqual(["  i_q: 2 A in A, 2.25 A in B", "  state: ready in A, not_ready in B", "2 of 2 rows differ:"],
+        self.assertEqual(["  i_q: 2 A in A, 2.25 A in B", "  state: ready in A, not_ready in B", "2 of 2 signals differ:"],
                          lines[begin + 1:begin + 4])
         self.assertRegex(lines[begin + 4], r"i_q +from 0\.0002 s, in 2 of 4 samples, by up to 0\.25 A")
+        self.assertRegex(lines[begin + 5], r"^  state +from 0\.0002 s, in 1 of 4 samples$")
+
+    def test_angles_differ_by_less_than_half_a_turn(self):
+        names = ("i_q[A]", "theta_err[rad]")
+        done = self.expect(1, lagless("compare", self.recording(names, ("-0.1", "-3.1")), self.recording(names, ("-0.1", "3.1"), name="b.csv")))
+        self.assertRegex(done.stdout, r"theta_err +from 0\.0003 s, in 1 of 4 samples, by up to 83\.19 mrad\n")  # 2 pi - 6.2
 
     def test_the_last_bit_counts_and_not_a_number_is_itself(self):
         a = self.recording(("1.5", "nan"), ("-0.1", "0.1"))
@@ -329,7 +335,7 @@ class Compares(Case):
     def test_rows_rates_lengths_and_settings_that_differ_are_told(self):
         a = self.recording()
         self.expect(1, lagless("compare", a, self.recording(("i_q[A]", "i_d[A]"), name="b.csv")), "only in A: i_q", "only in B: i_d",
-                    "no difference in the 4 samples of the 1 rows that both have")
+                    "no difference in the 4 samples of the 1 signals that both have")
         self.expect(1, lagless("compare", a, self.recording(("every: 1", "every: 2"), ("0.0001,1.5,0\n", ""), ("0.0003,-0.1,1\n", ""),
                                                             name="c.csv")),
                     "rate: every 1 periods in A, every 2 in B", "compared: 2 samples that both have; 2 only A has, 0 only B")

@@ -29,7 +29,7 @@ return [...document.querySelectorAll('.plots')].map(host => {
             left: (host.plots || []).map(plot => Math.round(plot.bbox.left))};
 })"""
 
-# Letters of a legend or an axis that stand over another, or beyond the window.
+# Letters of a legend or an axis that overlap others, or are outside the window.
 HIDDEN = """
 const found = [];
 for (const box of document.querySelectorAll('.u-legend')) {
@@ -132,7 +132,7 @@ def check_bands(seen):
 
 
 def check_cursor(seen):
-    """Under the cursor stand the names of the bands and the values with their units."""
+    """The legend shows the names of the bands and the values with their units at the cursor."""
     if seen.width != max(WIDTHS):
         return
     over = seen.browser.run("const host = document.querySelector('.plots'); host.scrollIntoView();"
@@ -160,7 +160,7 @@ def check_hidden(seen):
     expect(seen.browser.run(HIDDEN), [], "text that cannot be read")
 
 
-# Of a page without plots.
+# For a page without plots.
 OF_TEXT = (check_room, check_hidden, check_asked, check_console)
 CHECKS = (check_state, check_left_ends, check_legends, check_units, check_traces, check_bands, check_room, check_hidden, check_cursor,
           check_asked, check_console)

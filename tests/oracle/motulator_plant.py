@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The plant beside motulator's model of a synchronous machine, on the same data: salient with constant inductances, and with axes
+"""Compares the plant with motulator's model of a synchronous machine, with the same data: salient with constant inductances, and with axes
 that saturate each other, of which the plant has a flux map and motulator the law itself.
 
 usage: motulator_plant.py LIBLAGLESS [STEP]

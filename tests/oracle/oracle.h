@@ -15,8 +15,9 @@
  * sub-steps of ORACLE_STEP and follows the torque between them; that is the only other approximation, of
  * second order too.
  *
- * Gate delays, diode logic, drops, zone, friction, load and the rule for floating legs are written here anew
- * from the descriptions in plant.h; nothing of the plant's code is used. Not handled, and refused: soft DC
+ * Gate delays, diode logic, drops, zone, friction, load and the rule for floating legs are implemented here
+ * a second time from the descriptions in plant.h, without code of the plant. Not handled, and refused: soft
+ * DC
  * link, broken phases, forced fault. Protection and averaged mode do not exist here. */
 #ifndef TESTS_ORACLE_ORACLE_H
 #define TESTS_ORACLE_ORACLE_H

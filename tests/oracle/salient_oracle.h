@@ -6,8 +6,8 @@
  *     psi_d' = u_d - R i_d + omega psi_q,   psi_q' = u_q - R i_q - omega psi_d
  *
  * and a voltage that is held in the stationary frame turns backwards there: u' = -j omega u. Fluxes, voltage
- * and magnet together are linear with constant coefficients, so that the exponential of one matrix is the
- * period without an error, whatever the currents do in between. */
+ * and magnet together are linear with constant coefficients, so that the exponential of one matrix is exact
+ * over the period, for any course of the currents. */
 #ifndef TESTS_ORACLE_SALIENT_ORACLE_H
 #define TESTS_ORACLE_SALIENT_ORACLE_H
 

@@ -1,4 +1,4 @@
-/* The plant of a test, and a loop that drives it, anew for each test. */
+/* The plant of a test and a loop that drives it, both created for each test. */
 #ifndef TESTS_PLANT_BENCH_H
 #define TESTS_PLANT_BENCH_H
 
@@ -8,7 +8,7 @@
 
 static plant_t plant;
 
-/* The plant anew with these parameters, which it returns. */
+/* Creates the plant with these parameters, and returns it. */
 static inline plant_params_t begin(plant_params_t params)
 {
     plant_init(&plant, &params, 1);

@@ -21,8 +21,8 @@ typedef struct {
     uint32_t dead;           /* [tick] */
     uint32_t gates;          /* command bits now */
     uint32_t averaged;       /* 1: plant_carrier instead of edges */
-    uint32_t parts;          /* time passes in so many pieces between two edges; 0: as the plant likes it */
-    uint32_t upper_ends;     /* 1: pulses centred at the ends of the period, not in its middle */
+    uint32_t parts; /* time passes in this number of pieces between two edges; 0: as the plant likes it */
+    uint32_t upper_ends; /* 1: pulses centred at the ends of the period, not in its middle */
 } loop_t;
 
 /* One carrier period from plant's present tick, which must be k LOOP_PERIOD; commanded edges are appended to

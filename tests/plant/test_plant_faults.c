@@ -1,4 +1,4 @@
-/* What can break in the inverter, its wires, the encoder and the supply, against algebra. */
+/* Faults of the inverter, its wires, the encoder and the supply, compared with algebra. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -360,7 +360,7 @@ static void test_a_stuck_track_shows_the_edges_of_the_other_alone(void)
                 TEST_ASSERT_EQUAL_INT64(start, plant_encoder(&plant));
                 q.encoder_stuck_a = a;
                 q.encoder_stuck_b = b;
-                bool two = a >= 0 && b >= 0; /* may be two edges at once, of which nothing comes */
+                bool two = a >= 0 && b >= 0; /* may be two edges at once, which have no effect */
                 plant_set_params(&plant, &q);
                 for (int n = start; n < start + 13; n++) {
                     if (!two) {

@@ -349,7 +349,7 @@ static void test_shoot_through_is_counted_and_shuts_the_arm_and_all_lower_ones(v
     TEST_ASSERT_TRUE(plant_fault_line(&plant));
     plant_advance(&plant, at + 105u + 270000u);
     TEST_ASSERT_FALSE(plant_fault_line(&plant));
-    /* The command still stands, the gates stay shut; they obey again after an off-on edge each. */
+    /* The command is still on, but the gates stay off; each gate follows again after an off-on edge. */
     now = truth_at(at + 300000u);
     TEST_ASSERT_EQUAL_DOUBLE(PLANT_UPPER(2) | PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2),
                              now.shut_gates);

@@ -8,7 +8,8 @@
 
 #define BENT "inductance_d = 0.02, inductance_q = 0.04, inertia = 0.003"
 
-/* The loop from rest towards 150 rad/s for some periods; between two edges time passes in so many parts. */
+/* The loop from rest towards 150 rad/s for some periods; between two edges time passes in this number of
+ * parts. */
 static plant_truth_t drive(const plant_params_t *q, int periods, uint32_t parts)
 {
     setUp();

@@ -84,7 +84,7 @@ static void test_noise_has_its_mean_deviation_and_independence(void)
         last = a;
     }
     /* Five standard deviations: of a mean 1/sqrt(N), of a mean square sqrt(2/N), of a product 1/sqrt(N), of a
-     * fourth power sqrt(96/N). Kurtosis 3 - 0.041 as noise.h says. */
+     * fourth power sqrt(96/N). Kurtosis 3 - 0.041 as in noise.h. */
     double five = 5.0 / sqrt(N);
     TEST_ASSERT_DOUBLE_WITHIN(five, 0.0, sum_a / N);
     TEST_ASSERT_DOUBLE_WITHIN(five, 0.0, sum_b / N);

@@ -46,8 +46,8 @@ static void test_every_range_is_enforced_below_at_and_above(void)
 #undef TRY
 }
 
-/* What single ranges do not say: a set that breaks one rule between fields, the field that is named with the
- * range that is left of it, and a change that makes the set a good one again. The end of an elastic shaft's
+/* Rules between fields: a set that breaks one of them, the named field with its remaining range, and a
+ * change that makes the set valid again. The end of an elastic shaft's
  * speed is omega_n^2 = k (1/J + 1/J_load) and c (1/J + 1/J_load), each to 1e5 rad/s. */
 static void test_rules_between_fields_name_one_and_the_range_that_is_left(void)
 {

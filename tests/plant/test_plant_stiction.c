@@ -40,7 +40,7 @@ static void test_decelerating_rotor_rests_at_the_tick_of_algebra(void)
             const double left = way * truth_at(tick - 1u).omega_m;
             TEST_ASSERT_TRUE(left > 0.5 * torque / INERTIA * TICK && left < 2.5 * torque / INERTIA * TICK);
             TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(tick + 2u).omega_m);
-            /* The same without a look in between: theta = J w^2/(2 T), at rest for ever. */
+            /* The same without a look in between: theta = J w^2/(2 T), at rest without end. */
             plant_init(&plant, &q, 1);
             plant_set_motion(&plant, 0.3, way * 20.0);
             const plant_truth_t rest = truth_at(SECOND);

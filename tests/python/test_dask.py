@@ -1,6 +1,6 @@
 """A campaign on a local dask cluster of two workers is that of one process; and still, when a worker is killed under way.
 
-usage: test_dask.py     PYTHONPATH and LAGLESS_LIBRARY say which package; ends with 77, skipped, without distributed."""
+usage: test_dask.py     PYTHONPATH and LAGLESS_LIBRARY select the package; ends with 77, skipped, without distributed."""
 import importlib.util
 import os
 import signal

@@ -1,6 +1,6 @@
 """The notebooks are executed from top to bottom, by Jupyter's own kernel; what they assert holds, and pictures come out.
 
-usage: test_notebooks.py NOTEBOOK...     PYTHONPATH and LAGLESS_LIBRARY say which package; ends with 77, skipped, without nbclient,
+usage: test_notebooks.py NOTEBOOK...     PYTHONPATH and LAGLESS_LIBRARY select the package; ends with 77, skipped, without nbclient,
 ipykernel or matplotlib."""
 import importlib.util
 import os

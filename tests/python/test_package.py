@@ -1,7 +1,7 @@
 """The package against the program `lagless`, against plain algebra, and with itself: rig, scenarios, plant, names, examples.
 
-usage: test_package.py LAGLESS FOLDER [unittest's]     PYTHONPATH and LAGLESS_LIBRARY say which package; ends with 77, skipped,
-without numpy. pandas and matplotlib are asked for where they are tested."""
+usage: test_package.py LAGLESS FOLDER [unittest's]     PYTHONPATH and LAGLESS_LIBRARY select the package; ends with 77, skipped,
+without numpy. pandas and matplotlib are needed only where they are tested."""
 import contextlib
 import importlib.util
 import io
@@ -69,6 +69,7 @@ class AgainstTheProgram(unittest.TestCase):
     def test_a_sensorless_run_is_the_same_bit_by_bit(self):
         ours, _ = self.same("reversal_under_load")
         self.assertTrue(ours.passed)
+        self.assertIn(f"# program: lagless {lagless.__version__}\n", (FOLDER / "reversal_under_load.csv").read_text())
 
     def test_so_is_one_with_settings_of_its_own(self):
         self.same("load_step", "motor_resistance=1.2", "plant.inertia=0.05", "run.seed=7")

@@ -1,5 +1,5 @@
 """`tools/release` makes the source archive and of it one wheel for every Python of the platform; the wheel runs in an empty virtual
-environment where no compiler is to be found, with the bits of the program `lagless`. And all say the same version.
+environment where no compiler is to be found, with the bits of the program `lagless`. All have the same version.
 
 usage: test_wheel.py LAGLESS FOLDER [LIBRARY]     run by a Python that has scikit-build-core and auditwheel. Ends with 77, skipped,
 without them. With LIBRARY, the one of this build, the wheel packs that and compiles nothing."""

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Do a MAT file and the CSV file of the same recording say the same, bit for bit?
+"""Checks that a MAT file and the CSV file of the same recording have the same content, bit for bit.
 
 usage: check_mat.py scipy|octave FOLDER
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Do an MDF file and the CSV file of the same recording say the same, bit for bit?
+"""Checks that an MDF file and the CSV file of the same recording have the same content, bit for bit.
 
 usage: check_mdf.py own FOLDER              the recordings of recorder_samples, by the reader below
        check_mdf.py asammdf LAGLESS FOLDER  every shipped scenario, recorded into FOLDER, by asammdf

@@ -4,7 +4,7 @@
 usage: check_vcd.py FOLDER
 
 `sigrok-cli -P pwm` measures duty and period of every wire of FOLDER/duty.vcd; expected are the registers in duty.json.
-Centre-aligned: a leg's upper switch is told to be on for 2 CMPA less the dead band, its lower one for the rest less the
+Centre-aligned: a leg's upper switch is commanded on for 2 CMPA less the dead band, its lower one for the rest less the
 dead band [1/150 MHz]. Python 3.9. Ends with 77 (skipped) where sigrok-cli or its pwm decoder is missing."""
 import json
 import pathlib

@@ -1,4 +1,4 @@
-"""What the checks of recordings share: the CSV file, whose texts say which bits every other format must hold. Python 3.9."""
+"""Common code of the checks of recordings: the CSV file, whose texts define the bits that every other format must have. Python 3.9."""
 import struct
 import sys
 

@@ -366,7 +366,7 @@ static void test_the_rigs_tap_feeds_it(void)
 
 /* ---- MDF ---- */
 
-/* The number of so many octets, the lowest first, at this place of the file. */
+/* The number of `octets` octets, the lowest first, at this place of the file. */
 static uint64_t number_at(const char *file, uint64_t at, uint32_t octets)
 {
     uint64_t value = 0;
@@ -458,7 +458,7 @@ static const struct {
      {{15000, RIG_EDGE_GATES, 0}},
      "#0\n$dumpvars\nx!\nx\"\nx#\nx$\nx%\nx&\n0'\n0(\n0)\n$end\n#100000\n0!\n0\"\n0#\n0$\n0%\n0&\n",
      false},
-    /* 600 ticks that wait inside; two in a row, 60 ticks together; the second of two waits */
+    /* 600 ticks that wait inside; two in succession, 60 ticks together; the second of two waits */
     {"an interrupt lasts until its exit",
      30,
      {{300, RIG_EDGE_ISR_ENTER, 32},
@@ -676,7 +676,8 @@ static void test_abandon_removes_everything(void)
     recorder_abandon(NULL);
 }
 
-/* 262144 samples of 16 octets fit. So many, and then one more that goes back in time or not. */
+/* 262144 samples of 16 octets fit. The test records this number, and then one more, whose time is earlier
+ * or not. */
 static void test_memory_that_is_used_up_is_told_unless_the_loss_is_taken_back(void)
 {
     static const struct {

@@ -74,8 +74,8 @@ static void test_float_at_the_ends_of_the_format(void)
     TEST_ASSERT_EQUAL_STRING("nan", float_text(UINT32_C(0xFF800001)));
 }
 
-/* Same digits as the fewest that printf needs; not below powers of two, where the nearest decimal of so many
- * digits may miss the interval that a farther one on the wide side hits. */
+/* Same digits as the fewest that printf needs; not below powers of two, where the nearest decimal of this
+ * number of digits may miss the interval that a farther one on the wide side hits. */
 static void expect_shortest(uint32_t bits)
 {
     char least[40];

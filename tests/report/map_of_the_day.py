@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A tenth of the error map by the seed of the day: one of its speeds, in both directions, without or with what the drive learns. Its
+"""A tenth of the error map by the seed of the day: one of its speeds, in both directions, without or with learning. Its
 points must be those of docs/accuracy.md, to the last digit, and the claims of theory must hold for them.
 
 usage: map_of_the_day.py LAGLESS ACCURACY [SPEED COLUMN]

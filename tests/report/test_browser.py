@@ -362,7 +362,7 @@ def replaced(*pairs):
 
 
 REMOTE = ("</header>", '<img alt="" src="http://example.invalid/a.png"></header>')
-# What is done to the page, the check that must see it, and what that says. Faults of one copy do not disturb each other.
+# The change of the page, the check that must detect it, and the message of this check. Faults of one copy do not disturb each other.
 SEEDED = (
     (("a picture from elsewhere", replaced(REMOTE), Page.console_is_clean, "example.invalid"),
      ("a zoom that ends early", replaced(("LEAST_SPAN = 6;", "LEAST_SPAN = 600;")), Page.single_periods_can_be_seen, "full zoom"),

@@ -1,5 +1,5 @@
-/* Motors that are far from the paper's, and the paper's: what the tests of the estimate and of what is learnt
- * run beside each other. */
+/* Motors that are far from the paper's, and the paper's: the tests of estimate and learning run all of
+ * them. */
 #ifndef TESTS_RIG_MOTORS_H
 #define TESTS_RIG_MOTORS_H
 

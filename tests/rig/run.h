@@ -22,13 +22,13 @@
  * a test needs on a board of another one, follows from this [-]; it is 1 where the board has that. */
 #define RUN_LIMIT_SHARE (BOARD_CURRENT_LIMIT_MA / 10000.0)
 
-/* Torque of the paper's motor [N m] at so many amperes. */
+/* Torque of the paper's motor [N m] at this number of amperes. */
 #define RUN_TORQUE(current) (1.5 * 4.0 * 0.183 * (current))
 
 /* [periods] from `enable` to operation: what is left of the window, and three more. */
 #define RUN_SWITCHING_ON (4u * DRIVE_WINDOW)
 
-/* Prints what was measured, and returns the line as the message of what is asked of it, until the next one.
+/* Prints the measured values, and returns the line, which is the message of the next checks.
  */
 __attribute__((format(printf, 1, 2))) static inline const char *run_say(const char *format, ...)
 {
@@ -106,7 +106,7 @@ static inline void run_paper_drive(rig_t *rig)
 
 /* A shaft in proportion to the torque that the board's limit gives: with the loads times RUN_LIMIT_SHARE too
  * all accelerations are those of 10 A, and with them every speed, time and angle of a test. Staged; the gains
- * of the speed control are those that are in force. */
+ * of the speed control are those that are active. */
 static inline void run_shaft_of_board(rig_t *rig)
 {
     static const char *const rows[] = {"inertia", "friction_coulomb", "motor_inertia", "speed_kp",
@@ -180,7 +180,7 @@ static inline void run_real(rig_t *rig)
     run_puts(rig, "current_offset_a=0.03 current_offset_c=-0.03 current_gain_error_b=0.002");
 }
 
-/* A motor and what it turns, and the largest speed that is asked of it. */
+/* A motor, its load, and the largest requested speed. */
 typedef struct {
     double pole_pairs, resistance, inductance, flux_linkage; /* [-], [ohm], [H], [Wb] */
     double inertia, friction;                                /* [kg m^2], [N m] */
@@ -189,8 +189,8 @@ typedef struct {
 } run_motor_t;
 
 /* Plant and firmware get it; what the rules of thumb make of it: k_s = 1.75 e_max, slope 1.6 L/(k_s T_s), a
- * current error at 96 % of k_s. Limits of current, voltage and speed are the caller's. Before ready, and not
- * yet applied. */
+ * current error at 96 % of k_s. Limits of current, voltage and speed are the caller's. Set before the state
+ * ready, and not yet applied. */
 static inline void run_put_motor(rig_t *rig, const run_motor_t *m)
 {
     const double gain = 1.75 * m->flux_linkage * m->pole_pairs * m->speed;
@@ -226,7 +226,8 @@ static inline void run_put_motor(rig_t *rig, const run_motor_t *m)
     }
 }
 
-/* From power-on to ready on a rotor that turns at this speed; friction waits, so that it keeps it. */
+/* From power-on to ready with a rotor that turns at this speed. Friction is switched on only afterwards, so
+ * that the speed is constant. */
 static inline void run_to_ready_at(rig_t *rig, double rpm)
 {
     const double friction = rig_value(rig, "friction_coulomb");
@@ -236,8 +237,8 @@ static inline void run_to_ready_at(rig_t *rig, double rpm)
     run_put(rig, "friction_coulomb", friction);
 }
 
-/* The load is put on, or taken off, evenly over so many seconds: by a step at low speed the rotor would
- * stop. */
+/* The load is put on, or taken off, evenly over this number of seconds: by a step at low speed the rotor
+ * would stop. */
 static inline void run_load(rig_t *rig, double torque, double seconds)
 {
     const double before = rig_value(rig, "load_torque");

@@ -28,7 +28,7 @@ typedef struct {
 } start_shaft_data_t;
 static const start_shaft_data_t start_shaft_data[] = {{0.0636, 1.32}, {0.003, 0.05}, {0.003, 0.0}};
 
-/* Of the rows of a table of cases: its first so many shafts. */
+/* For the rows of a table of cases: the number of shafts, from the first on. */
 #define START_BOTH 2u
 #define START_ALL  3u
 

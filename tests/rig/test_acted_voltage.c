@@ -1,4 +1,4 @@
-/* The voltage that the observer is told, against the one that was on the winding: from the true currents,
+/* The voltage that the observer gets, compared with the one on the winding: from the true currents,
  * angle and constants of the plant, period by period,
  *
  *     u = (R + r) (i_k-1 + i_k)/2 + L (i_k - i_k-1)/T + (psi_k - psi_k-1)/T
@@ -21,11 +21,11 @@ static double complex vector_of(double a, double b, double c)
 }
 
 typedef struct {
-    double rms;         /* of told minus true [V] */
+    double rms;         /* of assumed minus true voltage [V] */
     double one_current; /* the same if both edges of a leg met the mean current [V] */
 } missed_t;
 
-/* What both edges would lose by the mean current [V]. */
+/* Voltage that both edges would lose with the mean current [V]. */
 static double complex lost_by_mean(double complex current)
 {
     double lost[3];
@@ -83,8 +83,8 @@ static missed_t measure(double rpm, double load)
     return missed;
 }
 
-/* What is left is a fraction of a volt of the 8 V of a leg: what happens within a dead band, 0.15 V between
- * the drops of transistor and diode. Limits: the worst of both directions and boards, times 1.5. */
+/* The remaining error is a fraction of a volt of the 8 V of a leg: the changes within a dead band, 0.15 V
+ * between the drops of transistor and diode. Limits: the worst of both directions and boards, times 1.5. */
 static void test_the_observer_is_told_what_was_on_the_winding(void)
 {
     static const struct {

@@ -159,7 +159,7 @@ static void test_a_fault_sets_the_brake_at_once(void)
     }
 }
 
-/* A pre-torque that the current limit does not permit: the brake stays set, and the fault says so. */
+/* A pre-torque that the current limit does not permit: the brake stays set, and the fault reports it. */
 static void test_without_the_torque_the_brake_stays_set(void)
 {
     hoist(0.0, 15.0);

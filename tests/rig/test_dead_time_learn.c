@@ -58,7 +58,8 @@ static rig_t *running(double rpm, double load, double source)
     return rig;
 }
 
-/* Time from which on, until the end of so many seconds, the voltage is within 5 % [s]; -1: it is not. */
+/* Time from which on, until the end of this number of seconds, the voltage is within 5 % [s]; -1: it is not.
+ */
 static double until_known(rig_t *rig, double seconds)
 {
     double since = -1.0;
@@ -94,8 +95,8 @@ static void trim(rig_t *rig, double rpm)
 /* From 1.4 the EMF of 7.7 V at 100 r/min has 4.1 V less along the current: by the estimate the rotor is lost
  * there. From the speed on at which the drive itself would hand over, it is not: but without load the speed
  * may hunt about its reference, three times a second and with 300 mrad, until less than 1.2 is assumed. The
- * current passes zero then and the speed is off, most of what is seen does not count, and what counts is of
- * little worth: half of 40 tries are through within 0.9 s, the worst after 1.4. At 50 r/min by the estimate
+ * current passes zero then and the speed is off, most measurements do not count, and the others are
+ * inaccurate: half of 40 tries are through within 0.9 s, the worst after 1.4. At 50 r/min by the estimate
  * it would be lost before it is learnt; after that it is the estimate that turns the frame. The kit's mean
  * there is 2.2; the default board's without load is 3.3 +- 1.7 over 20 runs. */
 static const struct {
@@ -203,7 +204,7 @@ static void start(rig_t *rig, double theta, double rpm, double load)
  *
  * Not every try brings the rig's rotor up under the rated load with a dead time assumed too large by so
  * much, nor the kit's 6.3 A a light one: of 24 seeds 15 started at the first try, 7 at another, and 2 were
- * given up (docs/not_there.md). What is promised there is that it has learnt, or says that it stalled. */
+ * given up (docs/not_there.md). There the drive has either learnt the value or reports a stall. */
 static void expect_started_or_given_up(rig_t *rig)
 {
     run_seconds(rig, 8.0);

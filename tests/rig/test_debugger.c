@@ -10,7 +10,7 @@
 #define ALL_LOWER   0x2Au
 #define ZERO_VECTOR (BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR ? ALL_UPPER : ALL_LOWER)
 #define ALL_TRIPPED 0x7u
-#define LATE_LIMIT  3u                                        /* [periods] in a row are a fault */
+#define LATE_LIMIT  3u                                        /* [periods] in succession are a fault */
 #define WATCHDOG    (256.0 * 512.0 * 64.0 / BOARD_CRYSTAL_HZ) /* [s] SPRUFB0, slowest prescaler */
 
 static rig_t *rig;
@@ -70,7 +70,7 @@ static plant_t *plant(void)
     return &rig_state(rig)->plant;
 }
 
-/* So many ticks pass for chip and motor, and the background does not come round. */
+/* This number of ticks pass for chip and motor, and the background does not complete a pass. */
 static void pass_ticks(uint64_t ticks)
 {
     rig_bind(rig);
@@ -278,7 +278,7 @@ static void test_a_real_time_halt_stops_the_background_and_leaves_the_drive_runn
     TEST_ASSERT_DOUBLE_WITHIN(0.4, torque_current, rig_value(rig, "i_q_ref"));
     TEST_ASSERT_DOUBLE_WITHIN(0.5, torque_current, largest);
     run_expect_no_fault(rig);
-    TEST_ASSERT_FALSE(chip_halted(chip())); /* by the watchdog, which nobody fed */
+    TEST_ASSERT_FALSE(chip_halted(chip())); /* by the watchdog, which was not fed */
 
     chip_debug_run(chip());
     run_seconds(rig, 5.0 * WATCHDOG); /* the background feeds it again */

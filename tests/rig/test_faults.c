@@ -1,6 +1,5 @@
-/* Encoder tracks that jump, a quick stop without the encoder, a bridge that comes on at speed, a background
- * that stalls. What the fault matrix asks of every fault and manoeuvre (host_sim/lab/matrix_table.h) is not
- * asked here. */
+/* Encoder tracks that jump, a quick stop without the encoder, a bridge that comes on at speed, and a background
+ * that stalls. The requirements of the fault matrix (host_sim/lab/matrix_table.h) are not tested here. */
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
@@ -65,7 +64,7 @@ static void test_encoder_tracks_that_change_both_at_once_stop_the_drive(void)
     run_expect_no_fault(rig);
 }
 
-/* Somebody plugs the encoder in: told, and no fault while the bridge is off. */
+/* The encoder is plugged in: the drive reports it, and it is no fault while the bridge is off. */
 static void test_encoder_tracks_may_jump_while_the_bridge_is_off(void)
 {
     run_put(rig, "enable", 0.0);

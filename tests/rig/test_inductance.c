@@ -21,7 +21,7 @@ typedef struct {
     double factor; /* or value */
 } wrong_t;
 
-/* A rotor so light that its speed follows every torque, with a loop as fast as it asks for. */
+/* A rotor so light that its speed follows every torque, with a loop as fast as it requests. */
 static void light_rotor(void)
 {
     run_put(rig, "inertia", 0.003 * RUN_LIMIT_SHARE);

@@ -67,13 +67,14 @@ static void test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "speed_ki")); /* the set is taken as a whole or not at all */
     run_seconds(rig, 0.1);
     run_expect_no_fault(rig);
-    run_put(rig, "current_limit", 0.9 * limit); /* mended in one set */
+    run_put(rig, "current_limit", 0.9 * limit); /* corrected in one set */
     TEST_ASSERT_TRUE(rig_apply(rig));
     TEST_ASSERT_EQUAL_DOUBLE((double)(float)(1.1 * limit), rig_value(rig, "overcurrent_trip"));
     TEST_ASSERT_EQUAL_DOUBLE(3.0, rig_value(rig, "speed_ki"));
 }
 
-/* What a float would round to a whole number is none, and one that it cannot hold is told as it was given. */
+/* What a float would round to a whole number is none, and one that it cannot hold is reported as it was
+ * given. */
 static void test_numbers_that_are_none_or_not_whole_are_refused(void)
 {
     const double none[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 1e300};
@@ -92,7 +93,7 @@ typedef struct {
     char text[2][32]; /* the ends as they are written */
 } told_t;
 
-/* The range that the last refusal tells. */
+/* The range in the last refusal. */
 static told_t told_range(void)
 {
     told_t told;
@@ -127,7 +128,7 @@ static double one_digit_on(const char *text, double direction)
     return (float)next != (float)written ? next : next + direction * digit;
 }
 
-/* Every settable row of every table, past either end of its range: the ends that are told are accepted as
+/* Every settable row of every table, past either end of its range: the ends that are reported are accepted as
  * they are written, and one digit on they are not. */
 static void test_told_ends_of_every_row_are_accepted_as_they_are_written(void)
 {
@@ -172,7 +173,7 @@ static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
         run_put(rig, wrong[n].row, wrong[n].value);
         TEST_ASSERT_FALSE_MESSAGE(rig_apply(rig), wrong[n].row);
         if (rig_error_id(rig) != id) {
-            continue; /* told by another row of the rule */
+            continue; /* reported with another row of the rule */
         }
         const told_t told = told_range();
         for (int end = 0; end < 2; end++) {

@@ -1,7 +1,8 @@
 /* Sensorless, while the speed changes at the limit of the current: how far the estimated angle is off in the
- * steps of the paper's experiment, in both directions of rotation. What the theory of the two loops predicts
- * at constant acceleration is asked of the estimator (tests/unit/test_estimator_dynamics.c, test_flux.c) and
- * in the paper's figures (lab_paper). Reversals, steps under load and a light rotor at low speed are those of
+ * steps of the paper's experiment, in both directions of rotation. The predictions of the theory of both
+ * loops at constant acceleration are tested with the estimator (tests/unit/test_estimator_dynamics.c,
+ * test_flux.c) and in the paper's figures (lab_paper). Reversals, steps under load and a light rotor at low
+ * speed are those of
  * reversal.grid and sensor_errors.grid.
  *
  * The true rotor angle is the reference; the estimate closes the loop. Errors are theta_hat - theta,
@@ -19,7 +20,7 @@
 #define INERTIA_BARE 0.003  /* of Table I */
 #define RATED_TORQUE 5.0    /* [N m] */
 #define PERIOD       RIG_PERIOD_SECONDS
-#define ALL_OF_IT    1.0 /* torque_feedforward: K as the motor's data say */
+#define ALL_OF_IT    1.0 /* torque_feedforward: K from the motor's data */
 /* i_d of the default drive at low speed [A]: without it the legs of a bare motor, which needs hardly any
  * current, are all in doubt for much of the time. */
 #define LOW_SPEED_CURRENT 2.0
@@ -123,7 +124,8 @@ static void change_sample(void *context, uint32_t period, const uint32_t *slots,
     }
 }
 
-/* The reference steps to so many r/min (signed), watched for so many seconds, the peak from `before` on. */
+/* The reference steps to this number of r/min (signed), watched for this number of seconds, the peak from
+ * `before` on. */
 static change_t change_speed(double rpm, double seconds, double before)
 {
     const uint32_t ids[] = {rig_row_by_name("theta_hat_err")->id, rig_row_by_name("true_omega_e")->id};
@@ -208,8 +210,8 @@ static void keep_larger_change(change_t *largest, const change_t *change)
     keep_larger(&largest->settled, change->settled);
 }
 
-/* So many seconds after a step of the bare motor on a real inverter its error is still that of before: at
- * 100 r/min without load the angle hunts. */
+/* This number of seconds after a step of the bare motor on a real inverter its error is still that of before:
+ * at 100 r/min without load the angle hunts. */
 #define HUNTING 0.01
 
 /* With a real inverter the peak hangs on where the phase currents stand at the step: from one of several

@@ -220,7 +220,7 @@ static run_error_t measure_paper(const char *what, double gain, double lag, doub
 }
 
 /* Means at 1500 r/min by docs/theory.md, 4, where the paper has its numbers, with load and without; SD up to
- * 1 mrad, the harmonics of the sigmoid per axis. The other speeds are asked of the estimator alone
+ * 1 mrad, the harmonics of the sigmoid per axis. The other speeds are tested with the estimator alone
  * (tests/unit/test_estimator_paper.c). The 0.08 rad of the paper's Fig. 10 need k_s = 162 V with this timing.
  */
 static void test_lag_of_the_paper_s_configurations(void)

@@ -111,7 +111,8 @@ static void test_compensated_inverter(void)
 /* Gains by rule, the current that keeps out of the dead time's zone, inductance and dead time learnt. The
  * leg's loss is 2.3 us of the link and 0.875 V, of both of which four fifths are assumed. What coasting
  * through doubtful voltages and trimming the offsets are worth: without them the loop holds. An offset that
- * nothing trims comes back as an EMF, which the current control is told of: without load the angle ripples
+ * nothing trims comes back as an EMF, which the current control gets as a feed-forward: without load the
+ * angle ripples
  * with it, at 503 r/min by 2.7 mrad in place of 0.6. */
 #define WITHOUT(name, row)                                                                                   \
     {                                                                                                        \

@@ -1,7 +1,7 @@
-/* Each row of the signals shows what its text says. The ring runs through states and modes, every row of
+/* Each signal has the value that its text describes. The ring runs through states and modes, every row of
  * every period is written down beside the truth of the plant, the gate edges and the settings, and each row
- * must be what physics or algebra makes of these and of other rows. Nothing here knows where the drive keeps
- * a value.
+ * must be what physics or algebra makes of these and of other rows. The tests do not use the places where
+ * the drive keeps a value.
  *
  * That no wrong wiring passes is tested too: with any two rows exchanged, any row in the place of another, or
  * any row a period old, some check fails. */
@@ -179,7 +179,7 @@ typedef struct {
     double flags, invalid;                /* [-] */
     double i_d_ref, i_q_ref, omega_m_ref; /* [A], [rad/s]; NAN: it is the speed itself */
     bool forced;                          /* the control's frame is not the rotor's */
-    bool bridge, sensorless, cut;         /* cut: the link is too low for the voltage that is asked for */
+    bool bridge, sensorless, cut;         /* cut: the link is too low for the voltage that is requested */
     bool settled;                         /* flux linkage and trim have found what they look for */
 } stretch_t;
 
@@ -294,7 +294,7 @@ static void run_all(void)
     run_put(rig, "module_time_constant", 0.0);
     run_put(rig, "observer_switching", 1.0); /* of each axis: three gains that differ */
     run_put(rig, "offset_trim", 0.1);
-    run_put(rig, "inductance_adaptation", 0.0); /* i_d is what is asked for */
+    run_put(rig, "inductance_adaptation", 0.0); /* i_d is what is requested */
     run_put(rig, "field_weakening", 0.0);
     run_put(rig, "compensation_gain", 0.0);
     run_parameter(rig, "motor_flux_linkage", 1.04 * FLUX);
@@ -318,8 +318,8 @@ static void run_all(void)
     rig_run(rig, 50);
     stretch(0, &(stretch_t){.name = "refused", .state = 1.0, .refusal = REASON_FAULT_PRESENT, .flags = 3.0});
 
-    /* Without the encoder, told that this is too slow to be caught: a forced frame turns as fast as a shaft
-     * that is held, and the estimate beside it. */
+    /* Without the encoder, and with a start_speed above this speed: the forced frame turns as fast as the
+     * driven shaft, and so does the estimate. */
     run_put(rig, "shaft_locked_speed", 120.0 * RPM);
     run_put(rig, "shaft_locked", 1.0);
     run_put(rig, "speed_request", 120.0 * RPM);
@@ -337,7 +337,7 @@ static void run_all(void)
                             .forced = true,
                             .sensorless = true});
 
-    /* Gathering speed on the encoder, the torque at its limit, the estimate told to be too slow. */
+    /* Gathering speed on the encoder, the torque at its limit, the estimate reported as too slow. */
     run_put(rig, "handover_speed", 0.0);
     run_put(rig, "start_speed", 8.0);
     run_parameter(rig, "position_source", 0.0);
@@ -554,7 +554,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(commission_friction_coulomb, 0.0, 0.0)
     EXPECT(commission_friction_viscous, 0.0, 0.0)
     EXPECT(speed_calm, 1.0, 0.0) /* nothing oscillates */
-    /* by the rules of theory 3, 7 and 23 for the default motor, told its flux as above */
+    /* by the rules of theory 3, 7 and 23 for the default motor, with the flux configured as above */
     const double gain = 1.25 * 1.04 * FLUX * POLE_PAIRS * 220.0;
     const double dead =
         (double)(BOARD_SECONDS(BOARD_DEAD_TIME_NS) * BOARD_VOLTS(BOARD_OVERVOLTAGE_MV) / DRIVE_PERIOD);
@@ -614,7 +614,7 @@ static bool frames(const stretch_t *s, uint32_t k)
 {
     const double complex abc = clarke(V(i_a), V(i_b), V(i_c));
     const double complex ab = pair(k, R_i_alpha, R_i_beta);
-    /* the trim in force is that of the window before the last; the first period of the last shows it */
+    /* the trim active is that of the window before the last; the first period of the last shows it */
     const uint32_t ago = DRIVE_WINDOW + ((uint32_t)record[k].row[R_period] - 1u) % DRIVE_WINDOW;
     const bool is_seen = k >= s->first + ago;
     const double complex trim_before = pair(is_seen ? k - ago : k, R_trim_alpha, R_trim_beta);
@@ -744,8 +744,8 @@ static bool estimate(const stretch_t *s, uint32_t k)
     /* The voltage of the switching function, which nothing filters where the lag is compensated exactly. */
     EXPECT(e_hat_alpha, settings_gain * V(k_f_alpha) * V(i_err_alpha), 1e-3)
     EXPECT(e_hat_beta, settings_gain * V(k_f_beta) * V(i_err_beta), 1e-3)
-    /* The inverter is ideal, and the drive, which does not learn, knows it but for a drop that shows here
-     * only.
+    /* The inverter is ideal. The drive does not learn, and its model of the inverter is right except for
+     * one voltage drop, which has an effect only here.
      */
     EXPECT(dead_time_hat, DROP, 1e-2 * DROP)
     /* The EMF of the rotor, j psi_f omega e^(j theta), but for the waves of a sigmoid that acts in each axis.

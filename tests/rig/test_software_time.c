@@ -43,7 +43,7 @@ static double interrupt_ticks(void)
     return RIG_INTERRUPT_CYCLES * (150e6 / (double)BOARD_SYSCLK_HZ);
 }
 
-/* The interrupt takes so many periods. */
+/* The interrupt takes this number of periods. */
 static void put_interrupt(double periods)
 {
     run_put(rig, "interrupt_time", periods * (double)RIG_PERIOD_TICKS / interrupt_ticks());
@@ -93,7 +93,7 @@ static rig_t *copy(void)
     return other;
 }
 
-/* The same signals, to the bit, while both are asked for another speed, and shown a load. */
+/* The same signals, to the bit, while both get another speed request and a load. */
 static void expect_same_bits(rig_t *other)
 {
     static const char *const rows[] = {"i_a",     "i_b",     "u_dc",        "duty_a",       "duty_b",
@@ -142,7 +142,7 @@ static void test_the_drive_tells_what_its_last_and_its_longest_interrupt_took(vo
 
 /* ---- the medium task ---- */
 
-/* It and the interrupts in it take so many windows, from its begin. */
+/* It and the interrupts in it take this number of windows, from its begin. */
 static void put_medium(rig_t *of, double windows)
 {
     const double alone = DRIVE_WINDOW * ((double)RIG_PERIOD_TICKS - interrupt_ticks());
@@ -150,8 +150,8 @@ static void put_medium(rig_t *of, double windows)
     run_put(of, "medium_time", windows * alone / cycles);
 }
 
-/* The setpoint of a window acts from a fixed period on, whenever it is ready before. What the background
- * makes of what was learnt comes when it comes round: here nothing of that is learnt. */
+/* The setpoint of a window acts from a fixed period on, whenever it is ready before. The background applies
+ * learnt values when it has time: here nothing is learnt. */
 static void test_within_the_window_no_bit_hangs_on_the_medium_task(void)
 {
     static const double windows[] = {0.1, 0.3, 0.5, 0.7, 0.9, 0.95};
@@ -223,7 +223,7 @@ static void test_a_medium_task_that_is_late_once_stops_nothing(void)
     TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
 }
 
-/* Three late samples in a row, as of one that comes too late; then the gates are off. */
+/* Three late samples in succession, as of one that comes too late; then the gates are off. */
 static void test_an_interrupt_longer_than_the_period_is_told_as_late(void)
 {
     start();
@@ -236,7 +236,7 @@ static void test_an_interrupt_longer_than_the_period_is_told_as_late(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_b"));
 }
 
-/* The interrupt of t_k runs over t_{k+1}, and the truth of t_{k+1} is that of this instant all the same: a
+/* The interrupt of t_k runs over t_{k+1}, and the truth of t_{k+1} is that of this instant nevertheless: a
  * shaft without friction and load turns on by omega T_s p each period. */
 static void test_truth_is_of_t_k_while_an_interrupt_runs_over_it(void)
 {

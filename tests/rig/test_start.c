@@ -6,7 +6,7 @@
 #include "tests/rig/start.h"
 #include "tests/rig/the_rig.h"
 
-#define ABOVE_HANDOVER 1.0  /* [r/min] asked for beyond handover_speed: below it the frame stays forced */
+#define ABOVE_HANDOVER 1.0  /* [r/min] requested beyond handover_speed: below it the frame stays forced */
 #define LONGEST        12.0 /* [s] that a start is watched, all its tries */
 #define SETTLED        0.8  /* [s] after hand-over that it must last */
 #define TORQUE_WINDOW  20u  /* [periods] before hand-over, and after it */
@@ -18,8 +18,8 @@ static double asked; /* [r/min] of the start under way */
 /* ---- the cases ---- */
 
 /* NOMINAL: runs, within the limits of expect_nominal(). STARTS: runs. ENDS: is not promised to start, as a
- * hoist without a brake is not. Whatever becomes of it: it runs, or has stopped with a fault after
- * start_tries, and no current is beyond the trip. */
+ * hoist without a brake is not. For each result of the start: the motor runs, or it has stopped with a
+ * fault after start_tries, and no current exceeds the trip. */
 typedef enum { NOMINAL, STARTS, ENDS } promise_t;
 
 typedef struct {
@@ -83,7 +83,7 @@ static void put_wrong(uint32_t n)
 /* ---- one start ---- */
 
 /* From the last hand-over on; a rotor that was caught turning backwards has none, there it is from the speed
- * asked for on. */
+ * requested on. */
 typedef struct {
     double begin;      /* [s] */
     double torque[2];  /* [N m] means before and after */
@@ -140,7 +140,7 @@ static double handover_speed(void)
     return (double)limits->handover_speed / POLE_PAIRS / RPM;
 }
 
-/* Asked: 2 s, 11 A, 15 r/min, 120 mrad, 1 N m. Of error and step the grid has 43 mrad and 0.5 N m. */
+/* Asked: 2 s, 11 A, 15 r/min, 120 mrad, 1 N m. In the grid the error is 43 mrad and the step 0.5 N m. */
 static void expect_nominal(const start_end_t *end, double current, const char *where)
 {
     TEST_ASSERT_TRUE_MESSAGE(end->begin <= 2.0, where);

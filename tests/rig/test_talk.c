@@ -144,7 +144,7 @@ static void choose(uint8_t extension, uint32_t id)
     expect_ok();
 }
 
-/* So many slots, at the address that was chosen. */
+/* This number of slots, at the address that was chosen. */
 static void download(const uint32_t *bits, uint32_t count)
 {
     uint8_t packet[2u + 8u] = {0xF0, (uint8_t)(4u * count)};
@@ -320,7 +320,7 @@ static void test_a_silent_master_brings_a_quick_stop(void)
     periods(rig_periods(2.0));
     TEST_ASSERT_EQUAL_DOUBLE(DRIVE_READY, rig_value(rig, "state"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "fault_reason"));
-    TEST_ASSERT_TRUE(warns()); /* until somebody has seen it */
+    TEST_ASSERT_TRUE(warns()); /* until a client has read it */
     connect();
     TEST_ASSERT_TRUE(warns());
     write_choice(EXTENSION_REQUESTS, id_of("enable"), REQUEST_OFF);
@@ -376,7 +376,7 @@ static void test_only_what_the_line_switched_on_stops_with_it(void)
 
 /* ---- floods ---- */
 
-/* One list of one table of so many entries, whose first is next. */
+/* One list of one table of this number of entries, whose first is next. */
 static void allocate(uint8_t entries)
 {
     SEND(0xD6);

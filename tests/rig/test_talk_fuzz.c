@@ -1,7 +1,7 @@
 /* Random and mutated octets at the drive's line, over the wire and over the chip's serial line, while it
  * runs: no period is missed and none is late, what the drive sends are whole frames in their order,
  * parameters and requests are always a set that may be, and none of them changes unless its new value was
- * sent behind the octet of a DOWNLOAD. So many octets as argument 1 says, in all. */
+ * sent behind the octet of a DOWNLOAD. Argument 1 is the total number of octets. */
 #include "app/talk.h"
 #include "host_sim/rig/rig_state.h"
 #include "settings/signals.h"
@@ -288,7 +288,7 @@ static uint32_t command(uint8_t packet[64])
 }
 
 /* In a frame; mutated by a bit, an octet, its length, or cut off. Half of those on the serial line get a sum
- * that agrees all the same. */
+ * that agrees nevertheless. */
 static void send_frame(const uint8_t *packet, uint32_t length, bool mutated)
 {
     const uint32_t number = by_chip && dice(32u) != 0u ? count_sent : dice(65536u);
@@ -416,7 +416,7 @@ void tearDown(void)
     rig_free(rig);
 }
 
-/* The drive runs on as if nobody was there. */
+/* The drive runs as without a client. */
 static void expect_nothing_changed(bool over_the_chip)
 {
     by_chip = over_the_chip;

@@ -132,7 +132,7 @@ static void test_who_does_not_belong_here_is_refused_and_nothing_is_done(void)
         const char *request;
         int status;
     } rows[] = {
-        /* a name that leads here and belongs to somebody else, none, another port */
+        /* a name of another site that leads here, none, another port */
         {"GET /{T}/ HTTP/1.1\r\nHost: evil.example\r\n\r\n", 403},
         {"GET /{T}/ HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", 403},
         {"GET /{T}/ HTTP/1.1\r\nHost: 127.0.0.1:1\r\n\r\n", 403},
@@ -280,7 +280,8 @@ static void test_one_stream_too_many_ends_the_oldest(void)
     }
 }
 
-/* Who does not read is spared samples, gets what must not be lost, and delays nobody. */
+/* A client that does not read gets no samples, but all messages that must not be lost, and delays no other
+ * client. */
 static void test_slow_reader_is_spared_samples(void)
 {
     static char data[100000], text[200000];

@@ -30,7 +30,7 @@ fidelity = "averaged"
 
 
 class Page:
-    """What a page does: listens to the events and asks."""
+    """Acts as a page: listens to the events and sends requests."""
 
     def __init__(self, url):
         self.host, self.path = re.fullmatch(r"http://([^/]+)(/[0-9a-f]{32})/", url).groups()
@@ -134,7 +134,7 @@ class Scope(command_line.TestCase):
         self.assertEqual([], re.findall(r"https?://(?!www\.w3\.org/2000/svg)[^\s\"']*", text))
 
     def test_samples_are_the_drives_own(self):
-        """Of every period, in order; the period itself as a signal is the stamp."""
+        """Samples of every period, in order; the signal that is the period itself equals the stamp."""
         page = self.scope(self.serve("--port", "0"))
         self.assertTrue(page.ask("/signals", "1 2000 2024")["ok"])  # period, u_dc
         self.wait(lambda: sum(each["n"] for each in page.samples if each["c"] == 2) > 5000, "samples")

@@ -1,4 +1,4 @@
-/* What the scope tells its pages, and what it takes from them. */
+/* The texts between the scope and its pages. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

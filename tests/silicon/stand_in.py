@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Stand-in for TI's cl2000, ar2000 and hex2000, to test the build description where these cannot be had. It compiles
-nothing. It refuses options and inputs that the real tools would refuse, as far as TI's manuals tell, writes
-placeholders that say what they are, and appends each command line to the file that STAND_IN_LOG names. Called by the
-name of the tool it stands for."""
+nothing. It refuses options and inputs that the real tools would refuse according to TI's manuals, writes
+placeholders that say what they are, and appends each command line to the file that STAND_IN_LOG names. Called by the name of the tool that
+it replaces."""
 import json
 import os
 import pathlib

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The project for Code Composer Studio says what CMake does: held against the command lines that the preset gives to
-the stand-ins for TI's tools. What Code Composer Studio makes of it, only Code Composer Studio can tell.
+"""The project for Code Composer Studio agrees with CMake: compared with the command lines that the preset gives to
+the stand-ins for TI's tools. Only Code Composer Studio can show how it reads the project.
 
 usage: test_ccs.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 
@@ -58,7 +58,7 @@ def kind_of(word):
 
 
 def differences(project, build, gates=None):
-    """What the project says otherwise than the build did; gates: the option that is the user's to give."""
+    """Differences between the project and the build; gates: the option that the user gives."""
     found = []
 
     def compare(what, here, there):
@@ -167,7 +167,7 @@ class Projects(unittest.TestCase):
                          {name: ["--given", *project.own.get(name, [])] for name in objects})
 
     def seeded(self, file, pattern, text):
-        """What is told of the committed project, after one change to one of its files."""
+        """The report about the committed project after one change to one of its files."""
         with tempfile.TemporaryDirectory(dir=self.build.folder) as name:
             folder = pathlib.Path(name)
             for path in COMMITTED.iterdir():

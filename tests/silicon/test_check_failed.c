@@ -1,4 +1,4 @@
-/* What a failed check does on the chip: app/main.c as it is, above a board that writes down what it is asked.
+/* The effect of a failed check on the chip: the real app/main.c, above a board that records its calls.
  * Its loop has no end; the board leaves it after some turns. */
 #include "unity.h"
 #include <setjmp.h>

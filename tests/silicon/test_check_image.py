@@ -195,7 +195,7 @@ def join_constants(image, gap):
     image.change(".const", align=2, gap=[0xDEAD] * gap, run=at, load=at, header_address=at)
 
 
-# One fault each, and what is told of it.
+# One fault each, and what is reported of it.
 FAULTS = (
     (lambda image: image.forget("app_trip"), "symbols: app_trip is not there: the interrupts of the drive\n"),
     (lambda image: image.define("code_start", 0x300000, place=1),

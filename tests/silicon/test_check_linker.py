@@ -26,7 +26,7 @@ checker = graphs.tool.load("check-linker")
 graphs.remember(checker)
 
 
-# What is changed, by a pattern that fits one place of a file, and what is told of it.
+# What is changed, by a pattern that fits one place of a file, and what is reported of it.
 BREACHES = (
     (FLASH, "origin = 0x00C000, length = 0x004000", "origin = 0x00BFFF, length = 0x004000", "f28335_flash.cmd:",
      "overlap: L4_L7 begins at 0x00bfff, in L0_L3, which ends at 0x00bfff"),
@@ -103,7 +103,7 @@ BREACHES = (
 )
 
 
-# What is added to a source, from which of its lines on it is told, and what.
+# What is added to a source, from which of its lines on it is reported, and what.
 ADDED = (
     ("firmware/app/main.c", "void abort(void);\nvoid abort(void)\n{\n    hal_gates_off();\n    for (;;) {\n    }\n}\n", 1,
      'names: error #10056: symbol "abort" redefined: first defined here; redefined in rts2800_fpu32_eabi.lib<exit.c.obj>, '
@@ -124,7 +124,7 @@ ADDED = (
      "names: __assert_fail brings in the console of the library"),
 )
 
-# A function that is collected for RAM where it was not, or not where it was, and what is told.
+# A function that is collected for RAM where it was not, or not where it was, and what is reported.
 MOVED = (
     ("hal_boot", True, "hal/f28335/boot.c:", "copy: runs from RAM before it is there: hal_boot"),
     ("flash_program", True, "hal/f28335/flash.c:", "overlay: runs from RAM while the flash API is in its place: flash_program"),
@@ -246,7 +246,7 @@ class CheckLinker(unittest.TestCase):
                            "nobody of firmware/drive/none.c: there is no such function")
 
         self.doCleanups()
-        self.collect("bus_wait", False)  # what sets the flash must not stay there, whatever the list says
+        self.collect("bus_wait", False)  # code that configures the flash must not be in flash, even if the list contains it
         self.listed_in_flash("hal/f28335/wait.c: bus_wait")
         self.assert_breach("hal/f28335/wait.c:", "stays in flash")
 

@@ -150,7 +150,7 @@ class Libraries(Case):
     LIBRARY = b"!<arch>\nTI's, and not here"
 
     def stand_in(self, fails=""):
-        """A cl2000 that assembles the table and links it with the library, as far as its command line tells."""
+        """A stand-in for cl2000 that checks the command line for assembling the table and linking it with the library."""
         image = self.folder / "image"
         image.write_bytes(coff(sections()))
         program = self.folder / "cgt/bin/cl2000"
@@ -204,7 +204,7 @@ class Builds(Case):
 
 
 class Table(unittest.TestCase):
-    """linker/flash_api.asm, linker/flash_api.cmd and hal/f28335/flash_api.h tell the same table."""
+    """linker/flash_api.asm, linker/flash_api.cmd and hal/f28335/flash_api.h have the same table."""
 
     def test_entries_stand_where_the_program_looks_for_them(self):
         header = (ROOT / "hal/f28335/flash_api.h").read_text()

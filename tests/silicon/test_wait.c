@@ -51,7 +51,7 @@ static void test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference(vo
     }
 }
 
-/* Before hal_init has started it, or after somebody stopped it: a turn takes a cycle and more. */
+/* Before hal_init has started it, or after it was stopped: a turn takes a cycle and more. */
 static void test_a_timer_that_stands_ends_it_after_as_many_turns(void)
 {
     for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {

@@ -1,4 +1,4 @@
-"""The steps of tools/check: what fails, what runs beside, what was not checked. usage: test_steps.py CTEST"""
+"""The steps of tools/check: failures, steps that run in parallel, steps that were not checked. usage: test_steps.py CTEST"""
 
 import os
 import pathlib

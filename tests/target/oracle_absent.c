@@ -1,5 +1,5 @@
-/* The oracles are C++ with Eigen and run on the desk only: a test that asks one is left out here, and says
- * so. */
+/* The oracles are C++ with Eigen and run on the host only: a test that needs one is left out here, and
+ * reports this. */
 #include <unity.h>
 
 #include "tests/oracle/estimator_oracle.h"

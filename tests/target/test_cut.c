@@ -1,4 +1,4 @@
-/* The medium task interrupted anywhere: takes a recording through the drive on the desk, and in each window
+/* The medium task interrupted anywhere: takes a recording through the drive on the host, and in each window
  * stops the medium task at a block of its code that is drawn, lets up to seven periods of the fast task come
  * in between, and goes on. Commands and all that the fast task shows are those of the recording, bit for bit.
  *

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Every test that tests/target/avr/left_out.c leaves out is there: in this file a test of this name, and no row twice. A row
-that names none would leave out a test that somebody writes later, and nobody would see it."""
+that names none would leave out a test that somebody writes later, and no one would see it."""
 import pathlib
 import re
 import sys

@@ -1,5 +1,6 @@
-/* Both tasks at once, in two threads, under ThreadSanitizer: takes a recording through the drive on the desk,
- * and while the medium task works on a window the next seven periods of the fast task run beside it. The two
+/* Both tasks at once, in two threads, under ThreadSanitizer: takes a recording through the drive on the host,
+ * and while the medium task works on a window the next seven periods of the fast task run in parallel. The
+ * two
  * meet only where a window ends, as on the chip: there the medium task has to be done, and is handed the next
  * window. Any other word that one task writes and the other one reads or writes is a race, which ends the
  * program. Commands and all that the fast task shows are those of the recording, bit for bit.

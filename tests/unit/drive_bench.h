@@ -48,7 +48,7 @@ static inline void steps(uint32_t count)
     }
 }
 
-/* To the end of the window under way, and so many more. */
+/* To the end of the window under way, and this number of more. */
 static inline void windows(uint32_t count)
 {
     do {

@@ -1,5 +1,5 @@
-/* What the tests of the estimator share: machines, parameters, a bench with the adaptation beside the
- * estimator as in the drive. The whole estimator, open loop, on exact data of a turning machine
+/* Common code of the tests of the estimator: machines, parameters, a bench in which the adaptation runs
+ * with the estimator as in the drive. The whole estimator, open loop, on exact data of a turning machine
  * (estimator_oracle.h); judged by the true angle: error = theta_hat - theta in mrad.
  *
  * What float leaves: a current of 4.55 A is rounded by 2.4e-7 A, the observer's own by as much, which L/T
@@ -111,7 +111,7 @@ static inline void retune(const estimator_params_t *params)
     estimator_set_flux(&est, flux.flux_linkage, flux.speed_per_volt);
 }
 
-/* A step, with the adaptation beside it as in the drive. */
+/* A step, with the adaptation as in the drive. */
 static inline position_t stepped(ab_t voltage, ab_t current)
 {
     const position_t position = estimator_step(&est, voltage, current);
@@ -170,7 +170,7 @@ static inline deviation_t deviation(const estimator_oracle_case_t *rig, long fro
     return d;
 }
 
-/* From the true state at t_0 but for this angle [rad], so many steps on. */
+/* From the true state at t_0 but for this angle [rad], this number of steps on. */
 static inline void run_near(const estimator_params_t *params, const estimator_oracle_case_t *rig,
                             double theta, long count)
 {

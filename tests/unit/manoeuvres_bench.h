@@ -1,5 +1,5 @@
 /* Both halves of the manoeuvres, manoeuvres.h once a window and reference.h in each period, with a machine:
- * the setpoint of window n acts in window n + 2; currents are those that were asked for a period ago, the EMF
+ * the setpoint of window n acts in window n + 2; currents are those that were requested a period ago, the EMF
  * is observed without error, and a loop that tracks is on the rotor. */
 #ifndef TESTS_UNIT_MANOEUVRES_BENCH_H
 #define TESTS_UNIT_MANOEUVRES_BENCH_H
@@ -20,7 +20,7 @@ static manoeuvres_t m;
 static manoeuvres_tuning_t tuning;
 static reference_t fast;
 static reference_tuning_t fast_tuning;
-static setpoint_t made, next, setpoint; /* newest, of the next window, in force */
+static setpoint_t made, next, setpoint; /* newest, of the next window, active */
 static uint32_t window;                 /* [windows] closed */
 static struct {
     uint32_t tracked;
@@ -43,7 +43,7 @@ static estimate_t estimate;
 static run_wish_t wish;
 static demand_t demand;
 static bool lost;
-static bool again; /* the same set is taken anew with each window, which must change nothing */
+static bool again; /* the same set is taken again with each window, which must change nothing */
 static uint32_t period, in_window;
 
 /* Names in the order in which they came. */

@@ -1,4 +1,4 @@
-/* The sequence with what it sees of the drive: the usual tuning, inputs, and the ways into its states. */
+/* The sequence and its inputs from the drive: the usual tuning, inputs, and the ways into its states. */
 #ifndef TESTS_UNIT_SEQUENCE_BENCH_H
 #define TESTS_UNIT_SEQUENCE_BENCH_H
 
@@ -11,9 +11,11 @@
 
 #define OVERCURRENT fault_set_of(FAULT_OVERCURRENT)
 #define LATE        fault_set_of(FAULT_LATE)
-#define WARM        fault_set_of(FAULT_SINK_WARM) /* the machine does not ask what a row is about */
-#define BOTH        fault_set_both(OVERCURRENT, LATE)
-#define NOTHING     fault_set_none()
+#define WARM                                                                                                 \
+    fault_set_of(FAULT_SINK_WARM) /* the state machine does not depend on the meaning of a                   \
+                                   * row */
+#define BOTH    fault_set_both(OVERCURRENT, LATE)
+#define NOTHING fault_set_none()
 
 #define STOP_WINDOWS 50u
 #define RETRIES      2u
@@ -31,7 +33,7 @@ static uint32_t order; /* of the last window */
 #define ON    SEQUENCE_ON
 #define BEGIN SEQUENCE_BEGIN
 
-/* What the machine is to find, whichever quantity tells it. */
+/* The state that the machine must find, for each quantity that shows it. */
 static struct {
     bool fault_line, tripped, undervoltage, feeding, standing, not_enabled, brake_free;
 } is;
@@ -41,7 +43,7 @@ static bridge_t bridge; /* as the fast task has it */
 #define UNDERVOLTAGE 200.0f                        /* [V] */
 #define FEEDING      (0.02f * DRIVE_CURRENT_RANGE) /* [A] more than offsets and noise, with no gate on */
 
-/* Nothing is wrong and nothing wished for; the rotor turns. */
+/* Nothing is wrong and nothing requested; the rotor turns. */
 void setUp(void)
 {
     memset(&sequence, 0x55, sizeof sequence);
@@ -82,7 +84,7 @@ static inline void expect_state(drive_state_t state)
     TEST_ASSERT_EQUAL_INT32(state, sequence.state);
 }
 
-/* So many windows, after which the machine is there and gives this order. */
+/* This number of windows, after which the machine is there and gives this order. */
 static inline void go(uint32_t windows, drive_state_t state, uint32_t expected)
 {
     steps(windows);

@@ -1,4 +1,4 @@
-/* A sweep over a function's arguments visits every point on the desk, every seventh under the sanitizers, and
+/* A sweep over a function's arguments visits every point on the host, every seventh under the sanitizers, and
  * every SWEEP-th on a simulated target, where a point takes a thousand times as long: on the one with an FPU
  * every 499th, on the other one every 4999th. */
 #ifndef TESTS_UNIT_SWEEP_H

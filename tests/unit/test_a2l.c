@@ -68,7 +68,7 @@ static void test_every_float_is_as_short_as_it_reads_back(void)
         }
         const char *shortest = float_text(value);
         TEST_ASSERT_EQUAL_HEX32(float_bits(value), float_bits(strtof(shortest, NULL)));
-        for (int digits = 1; digits < 9; digits++) { /* no shorter one would do */
+        for (int digits = 1; digits < 9; digits++) { /* no shorter one is sufficient */
             char shorter[32];
             uint32_t length = 0u;
             for (const char *c = shortest; *c != '\0' && *c != 'e'; c++) {

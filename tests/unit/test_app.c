@@ -1,5 +1,5 @@
-/* The application above a board that writes down what it is asked: the start and a start that fails, what
- * goes to the registers when parameters change, and that the interrupt sees no change half done. */
+/* The application above a board that records its calls: the start and a start that fails, the registers
+ * that change with the parameters, and that the interrupt never uses an incomplete change. */
 #include "app/app.h"
 #include "settings/reasons.h"
 #include "tests/unit/compare.h"
@@ -24,7 +24,7 @@ static uint32_t cycles_per_call; /* and what passes with each of its readings, a
 static app_t the_app;
 static params_error_t why;
 static drive_t seen;      /* the drive as an interrupt would find it */
-static bool bridge_comes; /* with the interrupt just before the next time that they are off */
+static bool bridge_comes; /* with the interrupt just before interrupts are disabled again */
 
 static void ask(const char *what)
 {
@@ -239,7 +239,7 @@ static void start(hal_status_t of_board)
     seen = app->drive;
 }
 
-/* Since now nothing is asked, and an interrupt may come at any time. */
+/* From now on nothing is requested, and an interrupt may come at any time. */
 static void from_here(void)
 {
     memset(asked, 0, sizeof asked);
@@ -318,7 +318,7 @@ static void test_a_start_brings_the_board_up_with_the_defaults_and_then_the_watc
     TEST_ASSERT_TRUE(config.on_serial == app_serial);
 }
 
-/* The drive is in fault and says why; the watchdog is left alone, since no interrupt comes that it could
+/* The drive is in fault and reports why; the watchdog is left alone, since no interrupt comes that it could
  * watch, and a reset would end in the same. */
 static void test_a_start_that_fails_is_a_fault_and_starts_no_watchdog(void)
 {
@@ -582,7 +582,7 @@ static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void
     background_offers(false);
 }
 
-/* The speed control's gains go with J at once; so does what the tracking loop is told of the torque. */
+/* The speed control's gains go with J at once; so does the torque feed-forward of the tracking loop. */
 static void test_learnt_inertia_goes_into_gains_and_torque(void)
 {
     app->staged.inertia_adaptation = INERTIA_ON;

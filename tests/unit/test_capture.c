@@ -204,8 +204,8 @@ static capture_wish_t on_speed(int32_t on, float level)
     return wish;
 }
 
-/* Not at its level, with the first period beyond it; one that is beyond from the start has to come back
- * first, and what is no number is beyond no level. */
+/* The trigger is not at the level itself, but in the first period beyond it. A signal that is beyond the
+ * level from the start must return first. A value that is not a number is beyond no level. */
 static void test_value_that_passes_its_level_triggers_with_its_period(void)
 {
     static const struct {
@@ -299,7 +299,7 @@ static void test_held_until_armed_anew_or_released(void)
     expect_rows(usual.id, 12u, period - 1u, period);
 }
 
-/* ---- wishes that cannot be done ---- */
+/* ---- requests that are refused ---- */
 
 static void expect_refused(uint32_t refusal, const capture_wish_t *wish)
 {

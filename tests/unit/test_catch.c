@@ -44,10 +44,10 @@ typedef struct {
     catch_outcome_t outcome;
     uint32_t periods;
     double complex emf; /* of the last period */
-    double theta;       /* likewise */
+    double theta;       /* the same */
 } caught_t;
 
-/* A whole catch of a rotor with this speed, beside an error of the voltage that stands still. */
+/* A whole catch of a rotor with this speed, with an additional constant error of the voltage. */
 static caught_t catch_of(double omega, double theta_start, double complex error)
 {
     caught_t caught = {CATCH_GOES_ON, 0u, 0.0, 0.0};
@@ -184,8 +184,9 @@ static void test_voltage_error_that_stands_still_is_no_rotor(void)
     }
 }
 
-/* A rotor whose EMF is 0.3 of the slowest's, and twice that of the slowest beside it that turns by 0.4 rad a
- * period, faster than any rotor: it has the length of a rotor that is fast enough, and a direction. */
+/* A rotor whose EMF is 0.3 of that of the slowest one, plus a voltage of twice this EMF that turns by 0.4
+ * rad a period, faster than any rotor. The sum has the length of the EMF of a fast enough rotor, and a
+ * direction. */
 static void test_ripple_as_long_as_an_emf_is_no_rotor(void)
 {
     catch_outcome_t outcome = CATCH_GOES_ON;
@@ -288,7 +289,8 @@ static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_
     }
 }
 
-/* A board that asks for less along the d axis than what clears the zone gets that. */
+/* A board with a smaller request along the d axis than the zone needs gets the current that clears the
+ * zone. */
 static void test_current_along_the_d_axis_is_never_the_smaller_one(void)
 {
     const catch_params_t params = {(float)PSI, (float)SPEED_MIN, 0.1f, 0.0f, false, 1.0f, (float)T};

@@ -1,4 +1,4 @@
-/* A failed check on the desk: a line that says where, and abort. */
+/* A failed check on the host: a line that says where, and abort. */
 #include <setjmp.h>
 #include <signal.h>
 

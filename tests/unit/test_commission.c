@@ -108,8 +108,8 @@ static void test_hold_brings_the_current_to_its_axis(void)
     TEST_ASSERT_EQUAL_UINT32(1u, excite.seen.done);
 }
 
-/* Sums of a held current with a sine, over whole periods of it, give L of the exact winding: through the
- * control, whatever that does. */
+/* Sums of the product of a held current and a sine, over whole periods of the sine, give L of the exact
+ * winding, for any response of the control. */
 static void test_sine_on_a_held_current_gives_the_inductance(void)
 {
     for (double inductance = 2e-4; inductance < 0.1; inductance *= 3.0) {

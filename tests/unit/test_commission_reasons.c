@@ -221,7 +221,7 @@ static void test_swing_of_a_light_rotor_is_repeated_with_less_braking(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * 0.1, 0.1, (double)bench.commission.results.flux_first);
 }
 
-/* A brake that holds, or a rotor too heavy for the time of a jump: no flux may come out. */
+/* A brake that holds, or a rotor too heavy for the time of a jump: the step must not give a flux. */
 static void test_rotor_that_does_not_follow_is_named(void)
 {
     static const double inertias[] = {20.0, 1e5, 1e9};

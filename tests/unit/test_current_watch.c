@@ -32,7 +32,7 @@ static struct {
     abc_t before; /* at the end of the window before */
 } sum;
 static float u_dc;   /* [V] */
-static bool limited; /* control has not got the voltage that it asked for */
+static bool limited; /* control has not got the voltage that it requested */
 
 static void prepare(bool three, double l_assumed, double r_assumed)
 {
@@ -116,7 +116,8 @@ static void judge(ab_t voltage, abc_t measured, ab_t reference)
     }
 }
 
-/* A sound winding for so many periods on this voltage, its sensors with their gains and a code of noise. */
+/* A sound winding for this number of periods on this voltage, its sensors with their gains and a code of
+ * noise. */
 static void run(double alpha, double beta, uint32_t count, ab_t reference)
 {
     for (uint32_t n = 0; n < count; n++) {
@@ -140,7 +141,8 @@ static void jump(void)
     run(RESISTANCE * i_alpha, 0.0, 16u, (ab_t){8.0f, 0.0f});
 }
 
-/* So many periods of this voltage [V] along phase a, with a code of noise on these currents of a and b. */
+/* This number of periods of this voltage [V] along phase a, with a code of noise on these currents of a and
+ * b. */
 static void feed(uint32_t count, float voltage, float a, float b, ab_t reference)
 {
     for (uint32_t n = 0; n < count; n++) {
@@ -230,15 +232,15 @@ static void test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck(void
     TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_STUCK, seen);
     TEST_ASSERT_TRUE(periods >= WINDOW + 150u && periods <= WINDOW + 150u + WINDOW);
     setUp();
-    stand(140u, 0.2f); /* it moves, and all that counts begins anew */
+    stand(140u, 0.2f); /* it moves, and all that counts begins again */
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
     setUp();
     stand(400u, 0.03f); /* of 20 A, 0.2 % are 0.04 A */
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
 }
 
-/* Exact sensors on a current that stands: the voltage that holds it may be assumed wrong by all of R/2 and
- * of the dead time, for as long as one likes. */
+/* Exact sensors and a constant current: the assumed voltage may be wrong by the effect of R/2 and of the
+ * whole dead time for any time. */
 static void test_a_current_that_stands_still_is_no_stuck_sensor(void)
 {
     const float voltage = (float)(1.5 * RESISTANCE * 8.0 + 0.9 * 4.0 / 3.0 * (7.5 + 0.9));
@@ -300,7 +302,7 @@ static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_assumption(
  * beyond the 11.2 V that the dead time may take; with 10 V that may hold it at zero. 100 V less the 11.2 V
  * change the flux by 2.6 psi_f in 5.4 ms, which is more than any flux; half of it is enough where a forced
  * frame takes the rotor along, and where no phase carries any the dead time may take twice as much. A diode
- * carries 1.2 A of the 3 A that a is asked for, the switch none: where the EMF along a phase's axis
+ * carries 1.2 A of the 3 A that are requested in a, the switch none: where the EMF along a phase's axis
  * contradicts the rotor that is less than half, and a loss; else, and from 1.6 A on, it is none. Below 75 V
  * the whole link moves a current of 12.5 mH by less than 2 % of 20 A in 100 us: at the limit of such a link's
  * voltage no phase is lost. A wrong angle of the encoder and the dead time hold a phase at zero for some 3
@@ -348,7 +350,7 @@ static void test_a_phase_without_its_current_is_lost(void)
     }
 }
 
-/* Speed control that chatters asks for 6 A and -5.9 A in turn, on the mean for what flows; a is near its
+/* Speed control that chatters requests 6 A and -5.9 A in turn, on the mean for what flows; a is near its
  * zero. */
 static void test_a_phase_near_zero_is_not_lost_while_the_reference_chatters(void)
 {
@@ -501,7 +503,7 @@ static void test_a_phase_lacks_current_that_had_none_at_the_last_window_either(v
     }
 }
 
-/* A loss requires 32 periods without current in a row. Here are 24, a window that ends with 1 A, and 24
+/* A loss requires 32 periods without current in succession. Here are 24, a window that ends with 1 A, and 24
  * again; the first window is not judged. */
 static void test_a_window_with_current_ends_the_time_without(void)
 {

@@ -77,7 +77,7 @@ static void test_a_sample_is_the_slots_of_its_period(void)
     TEST_ASSERT_EQUAL_UINT32(0u, daq.lost);
 }
 
-/* Up to DAQ_CELLS wait; the one too many is lost, no other, and the overload is told once. */
+/* Up to DAQ_CELLS wait; the one too many is lost, no other, and the overload is reported once. */
 static void test_a_full_queue_loses_whole_samples_and_counts_them(void)
 {
     make(1u);

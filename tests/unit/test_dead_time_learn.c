@@ -34,7 +34,7 @@ typedef struct {
     double known;     /* the same as the calibration has measured it [A] */
     uint32_t periods; /* [periods] since it began */
     ab_t emf;         /* share of the means so far [V] */
-    ab_t mean;        /* likewise of the current [A] */
+    ab_t mean;        /* the same of the current [A] */
     dead_time_learn_t learn;
 } world_t;
 
@@ -342,7 +342,7 @@ static void test_what_is_no_lesson_leaves_it_alone(void)
     }
 }
 
-/* Frozen samples: the current stands still, whatever the EMF does. The periods until that is seen are as many
+/* Frozen samples: the current is constant, for any EMF. The periods until that is seen are as many
  * as are kept of the current's direction. */
 static void test_a_current_that_stands_still_teaches_nothing(void)
 {
@@ -400,7 +400,7 @@ static void test_what_is_learnt_stays_until_the_parameters_change(void)
     TEST_ASSERT_EQUAL_FLOAT(0.02f, world.learn.effective);
 }
 
-/* The parameters change, and the rotor has turned by half a turn at the next step: the mean EMF begins anew
+/* The parameters change, and the rotor has turned by half a turn at the next step: the mean EMF begins again
  * with that step, or it would point the other way. */
 static void test_with_other_parameters_the_means_begin_anew(void)
 {

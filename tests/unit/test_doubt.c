@@ -28,7 +28,7 @@ static void begin(const doubt_params_t *params)
     doubt_init(&doubt);
 }
 
-/* Phase a carries `largest`, b next to nothing: a doubtful voltage in a steady drive. */
+/* Phase a carries `largest`, b almost nothing: a doubtful voltage in a steady drive. */
 static ab_t largest_of(float largest)
 {
     return (ab_t){largest, 0.577350269f * largest};
@@ -54,7 +54,7 @@ void setUp(void)
     };
 }
 
-/* Of this input alone, whatever came before. */
+/* The result depends on this input alone. */
 static bool doubted(void)
 {
     doubt.left = 0u;
@@ -197,7 +197,8 @@ static void test_known_acceleration_needs_a_small_load_below_at_above(void)
     }
 }
 
-/* Of a light rotor, 14640 rad/s^2: 20 mrad of 183 in 5 ms, a share of 0.10929. A heavy one may miss more than
+/* For a light rotor, 14640 rad/s^2: 20 mrad of 183 in 5 ms, a share of 0.10929. A heavy one may miss more
+ * than
  * all. */
 static void test_known_acceleration_needs_a_speed_gained_as_foreseen_below_at_above(void)
 {

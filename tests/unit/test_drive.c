@@ -1,4 +1,4 @@
-/* The rooms together: what goes from one to the next, and when. Each by itself has its own test. */
+/* The modules together: what goes from one to the next, and when. Each by itself has its own test. */
 #include "drive/drive.h"
 #include "math/float_bits.h"
 #include "settings/reasons.h"
@@ -111,7 +111,7 @@ static void test_quick_stop_brakes_until_standstill(void)
     TEST_ASSERT_TRUE(drive.fast.demand.current.q < -6.0f);
     for (int n = 0; n < 200 && drive.state == (int32_t)DRIVE_QUICK_STOP; n++) {
         const bool stood = fabsf(drive.window.omega_m) < 2.0f;
-        windows(1); /* the encoder stands; its speed comes down to it */
+        windows(1); /* the encoder is at standstill; its speed comes down to it */
         TEST_ASSERT_EQUAL(stood, drive.state == (int32_t)DRIVE_READY);
     }
     expect_state(DRIVE_READY);
@@ -136,8 +136,8 @@ static void test_requests_reach_the_control(void)
     TEST_ASSERT_FLOAT_WITHIN(0.02f, 3.0f + 0.5f * 10.0f, drive.fast.demand.current.q);
 }
 
-/* The lower switches alone from the first duties on, the gates a period later than else, and for so many
- * periods more; a rotor whose current shows ends it. */
+/* The lower switches alone from the first duties on, the gates a period later than else, and for this number
+ * of periods more; a rotor whose current shows ends it. */
 static void test_gates_are_charged_before_anything_is_controlled(void)
 {
     for (int turns = 0; turns < 2; turns++) {
@@ -161,8 +161,8 @@ static void test_gates_are_charged_before_anything_is_controlled(void)
     }
 }
 
-/* Whatever was asked for before, neither of the controls remembers, and while the gates come on nothing is
- * asked for, whatever is requested. */
+/* Neither control keeps anything of earlier requests, and while the gates switch on, the references are
+ * zero for any request. */
 static void test_every_start_is_from_rest(void)
 {
     for (int speed = 0; speed < 2; speed++) {
@@ -267,7 +267,7 @@ static uint32_t kept(uint32_t ago, uint32_t slot)
     return capture_row(&drive.capture, capture_count(&drive.capture) - 1u - ago)[slot];
 }
 
-/* The link rises by 0.125 V a period, so that each period can be told. */
+/* The link rises by 0.125 V a period, so that each period can be identified. */
 static void test_history_ends_with_the_period_of_the_fault(void)
 {
     bring_to_run();
@@ -316,7 +316,8 @@ static void test_an_offer_before_the_first_period_acts_at_once(void)
     TEST_ASSERT_EQUAL_FLOAT(0.004f, drive.tunings[drive.in_force].medium.inductance.inductance_q);
 }
 
-/* In whichever period of a window it is offered: nobody sees the new set before the window's end, from there
+/* In each period of a window in which it is offered: no task uses the new set before the window's end; from
+ * there
  * on both tasks have it, and the background has the other one. */
 static void test_an_offer_in_each_period_of_a_window_is_taken_at_its_end(void)
 {
@@ -346,7 +347,7 @@ static void test_an_offer_in_each_period_of_a_window_is_taken_at_its_end(void)
     }
 }
 
-/* The medium task has not begun with its window, or is not through with it: it may read the tuning in force,
+/* The medium task has not begun with its window, or is not through with it: it may read the active tuning,
  * which must not become the background's. The offer waits until it is. */
 static void test_an_offer_waits_for_a_medium_task_that_is_late(void)
 {
@@ -440,8 +441,9 @@ static void test_a_new_set_reaches_every_room(void)
 
 /* ---- voltage ---- */
 
-/* A standing rotor, whose current does not answer: the control is told, and its integral comes to what is
- * applied, so that it asks for k_p times the error more than that, after 16 time constants L/R. The longest
+/* A standing rotor, whose current does not answer: the control gets the applied voltage. Its integral goes
+ * to this voltage, so that its output exceeds it by k_p times the error after 16 time constants L/R. The
+ * longest
  * voltage is 2/3 0.92 311 V = 190.7 V, less 4/3 8.03 V that the inverter takes or more. */
 static void test_control_is_told_what_the_link_has_too_little_for(void)
 {

@@ -36,7 +36,7 @@ static void preset(float d, float q)
     drive.fast.current_control.q.integral = q;
 }
 
-/* Into operation on the encoder, which stands at this count, without a wish for current. */
+/* Into operation with the encoder at this count, without a current request. */
 static void given_operation(uint32_t count)
 {
     params.position_source = POSITION_ENCODER;
@@ -59,8 +59,8 @@ static void claim(void)
     drive.fast.estimator.estimate.omega_smooth = OMEGA_E;
 }
 
-/* The estimate's angle is set beside the encoder's, with the EMF of its speed, so that it is assumed: the
- * same voltage in both frames. */
+/* The angle of the estimate differs from that of the encoder, and the EMF agrees with its speed, so that
+ * the drive uses it: the voltage is the same in both frames. */
 static void test_voltage_stays_when_the_frame_turns(void)
 {
     for (int n = 0; n < 8; n++) {
@@ -89,7 +89,7 @@ static void test_voltage_stays_when_the_frame_turns(void)
     }
 }
 
-/* An encoder that stands has no EMF, the estimate one of 400 rad/s: the integrals have held what the
+/* An encoder at standstill has no EMF, the estimate one of 400 rad/s: the integrals have held what the
  * encoder's does not explain, and give it back in the period in which the estimate's takes its place. */
 static void test_the_observed_emf_takes_the_place_of_the_integral(void)
 {
@@ -128,7 +128,7 @@ static void test_integrals_go_on_with_the_frame(void)
 static void test_integrals_are_zero_in_a_frame_anew(void)
 {
     params.position_source = POSITION_SENSORLESS;
-    params.doubtful_current = 0.0f; /* no current is asked for in the catch */
+    params.doubtful_current = 0.0f; /* no current is requested in the catch */
     drive_init(&drive, &params);
     bring_to_ready();
     request(REQUEST_ON);

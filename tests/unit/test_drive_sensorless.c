@@ -23,7 +23,7 @@ static struct {
     double complex current;  /* [A] at t_k */
     double complex duty;     /* acts from t_k on, if the gates are on */
     bool driven;
-    bool encoder_stands; /* its count stays, whatever the rotor does */
+    bool encoder_stands; /* its count is constant for any motion of the rotor */
     uint32_t random;
 } machine;
 
@@ -98,7 +98,7 @@ static void machine_steps(uint32_t count)
     }
 }
 
-/* To the end of the window under way, and so many more. */
+/* To the end of the window under way, and this number of more. */
 static void machine_windows(uint32_t count)
 {
     do {
@@ -153,8 +153,8 @@ static double estimate_error(void)
                   (machine.theta_e - machine.omega_e * PERIOD));
 }
 
-/* The estimator gets the voltage of the duties of two steps ago, less what the inverter takes: what an
- * inverter beside it says (test_inverter.c) that is told the steps and samples of this drive. The currents,
+/* The estimator gets the voltage of the duties of two steps ago, minus the loss of the inverter: that of a
+ * second inverter model (test_inverter.c) with the steps and samples of this drive. The currents,
  * the link and so the duties differ from step to step. Float: ten roundings of 200 V, 1.2e-4 V. */
 static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
 {
@@ -268,8 +268,8 @@ static void test_position_source_changes_live_without_a_bump(void)
     }
 }
 
-/* In a catch nobody knows whether the rotor stands: a quick stop waits until it is caught, and then until it
- * stands. 100 rad/s come to standstill within 0.5 s. */
+/* In a catch the drive does not know whether the rotor turns: a quick stop waits until the rotor is caught,
+ * and then until it is at standstill. 100 rad/s come to standstill within 0.5 s. */
 static void test_a_quick_stop_ends_only_when_the_rotor_is_known_to_stand(void)
 {
     make_inverter_ideal();
@@ -401,7 +401,7 @@ static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
                 TEST_ASSERT_TRUE(since < 13u);
                 const float now = drive.fast.estimator.estimate.frame.omega_e;
                 TEST_ASSERT_TRUE(now == drive.fast.estimator.estimate.omega_smooth);
-                /* it goes on with the torque that it is told of: at most that of all the current */
+                /* it continues with the torque of its feed-forward: at most that of the whole current */
                 TEST_ASSERT_FLOAT_WITHIN((float)(PERIOD * 1.5 * 16.0 * PSI * 6.0) / params.motor_inertia,
                                          smooth, now);
                 TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.fast.estimator.estimate.detector);
@@ -424,8 +424,8 @@ static uint32_t signals_of_now(void)
     return sum;
 }
 
-/* A set with the values of the one in force, taken over in each window of a calibration, a catch, a run that
- * gains speed and a quick stop: no room forgets what it has seen, summed, learnt or integrated. */
+/* A set with the values of the active one, taken over in each window of a calibration, a catch, a run that
+ * gains speed and a quick stop: no module forgets what it has measured, summed, learnt or integrated. */
 static void test_the_same_set_again_changes_nothing(void)
 {
     static uint32_t seen[11000];

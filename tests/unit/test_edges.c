@@ -1,6 +1,6 @@
 /* Oracle: the period piece by piece. A leg is on at both ends, off in the middle, each edge early or late by
- * half of T_e as its current says; in the dead band of the leg that is looked at, which carries nothing, it
- * stands half way. Currents are the integrals of these voltages and of an EMF that stands still. */
+ * half of T_e as its current says; in the dead band of the tested leg, which carries no current, the
+ * voltage is the mean of both. Currents are the integrals of these voltages and of a constant EMF. */
 #include "fast/inverter/edges.h"
 
 #include "tests/unit/compare.h"
@@ -70,7 +70,8 @@ static abc_t swing_of(const legs_t *legs)
     return edges_swing(&edges, duty, frames_clarke(phases), (float)EFFECTIVE, (float)LINK);
 }
 
-/* Of all duties, with an EMF, leg by leg without current. Where another leg's edge falls into the dead band
+/* For all duties, with an EMF, and without current in one leg after the other. Where another leg's edge
+ * falls into the dead band
  * of the one that is looked at, the current bends within the band, and its middle is what both agree on. */
 static void test_currents_at_the_edges_whichever_switches_are_on_at_the_sample(void)
 {

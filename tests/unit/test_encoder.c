@@ -40,9 +40,9 @@ static double ripple_bound(const encoder_params_t *params)
     return 1.05 * 2.0 * peak * half_step(params);
 }
 
-/* Largest error of the speed's mean over so many samples [rad/s]: the sum of the speed is the change of (step
- * response * angle error), at most half step / T at either end; and the prediction rounds twice a step by at
- * most 2^-23. */
+/* Largest error of the speed's mean over this number of samples [rad/s]: the sum of the speed is the change
+ * of (step response * angle error), at most half step / T at either end; and the prediction rounds twice a
+ * step by at most 2^-23. */
 static double mean_bound(const encoder_params_t *params, int samples)
 {
     return (2.0 * half_step(params) / samples + 2.0 / 8388608.0) / (double)params->period;
@@ -243,8 +243,8 @@ static void test_reset_stands_still_at_the_given_count(void)
                               (double)encoder_step(&encoder, &tuning, 7778).omega_e);
 }
 
-/* What a shaft that stands, and one that turns, does not see of other angles for its counts: the one goes on
- * standing, the other's speed is that of an encoder that starts on it. */
+/* What a shaft at standstill, and one that turns, does not see of other angles for its counts: the one goes
+ * on standing, the other's speed is that of an encoder that starts on it. */
 static void test_other_angles_of_the_counts_are_no_motion(void)
 {
     encoder_params_t others[3] = {PARAMS, PARAMS, PARAMS};

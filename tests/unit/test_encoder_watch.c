@@ -126,7 +126,7 @@ static bool is_noticed(double omega, float alpha)
     return noticed(omega, 1.0, omega) != 0u;
 }
 
-/* Where hardly a current flows its sign may be wrong, and the dead time's voltage is up to twice what it is
+/* Where almost no current flows its sign may be wrong, and the dead time's voltage is up to twice what it is
  * assumed to be. */
 static void test_without_a_current_twice_as_large_an_emf_is_judged(void)
 {
@@ -138,8 +138,8 @@ static void test_without_a_current_twice_as_large_an_emf_is_judged(void)
     }
 }
 
-/* Of the windows of ten turns at 240 rad/s: in how many is the EMF of an encoder that is `off` [rad] much
- * beside the rotor's, and along no phase's axis? [-] */
+/* Share of the windows of ten turns at 240 rad/s in which the EMF of an encoder that is wrong by `off`
+ * [rad] differs much from the rotor's, and the difference is along no phase's axis [-]. */
 static double elsewhere_share(double off)
 {
     uint32_t count = 0u;
@@ -261,7 +261,8 @@ static void test_an_encoder_that_turns_without_an_emf_is_wrong(void)
     }
 }
 
-/* Wherever it stands: the difference of the two EMFs does not turn, and may be along a phase's axis. */
+/* For each constant angle: the difference of the two EMFs does not turn, and may be along a phase's axis.
+ * */
 static void test_an_encoder_that_counts_the_other_way_is_told_by_its_direction(void)
 {
     static const double speeds[] = {90.0, 240.0, 628.0, 900.0};
@@ -519,8 +520,8 @@ static void test_an_emf_denies_a_speed_for_which_it_is_too_short(void)
 }
 
 /* Noise i_n of the current makes 3 sqrt(2) i_n L/T_j of the EMF of a window, and turns what is wrong along a
- * phase by no more. It counts while hardly a current flows, here less than 0.2 A. 20 V beside 100 V along the
- * axis are 11 degrees, 57.7 V are half way to the next axis. */
+ * phase by no more. It counts while almost no current flows, here less than 0.2 A. 20 V beside 100 V along
+ * the axis are 11 degrees, 57.7 V are half way to the next axis. */
 static void test_noise_turns_a_false_emf_of_a_wire_by_no_more_than_its_length(void)
 {
     static const struct {

@@ -1,4 +1,4 @@
-/* The observer alone, at the speed of somebody else, and the loop locked on what it has seen. */
+/* The observer alone, at a given speed, and the loop locked to the observed EMF. */
 #include "tests/unit/estimator_bench.h"
 
 static void observe(const estimator_oracle_case_t *rig, long k, double omega)

@@ -269,7 +269,7 @@ static void test_a_step_of_torque_is_no_error(void)
     }
 }
 
-/* While the loop rests the observer is one with L_d, whatever the direction of the magnet: with a current
+/* While the loop is not in use, the observer uses L_d, for any direction of the magnet: with a current
  * that pulses along it the EMF is that of the magnet alone, psi_f omega. */
 static void test_at_rest_the_observer_goes_by_l_d(void)
 {

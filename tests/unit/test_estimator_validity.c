@@ -137,7 +137,7 @@ static void test_criterion_switched_off_is_not_judged(void)
 }
 
 /* Debounce of 4.5 periods: 5. Limits are moved to either side of the value, so that a period fails or does
- * not at will; a count of our own beside it. */
+ * not at will; and a separate count. */
 static void check_debounce(int n)
 {
     static const char pattern[] = "FFFF....FFFF.F.FF.FFFFFFFFFFFFFFF....F....F..FF......FFFFF.....";

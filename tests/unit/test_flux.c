@@ -1,4 +1,4 @@
-/* Adaptation of the flux linkage, beside the estimator. */
+/* Adaptation of the flux linkage, which runs with the estimator. */
 #include "tests/unit/estimator_bench.h"
 
 /* With the loop settled: 1/psi_hat goes to 1/psi like exp(-rate t). To the loop a psi_hat that moves is an

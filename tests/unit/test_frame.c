@@ -61,7 +61,7 @@ static void test_a_packet_may_be_as_long_as_is_said_and_not_longer(void)
     TEST_ASSERT_EQUAL_UINT32(1u, receiver.errors);
 }
 
-/* What follows a wrong length is dropped, whatever it is, until nothing came for the silence. */
+/* All octets after a wrong length are dropped, until the line has been silent for the required time. */
 static void test_after_a_wrong_length_a_silence_brings_it_back(void)
 {
     static const uint16_t wrong[][4] = {
@@ -72,7 +72,7 @@ static void test_after_a_wrong_length_a_silence_brings_it_back(void)
         TEST_ASSERT_EQUAL_UINT32(errors + 1u, receiver.errors);
         now += SILENCE - 1u;
         TEST_ASSERT_EQUAL_UINT32(0u, hear(connect, 6u));
-        now += SILENCE - 1u; /* the silence begins anew with each octet */
+        now += SILENCE - 1u; /* the silence begins again with each octet */
         TEST_ASSERT_EQUAL_UINT32(0u, hear(connect, 6u));
         TEST_ASSERT_EQUAL_UINT32(errors + 1u, receiver.errors); /* one error, one count */
         now += SILENCE;
@@ -123,7 +123,7 @@ static void test_an_error_of_the_line_drops_the_frame_under_way(void)
     expect_connect();
 }
 
-/* While nobody listened there may have been octets. */
+/* Octets may have arrived while the receiver was off. */
 static void test_a_silence_that_nobody_heard_is_none(void)
 {
     (void)hear(connect, 3u);

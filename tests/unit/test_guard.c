@@ -271,7 +271,7 @@ static uint32_t seen(const fault_row_t *row, uint32_t periods)
     return looks == 0u ? 0u : 1u + DRIVE_WINDOW * (looks - 1u);
 }
 
-/* What is shown of a row after its quantity has had this value for so many periods. */
+/* The state of a row after its quantity has had this value for this number of periods. */
 static void expect_after(uint32_t of_row, float value, uint32_t now, uint32_t periods)
 {
     fault_set_t sets[4] = {{{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}};
@@ -290,8 +290,8 @@ static bool shown(uint32_t row)
     return fault_set_has(guard.failed, (fault_bit_t)row);
 }
 
-/* So many periods with this value: all are compared on the desk, elsewhere those beside the debounce and some
- * of the others. */
+/* This number of periods with this value: all are compared on the host, elsewhere those beside the debounce
+ * and some of the others. */
 static void check_periods(uint32_t row, float value, size_t way, uint32_t now, uint32_t count)
 {
     scene_t scene = healthy;
@@ -363,7 +363,8 @@ static void test_every_row_counts_anew_after_a_break(void)
     }
 }
 
-/* Of the moments that there can be: with the gates off only lasting dangers count, the encoder's and the
+/* Each time at which a condition may begin: with the gates off only lasting dangers count, the encoder's
+ * and the
  * estimate's only while control turns with them; what was there before it is counted from then. */
 static void test_every_row_is_silent_until_its_moment(void)
 {
@@ -386,7 +387,7 @@ static void test_every_row_is_silent_until_its_moment(void)
 
 /* ---- what the table must say ---- */
 
-/* The value of the first list that names the row; each name stands in its list between blanks. */
+/* The value of the first list that names the row; each name in a list is between blanks. */
 typedef struct {
     const char *rows;
     float value;

@@ -76,8 +76,8 @@ static void test_good_after_a_sixth_of_a_second_in_either_direction(void)
     expect_good();
 }
 
-/* Each condition just kept and just not, forwards and backwards. Of the current 1.6 3 A + 0.15 10 A = 6.3 A
- * are enough, whatever its sign. A psi_f that is configured 30 % wrong makes an EMF of 1/1.3 or 1/0.7 of the
+/* Each condition just kept and just not, forwards and backwards. A current of 1.6 3 A + 0.15 10 A = 6.3 A
+ * is enough, for either sign. A psi_f that is configured 30 % wrong makes an EMF of 1/1.3 or 1/0.7 of the
  * expected one, with exact voltages. */
 static void test_one_condition_prevents_it(void)
 {

@@ -23,7 +23,7 @@ typedef struct {
     double resistance;         /* error of R, seen by e_q alone [ohm] */
     double r, r_from;          /* true R, and that of the parameters [ohm] */
     double wrong_l;            /* true minus assumed L, seen by e_d alone [H] */
-    double loop;               /* the loop's bandwidth [rad/s]; 0: its angle stands */
+    double loop;               /* the loop's bandwidth [rad/s]; 0: its angle is constant */
     double swing;              /* of i_q per i_d, late by 5 ms [-] */
     double detector;           /* [-] */
     double follows;            /* i_d per reference [-] */
@@ -112,7 +112,7 @@ static void period(int number, dq_t emf, dq_t current, const inductance_input_t 
     }
 }
 
-/* Steps, with a new assumption each 10 ms; the largest and the least i_d that was asked for. */
+/* Steps, with a new assumption each 10 ms; the largest and the least i_d that was requested. */
 static double asked_most, asked_least;
 
 static void run(const motor_t *motor, double seconds)
@@ -188,8 +188,8 @@ static void test_l_goes_to_the_truth_by_its_rate(void)
     }
 }
 
-/* R half and twice as large as assumed, with a loop whose angle stands, that follows a part of the dither
- * and that follows most of it: the same, in both directions, with torque and without. */
+/* R half and twice as large as assumed, with a loop whose angle is constant, that follows a part of the
+ * dither and that follows most of it: the same, in both directions, with torque and without. */
 static void test_r_goes_to_the_truth_whatever_the_loop_follows(void)
 {
     static const double loops[] = {0.0, 100.0, 400.0};
@@ -311,7 +311,7 @@ static void test_the_dither_is_a_twentieth_of_the_limit(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, -0.5, asked_least);
 }
 
-/* L_q 1.11 and 1.15 L_d: no dither, and nothing is learnt, whatever the rate is. At 1.1 it still is. */
+/* L_q 1.11 and 1.15 L_d: no dither, and nothing is learnt, for any rate. At 1.1 it still is. */
 static void test_a_rotor_too_salient_is_left_as_it_is(void)
 {
     static const double ratios[] = {1.11, 1.15, 2.0, 1.1};
@@ -351,8 +351,9 @@ static void test_noise_averages_out(void)
     }
 }
 
-/* A swing of the EMF by what errors of the sensors make, as large as a twentieth of L would, at once or twice
- * the electrical frequency, wherever that is. 4 Hz away a mean of 1/rate leaves rate/(2 pi 4 Hz) of twice
+/* An oscillation of the EMF from errors of the sensors, as large as the effect of a twentieth of L, at the
+ * electrical frequency or twice this frequency, for any value of it. 4 Hz away a mean of 1/rate leaves
+ * rate/(2 pi 4 Hz) of twice
  * that (the wave's own square is a half), 0.8 %. */
 static void test_a_ripple_at_the_electrical_frequency_is_kept_away_from(void)
 {
@@ -444,7 +445,7 @@ static void test_it_keeps_away_from_the_sixth_harmonic_and_without_torque_from_i
 }
 
 /* One thing of a motor whose L is wrong by a fifth keeps it from being learnt. Where nothing is to be seen,
- * too slow or almost without torque, nothing is asked for; where a cycle is spoilt, the next one is. Through
+ * too slow or almost without torque, nothing is requested; where a cycle is spoilt, the next one is. Through
  * zero to the same speed backwards is always more than a cycle may change. */
 static void test_nothing_is_learnt_where_nothing_shows_and_from_a_cycle_that_was_spoilt(void)
 {
@@ -548,10 +549,9 @@ static void believe_salient(double l_q_from)
     inductance_take(&x, &tuning);
 }
 
-/* Seconds of a rotor that turns evenly. An L_q that is assumed wrong by dL shows as the EMF omega (psi_a - dL
- * i), whose angle the loop follows with this bandwidth [rad/s]. The current turns with the loop, which
- * changes psi_a: D i_q times the loop's rate is a voltage along d. Returns the largest change of the torque
- * [-]. */
+/* Seconds of a rotor that turns evenly. An L_q assumed wrong by dL shows as the EMF omega (psi_a - dL i),
+ * whose angle the loop follows with this bandwidth [rad/s]. The current turns with the loop, which changes
+ * psi_a: D i_q times the loop's rate is a voltage along d. Returns the largest change of the torque [-]. */
 static double run_salient(double l_q_from, double omega, double bandwidth, double seconds)
 {
     double i_d = AT_I_D, i_q = AT_I_Q, ahead = 0.0, rotor = 0.0, ripple = 0.0;

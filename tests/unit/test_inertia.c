@@ -271,8 +271,8 @@ static void test_a_reference_that_moves_again_makes_the_way_longer(void)
     TEST_ASSERT_EQUAL_UINT32(1u, x.under_way);
 }
 
-/* After a rest nothing is known of the load until the speed has stood: all of the current is its, and what
- * the reference does is no way. */
+/* After a standstill the load is unknown until the speed has been constant: the whole current counts as
+ * load, and a change of the reference is no measurement. */
 static void test_after_a_rest_the_load_is_what_the_current_is(void)
 {
     stand(1.2, 0.1);

@@ -86,7 +86,7 @@ static double complex lost_at(double complex current, double u_dc)
 }
 
 /* Where they meet what flows at these duties: docs/theory.md, 12, whose currents tests/unit/test_edges.c
- * holds against integration. */
+ * compare with integration. */
 static double complex lost_between(const abc_t *duties, double complex before, double complex now,
                                    double u_dc)
 {
@@ -162,7 +162,7 @@ static void test_duties_make_up_for_the_share_of_the_loss_that_is_compensated(vo
     }
 }
 
-/* The limit concerns what is asked for, losses included: below, at, above. */
+/* The limit concerns what is requested, losses included: below, at, above. */
 static void test_what_the_link_has_too_little_for_is_missing(void)
 {
     static const double shares[] = {0.9, 0.999, 1.001, 1.2, 5.0};
@@ -195,7 +195,7 @@ static void test_nothing_has_acted_at_first(void)
 typedef struct {
     abc_t duty;             /* that the step gave out */
     double complex current; /* [A] at its sample */
-    double u_dc;            /* [V] likewise */
+    double u_dc;            /* [V] the same */
 } period_t;
 
 static period_t period_of(int k)

@@ -103,8 +103,9 @@ static turn_t turn_of(ab_t from, ab_t to)
     return (turn_t){atan2(a * d - b * c, a * c + b * d), hypot(c, d) / hypot(a, b)};
 }
 
-/* With LAG_EXACT the switching voltage of the observer, turned and stretched by the response without the
- * filter, whatever the filter holds. In the paper's modes the filtered estimate, turned by the mode's angle
+/* With LAG_EXACT the switching voltage of the observer, rotated and lengthened by the response without the
+ * filter, for any state of the filter. In the paper's modes the filtered estimate, turned by the mode's
+ * angle
  * and stretched by the whole response. */
 static void test_emf_is_turned_by_the_angle_and_divided_by_the_attenuation(void)
 {

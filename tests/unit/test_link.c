@@ -1,4 +1,5 @@
-/* The DC link's limits: by their lines, and beside a capacitor that the rotor feeds; supply and ripple. */
+/* The limits of the DC link: their lines, and with a capacitor that the rotor charges; supply and ripple.
+ * */
 #include "tests/unit/compare.h"
 #include "tests/unit/link_bench.h"
 

@@ -1,4 +1,4 @@
-/* What a supply does that stands near a trip: above the limit of braking it must not drive the rotor, below
+/* The effect of a supply voltage near a trip: above the limit of braking it must not drive the rotor, below
  * that of driving it must not brake it. */
 #include "tests/unit/compare.h"
 #include "tests/unit/link_bench.h"
@@ -24,7 +24,7 @@ static void step(int k, double u, double omega)
 
 /* ---- above ---- */
 
-/* A rotor of 0.003 kg m^2 without friction, between a supply and the limit: i_q is what the limit asks for.
+/* A rotor of 0.003 kg m^2 without friction, between a supply and the limit: i_q is what the limit requests.
  * Its speed rises by omega_free and one per cent, and by what half a look brings, and no further. */
 static void test_a_supply_above_full_does_not_drive_a_rotor_without_friction(void)
 {
@@ -61,14 +61,14 @@ static void test_a_supply_is_remembered_until_the_link_is_clearly_lower(void)
     TEST_ASSERT_TRUE(limit.braking < 0.0f);
 }
 
-/* What the 5 per mille are for: a zero error of 30 mA feeds 5 W into 1 mF that nobody takes power from, from
+/* What the 5 per mille are for: a zero error of 30 mA feeds 5 W into 1 mF that no one takes power from, from
  * 390 V to the trip in 0.8 s. The link stays where it is full while friction slows the rotor. */
 static void test_a_zero_error_does_not_fill_a_link_without_supply(void)
 {
     double u = 390.0, omega = OMEGA;
     for (int k = 0; k < 100000 && omega > 5.0; k++) {
         step(k, u, omega);
-        const double asked = fmin(0.0, (double)limit.braking); /* nothing is wished for */
+        const double asked = fmin(0.0, (double)limit.braking); /* nothing is requested */
         u += PERIOD * TORQUE * omega * (asked + 0.030) / (1e-3 * u);
         omega -= 20.0 * PERIOD;
         TEST_ASSERT_TRUE(u < 392.5);

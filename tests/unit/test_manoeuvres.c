@@ -158,9 +158,10 @@ static uint32_t align_periods(double inertia)
     return W * (uint32_t)(fmin(fmax(16.0 / natural, 0.3), 2.0) / (W * T) + 0.5); /* whole windows */
 }
 
-/* Once round from where the frame stands, in the direction that is wished for, from every angle, the unstable
- * one too: at its end the rotor turns with the frame, behind it by asin(T_f/(K_t I)) and by what is left of
- * its swing. That had omega_if/w_n = 2 pi/16 when the frame came by, and half of the turn at least to fade,
+/* One turn from the initial angle of the frame, in the requested direction, from every angle of the rotor,
+ * including the unstable one. At its end the rotor turns with the frame, behind it by asin(T_f/(K_t I))
+ * plus the rest of its oscillation. That had omega_if/w_n = 2 pi/16 when the frame came by, and half of the
+ * turn at least to fade,
  * exp(-8 zeta): zeta is 0.5 for the light rotor, 0.22 for the heavy one: 0.01 and 0.07 rad are left. */
 static void test_alignment_of_one_slow_turn_takes_every_rotor_along(void)
 {
@@ -457,7 +458,7 @@ static void test_fall_back_keeps_the_torque(void)
 /* ---- reversal ---- */
 
 /* At the limit of current it passes zero faster than the model of the loop needs: 12 rad/s at 152 rad/s^2 and
- * more. Run goes on, and nobody judges it there: from the EMF of 15.8 rad/s, the hand-over's, until 10.5
+ * more. Run goes on, and no one judges it there: from the EMF of 15.8 rad/s, the hand-over's, until 10.5
  * rad/s the other way, and the 10 ms after that. At 152 to 200 rad/s^2 that is 0.14 to 0.18 s. */
 static void test_quick_reversal_stays_in_run_and_is_not_judged_near_zero(void)
 {
@@ -605,7 +606,8 @@ static void test_three_losses_within_two_seconds_are_one_too_many(void)
     }
 }
 
-/* A start whose run is lost within half a second has led to nothing: so many tries, however far apart. */
+/* A start whose run is lost within half a second has led to nothing: this number of tries, however far apart.
+ */
 static void test_starts_that_are_lost_at_once_are_counted_as_tries(void)
 {
     for (int n = 0; n < 3; n++) {
@@ -704,7 +706,8 @@ static void change_source(int32_t source)
     TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
 }
 
-/* Out of the forced frame the current comes along; back again run goes on. Both turn the integrals once. */
+/* When the drive leaves the forced frame, the current keeps its value; when it returns, run continues. Both
+ * turn the integrals once. */
 static void test_other_source_under_way_turns_the_frame(void)
 {
     machine.friction = 2.0;

@@ -132,7 +132,7 @@ static void expect_good_with(size_t input, float value, bool good)
     TEST_ASSERT_EQUAL_UINT32(good ? 1u : 0u, measure.measured.good);
 }
 
-/* Of the sums that make the limits: three roundings. */
+/* Sums from which the limits follow: three roundings. */
 static void test_each_input_below_and_above_its_end(void)
 {
     for (size_t n = 0; n < INPUTS; n++) {

@@ -9,7 +9,7 @@
 #define WORDS  ((store_record_words(params_table.count) + 3u) / 4u * 4u) /* of a page */
 #define MOST   512u                                                      /* [words] of a page, at most */
 #define STRIDE 1024u
-#define EVERY  (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u) /* cut of the power; all of them on the desk */
+#define EVERY  (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u) /* cut of the power; all of them on the host */
 #define NEVER  UINT32_C(0xFFFFFFFF)
 
 typedef struct {
@@ -19,7 +19,7 @@ typedef struct {
 static content_t content;
 static uint32_t left;       /* octets until the power fails */
 static uint32_t operations; /* octets since the start of a test */
-static uint32_t now;        /* [ticks] one each time somebody looks */
+static uint32_t now;        /* [ticks] one for each reading */
 static uint32_t slow;       /* polls that a memory with pages refuses after a write; 0: one without pages */
 static uint32_t refuses;    /* and how many it still does */
 static bool absent, silent, broken;

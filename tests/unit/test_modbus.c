@@ -251,7 +251,7 @@ static void test_a_frame_ends_with_the_gap_and_not_before(void)
     static const uint16_t request[] = {ADDRESS, 3, 0, 20, 0, 2};
     const uint32_t crc = remainder_of(request, 6u);
     const uint16_t tail[2] = {(uint16_t)(crc & 0xFFu), (uint16_t)(crc >> 8)};
-    now = 0xFFFFFFF0u; /* the count of periods begins anew meanwhile */
+    now = 0xFFFFFFF0u; /* the count of periods wraps during this time */
     take(request, 6u);
     expect_silence(after(GAP - 1u), 0u); /* a pause within the frame */
     take(tail, 2u);

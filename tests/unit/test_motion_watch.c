@@ -60,7 +60,7 @@ static uint32_t turn(double i, double sign, double load, double reference)
     return judged(omega + LOOK * PER_AMPERE * (sign * i - load), i, reference);
 }
 
-/* Judgements until one of the bits shows; 0: none in so many. */
+/* Judgements until one of the bits is set; 0: none within `most` judgements. */
 static uint32_t until(uint32_t bits, uint32_t most, double i, double sign, double load, double reference)
 {
     for (uint32_t n = 1; n <= most; n++) {
@@ -115,7 +115,7 @@ static void test_loads_up_to_what_the_motor_can_are_no_runaway(void)
     }
 }
 
-/* From 150 rad/s to standstill in 8 ms: a load of 110 times the limit, but nobody runs away. */
+/* From 150 rad/s to standstill in 8 ms: a load of 110 times the limit, but no runaway. */
 static void test_a_jam_is_no_runaway(void)
 {
     omega = 150.0;
@@ -210,8 +210,8 @@ static void test_what_was_asked_for_or_is_not_judged_is_no_stall(void)
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 20000u));
 }
 
-/* A heavy shaft that gains 0.5 rad/s in 0.7 s, up and down; one that gains it in 0.9 s stands while it is
- * slow, and is no speed error. */
+/* A heavy shaft that gains 0.5 rad/s in 0.7 s, up and down; one that gains it in 0.9 s counts as at
+ * standstill while it is slow, and is no speed error. */
 static void test_a_shaft_that_comes_nearer_is_not_stuck(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -229,7 +229,7 @@ static void test_a_shaft_that_comes_nearer_is_not_stuck(void)
     }
 }
 
-/* As long again below the limit as at it, and it begins anew. */
+/* As long again below the limit as at it, and it begins again. */
 static void test_time_below_the_limit_counts_back(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, true, ~UINT32_C(0), 900u));
@@ -238,7 +238,7 @@ static void test_time_below_the_limit_counts_back(void)
 }
 
 /* A load beyond the brake: 10 A hold the shaft at 100 rad/s against 13 A of load, which gain 51 rad/s^2. It
- * passes 110.5 rad/s after 0.21 s; then it is told within 100 ms, long before speed_error_time. */
+ * passes 110.5 rad/s after 0.21 s; then it is reported within 100 ms, long before speed_error_time. */
 static void test_a_load_that_overruns_the_brake_is_told_at_once(void)
 {
     omega = 100.0;

@@ -18,7 +18,7 @@ typedef struct {
     double samples_per_turn; /* negative: backwards */
     double amplitude;        /* of the turning EMF [V] */
     ab_t current;            /* [A] */
-    float omega;             /* [rad/s] what the trim is told */
+    float omega;             /* [rad/s] input of the trim */
 } rotor_t;
 
 static rotor_t rotor;
@@ -126,8 +126,9 @@ static void test_finds_the_constant_of_an_emf_that_turns_either_way(void)
     }
 }
 
-/* A turn that is no whole number of samples: of the turning EMF an eighth of omega T of a sample is left at
- * most, in each of many windows, wherever in a period the wraps lie. 724.98 is a motor of 20 pole pairs at 41
+/* A turn that is no whole number of samples: at most an eighth of omega T of a sample of the turning EMF
+ * remains, in each of many windows, for any position of the wraps in a period. 724.98 is a motor of 20 pole
+ * pairs at 41
  * r/min, whose turns take 725 samples for long and then one less. */
 static void test_broken_turns_leave_less_than_a_sample(void)
 {
@@ -156,7 +157,7 @@ static void test_a_slow_window_is_a_whole_turn(void)
 
 /* ---- when nothing may be concluded ---- */
 
-/* One window in which the trim is told these speeds at its beginning and end. */
+/* One window in which the trim gets these speeds at its beginning and end. */
 static void expect_window_of_speeds(float begin, float end, bool counts)
 {
     setUp();

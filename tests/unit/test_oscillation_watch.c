@@ -20,7 +20,7 @@ void setUp(void)
 }
 
 /* When a sine of this frequency [Hz], which begins with this share of the limit and grows with this rate
- * [1/s] around 1 A, is told [s]; 0: not in `most` [s]. */
+ * [1/s] around 1 A, is reported [s]; 0: not in `most` [s]. */
 static double told(double hertz, double share, double rate, double most)
 {
     for (double t = 0.0; t < most; t += STEP) {

@@ -126,7 +126,7 @@ static const rule_t between_rows[] = {
      * hand-over by rule, is a start_speed that is not. */
     {"overspeed_trip", 1249.0f, 1251.0f, 3.0f, 1250.0f, FASTEST},
     {"overspeed_trip", 1249.0f, 1251.0f, 8.0f / 0.3f, 1250.0f, FASTEST "start_speed=8"},
-    /* the board's link stands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; the observer reaches more */
+    /* the board's link withstands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; the observer reaches more */
     {"overspeed_trip", 354.8f, 355.1f, 3.0f,
      BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) / (1.7320508f * 0.183f * 4.0f), "observer_gain=295"},
     /* a sample of half the winding's time constant: 12.5 mH/(2 x 100 us) = 62.5 ohm, 0.5 of the devices */
@@ -251,7 +251,7 @@ static void test_the_tracking_loop_follows_inertia_and_current_limit(void)
     TEST_ASSERT_FALSE(rig.slow || bare.slow || weak.slow || tiny.slow);
 }
 
-/* Of the bandwidth by the rule 0.6 is enough: 328.6 rad/s of the bare motor. */
+/* 0.6 of the bandwidth by the rule is enough: 328.6 rad/s for the bare motor. */
 static void test_a_loop_that_is_set_is_taken_and_told_slow_below_its_share_of_the_rule(void)
 {
     static const struct {
@@ -366,7 +366,7 @@ static void test_estimators_set_is_made_of_the_rows(void)
     TEST_ASSERT_EQUAL_FLOAT(0.45f, estimator.validity.detector_max);
     TEST_ASSERT_EQUAL_FLOAT(3.5f, estimator.validity.current_max);
     TEST_ASSERT_EQUAL_FLOAT(10.0f, estimator.validity.speed_min);  /* electrical */
-    TEST_ASSERT_EQUAL_FLOAT(880.0f, estimator.validity.speed_max); /* likewise */
+    TEST_ASSERT_EQUAL_FLOAT(880.0f, estimator.validity.speed_max); /* the same */
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.amplitude_time);
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.detector_time);
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.current_time);

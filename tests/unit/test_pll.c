@@ -1,6 +1,6 @@
 /* A rotating EMF whose angle and speed are known in double precision is given to the loop. Small deviations
- * are held against the linear oracle (pll_oracle.h), large ones against the numbers of docs/theory.md, 21 and
- * closed forms.
+ * are compared with the linear oracle (pll_oracle.h), large ones against the numbers of docs/theory.md, 21
+ * and closed forms.
  *
  * Rounding: theta_e, its sine and the angle's increment are good to 4e-7 rad a step, which the loop (kp T >=
  * 0.005) turns into less than 1e-5 rad in the mean. An integrator that carries the whole speed (conventional
@@ -407,7 +407,7 @@ static void test_watching_fills_the_filter_and_coasts(void)
     }
 }
 
-/* After a reset the filter starts from nothing, or from what it is told to have settled on, in either
+/* After a reset the filter starts from zero, or from a given settled value, in either
  * direction; the direction of the EMF is right at once. */
 static void test_filter_starts_empty_or_settled(void)
 {
@@ -523,8 +523,9 @@ static void test_sign_is_soft_around_zero_speed_and_hard_after_a_reset(void)
     }
 }
 
-/* Held off its angle for ever, and pushed by an acceleration for ever, it ends at the limits and comes back:
- * an I that would pass 20000 rad/s stays, as does an F that would pass 10000 rad/s, after 33 steps of 300. */
+/* Held off its angle without end, and pushed by an acceleration without end, it ends at the limits and comes
+ * back: an I that would pass 20000 rad/s stays, as does an F that would pass 10000 rad/s, after 33 steps of
+ * 300. */
 static void test_limits_hold(void)
 {
     pll_params_t params = design(200.0f, 0.0f);

@@ -28,7 +28,7 @@ static void given(double omega, double off, double share)
     estimate.emf = (ab_t){(float)(-emf * sin(0.7 + off)), (float)(emf * cos(0.7 + off))};
 }
 
-/* Outcome after at most so many periods; `taken`: how many it were. */
+/* Outcome after at most this number of periods; `taken`: the number of periods. */
 static proof_outcome_t outcome(int most, int *taken)
 {
     proof_outcome_t now = PROOF_GOES_ON;
@@ -84,7 +84,7 @@ static void test_a_window_that_does_not_agree_begins_the_count_anew(void)
     expect_good(4 * WINDOW);
 }
 
-/* Of a ripple the mean counts. */
+/* The mean of a ripple counts. */
 static void test_a_ripple_within_a_window_is_no_disagreement(void)
 {
     for (int n = 0; n < 4 * WINDOW; n++) {

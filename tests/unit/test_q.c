@@ -23,7 +23,7 @@ static uint64_t draw(void)
     return (seed >> 32) | (seed << 32);
 }
 
-/* Of every size, either sign. */
+/* Numbers of every size and both signs. */
 static int64_t draw_signed(void)
 {
     uint64_t bits = draw() >> (draw() % 64u);

@@ -63,8 +63,8 @@ static void test_i_q_falls_with_the_speed_in_the_same_period(void)
     }
 }
 
-/* From a wish for a current to the speed control, to a slower one, and back, at 16 rad/s: each window starts
- * from the i_q that was there, and ends where its setpoint says. */
+/* From a request for a current to the speed control, to a slower one, and back, at 16 rad/s: each window
+ * starts from the i_q that was there, and ends where its setpoint says. */
 static void test_i_q_goes_on_where_the_stiffness_changes(void)
 {
     static const struct {
@@ -91,7 +91,7 @@ static void test_no_current_is_left_after_the_bridge_was_off(void)
     TEST_ASSERT_EQUAL_FLOAT(0.5f, i_q(16.0f));
 }
 
-/* Without the encoder: the loop that tracks beside it, or a catch at the speed that it had. */
+/* Without the encoder: the loop that tracks in parallel, or a catch at the previous speed. */
 static void test_an_encoder_that_fails_is_left_to_the_estimate_or_to_a_catch(void)
 {
     reference_leave_encoder(&reference, true, 77.0f, 400u);

@@ -137,8 +137,8 @@ static void test_every_told_range_is_true_of_random_sets(void)
 }
 
 /* Several rows of the start at once, by factors from a third to three of what they are or are made to be;
- * each in its turn then out of its range, so that it is told whatever rule stands first. 0 of some is apart:
- * between it and the told range lies what is refused. */
+ * each in its turn then out of its range, so that it is reported whatever rule stands first. 0 of some is
+ * apart: between it and the told range lies what is refused. */
 static void test_every_told_range_of_the_start_is_true(void)
 {
     static const struct {
@@ -176,7 +176,7 @@ static void test_every_told_range_of_the_start_is_true(void)
 }
 
 /* Where a row has no room, the row to change makes some: at its advice, or without one at an end of its
- * range. Then either another row is told of, or this one with a range. */
+ * range. Then the report names either another row, or this one with a range. */
 static void test_the_row_to_change_makes_room_for_the_one_that_has_none(void)
 {
     uint32_t found = 0u;
@@ -208,7 +208,7 @@ static void test_the_row_to_change_makes_room_for_the_one_that_has_none(void)
 }
 
 /* Every rule of the estimator that a set of rows can break, by the field that the estimator itself names, and
- * the row by which it is told. What is not here is kept by the ranges of the rows. */
+ * the row by which it is reported. What is not here is kept by the ranges of the rows. */
 static const struct {
     const char *field, *row, *settings;
 } broken[] = {
@@ -295,7 +295,8 @@ static void test_a_gain_without_room_asks_for_another_slope(void)
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
-/* A row beyond its own range is told what all rules leave: 200 V/(1.1 x 0.183 Wb x 4) = 248.385 rad/s. */
+/* For a row beyond its own range the report has the range that all rules permit: 200 V/(1.1 x 0.183 Wb x 4)
+ * = 248.385 rad/s. */
 static void test_a_row_out_of_range_is_told_what_the_rules_leave_of_it(void)
 {
     given_observer();

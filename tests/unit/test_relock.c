@@ -1,4 +1,4 @@
-/* A rotor that was lost and is caught again while it turns against the wish: it keeps its speed until its
+/* A rotor that was lost and is caught again while it turns against the request: it keeps its speed until its
  * lock has been judged, and after a second loss it is reversed in the forced frame. */
 #include "tests/unit/manoeuvres_bench.h"
 
@@ -21,7 +21,7 @@ static void lose_and_catch(void)
     (void)steps_until(MANOEUVRE_RUN, 0.021);
 }
 
-/* Runs at -60 rad/s; the wish changes to this speed in the period in which the lock is lost. */
+/* Runs at -60 rad/s; the request changes to this speed in the period in which the lock is lost. */
 static void given_relocked(double wanted)
 {
     given_rotor_backwards(-60.0);
@@ -63,8 +63,8 @@ static void test_a_loop_that_scatters_is_lost_before_the_reversal(void)
     TEST_ASSERT_TRUE(machine.omega_m < -55.0);
 }
 
-/* Nothing is waited for with a wish of the rotor's own direction, 40 rad/s times k_i, 158 A/s; with a stop;
- * with a current, which is torque and no speed; nor any more when the wish turns round. */
+/* Nothing is waited for with a request of the rotor's own direction, 40 rad/s times k_i, 158 A/s; with a
+ * stop; with a current, which is torque and no speed; nor any more when the request turns round. */
 static void test_another_wish_has_its_torque_at_once(void)
 {
     static const struct {

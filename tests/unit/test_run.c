@@ -12,7 +12,7 @@ static const speed_control_params_t SPEED = {
 
 static run_t run;
 
-/* No ramps, no current that is not wished for; of a hand-over half is left a period later. */
+/* No ramps, no current that is not requested; of a hand-over half is left a period later. */
 static run_tuning_t tuning_of(const speed_control_params_t *speed)
 {
     return (run_tuning_t){.speed = speed_control_prepare(speed), .low_share = 1.0f, .fade = 0.5f};
@@ -106,7 +106,7 @@ static void test_a_limited_torque_is_shown_as_such(void)
     TEST_ASSERT_EQUAL_UINT32(0u, run.limited);
 }
 
-/* What heat and DC link leave holds for what is wished for too, has two sides, and may ask for a current. */
+/* What heat and DC link leave holds for what is requested too, has two sides, and may ask for a current. */
 static void test_torque_current_stays_within_what_is_left_of_the_limit(void)
 {
     run_limit(&run, -2.0f, 4.0f);
@@ -117,7 +117,7 @@ static void test_torque_current_stays_within_what_is_left_of_the_limit(void)
     run_limit(&run, -10.0f, -3.0f);
     expect(step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f), 0.0f, -3.0f, 100.0f);
     expect(step(RUN_STOP, 0.0f, 0.0f, 0.0f, -100.0f), 0.0f, -3.0f, 0.0f);
-    run_enter(&run, (dq_t){6.0f, 0.0f}, 0.0f); /* beside what a hand-over has left */
+    run_enter(&run, (dq_t){6.0f, 0.0f}, 0.0f); /* in addition to the remainder of a hand-over */
     run_limit(&run, -9.0f, 9.0f);
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 8.0f, step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f).current.q);
 }
@@ -174,7 +174,7 @@ static void test_ramps_take_the_reference_to_the_wish(void)
                                 step(RUN_SPEED, 3.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
     }
     TEST_ASSERT_EQUAL_FLOAT(3.0f, step(RUN_SPEED, 3.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
-    for (int n = 1; n <= 768; n++) { /* the wish in a quick stop is to stand, whatever the request */
+    for (int n = 1; n <= 768; n++) { /* in a quick stop the reference is standstill, for any request */
         TEST_ASSERT_EQUAL_FLOAT(3.0f - (float)n / 256.0f, step(RUN_STOP, 9.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
     }
     TEST_ASSERT_EQUAL_FLOAT(0.0f, step(RUN_STOP, 9.0f, 0.0f, 0.0f, 2.0f).omega_m_ref);
@@ -235,7 +235,8 @@ static void test_i_q_waits_for_what_a_hand_over_has_left(void)
     TEST_ASSERT_EQUAL_FLOAT(10.0f, step(RUN_SPEED, 150.0f, 0.0f, 0.0f, 15.0f).current.q);
 }
 
-/* i_d that is settled at this speed [rad/s] electrical, beside this i_q, which integral and speed hold. */
+/* i_d in steady state at this speed [rad/s] electrical, with this i_q, which the integral and the speed
+ * keep constant. */
 static double settled_i_d(double omega_e, float i_q)
 {
     const float omega_m = (float)omega_e / POLE_PAIRS;
@@ -279,7 +280,7 @@ static void test_low_speed_current_comes_with_its_low_pass(void)
 }
 
 /* The larger of the two, not their sum, and no dip between them: what flows already of the low-speed current
- * is not asked for anew. What is wished for comes on top. */
+ * is not requested again. What is requested comes on top. */
 static void test_larger_of_both_is_added_to_the_wish(void)
 {
     begin_slow(LOW);
@@ -293,7 +294,7 @@ static void test_larger_of_both_is_added_to_the_wish(void)
     }
 }
 
-/* Beyond ten hand-over speeds a fifth is left; a wish for currents gets what it wishes. */
+/* Beyond ten hand-over speeds a fifth is left; requested currents are not limited by this. */
 static void test_wish_for_currents_gets_nothing_else(void)
 {
     begin_slow(LOW);
@@ -329,7 +330,7 @@ static void test_a_torque_is_made_as_a_current_of_the_flux(void)
     expect(step(RUN_SPEED, 7.0f, 0.0f, 0.0f, 7.0f), 0.0f, 10.0f, 7.0f); /* the speed control has followed */
 }
 
-/* A salient rotor, D/psi_f 0.1 1/A: 1.5 p (psi_f - D i_d) i_q is the torque that is wished for, and i_d that
+/* A salient rotor, D/psi_f 0.1 1/A: 1.5 p (psi_f - D i_d) i_q is the torque that is requested, and i_d that
  * of most torque per ampere beside this i_q. */
 static void test_a_torque_of_a_salient_rotor_takes_the_least_current(void)
 {

@@ -266,7 +266,7 @@ static void test_a_start_has_the_current_of_the_unsaturated_rotor(void)
 {
     const params_t params = motor();
     const assumed_t assumed = params_configured(&params);
-    /* 0.8 psi_f/(L_0 - L_d), the rotor stands along the current: no i_q */
+    /* 0.8 psi_f/(L_0 - L_d), the rotor is at standstill along the current: no i_q */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, (float)(0.8 * FLUX / (L_0 - L_D)),
                              params_start(&params, &assumed).current);
 }

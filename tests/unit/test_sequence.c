@@ -292,7 +292,7 @@ static void test_a_refused_reset_tells_what_is_still_there(void)
         is.fault_line = cases[n].line;
         sequence.quiet_windows = 0u;
         steps(1);
-        TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_present); /* nobody has asked */
+        TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_present); /* no one has asked */
         requests.fault_reset = 1;
         steps(1);
         expect_state(DRIVE_FAULT);
@@ -342,7 +342,7 @@ static void test_no_other_fault_and_no_lasting_one_resets_itself(void)
     is.fault_line = false;
     go(REARM, DRIVE_NOT_READY, OFF);
     for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP;
-         wish += 2) { /* nor one without a wish for on */
+         wish += 2) { /* nor one without a request for on */
         from(DRIVE_OPERATION_ENABLED);
         fail_the_module();
         requests.enable = wish;
@@ -441,7 +441,7 @@ static void test_no_input_leads_where_it_must_not(void)
                 const bool edge = requests.fault_reset != 0 && (bits >> 3 & 1u) == 0u;
                 TEST_ASSERT_TRUE(state != (int32_t)DRIVE_FAULT || next == state ||
                                  (edge && !stopped && !is.fault_line && (bits & 1u) != 0u));
-                /* off unless the bridge is on and stays so; control starts anew where it comes on */
+                /* off unless the bridge is on and stays so; control starts again where it comes on */
                 TEST_ASSERT_EQUAL(sequence_bridge_on(&sequence), (order & ON) != 0u);
                 TEST_ASSERT_EQUAL(state == (int32_t)DRIVE_READY && next == (int32_t)DRIVE_SWITCHED_ON,
                                   (order & BEGIN) != 0u);

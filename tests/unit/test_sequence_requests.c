@@ -2,7 +2,8 @@
  * effect and without a refusal. */
 #include "tests/unit/sequence_bench.h"
 
-/* So many windows with this value of `enable`; then the machine is there and says this of the request. */
+/* This number of windows with this value of `enable`; then the machine is in this state and reports this
+ * about the request. */
 static void ask(int32_t enable, uint32_t windows, drive_state_t state, int32_t refusal)
 {
     requests.enable = enable;

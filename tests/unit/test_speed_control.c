@@ -83,7 +83,7 @@ static void test_weight_is_the_references_share_of_the_proportional_part(void)
     }
 }
 
-/* Beside its reference the output stays, whatever gain and weight become; sums of 157 round by 2e-5. */
+/* Near the reference the output does not change with gain and weight; sums of 157 round by 2e-5. */
 static void test_new_gains_are_bumpless_at_the_reference(void)
 {
     for (unsigned k = 0; k < 8; k++) {

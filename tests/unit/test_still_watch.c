@@ -1,5 +1,6 @@
-/* A current sensor that stands while control asks for another current: sensors of 20 A, so that 1 A is off, 3
- * A is far and 0.15 A is next to none. */
+/* A current sensor with a constant output while the control requests another current: sensors of 20 A, so
+ * that 1 A is off, 3
+ * A is far and 0.15 A is almost none. */
 #include "fast/protect/still_watch.h"
 
 #include "unity.h"
@@ -8,7 +9,7 @@
 
 static still_watch_t watch;
 static still_watch_tuning_t tuning;
-static bool limited;  /* control has not got the voltage that it asked for */
+static bool limited;  /* control has not got the voltage that it requested */
 static float u_dc;    /* [V] */
 static ab_t voltage;  /* [V] that acts */
 static float omega_e; /* [rad/s] */
@@ -53,7 +54,8 @@ static bool step(float a, float b, float asked_a)
     return stuck;
 }
 
-/* So many periods in which a stays, asked for more by `miss`, while b moves; the period in which it is stuck,
+/* This number of periods in which a stays although its request differs by `miss`, while b moves; the period
+ * in which it is stuck,
  * 0: it is not. */
 static unsigned stuck_after(float a, float b, float miss, unsigned periods)
 {
@@ -96,7 +98,7 @@ static void test_a_code_that_moves_begins_anew(void)
     }
 }
 
-/* A current that stood for long, and a step of what is asked for, which shows in the third sample. */
+/* A current that was constant for long, and a step of the reference, which shows in the third sample. */
 static void test_a_step_of_the_reference_is_not_a_stuck_sensor(void)
 {
     for (unsigned n = 0; n < 100u; n++) {

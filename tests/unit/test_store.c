@@ -7,8 +7,8 @@
 #include "tests/unit/sweep.h"
 
 #define PAGE  2048u                                          /* [words] eight sets of the parameters */
-#define EVERY (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u) /* cut of the power; all of them on the desk */
-#define BITS  (SWEEP > 1 ? 5u : 1u)                          /* of a word, every so many are tried */
+#define EVERY (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u) /* cut of the power; all of them on the host */
+#define BITS  (SWEEP > 1 ? 5u : 1u)                          /* of a word, every BITS-th bit is tried */
 #define NEVER UINT32_C(0xFFFFFFFF)
 #define WORDS store_record_words(params_table.count) /* of a set */
 #define FIT   (PAGE / WORDS)                         /* sets in a page */
@@ -333,7 +333,7 @@ static void test_each_wrong_word_of_an_only_set_is_told(void)
     }
 }
 
-/* Of older ones: their headers lead to the set in force, their values do not matter. */
+/* Of older ones: their headers lead to the active set, their values do not matter. */
 static void test_wrong_words_of_older_sets_are_told_or_harmless(void)
 {
     save_random();
@@ -378,7 +378,7 @@ static void test_content_that_is_no_store_is_told(void)
     expect_defaults(STORE_CORRUPT);
 }
 
-/* Not even a word of a set that stands by chance where no record begins makes it corrupt. */
+/* A word of a set that is by chance at a place where no record begins does not make it corrupt. */
 static void test_erasing_ends_what_another_program_has_left(void)
 {
     for (uint32_t n = 0; n < 200u; n += SWEEP_FEW) {
@@ -421,7 +421,7 @@ static void test_cut_while_a_set_is_erased_leaves_it_or_none(void)
     }
 }
 
-/* A set stored over a corrupt one is in force, though the corrupt one has a serial, too. */
+/* A set stored over a corrupt one is active, though the corrupt one has a serial, too. */
 static void test_a_set_stored_over_a_corrupt_store_is_in_force(void)
 {
     fill();

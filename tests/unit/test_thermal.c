@@ -1,5 +1,5 @@
-/* Heat of motor and module beside the exact solution of tau dh/dt = i^2/I_c^2 - h in double, period by period
- * of the carrier; and what it leaves of the current. */
+/* The thermal models of motor and module, compared with the exact solution of tau dh/dt = i^2/I_c^2 - h in
+ * double, period by period of the carrier; and the remaining limit of the current. */
 #include "medium/protect/thermal.h"
 #include "tests/unit/compare.h"
 
@@ -171,7 +171,8 @@ static void test_without_current_or_time_constant_nothing_is_judged(void)
 
 /* ---- what it leaves ---- */
 
-/* A motor that is always asked for 10 A gets them until h = 0.9, t = tau ln(1/(1 - 0.9 I_c^2/I^2)); then the
+/* A motor from which 10 A are always requested gets them until h = 0.9, t = tau ln(1/(1 - 0.9 I_c^2/I^2));
+ * then the
  * limit sinks to I_c, h rises to 1, and nothing trips. */
 static void test_torque_sags_to_what_the_motor_stands_and_nothing_trips(void)
 {

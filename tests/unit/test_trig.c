@@ -158,7 +158,7 @@ static void test_advance_turns_a_rotation_on(void)
     }
 }
 
-/* The angle of a rotation, in all quadrants and beside every axis and diagonal; a length that is wrong by
+/* The angle of a rotation, in all quadrants and near every axis and diagonal; a length that is wrong by
  * 1e-3 moves the shorter component's arc sine by 1e-3 at most, the series is right within 3e-3, and the
  * Newton step leaves 1e-3 of both. */
 static void test_angle_of_a_rotation(void)

@@ -15,10 +15,10 @@ static const double pi = 3.14159265358979323846;
 typedef struct {
     double inertia, coulomb, viscous, flux, inductance_d, inductance_q;
     double saturation;  /* I_s of the q axis [A]; 0: none */
-    double observed_q;  /* the constant L_q of the observer beside a saturation [H] */
+    double observed_q;  /* the constant L_q of the observer for a saturating rotor [H] */
     double angle_noise; /* [rad] of the EMF, uniform between minus and plus this */
     double speed_noise; /* [-] of the estimated speed, relative */
-    double later;       /* [N m] dry friction beside, as soon as the test orders a current */
+    double later;       /* [N m] additional dry friction as soon as the test commands a current */
     double lost_after;  /* [windows] of an order of current; 0: never */
     uint32_t draw;      /* of the noise; 0: any */
     double grows;       /* [kg m^2] added to J at the first steady speed after the pushes */

@@ -13,7 +13,7 @@
 #define MRAD_APART      0.01  /* composed, settled [mrad] */
 #define SPEED_APART     0.003 /* composed, settled [rad/s] */
 
-static fixed_t fix; /* beside est, the float one */
+static fixed_t fix; /* next to est, the float estimator */
 
 static estimator_params_t twin_params(smo_switching_t switching, lag_mode_t lag, float emf_cutoff)
 {
@@ -90,9 +90,9 @@ static void test_observers_of_both_forms(void)
     }
 }
 
-/* ---- all in a row ---- */
+/* ---- all in succession ---- */
 
-/* From 0.1 rad beside, over the transient, then settled. */
+/* From an error of 0.1 rad, through the transient, then settled. */
 static void check_composed(smo_switching_t switching, lag_mode_t mode, float emf_cutoff)
 {
     static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};

@@ -11,7 +11,7 @@ static const unequal_legs_tuning_t TUNING = {(float)RATE, (float)(1.0 / RATE), 2
 static unequal_legs_t legs;
 static double angle; /* of the current [rad] */
 
-/* Of the three legs, beside what they have in common. */
+/* Values of the three legs, without their common part. */
 typedef struct {
     double volt[3]; /* [V] */
     double ohm[3];  /* [ohm] */
@@ -71,7 +71,7 @@ static void expect(const lost_t *lost, double volt_within, double ohm_within)
     }
 }
 
-/* Both kinds are told apart, each leg by itself, at one speed and one current. */
+/* Both kinds are distinguished, each leg by itself, at one speed and one current. */
 static void test_voltage_and_resistance_of_a_leg_are_told_apart(void)
 {
     static const lost_t cases[] = {

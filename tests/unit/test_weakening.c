@@ -68,7 +68,7 @@ static void test_the_most_torque_is_that_of_trying_every_i_d(void)
         begin(ratios[n], 0.0);
         for (double omega = 300.0; omega < 4000.0; omega *= 1.3) {
             for (int way = -1; way <= 1; way += 2) {
-                weakening.looks = 0u; /* the low-pass begins anew */
+                weakening.looks = 0u; /* the low-pass begins again */
                 look(way * omega);
                 if (weakening.looks == 0u) {
                     continue;
@@ -167,7 +167,7 @@ static void test_the_drop_of_r_counts_in_the_direction_of_the_emf(void)
     TEST_ASSERT_TRUE(seen[0] < seen[1] - 0.1);
 }
 
-/* The voltage that is asked for comes to u whatever the data say: a psi_f that is 10 % more than assumed
+/* The requested voltage reaches u for any configured data: a psi_f that is 10 % more than assumed
  * takes a trim of about -0.05. */
 static void test_the_trim_brings_the_voltage_to_its_share(void)
 {

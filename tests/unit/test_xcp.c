@@ -1,5 +1,5 @@
 /* The slave by octets: commands as the standard (ASAM MCD-1 XCP 1.x, "Command reference") lays them out, and
- * the answers that it lays out for them. Behind the addresses stands a memory of this file: extension 1,
+ * the answers that it lays out for them. The addresses lead to a memory of this file: extension 1,
  * slots 1 to 8, which may hold anything but 0xDEADDEAD; extension 0, which cannot be written; texts of
  * extensions 5 and 6. */
 #include "contract/line.h"
@@ -365,7 +365,7 @@ static void test_a_locked_slave_takes_a_stop_and_nothing_beside_it(void)
     ask("F0 04 57 90 09", "FE 25");
     ask("F0 04 57 90 09 57", "FF");
     TEST_ASSERT_EQUAL_HEX32(0x57099057u, memory[1]);
-    ask("F0 04 57 90 09 57", "FE 25"); /* the address stands behind it */
+    ask("F0 04 57 90 09 57", "FE 25"); /* the address is then behind it */
 }
 
 static void test_the_right_answer_opens_the_session_and_no_other_one(void)
@@ -401,7 +401,7 @@ static void test_a_wrong_answer_ends_the_session(void)
 static void test_a_seed_is_good_for_one_answer(void)
 {
     connect_locked();
-    answer_seed(0u, "FE 29"); /* no seed was asked for */
+    answer_seed(0u, "FE 29"); /* no seed was requested */
     const uint32_t first = seed_of_drive();
     const uint32_t second = seed_of_drive(); /* at the same time */
     TEST_ASSERT_TRUE(first != second);
@@ -419,7 +419,7 @@ static void test_other_resources_are_open_and_a_seed_comes_in_one_piece(void)
     ask("F8 00 05", "FE 22");
 }
 
-/* Mode 1: the text stands in the answer. Mode 0: it is uploaded from where the transfer address now is. */
+/* Mode 1: the text is in the answer. Mode 0: it is uploaded from where the transfer address now is. */
 static void test_identification(void)
 {
     ask("FA 00", "FF 01 00 00 07 00 00 00 'lagless'");
@@ -442,7 +442,7 @@ static void test_uploads_go_on_where_the_last_one_ended(void)
     ask("F5 06", "FF 08 09 0A 0B 0C 0D");
     ask("F5 01", "FF 0E");
     ask("F4 04 00 01 08 00 00 00", "FF 08 09 0A 0B");
-    ask("F5 04", "FF 0C 0D 0E 0F");             /* the transfer address stands behind it */
+    ask("F5 04", "FF 0C 0D 0E 0F");             /* the transfer address is then behind it */
     ask("F4 02 00 00 07 00 00 00", "FF 07 08"); /* from the midst of a slot */
 }
 
@@ -494,7 +494,7 @@ static void test_checksum_of_a_block(void)
 {
     ask("F6 00 00 01 04 00 00 00", "FF");
     ask("F3 00 00 00 0C 00 00 00", "FF 09 00 00 39 1C FF BC");
-    ask("F5 01", "FF 10"); /* the address stands behind the block */
+    ask("F5 01", "FF 10"); /* the address is then behind the block */
     ask("F6 00 00 01 04 00 00 00", "FF");
     ask("F3 00 00 00 00 00 00 00", "FE 22");
     ask("F3 00 00 00 0D 00 00 00", "FE 22");
@@ -638,7 +638,7 @@ static void test_one_list_is_started_and_stopped_by_itself(void)
     sample(1u);
     packet("02 01 00 00 00 10 11 12 13");
     packet("");
-    ask("DE 01 00 00", "FF 00"); /* the other one beside it, which is not disturbed */
+    ask("DE 01 00 00", "FF 00"); /* the other one in the same list, which is not disturbed */
     sample(2u);
     packet("00 02 00 00 00 04 05 06 07 08 09 0A 0B");
     packet("01 0C 0D 0E 0F");

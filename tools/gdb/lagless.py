@@ -1,8 +1,9 @@
-"""gdb commands for the ring: go to a period and back, ask why the drive stopped, read registers by name.
+"""gdb commands for the closed loop: go to a period and back, print why the drive stopped, read registers by name.
 
     gdb -x tools/gdb/lagless.py --args build/host/lagless run SCENARIO.toml        (or simply tools/debug SCENARIO.toml)
 
-Only loads lagless_commands.py, so that none of its names come into gdb's own Python. Loading twice is once."""
+This file only loads lagless_commands.py as a module, so that its names are not added to gdb's global Python names. Loading twice is
+once."""
 
 
 def load_lagless():

@@ -100,7 +100,7 @@ class Entry(gdb.Breakpoint):
 
 
 class Gate(gdb.Breakpoint):
-    """The rig's stop hook: the period that was asked for begins."""
+    """The stop hook of the rig: the requested period begins."""
 
     def __init__(self):
         super().__init__(function="rig_stop_at", internal=True)
@@ -135,9 +135,9 @@ class Freed(gdb.Breakpoint):
 
 
 class Fault(gdb.Breakpoint):
-    """Where the drive's state becomes `fault`: from there, and in the drive from nowhere else, its capture is triggered.
-    That function is of another file, which the compiler calls at every level of optimisation; show_fault() itself it
-    takes apart."""
+    """The place where the state of the drive becomes `fault`: only there the drive triggers its capture.
+    The called function is in another file, so that the compiler keeps the call at every level of optimisation, while it may inline
+    show_fault() itself."""
 
     def __init__(self):
         super().__init__(function="capture_trigger", internal=True)
@@ -178,13 +178,13 @@ def present_manoeuvre():
 
 
 def file_of(frame):
-    """Full name of the source file that a frame stands in; "" if there is none."""
+    """Full name of the source file of a frame; "" if there is none."""
     symtab = frame.find_sal().symtab
     return symtab.fullname() if symtab else ""
 
 
 class Landing(gdb.Breakpoint):
-    """Where a function returns to. (gdb's own FinishBreakpoint misses callers that are inlined themselves.)"""
+    """The return address of a function. (gdb's own FinishBreakpoint misses callers that are inlined themselves.)"""
 
     def __init__(self, pc):
         super().__init__(f"*{pc:#x}", internal=True, temporary=True)
@@ -219,9 +219,8 @@ def forget_rig(_):
 
 
 class FrontEnd(gdb.Parameter):
-    """Who talks to the user.
-cli: gdb itself. ide: a program that drives gdb (VS Code); every stop is told to it, and going back starts the new process
-before the old one ends, since such a program ends its session with the last process."""
+    """The user interface. cli: gdb itself. ide: a program that controls gdb (VS Code). It gets a message for every stop. When going back,
+    the new process starts before the old one ends, because such a program ends its session with the last process."""
 
     set_doc = "Set who talks to the user: gdb's own command line or an IDE."
     show_doc = "Show who talks to the user: gdb's own command line or an IDE."
@@ -277,7 +276,7 @@ def run_again(stop_before):
 
 
 def set_stop(rig, period):
-    """What rig_stop_before() does; a program linked across rooms does not have it as a function of its own."""
+    """Does the same as rig_stop_before(), which a program with link-time optimisation does not contain as a function."""
     memory = gdb.selected_inferior()
     for name, value in (("stop_hook_set", 1), ("stop_hook_period", period)):
         field = rig[name]
@@ -309,7 +308,7 @@ def go_on(stop_before, again):
 
 
 def tell_place():
-    """Where simulated time and the program stand; of the interrupt all lines."""
+    """Prints the simulated time and the position of the program; within the interrupt all its lines."""
     gdb.write(place_text() + "\n")
     gdb.execute("frame")
     here = gdb.selected_frame().find_sal()
@@ -374,7 +373,7 @@ def go_to(period):
 
 
 def one_line_errors(invoke):
-    """Whatever goes wrong is told in one line, never as a traceback."""
+    """Each error is reported in one line, without a traceback."""
 
     @functools.wraps(invoke)
     def guarded(self, argument, from_tty):
@@ -411,9 +410,9 @@ class Period(Command):
     """Go to a PWM period: to the first line of its interrupt.
 Usage: period N | period +N | period -N
 
-N counts from power-on, a period of the board's carrier each. With a sign: so many periods from the present one. Forward the program goes
-on, and breakpoints of yours stop it on the way; backward it is run again from its start, which gives the same bits, and
-your breakpoints are passed by."""
+N counts from power-on, a period of the board's carrier each. With a sign: so many periods from the present one. Forward, the program
+continues, and your breakpoints stop it. Backward, the program runs again from its start, which gives the same bits, and ignores your
+breakpoints."""
 
     name = "period"
 
@@ -465,8 +464,8 @@ class UntilFault(Command):
     """Go on to the period in which the drive enters fault.
 Usage: until-fault [LIMIT]
 
-Stops right after the drive has latched it, so that `why` can tell: in the interrupt that found it or, where the medium task
-has found it, in the first interrupt of the sample after that task is through. At the latest stops in period LIMIT. A program
+Stops directly after the drive has latched the fault, so that `why` can explain it: in the interrupt that detected it or, if the medium task
+detected it, in the first sample interrupt after that task has ended. At the latest stops in period LIMIT. A program
 that is not running is started."""
 
     name = "until-fault"
@@ -560,10 +559,10 @@ is waited for to begin again. At the latest stops in period LIMIT. A program tha
 
 
 class Why(Command):
-    """Tell why the drive is in fault, warns, or does not do what it is told, and what to do about it.
+    """Print why the drive is in fault, warns, or does not follow its requests, and what to do.
 Usage: why
 
-Of a fault with the last periods before it, which the drive has kept; the fault's own period is the last one."""
+For a fault, also print the last periods before it that the drive has stored; the last one is that of the fault."""
 
     name = "why"
     PERIODS = 8  # shown of the history
@@ -606,7 +605,7 @@ Of a fault with the last periods before it, which the drive has kept; the fault'
         newest = count - (1 if latched else 0)
         for number in range(newest - 1, max(-1, count - kept - 1), -1):
             fault = log["faults"][number % kept]
-            if int(fault["reason"]) == 0:  # a replay knows only their number
+            if int(fault["reason"]) == 0:  # a replay has only their number
                 continue
             gdb.write(f"earlier: {show.reason_name(fault['reason'])} at {time.seconds(int(fault['period']), period_ticks())}, "
                       f"in {show.choice('signals_table', 'manoeuvre', fault['manoeuvre'])}\n")
@@ -738,7 +737,7 @@ def register_blocks():
 
 
 def registers_of(block, parts):
-    """[(name, value, address, octets)] of a block, arrays one by one, reserved words left out."""
+    """[(name, value, address, octets)] of a block: each element of an array separately, without reserved words."""
     result = []
     for struct, base in parts:
         for field in struct.type.strip_typedefs().fields():
@@ -777,7 +776,7 @@ def fields_of(block, name):
 
 
 def note_on(block, name, value, all_values):
-    """What a register that is one number means."""
+    """The meaning of a register that is one number."""
     family = block.rstrip("0123456789")
     if family == "EPWM" and name in ("DBRED", "DBFED"):
         half, power = all_values["TBCTL"] >> 7 & 7, all_values["TBCTL"] >> 10 & 7
@@ -797,8 +796,8 @@ class Regs(Command):
     """Show registers of the virtual F28335 by name, bit fields decoded.
 Usage: regs | regs BLOCK | regs BLOCK.REGISTER
 
-Without argument: the blocks. Names are those of hal/f28335/registers.h: regs EPWM1, regs ADC, regs EPWM1.TBCTL. What the
-interrupt would read at this moment is shown."""
+Without argument: the blocks. Names are those of hal/f28335/registers.h: regs EPWM1, regs ADC, regs EPWM1.TBCTL. The output is the value
+that the interrupt would read at this moment."""
 
     name = "regs"
 
@@ -853,10 +852,10 @@ interrupt would read at this moment is shown."""
 
 
 class WhereTime(Command):
-    """Tell where simulated time stands: period, seconds, 150 MHz ticks of the chip.
+    """Print the simulated time: period, seconds, 150 MHz ticks of the chip.
 Usage: where-time
 
-While gdb holds the program, simulated time stands still."""
+While gdb holds the program, simulated time stops."""
 
     name = "where-time"
 

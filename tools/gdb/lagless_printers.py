@@ -26,7 +26,7 @@ def text_at(pointer):
 
 
 def global_value(name):
-    """A global variable of the program, whatever locals hide it."""
+    """A global variable of the program, also if a local variable hides it."""
     symbol = gdb.lookup_global_symbol(name)
     if symbol is None:
         raise gdb.GdbError(f"this program has no '{name}': is it lagless, built with debug information?")

@@ -234,7 +234,7 @@ for group in range(1, 13):
     names = GROUPS.get(group, " ".join(f"INT{group}.{n}" for n in range(1, 9)))
     PIE[f"PIE{group}.IER"] = PIE[f"PIE{group}.IFR"] = bits(names)
 
-# What a pin is when its two bits in MUX1/MUX2 are 1, 2, 3 ("?": TI's table has more than this drive needs).
+# The function of a pin when its two bits in MUX1/MUX2 are 1, 2, 3 ("?": TI's table has more than this drive needs).
 PIN_FUNCTIONS = {n: f"EPWM{n // 2 + 1}{'AB'[n % 2]}|?|?" for n in range(12)}
 PIN_FUNCTIONS.update({12: "TZ1|?|?", 13: "TZ2|?|?", 14: "TZ3|?|?", 15: "TZ4|?|?", 16: "?|?|TZ5", 17: "?|?|TZ6"})
 PIN_FUNCTIONS.update({20: "EQEP1A|?|?", 21: "EQEP1B|?|?", 22: "EQEP1S|?|?", 23: "EQEP1I|?|?"})

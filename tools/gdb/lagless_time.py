@@ -1,4 +1,4 @@
-"""Simulated time: PWM period k begins at t_k = k * ticks/150 MHz, `ticks` what the program's rig_period_ticks says. Used by
+"""Simulated time: PWM period k begins at t_k = k * ticks/150 MHz, with `ticks` from rig_period_ticks of the program. Used by
 gdb's commands and by tools/debug."""
 import re
 from decimal import Decimal
@@ -19,7 +19,7 @@ def time_of(text):
 
 
 def period_of_time(text, ticks):
-    """The period in which this instant lies. Begins are those that seconds() tells, so that what it tells leads back."""
+    """The period in which this instant lies. Uses the begins that seconds() returns, so that a printed time leads to the same period."""
     instant = time_of(text)
     period = instant // (ticks * TICK)
     period += instant >= begin(period + 1, ticks)
@@ -41,7 +41,7 @@ def decimals(ticks):
 
 
 def begin(period, ticks):
-    """Begin of a period [s], to the nearest decimal that is told."""
+    """Begin of a period [s], rounded to the printed decimals."""
     scale = 10 ** decimals(ticks)
     return Fraction(round(period * ticks * TICK * scale), scale)
 

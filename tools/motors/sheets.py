@@ -1,5 +1,5 @@
-"""What the tools share that run many motors: the built program and its Python package, the text of a motor's file, a place in a document that
-a tool writes."""
+"""Common code of the tools that run many motors: the built program and its Python package, the text of a motor file, and the part of a
+document that a tool writes."""
 import os
 import pathlib
 import sys

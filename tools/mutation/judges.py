@@ -1,5 +1,5 @@
-"""The programs that judge a mutant, for tools/mutate: a private copy of the tree, built once; what each program is linked of, and
-what it costs; and a program linked anew with the objects that a mutant reaches.
+"""The programs that judge a mutant, for tools/mutate: a private copy of the tree, built once; the objects and the run time of each program;
+and a program linked again with the objects that a mutant changes.
 """
 import collections
 import hashlib
@@ -94,7 +94,7 @@ class Bench:
             made.unlink(missing_ok=True)
             ran(configure, self.folder, self.folder / "configure.log")
         listed = json.loads(ran(["ctest", "--show-only=json-v1"], self.build))
-        commands = {}  # ctest tells them only of programs that are built
+        commands = {}  # ctest lists them only for programs that are built
         for file in self.build.rglob("CTestTestfile.cmake"):
             for name, words in ADDED.findall(file.read_text(encoding="utf-8")):
                 commands[name] = re.findall(r'"([^"]*)"', words)
@@ -147,7 +147,7 @@ class Bench:
             program.sources = [file for made in own for file in self.made_of.get(made, ()) if file.endswith((".c", ".cpp"))]
 
     def measure(self, jobs):
-        """What each program takes; one that takes longer than the dearest allowed is no judge."""
+        """The processor time of each program; a program above the largest permitted time does not judge mutants."""
         kept_file = self.folder / "costs.json"
         kept = json.loads(kept_file.read_text(encoding="utf-8")) if kept_file.exists() else {}
         costs = {}
@@ -198,7 +198,7 @@ class Bench:
 
 
 class Mutant:
-    """A file of the tree with other text, in a folder of its own."""
+    """A file of the tree with other text, in a separate folder."""
 
     def __init__(self, bench, folder, file, text):
         self.bench, self.folder, self.file = bench, folder, file
@@ -246,7 +246,7 @@ class Mutant:
         linked = self.folder / "program"
         words[words.index("-o") + 1] = str(linked)
         first = next(n for n, word in enumerate(words) if word.endswith(".o"))
-        words[first:first] = [str(made) for made in ours.values()]  # before the library, which then gives none of its own
+        words[first:first] = [str(made) for made in ours.values()]  # before the library, whose object is then not linked
         ran(words, self.bench.build)
         return run([str(linked), *program.command[1:]], self.folder / "run", 5.0 * program.cost + 1.0)
 

@@ -1,5 +1,6 @@
-"""Two recordings: what differs, in words, and both in the same panels. Needs numpy."""
+"""Compares two recordings: a report of the differences, and both in the same panels. Needs numpy."""
 import dataclasses
+import math
 
 import numpy
 
@@ -9,11 +10,11 @@ import recording as recordings
 from figures import Layout, Panel
 from table import InputError, by_name, printed
 
-SETTINGS_MAX = 12  # told; the page has all
+SETTINGS_MAX = 12  # printed; the page has all
 
 
 def alike(name):
-    """A column's name as CSV and MAT both can have it."""
+    """The name of a column in the form that both CSV and MAT allow."""
     return name.replace(".", "_")
 
 
@@ -26,7 +27,7 @@ def common_columns(a, b):
 
 
 def pair(a, b):
-    """Both as numbers of one kind: what MAT keeps as a float has other digits as text than as a double."""
+    """Both columns in one number type: the text of a float that MAT keeps has other digits than that of a double."""
     kinds = {values.dtype for values in (a, b) if values.dtype != numpy.float64}
     kind = numpy.float32 if numpy.dtype("f4") in kinds or not kinds else numpy.float64
     if kind is numpy.float32 and not kinds and ((a == numpy.rint(a)).all() and (b == numpy.rint(b)).all()):
@@ -35,8 +36,18 @@ def pair(a, b):
 
 
 def differ(a, b):
-    """Where; not a number is the same as itself."""
+    """Where the samples differ. Two values that are not a number count as equal."""
     return (a != b) & ~((a != a) & (b != b))
+
+
+HALF_TURN = {"rad": math.pi, "mrad": 1e3 * math.pi}  # each signal in rad is an angle that wraps
+
+
+def apart(x, y, unit):
+    """x - y; of two angles the difference of least magnitude."""
+    by = x - y
+    half = HALF_TURN.get(unit)
+    return by if half is None else numpy.where(numpy.abs(by) > half, numpy.mod(by + half, 2 * half) - half, by)
 
 
 @dataclasses.dataclass
@@ -65,9 +76,9 @@ class Comparison:
             x, y = pair(a.columns[name][self.at_a], b.columns[other][self.at_b])
             where = numpy.flatnonzero(differ(x, y))
             if len(where):
-                apart = numpy.abs(x[where].astype(float) - y[where].astype(float))
-                apart = apart[numpy.isfinite(apart)]
-                self.differences.append(Difference(name, a.units[name], int(where[0]), len(where), float(apart.max(initial=0.0)),
+                by = numpy.abs(apart(x[where].astype(float), y[where].astype(float), a.units[name]))
+                by = by[numpy.isfinite(by)]
+                self.differences.append(Difference(name, a.units[name], int(where[0]), len(where), float(by.max(initial=0.0)),
                                                    x[where[0]], y[where[0]]))
         self.differences.sort(key=lambda one: one.first)
         self.left_a = len(a.time) - len(self.periods)
@@ -78,7 +89,7 @@ class Comparison:
         return not (self.differences or self.only_a or self.only_b or self.left_a or self.left_b) and bool(self.both)
 
     def settings(self):
-        """[(name, value in A, value in B, unit)] of what differs; None where one does not tell it."""
+        """[(name, value in A, value in B, unit)] of the settings that differ; None if a recording does not contain the setting."""
         found = []
         of_b = {alike(name): value for name, value in self.b.values.items()}
         of_a = {alike(name): value for name, value in self.a.values.items()}
@@ -104,7 +115,7 @@ class Comparison:
         """The report, a line each."""
         a, b = self.a, self.b
         for letter, one in (("A", a), ("B", b)):
-            yield f"{letter}: {one.path}: {len(one.time)} samples of {len(one.units)} rows, {one.time[0]:.9g} s to {one.time[-1]:.9g} s"
+            yield f"{letter}: {one.path}: {len(one.time)} samples of {len(one.units)} signals, {one.time[0]:.9g} s to {one.time[-1]:.9g} s"
         for key in ("program", "commit", "tables", "scenario", "seed", "ended"):
             x, y = a.meta.get(key, ""), b.meta.get(key, "")
             if x != y:
@@ -123,7 +134,7 @@ class Comparison:
         if len(settings) > SETTINGS_MAX:
             yield f"and {len(settings) - SETTINGS_MAX} more settings"
         if not self.both:
-            yield "no row is in both"
+            yield "no signal is in both"
             return
         if not len(self.periods):
             yield "no sample of A is at the time of one of B"
@@ -135,8 +146,8 @@ class Comparison:
     def verdict(self):
         count = len(self.periods)
         if not self.differences:
-            yield (f"equal: {count} samples of {len(self.both)} rows" if self.equal else
-                   f"no difference in the {count} samples of the {len(self.both)} rows that both have")
+            yield (f"equal: {count} samples of {len(self.both)} signals" if self.equal else
+                   f"no difference in the {count} samples of the {len(self.both)} signals that both have")
             return
         first = self.differences[0]
         period = int(self.periods[first.first])
@@ -145,12 +156,20 @@ class Comparison:
         for one in names:
             a, b = (self.named(one.name, value, one.unit) for value in (one.a, one.b))
             yield f"  {one.name}: {a} in A, {b} in B"
-        yield f"{len(self.differences)} of {len(self.both)} rows differ:"
+        yield f"{len(self.differences)} of {len(self.both)} signals differ:"
         wide = max(len(one.name) for one in self.differences)
         for one in self.differences:
             when = int(self.periods[one.first]) * self.a.period
-            largest, unit = printed(one.largest, one.unit, {**self.rows.get(one.name, {}), "choices": ""})
-            yield f"  {one.name:{wide}}  from {when:.9g} s, in {one.count} of {count} samples, by up to {largest:.4g}{of_unit(unit)}"
+            yield f"  {one.name:{wide}}  from {when:.9g} s, in {one.count} of {count} samples{self.by_up_to(one)}"
+
+    def by_up_to(self, one):
+        """The largest difference in the unit of `lagless run`; of names of choices there is none."""
+        if self.a.choices.get(one.name) or self.b.choices.get(one.name):
+            return ""
+        largest, unit = printed(one.largest, one.unit, {**self.rows.get(one.name, {}), "choices": ""})
+        if unit == "rad" and largest < 1.0:
+            largest, unit = 1e3 * largest, "mrad"
+        return f", by up to {largest:.4g}{of_unit(unit)}"
 
 
 def short(value, unit="-"):
@@ -164,7 +183,7 @@ def of_unit(unit):
 # ---- both in one picture ----
 
 def held(recording, name, periods):
-    """The column at these periods: the sample before where there is none, no number beyond its ends."""
+    """The column at these periods. A period without a sample has the sample before it; beyond the ends the value is not a number."""
     own = recording.periods()
     place = numpy.searchsorted(own, periods, side="right") - 1
     values = recording.columns[name].astype(float)[numpy.maximum(place, 0)]
@@ -192,7 +211,7 @@ def merged(comparison):
 
 
 def both_panels(drawn, scales, others):
-    """Each trace of A, and dashed that of B."""
+    """Each trace of A as a solid line, and the same of B as a dashed line."""
     panels = []
     for panel in drawn.panels:
         traces = []
@@ -211,14 +230,15 @@ def both_panels(drawn, scales, others):
 
 
 def difference_panels(drawn, scales, others, differing):
-    """B minus A, of the rows that differ and are no bands."""
+    """B minus A of the signals that differ, without those that are drawn as bands."""
     panels = []
     for panel in drawn.panels:
         traces = []
         for trace in panel.traces:
             if trace.column in differing and trace.column in others and panel.kind != "bands":
                 name = f"d.{trace.column}"
-                drawn.data.columns[name] = others[trace.column] * scales[trace.column] - drawn.data.columns[trace.column]
+                drawn.data.columns[name] = apart(others[trace.column] * scales[trace.column], drawn.data.columns[trace.column],
+                                                 drawn.data.units[trace.column])
                 drawn.data.units[name] = drawn.data.units[trace.column]
                 traces.append(dataclasses.replace(trace, column=name, dashed=False, limit=False, wraps=0.0))
         if traces:
@@ -227,7 +247,7 @@ def difference_panels(drawn, scales, others, differing):
 
 
 class Both(drive.Drawn):
-    """The panels of both; bands are made where the merged columns have gaps, too."""
+    """The panels of both recordings. Bands are also drawn where the merged columns have gaps."""
 
     def __init__(self, comparison, tables):
         both, others = merged(comparison)

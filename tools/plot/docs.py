@@ -2,8 +2,8 @@
 """Makes docs/cold_start.png, README's picture of a cold start, by a run of the program.
 
 usage: docs.py LAGLESS            runs the scenario and draws it
-       docs.py LAGLESS --check    only says whether the picture shows what the program does: by the fingerprint of all that it shows,
-                                  which stands in the file, and, with the matplotlib of requirements.txt, pixel by pixel
+       docs.py LAGLESS --check only checks whether the picture shows the present results of the program: by the fingerprint of its content,
+       which the file contains, and, with the matplotlib of requirements.txt, pixel by pixel
 
 Ends with 0 done or up to date, 1 not up to date, 2 wrong use, 3 the picture cannot be made, 77 matplotlib is missing (--check).
 Python 3.9 and matplotlib.
@@ -44,7 +44,7 @@ def fingerprint(png):
 
 
 def difference(a, b):
-    """What is not the same in two pictures; "" if nothing."""
+    """The differences between two pictures; "" if nothing."""
     if not a.exists():
         return "is missing"
     if fingerprint(a) != fingerprint(b):

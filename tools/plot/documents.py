@@ -2,8 +2,8 @@
 """Brings the report into the documents: its head, two pictures and the rows that have an angle in print into docs/paper.md, the map into
 docs/accuracy.md.
 
-usage: documents.py FOLDER DOCS            rewrites what stands between each two marks, copies the pictures to DOCS
-       documents.py FOLDER DOCS --check    only says whether that is up to date
+usage: documents.py FOLDER DOCS            rewrites the text between each two marks, copies the pictures to DOCS
+       documents.py FOLDER DOCS --check only checks whether that is up to date
                         [--only FILE]      of this document, paper.md or accuracy.md, alone
 
 FOLDER is that of a report of `lagless paper`; for paper.md it may lack the map, beyond_map, which is nine tenths of the time. Ends

@@ -1,5 +1,5 @@
-"""Which panels show what was recorded of a drive: speeds, torque, currents and voltages with their limits, the error of the
-angle, states as bands; whatever fits none of these has a panel of its unit, so that nothing recorded is left out. Needs numpy.
+"""Chooses the panels for a recording of a drive: speeds, torque, currents and voltages with their limits, the error of the angle, states as
+bands. Any other signal has a panel for its unit, so that every recorded signal is shown. Needs numpy.
 
 A row of PANELS takes the columns of its list that are there. Scale turns the SI unit into that of the axis."""
 import dataclasses
@@ -100,7 +100,7 @@ class Drawn:
         self.data.columns[name], self.data.units[name] = values, unit
 
     def constant(self, name, setting, sign=1.0, unit="A"):
-        """A parameter as a line, where the recording tells it."""
+        """A parameter as a line, if the recording contains it."""
         value = self.recording.values.get(setting)
         if value and value[0] > 0.0:
             self.derive(name, numpy.full(len(self.recording.time), sign * value[0]), unit)
@@ -155,8 +155,8 @@ class Drawn:
         panel.note = f"beyond the axis: {', '.join(beyond)}" if beyond else ""
 
     def tracking(self, panel):
-        """The axis of the angle's error is that of a locked estimate in manoeuvre run; before, the error means nothing. What the drive states of it
-        is on the axis for half of that time at least."""
+        """The axis of the angle's error is that of a locked estimate in manoeuvre run; before, the error means nothing. The drive's own
+        uncertainty is within the axis for at least half of that time."""
         names = self.recording.choices.get("manoeuvre", [])
         if "run" not in names or "manoeuvre" not in self.recording.columns:
             return
@@ -179,7 +179,7 @@ class Drawn:
     # ---- bands ----
 
     def names(self, name):
-        """What the values of a column are called; None: they are numbers."""
+        """The names of the values of a column; None: they are numbers."""
         row = self.rows.get(name, {})
         if name in self.recording.choices or "choices" in row:
             choices = self.recording.choices.get(name) or row["choices"].split("|")
@@ -255,7 +255,7 @@ def spans(times, values):
 
 
 def name_of(names, value):
-    """What a band says of a value."""
+    """The text of a value in a band."""
     if not names:
         return str(value)
     if "bits" in names:
@@ -265,7 +265,7 @@ def name_of(names, value):
 
 
 def events(drawn):
-    """What the scenario did, the changes of manoeuvre, the faults: [{time, text, kind}] in the order of time."""
+    """Events of the scenario, changes of manoeuvre, and faults: [{time, text, kind}] in the order of time."""
     recording = drawn.recording
     found = []
     for key, name, text in recording.notes:

@@ -1,5 +1,5 @@
 """One recording, or two, as one page: plots to zoom into, verdicts, settings, scenario. The plots are those of page.py and
-page.js; without uPlot a picture stands in for them."""
+page.js; without uPlot a picture replaces them."""
 import math
 import string
 
@@ -18,7 +18,7 @@ def verdict(kind):
 
 
 def verdict_section(notes):
-    """What was expected of the run, what failed first."""
+    """The expectations of the run, the failed ones first."""
     rows = [(name, text) for key, name, text in notes if key == "verdict"]
     if not rows:
         return ""
@@ -44,7 +44,7 @@ def setting_rows(recording, rows, chosen):
 
 
 def settings_section(recording, rows):
-    """Every row that decided the run's course: those that are not as untouched first, the others folded."""
+    """Every value that determined the run: the values that differ from their defaults first, the others folded."""
     if not recording.values:
         return ""
 
@@ -85,7 +85,7 @@ def alarm(when, reason):
 
 
 def verdict_line(notes):
-    """How many of what was expected were met, for the page's head."""
+    """How many expectations were met, for the head of the page."""
     kinds = [name for key, name, _ in notes if key == "verdict"]
     parts = [f"{kinds.count(kind)} {verdict(kind)}" for kind in JUDGED if kind in kinds]
     return f'<p><a href="#verdicts">Expectations</a>: {", ".join(parts)}</p>' if parts else ""

@@ -58,7 +58,7 @@ def bands(axis, panel, data):
 
 
 def fit(text, middle, room):
-    """A name that is too wide for its stretch [in] becomes smaller and stands in the middle, or goes."""
+    """A name that is too wide for its band [in] is drawn smaller and centred, or is left out."""
     renderer = text.figure.canvas.get_renderer()
     if text.get_window_extent(renderer).width > (room - 0.06) * pictures.DPI:
         text.xy = (middle, text.xy[1])
@@ -68,7 +68,7 @@ def fit(text, middle, room):
 
 
 def reach(axis, panel, data):
-    """The axis, as page.js has it: a range of its own, else that of the traces, and of limits that they come near to."""
+    """The axis, as in page.js: a given range, otherwise that of the traces and of the limits that they come near to."""
     if panel.range:
         axis.set_ylim(*panel.range)
         return
@@ -132,7 +132,7 @@ def legend_lines(panel):
 
 
 def marks(axes, events, begin, end):
-    """Thin lines through all panels; what the scenario did stands above them."""
+    """Thin lines through all panels; the event of the scenario is written above them."""
     free = begin
     axis = axes[0]
     for event in events:
@@ -172,7 +172,7 @@ def draw(title, drawn, events):
 
 
 def fingerprint(title, drawn, events):
-    """Of all that the picture shows, whatever draws it."""
+    """Fingerprint of the content of the picture, independent of the program that draws it."""
     parts = [title, [dataclasses.asdict(panel) for panel in drawn.panels], events]
     sums = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())
     for name, values in drawn.data.columns.items():

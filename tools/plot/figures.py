@@ -1,4 +1,4 @@
-"""What the figures of the paper report show: their data, and per figure the layouts that page and pictures share.
+"""The content of the figures of the paper report: their data, and for each figure the layouts of page and pictures.
 
 CSV: first line `name[unit],...`. Numbers, empty where there is none (a run that is shorter, 1/0); text where the unit
 is `text`. Columns of traces are called <run>_<flavour>_<quantity>. Needs numpy.
@@ -15,7 +15,7 @@ from table import InputError, number, rows
 UNITS = {"time": "s", "speed": "r/min", "speed_hat": "r/min", "speed_err": "r/min", "theta": "rad", "theta_hat": "rad",
          "theta_err": "mrad", "theory_err": "mrad", "i_q": "A", "true_i_d": "A", "k_f_alpha": "1/A", "gain": "dB",
          "phase": "deg"}
-CURVES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"))  # told apart by colour, and in grey by their marks
+CURVES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"))  # distinguished by colour, and in grey prints by their marks
 
 
 class Data:

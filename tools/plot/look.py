@@ -4,8 +4,8 @@
 usage: look.py plot RECORDING [--out FOLDER] [--format html,png,svg] [--quiet | --tell]
        look.py compare A B [--out FOLDER] [--format html,png,svg]
 
-plot: FOLDER/NAME.html (or .png, .svg), FOLDER being that of the recording if none is given; NAME_fault.csv beside it, the drive's
-history of a fault, is a second set of panels. compare: says the first difference; with --out, both in FOLDER/compare.html.
+plot: FOLDER/NAME.html (or .png, .svg), FOLDER being that of the recording if none is given; NAME_fault.csv in the same folder, the drive's
+history of a fault, is a second set of panels. compare: prints the first difference; with --out, draws both in FOLDER/compare.html.
 On stdin the program's tables as JSON: {"command", "rows": [{"table", "name", "kind", "text", "default", "choices"}], "reasons":
 {number: {"name", "text", "remedy"}}, "faults": [name of each bit]}; without them faults have numbers.
 
@@ -29,7 +29,7 @@ SUFFIXES = (".csv", ".mat")
 
 
 def tables():
-    """What stdin tells; nothing where nobody writes there."""
+    """The tables on stdin; empty if stdin is a terminal."""
     if sys.stdin is None or sys.stdin.isatty():
         return {}
     try:
@@ -39,7 +39,7 @@ def tables():
 
 
 class Look:
-    """One command: how it calls itself, what it has written."""
+    """One command: its name in messages, and the files that it has written."""
 
     def __init__(self, options):
         self.options, self.tables = options, tables()
@@ -111,7 +111,7 @@ def beside(recording):
 
 
 def fault_heading(recording, reasons):
-    """What a history is of."""
+    """The text about the fault of a history."""
     length = 1e3 * (recording.time[-1] - recording.time[0])
     return f"The last {length:.4g} ms up to {reasons[-1]}" if reasons else f"History of a fault, {length:.4g} ms"
 
@@ -145,7 +145,7 @@ def plot(look):
         import drive_page
         reasons = {f"fault {reason['name']}": reason for reason in look.tables.get("reasons", {}).values()}
         data = [whole.path] + ([path] if path else [])
-        # A link holds where the page stands beside the data.
+        # A link works if the page is in the folder of the data.
         data = [each.name if each.resolve().parent == folder.resolve() else "" for each in data]
         names = ("run", "fault")
         headings = ("Recorded", pages[-1][1])

@@ -5,11 +5,10 @@ usage: map.py JSON PNG [--title TEXT]     writes PNG, and beside it the same pic
 
 JSON: a list of points, objects with
   needed    rpm load_nm deviation adaptation mean_mrad sd_mrad peak_mrad locked
-  drawn     theory_mrad (or null): what theory says of the mean
-  if there
-Rows are the deviations in the order of the list, columns the speeds; blocks of the loads stand side by side, those of the
-adaptation below each other. A field is the darker the larger the mean's magnitude is, on a logarithmic scale; its numbers say
-the rest. A point that is not locked is hatched instead.
+  drawn     theory_mrad (or null): what theory predicts for the mean, if available. Rows are the deviations in the order of the list,
+  columns the speeds; blocks of the loads are side by side, those of the adaptation below each other. A field is darker the larger the
+  magnitude of the mean is, on a logarithmic scale; it also contains the
+numbers. A point that is not locked is hatched instead.
 Ends with 0 done, 2 wrong use or input, 3 matplotlib missing or picture cannot be written. Python 3.9 and matplotlib.
 """
 import argparse

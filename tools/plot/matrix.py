@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """Writes the page of `lagless matrix`: the fault matrix in colour, and of each cell what was promised and what was seen.
 
-usage: matrix.py JSON HTML [--title TEXT]     writes HTML, one file that asks nobody for anything
+usage: matrix.py JSON HTML [--title TEXT]     writes HTML, one file that needs no network
 
 JSON: an object with `faults` and `manoeuvres` (each a list of {name, text}) and `cells`, a list of objects with
   needed       cell fault manoeuvre source shaft verdict (green, red, never)
   of never     because
   of the rest  red_by, promised {text, because}, seen {text, reaction}
-Rows are the faults, columns the manoeuvres; four fields a place: encoder and sensorless, each on both shafts. A field has the
-first letter of what the drive did, large where that is not what it promised, for who sees no colour.
+Rows are the faults, columns the manoeuvres; four fields a place: encoder and sensorless, each on both shafts. A field has the first letter
+of the observed reaction. The letter is a capital if the reaction differs from the promise, for readers who do not see the colour.
 Ends with 0 done, 2 wrong use or input, 3 page cannot be written. Python 3.9.
 """
 import argparse

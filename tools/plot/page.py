@@ -1,5 +1,5 @@
-"""index.html of the paper report: verdicts, pictures, conditions, and plots to zoom into, in one file that asks nobody
-for anything: style, script, pictures and data are inside. uPlot draws the plots if it was found (tools/get-uplot)."""
+"""index.html of the paper report: verdicts, pictures, conditions, and plots to zoom into, in one file that needs no network: style, script,
+pictures and data are inside. uPlot draws the plots if it was found (tools/get-uplot)."""
 import base64
 import dataclasses
 import functools
@@ -160,7 +160,7 @@ def cell(kind, text, label=""):
 
 
 def ours_cells(row, ideal):
-    """What was measured: with the real inverter or by formula, and with the ideal inverter beside it."""
+    """The measured values: with the real inverter or by formula, and next to them those with the ideal inverter."""
     if row["flavour"] == "ideal":
         row, ideal = None, row
     return "".join(
@@ -384,7 +384,7 @@ def licence(library):
 
 
 def replaced(path, text):
-    """Writes the file; one that cannot be finished leaves the last one in place."""
+    """Writes the file. If writing fails, the previous file remains."""
     fresh = path.with_name(path.name + ".new")
     fresh.write_text(text, encoding="utf-8")
     os.replace(fresh, path)

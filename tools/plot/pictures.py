@@ -20,7 +20,7 @@ from style import BLACK, BLUE, GREEN, ORANGE, PURPLE
 
 WIDTH = 9.0          # [in]
 DPI = 200            # [1/in]
-GREY = "#999999"     # the flavour `ideal` beside `real`
+GREY = "#999999"     # the variant `ideal` in addition to `real`
 SHADE = "#F3EFD8"    # what is on, or added, for a while
 BOX = {"facecolor": "#FFFFFF", "edgecolor": "none", "pad": 1.5, "alpha": 0.85}
 TURN = 6000.0        # [mrad] what an error that wraps covers
@@ -39,7 +39,7 @@ def typeset(text):
 
 
 def conditions(figure, manifest):
-    """What the runs of a figure (or else its rows) have in common, in lines that break between two of them."""
+    """The conditions that all runs of a figure (or all its rows) have in common, with line breaks between conditions."""
     shown = [run for run in figure.get("runs", []) if run.get("condition")]
     shown = shown or [row for row in manifest.get("rows", []) if row["figure"] == figure["id"] and row.get("condition")]
     parts = [re.split(r"; |, (?![\d.]+(?:,| A))", one["condition"]) for one in shown if one["flavour"] != "ideal"]
@@ -53,7 +53,7 @@ def conditions(figure, manifest):
 
 
 class Sheet:
-    """One picture in the making: title, condition, a grid of panels below; lengths in inches."""
+    """A picture while it is drawn: title, condition, and a grid of panels below; lengths in inches."""
 
     def __init__(self, figure, manifest, heights, columns=1, gaps=None, head=0.3, left=0.85, right=0.2, between=0.75,
                  note="", title=None):
@@ -67,7 +67,7 @@ class Sheet:
         self.height = self.top + sum(heights) + sum(self.gaps) + 0.52
         self.wide = (WIDTH - left - right - between * (columns - 1)) / columns
         self.figure = Figure(figsize=(WIDTH, self.height), dpi=DPI)
-        FigureCanvasAgg(self.figure)  # which knows the size of text
+        FigureCanvasAgg(self.figure)  # which can measure the size of text
         whose = f"{figure['paper']} " if figure.get("paper") else "Beyond the paper:"
         self.figure.text(0.5, 1.0 - 0.10 / self.height, typeset(title or f"{whose} {figure['title']}"), fontsize=11, ha="center",
                          va="top")
@@ -86,7 +86,7 @@ class Sheet:
         return axis
 
     def legend(self, axis, columns):
-        """Of all panels, between the title and the panels."""
+        """Legend of all panels, between the title and the panels."""
         self.figure.legend(handles=axis.get_legend_handles_labels()[0], loc="upper center", ncol=columns,
                            bbox_to_anchor=(0.5, 1.0 - (self.under + 0.06) / self.height), handlelength=2.6,
                            borderaxespad=0.0)
@@ -142,7 +142,7 @@ def curve(axis, data, x, trace, window=None, **look):
 
 
 def marks(axis, line, mark, xs, ys):
-    """Now and then along a curve, on the mean of what is around, each kind at places of its own."""
+    """Marks at intervals along a curve, at the mean of the surrounding values; each kind of mark has different places."""
     line.set(marker=mark, markevery=[], markersize=4.4, markeredgecolor="#FFFFFF",
              markeredgewidth=0.5)  # for the legend
     scaled = numpy.log(xs) if axis.get_xscale() == "log" else xs
@@ -156,7 +156,8 @@ def marks(axis, line, mark, xs, ys):
 
 
 def grouped(axis, data, layout, panel, window=None):
-    """All curves of a panel. A position error that turns round leaves the axis, which the others decide: it says so."""
+    """All curves of a panel. A position error that covers whole turns exceeds the axis, whose range follows from the other traces; the axis
+    then has a note."""
     if layout.log_x:
         axis.set_xscale("log")
     if panel.log_y:
@@ -193,7 +194,7 @@ def stack(sheet, data, layout, column=0, shade=()):
     axes[-1].set_xlabel(layout.xlabel)
     axes[0].set_xlim(*span(data, layout))
     said = set()
-    for axis in axes:  # a legend where it says more than those above
+    for axis in axes:  # a legend if it differs from those above
         handles, labels = axis.get_legend_handles_labels()
         if not said.issuperset(labels):
             legend(axis, handles, layout.title if axis is axes[0] else "")
@@ -269,7 +270,7 @@ def ideal(axis, data, trace, window=None, label="_"):
 
 
 def profile(figure, layouts, data, manifest):
-    """Speed and position error over the whole profile; between them position and its error enlarged."""
+    """Speed and position error over the whole profile; between these panels, enlarged details of the position and its error."""
     layout, = layouts
     speed, position, error = layout.panels
     sheet = Sheet(figure, manifest, [1.7, 1.6, 2.1], columns=2, gaps=[0.68, 0.68], between=0.85,
@@ -492,8 +493,8 @@ def map_scale(sheet, beside, norm, colour):
 
 
 def beyond_map(figure, _, data, manifest):
-    """Mean, SD and peak over deviations and speeds, each without and with adaptation, a block a load; a field that lost the
-    rotor is hatched."""
+    """Mean, SD and peak over deviations and speeds, without and with adaptation, one block for each load. A field in which the rotor was
+    lost is hatched."""
     rows = list(dict.fromkeys(data["deviation"]))
     speeds, loads = sorted(set(data[data.need("speed", "r/min")])), sorted(set(data[data.need("load", "N m")]))
     lost = data[data.need("lost", "-")] > 0.5

@@ -17,12 +17,12 @@ def tell(fraction):
 
 
 def part(begin, end):
-    """A function that tells of a part of the work, 0 to 1 of it, which goes from begin to end of the whole."""
+    """Returns a function that reports the progress of a part of the work, 0 to 1; the part covers begin to end of the whole."""
     return lambda fraction: tell(begin + (end - begin) * fraction)
 
 
 def clear():
-    """What is written next has the bar's line to itself."""
+    """Ends the line of the bar, so that the next output begins in a new line."""
     if ASKED in os.environ and sys.stderr.isatty():
         print(f"\r{'':{BAR}}\r", end="", file=sys.stderr, flush=True)
 

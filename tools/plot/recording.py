@@ -53,7 +53,7 @@ def the_one_in(path):
 
 
 def read(path, tell=lambda fraction: None):
-    """Every problem is an InputError that names the file, and the line if there is one. `tell` hears how far it has come, 0 to 1."""
+    """Every problem is an InputError that names the file, and the line if there is one. `tell` is called with the progress, 0 to 1."""
     path = the_one_in(pathlib.Path(path))
     try:
         octets = path.read_bytes()
@@ -122,7 +122,7 @@ def of_csv(path, octets, tell):
     return Recording(path, meta, units, dict(zip(("time", *units), columns)), choices, values, notes, "\n".join(lines))
 
 
-AT_ONCE = 20000  # [lines] read before it is told how far
+AT_ONCE = 20000  # [lines] between two reports of progress
 
 
 def numbers(path, data, count, first, tell):
@@ -200,7 +200,7 @@ def of_mat(path, octets):
         return recording_of(path, octets)
     except InputError:
         raise
-    # whatever a damaged file makes of the arithmetic below
+    # any result of the arithmetic below for a damaged file
     except (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError, struct.error,
             zlib.error) as error:
         raise InputError(f"{path}: this MAT file cannot be read: {error or type(error).__name__}") from None

@@ -90,7 +90,7 @@ def read_manifest(path):
 
 
 def draw(job):
-    """One figure, in a process of its own: (id, plots, table) for the page."""
+    """One figure, made in a separate process: (id, plots, table) for the page."""
     import figures
     import page
     import pictures

@@ -4,7 +4,7 @@ import math
 # Okabe and Ito's palette: distinguishable with any colour vision, and by lightness in print.
 BLUE, ORANGE, GREEN, PURPLE, BLACK = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000"
 WANTED = {"linestyle": (0, (4, 2)), "linewidth": 1.2, "zorder": 3}  # references and theory, over what follows them
-VERDICTS = {  # sign and class, which stand beside the colour for who sees none; meaning
+VERDICTS = {  # sign and class, in addition to the colour, for readers who do not see it; meaning
     "reproduced": ("✓", "good", "agrees with the paper's number within the tolerance"),
     "reproduced in kind": ("≈", "kind", "the behaviour is the paper's; the number differs or the print has none"),
     "not reproduced": ("✗", "bad", "the paper's statement was not found"),
@@ -46,7 +46,7 @@ def outline(time, values, most=4000):
 
 
 def save(figure, png):
-    """PNG, and beside it the same picture as SVG; the same octets each time. OSError where it cannot be written."""
+    """PNG, and the same picture as SVG in the same folder; each call writes the same octets. OSError where it cannot be written."""
     png.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(png, metadata={"Software": None})
     figure.savefig(png.with_suffix(".svg"), metadata={"Date": None})

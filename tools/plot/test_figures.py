@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests of figures.py and pictures.py on a small synthetic report. Without matplotlib all are skipped. Of the tests that draw every
-figure, a share runs that hangs on the day: LAGLESS_GRID_SEED (the date, UTC, as YYYYMMDD), LAGLESS_GRID_SHARE (1: all figures)."""
+"""Tests of figures.py and pictures.py on a small synthetic report. Without matplotlib all are skipped. A share of the tests that draw every
+figure runs, chosen by the date: LAGLESS_GRID_SEED (the date, UTC, as YYYYMMDD), LAGLESS_GRID_SHARE (1: all figures)."""
 import importlib.util
 import math
 import os
@@ -206,7 +206,7 @@ class Pictures(unittest.TestCase):
         return [(self.folder / "out" / f"{name}.{kind}").read_bytes() for kind in ("png", "svg")]
 
     def of_the_day(self):
-        """Two of the figures; that each can be drawn is seen where the report of the paper is made."""
+        """Two of the figures. Making the report of the paper shows that each figure can be drawn."""
         if os.environ.get("LAGLESS_GRID_SHARE") == "1":
             return list(self.figures)
         seed = os.environ.get("LAGLESS_GRID_SEED") or time.strftime("%Y%m%d", time.gmtime())

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of map.py. Without matplotlib those that draw are skipped, and said to be."""
+"""Tests of map.py. Without matplotlib the tests that draw are skipped, with a message."""
 import importlib.util
 import json
 import pathlib

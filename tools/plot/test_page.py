@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of report.py and page.py. Without matplotlib those that draw or pack are skipped, and said to be."""
+"""Tests of report.py and page.py. Without matplotlib the tests that draw or pack are skipped, with a message."""
 import base64
 import copy
 import gzip
@@ -50,7 +50,7 @@ CSV = "x[A],sign[-],sigmoid[-],k_f_sign[1/A],k_f_sigmoid[1/A]\n" + "".join(
 
 
 class Tags(html.parser.HTMLParser):
-    """What a page asks for: addresses of src and href, and of CSS."""
+    """The addresses that a page would load: those of src and href, and of CSS."""
 
     def __init__(self, text):
         super().__init__()
@@ -84,7 +84,7 @@ class Report(unittest.TestCase):
         return called("report", self.folder, **environment)
 
     def library(self):
-        """A stand-in for uPlot, so that no test needs the network."""
+        """A replacement for uPlot, so that no test needs the network."""
         folder = self.folder / "uplot"
         folder.mkdir()
         (folder / "uPlot.iife.min.js").write_text("var uPlot = null;")

@@ -1,8 +1,8 @@
 """How many 16-bit words the code of a function takes on a C28x with FPU32: estimated from the code of a Cortex-M4F, instruction
 by instruction. For tools/cost and tools/check-linker.
 
-Each instruction of the M4F (GCC, -O2) counts what cl2000 writes for the same: the sizes of its instructions are SPRU430's and
-SPRUEO2's, what stands beside them is counted in listings of a motor drive that was built with cl2000 22.6.2 (EABI, fpu32,
+Each instruction of the M4F (GCC, -O2) counts as the instructions that cl2000 writes for the same operation. Their sizes are those of
+SPRU430 and SPRUEO2; the additional instructions were counted in listings of a motor drive that was built with cl2000 22.6.2 (EABI, fpu32,
 5014 instructions, 519 float operations of two cycles):
 
     0.40 NOPs for each float operation, 0.20 in dense code, 0.83 between branches
@@ -10,8 +10,8 @@ SPRUEO2's, what stands beside them is counted in listings of a motor drive that 
     a MOVST0 for each compare of floats; branches of 16 bits' reach, B, two words, no SB
     a division or root is a call of the fast library, with its operands moved to R0H and R1H and back
 
-Least and most are the ends: few or many NOPs, an index register that serves two accesses or each one its own, two-word or
-one-word integer instructions, choices by MINF32 and MAXF32 or by branches. Not in it: spills, for a C28x has 8 float registers
+Least and most are the limits of what differs between compilers: few or many NOPs, one index register for two accesses or one for each,
+one-word or two-word integer instructions, choices by MINF32 and MAXF32 or by branches. Not in it: spills, for a C28x has 8 float registers
 and an M4F 32 (3 % of the accesses of those listings went to the stack), and what -O2 of the one inlines and of the other does not.
 As C28x code the listings' dense parts take 1.44 to 1.55 words an instruction. Take the likely number for +-15 %.
 """
@@ -53,7 +53,7 @@ def times(count, size):
 
 
 def registers(operands):
-    """How many registers a list {r4-r7, lr} names."""
+    """Number of registers in a list such as {r4-r7, lr}."""
     count = 0
     for part in operands[operands.index("{") + 1:operands.index("}")].split(","):
         ends = [int(end) for end in re.findall(r"\d+", part)] if "-" in part else []
@@ -62,7 +62,7 @@ def registers(operands):
 
 
 def access(mnemonic, operands):
-    """Of a load or store."""
+    """Size of a load or store."""
     is_float = mnemonic.startswith("v")
     if "{" in operands:
         return times(registers(operands), NEAR_FLOAT if is_float else (1, 1, 1))
@@ -98,7 +98,7 @@ POOL = re.compile(r"^ *([0-9a-f]+):\t([0-9a-f]{8}) +\t\.word")
 
 
 def of_listing(text):
-    """Function -> its words (least, likely, most), of what objdump -d says of an object. A copy that the compiler has made of a
+    """Function -> its words (least, likely, most), from the output of objdump -d for an object. A copy that the compiler has made of a
     function for some of its calls counts with it."""
     functions, now, pool, found = [], None, {}, {}
     for line in text.splitlines():

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""An estimator in Python beside the drive's own: fed with the voltages and currents that the drive has, judged by the truth.
+"""An estimator in Python that runs in parallel with that of the drive: it gets the same voltages and currents, and is compared with the
+true angle.
 
 It integrates the voltage behind R to the flux of the magnets, whose angle is the rotor's, and pulls its length to what the magnets
 have, so that offsets do not run away:

@@ -14,14 +14,14 @@
     plant = lagless.Plant(n_p=4, R_s=0.95)        # inverter, motor, shaft and sensors alone, for a controller of one's own
     now = plant.step([0.6, 0.5, 0.4])
 
-    print(lagless.bench(MyEstimator))             # an estimator in Python or C, measured beside this one
+    print(lagless.bench(MyEstimator))             # an estimator in Python or C, compared with that of the drive
 
     lagless.commission("cold_start").motor()      # R, L_d, L_q, psi_f, J as the drive measures them itself
 
     lagless.campaign(1000).summary["violated"]    # random runs, also on a dask cluster
 
 All values are in SI units, peak values, per phase; where a value is set, text with a unit is taken too ("500 r/min", "3 us").
-pandas, matplotlib and dask are asked for where they are used, and nowhere else.
+pandas, matplotlib and dask are imported only where they are used.
 """
 from ._bench import Bench, bench
 from ._boards import Board, boards

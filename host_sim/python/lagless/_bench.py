@@ -1,4 +1,5 @@
-"""An estimator of the user's own under the conditions of docs/accuracy.md and docs/peers.md, beside the drive's and other drives'."""
+"""Runs a user's estimator under the conditions of docs/accuracy.md and docs/peers.md, and compares it with that of the drive and of other
+drives."""
 import concurrent.futures
 import ctypes as c
 import dataclasses
@@ -17,7 +18,7 @@ _FOLDER = pathlib.Path(__file__).with_name("bench")
 _RECORD = ("u_alpha", "u_beta", "i_alpha", "i_beta", "true_theta_e", "theta_hat_err")
 _SPEEDS = (50, 100, 313, 503, 1013, 1490)  # [r/min]
 _CURRENT = 5.0                             # [A]
-# Begin and end of what counts [s]: the steady part of steady.toml; each ramp of ramp.toml and the 50 ms after it.
+# Begin and end of the counted intervals [s]: the steady part of steady.toml; each ramp of ramp.toml and the 50 ms after it.
 _STEADY = ((1.2, 2.3),)
 _RAMPS = ((1.0, 1.09), (1.5, 1.59))
 # Errors of the sensors in addition to the 12-bit converter and 10 mA of noise, as in docs/accuracy.md.
@@ -52,7 +53,7 @@ _DEVIATIONS = {
 
 @dataclasses.dataclass(frozen=True)
 class Motor:
-    """What an estimator is configured with: the parameters of the drive, which some cases make wrong."""
+    """The configuration of an estimator: the parameters of the drive, which are wrong in some cases."""
     period: float        # T [s]
     pole_pairs: int      # [-]
     resistance: float    # R [ohm]
@@ -182,7 +183,7 @@ def _angles(estimator, motor, result, name):
 # ---- measuring ----
 
 def _error(errors):
-    """Of one array of errors [rad] for each direction and time that counts."""
+    """Mean, SD and largest value of arrays of errors [rad], one array for each direction and counted interval."""
     return AngleError(*(1e3 * max(abs(float(statistic(one))) for one in errors)
                     for statistic in (np.mean, np.std, lambda one: np.max(np.abs(one)))))
 

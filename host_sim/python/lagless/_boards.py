@@ -6,7 +6,7 @@ from ._library import library
 
 @dataclasses.dataclass(frozen=True)
 class Board:
-    """A power stage with its control board, as its header in hal/f28335/boards says it; V, A, s.
+    """A power stage with its control board, with the values of its header in hal/f28335/boards; V, A, s.
 
     nominal, undervoltage, overvoltage, overvoltage_max: of the DC link: nominal value, default trips, largest trip; current_limit,
     current_trip: defaults; current_range, current_per_code: what the sensors see in both directions, and in which steps; period: of the

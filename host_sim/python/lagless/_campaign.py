@@ -1,4 +1,4 @@
-"""Campaigns: random runs, each judged by what must always hold; on this machine or on a dask cluster."""
+"""Campaigns: random runs, each checked against rules that always hold; on this machine or on a dask cluster."""
 import ctypes as c
 import json
 import os
@@ -10,10 +10,10 @@ from ._library import Keep, of, why
 
 
 class Campaign:
-    """What became of the runs; equal if every run ended the same.
+    """The results of the runs. Two results are equal if every run ended in the same way.
 
-    lines: a line for each run, in the order of the runs, behind a head (the format of campaign.csv); scenarios: name of file
-    -> text of the scenario of each violation, made as small as it goes; summary: counts, violations and reasons as
+    lines: a header and a line for each run, in the order of the runs (the format of campaign.csv); scenarios: name of file
+    -> text of the scenario of each violation, minimised; summary: counts, violations and reasons as
     `lagless campaign --json` has them."""
 
     def __init__(self, head, lines, scenarios, board=None):
@@ -73,7 +73,7 @@ def head(runs, seed, seconds, board=None):
 
 
 def shard(runs, seed, seconds, number, shards, threads=1, progress=None, board=None):
-    """Every `shards`-th run from the `number`-th on (from 1): (head, lines, scenarios). What a worker of a cluster does."""
+    """Every `shards`-th run from the `number`-th on (from 1): (head, lines, scenarios). Runs in a worker of a cluster."""
     lines, scenarios, errors = [], {}, []
 
     def keep(run, line, scenario):
@@ -102,8 +102,8 @@ def campaign(runs=10000, seed=1, seconds=2.0, client=None, shards=None, threads=
     runs, seed, seconds (simulated, of each): as of `lagless campaign`, and the same runs: run n of a seed is the same however
     they are divided. Without `client` on `threads` cores of this machine (default: all).
 
-    client: a dask.distributed.Client; the runs are divided into `shards` (default: 8 for each of its threads), each a task. A
-    task whose worker is lost is made again by another one; nothing is counted twice. The workers must have this package, of the
+    client: a dask.distributed.Client; the runs are divided into `shards` (default: 8 for each of its threads), each a task. If a worker is
+    lost, another one repeats its task; no run is counted twice. The workers must have this package, of the
     same build: tables that differ are refused. progress: called with the share that is done. board: the power
     stage, one of boards().
 

@@ -1,4 +1,4 @@
-"""Commissioning: the drive measures an unknown motor by itself, as `lagless commission` lets it do."""
+"""Commissioning: the drive measures an unknown motor by itself, as with `lagless commission`."""
 import ctypes as c
 import dataclasses
 import math
@@ -10,7 +10,7 @@ from ._scenario import _Scenario
 
 _MEASURED = ("resistance", "inductance_d", "inductance_q", "saturation_current", "flux_linkage", "inertia", "friction_coulomb", "friction_viscous",
              "dead_voltage", "current_zone")
-# Of the result, what is a key of [motor].
+# The members of the result that are keys of [motor].
 _OF_MOTOR = _MEASURED[:-2]
 # Key of the plate -> field, factor, and the row whose unit its text may have.
 _PLATE = {
@@ -56,7 +56,7 @@ class Commissioning:
         return self.reason is None
 
     def motor(self):
-        """What has been measured as the table `motor` of a scenario: lagless.run({..., "motor": result.motor()})."""
+        """The measured values as the table `motor` of a scenario: lagless.run({..., "motor": result.motor()})."""
         missing = [name for name in ("resistance", "inductance_q", "flux_linkage") if math.isnan(float(getattr(self, name)))]
         if missing:
             raise Error(f"{missing[0]} is not measured, because {self.reason or 'its step was left out'}; a motor needs resistance, "

@@ -8,7 +8,7 @@ from ._errors import Error
 # Beside this file in a wheel; LAGLESS_LIBRARY names another one, as a build's tests do.
 PATH = os.environ.get("LAGLESS_LIBRARY") or str(pathlib.Path(__file__).with_name("liblagless.so"))
 
-# The library of motors that a wheel brings; it was built from a folder that may be gone.
+# The library of motors in a wheel, because the folder from which the wheel was built may not exist any more.
 _MOTORS = pathlib.Path(__file__).with_name("motors")
 if _MOTORS.is_dir():
     os.environ.setdefault("LAGLESS_MOTORS", str(_MOTORS))
@@ -145,7 +145,7 @@ _loaded = {library.name: library}
 
 
 def of(board=None):
-    """The library of a board, boards/NAME/ beside the first one; None: the first one."""
+    """The library of a board, in boards/NAME/ next to the default one; None: the first one."""
     if board is None:
         return library
     if board not in _loaded:

@@ -34,7 +34,7 @@ def from_motulator(pars=None, **names):
     """A motor in motulator's names (n_p, R_s, L_d, L_q or L_s, psi_f, J, B_L, u_dc, tau_L) as {"plant": ..., "params": ...}:
     true values, and the drive's assumptions, the same. Into a scenario: `{**lagless.from_motulator(n_p=3, R_s=3.6), "run": ...}`.
 
-    `pars` may be motulator's own object, SynchronousMachinePars say: what it has under these names is taken. SI units, peak
+    `pars` may be an object of motulator, for example SynchronousMachinePars: its members with these names are used. SI units, peak
     values, as both have them; L_d and L_q are inductances (a saturated machine's maps are not handled); u_dc and tau_L are the
     plant's alone."""
     values = {name: getattr(pars, name) for name in _NAMES if isinstance(getattr(pars, name, None), (int, float))}

@@ -1,4 +1,4 @@
-"""Inverter, motor, shaft and sensors without chip and firmware: for a controller or an estimator of one's own."""
+"""Inverter, motor, shaft and sensors without chip and firmware, for a user's controller or estimator."""
 import ctypes as c
 import dataclasses
 

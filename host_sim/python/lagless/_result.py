@@ -1,4 +1,4 @@
-"""What a run gives: arrays, verdicts, a fault, a picture."""
+"""The result of a run: arrays, verdicts, a fault, a picture."""
 import collections.abc
 import ctypes as c
 import dataclasses
@@ -116,7 +116,7 @@ class Trace(collections.abc.Mapping):
 
 @dataclasses.dataclass(frozen=True)
 class Verdict:
-    """What became of an expectation: value [unit] against its limits, -inf and inf where it has none."""
+    """The verdict of an expectation: the value [unit] and its limits, -inf or inf for a missing limit."""
     name: str
     signal: str
     minus: str
@@ -161,8 +161,9 @@ class Result(Trace):
     """A run of a scenario: its recording, its verdicts, and how it ended.
 
     board: name of the board; passed: every expectation is met, and the run did not end with a fault or a lasting refusal that none of them names
-    (unexpected_end says which; None otherwise); verdicts: of each; measures: what is measured without a limit; fault: latched at the end, or None; not_on: why the bridge is not on
-    although it is asked to be, or None; state, manoeuvre: of the drive at the end; history: Trace of the periods up to the last
+    (unexpected_end has its text; None otherwise); verdicts: of each; measures: what is measured without a limit; fault: latched at the end,
+    or None; not_on: why the bridge is off although it is commanded on, or None; state, manoeuvre: of the drive at the end; history: Trace
+    of the periods up to the last
     fault, or None; hash: of the rig's whole state at the end; periods, seconds: simulated; wall: seconds it took; interrupted:
     it was stopped before its end."""
 

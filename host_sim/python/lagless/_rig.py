@@ -65,7 +65,7 @@ class Rig:
     # ---- values ----
 
     def get(self, name):
-        """Value of any row: a float in its unit, a whole number, or the name of a choice. Parameters: the set in force."""
+        """Value of any row: a float in its unit, a whole number, or the name of a choice. Parameters: the active set."""
         found = row(name, self.board)
         return found.value(self._number(found))
 
@@ -175,7 +175,8 @@ class Rig:
     # ---- state ----
 
     def save(self):
-        """The whole state as bytes. What goes on from it is the same, bit by bit, in this rig or another of this process."""
+        """The whole state as bytes. A run that continues from this state is the same, bit by bit, in this rig or another of this
+        process."""
         state = c.create_string_buffer(self._library.rig_state_size())
         self._library.rig_save(self._open, state)
         return _place(self._library) + state.raw
@@ -192,9 +193,9 @@ class Rig:
 
     @property
     def hash(self):
-        """Of the whole state, 16 hexadecimal digits: equal states, equal hashes, on every machine."""
+        """Hash of the whole state, 16 hexadecimal digits. Equal states have equal hashes on every machine."""
         return f"{self._library.rig_hash(self._open):016x}"
 
     def power_cycle(self):
-        """The control board's supply is switched off and on: the drive starts again, the rotor coasts meanwhile."""
+        """Switches the supply of the control board off and on: the drive starts again, and the rotor coasts during this time."""
         self._library.rig_power_cycle(self._open)

@@ -14,13 +14,13 @@ from ._library import Verdict as _VerdictStruct
 from ._result import Recorder, Result, Trace, Verdict, reason
 from ._rows import ids, row, row_by_id
 
-# Recorded when neither scenario nor caller says what, as by `lagless run`.
+# Signals that are recorded if neither scenario nor caller names any, as in `lagless run`.
 DEFAULT_ROWS = ("omega_m_ref", "true_omega_m", "i_d", "i_q", "theta_err", "u_dc")
 _JUDGEMENTS = ("met", "failed", "not_judged", "measured")
 
 
 def _folder():
-    """Of the scenarios that come with the package: in it, or beside it in the project's tree."""
+    """The folder of the scenarios that come with the package: inside the package, or in the project's tree."""
     here = pathlib.Path(__file__).parent
     return next((folder for folder in (here / "scenarios", here.parents[1] / "scenarios") if folder.is_dir()), None)
 

@@ -954,8 +954,13 @@ const scope = (() => {
         if (row.kind === "enum") {
             return "";
         }
-        const number = each => row.factor === 1 ? shortest(each) : String(Number((each * row.factor).toPrecision(6)));
-        return `${number(row.min)} to ${number(row.max)}`.replaceAll("-", "−") + (row.shown === "-" ? "" : ` ${unitOf(row)}`);
+        const ends = [row.min, row.max].map(each => {
+            const [prefix, factor] = prefixOf(row, Math.abs(each * row.factor));
+            return [String(Number((each * row.factor * factor).toPrecision(6))).replaceAll("-", "−"),
+                row.shown === "-" ? "" : ` ${unitOf(row, prefix)}`];
+        });
+        const [[least, unit], [most, last]] = ends;
+        return `${least}${unit === last || least === "0" ? "" : unit} to ${most}${last}`;
     }
 
     async function stage(row, text, error) {
@@ -1238,7 +1243,7 @@ const scope = (() => {
             plate_speed: value("overspeed_trip") / 1.4 * 30 / Math.PI};
         for (const [id, number] of Object.entries(given)) {
             if ($(id).value === "" && Number.isFinite(number)) {
-                $(id).value = String(Number(number.toPrecision(4)));
+                $(id).value = String(Number(number.toPrecision(3)));
             }
         }
     }

@@ -1,5 +1,6 @@
-/* Encoder tracks that jump, a quick stop without the encoder, a bridge that comes on at speed, and a background
- * that stalls. The requirements of the fault matrix (host_sim/lab/matrix_table.h) are not tested here. */
+/* Encoder tracks that jump, a quick stop without the encoder, a bridge that comes on at speed, and a
+ * background that stalls. The requirements of the fault matrix (host_sim/lab/matrix_table.h) are not tested
+ * here. */
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"

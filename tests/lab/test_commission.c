@@ -83,6 +83,21 @@ static void test_unknown_motors_are_measured_within_the_limits(void)
     }
 }
 
+/* 1 A, 2900 rad/s: the guess of J, 0.05 s of the rated torque to the rated speed, is 9.6e-7 kg m^2, less than
+ * a motor may have. */
+static void test_guess_of_a_very_light_rotor_is_accepted(void)
+{
+    const machine_t light = {3.0, 8e-3, 8e-3, 0.03, 1.0, 1.0, 2900.0, 1e-6, 1e-3, 0.05};
+    commission_options_t options = {.progress = NULL};
+    commission_result_t result;
+    char why[128];
+    rig_t *rig = rig_with(&light, 12u);
+    TEST_ASSERT_TRUE(commission_choose(&options, "wiring", why, sizeof why));
+    run(rig, &light, &options, &result);
+    TEST_ASSERT_EQUAL_STRING_MESSAGE("", result.reason, result.what);
+    rig_free(rig);
+}
+
 static void expect_reason(const char *row, double value, const char *reason)
 {
     commission_result_t result;

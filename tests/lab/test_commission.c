@@ -121,6 +121,18 @@ static void test_wrong_wiring_is_named_before_a_steady_current_flows(void)
     expect_reason("current_gain_error_a", -2.0, "sensor_map");
 }
 
+/* Also with sensors so quiet that the drive takes them for stuck. */
+static void test_motor_that_is_not_connected_is_named(void)
+{
+    commission_result_t result;
+    rig_t *rig = rig_with(&machines[0], 13u);
+    TEST_ASSERT_TRUE(rig_put(rig, "open_phase_a", 1.0) && rig_put(rig, "open_phase_b", 1.0) &&
+                     rig_put(rig, "open_phase_c", 1.0) && rig_put(rig, "plant.current_noise", 0.0));
+    run(rig, &machines[0], &all, &result);
+    TEST_ASSERT_EQUAL_STRING("no_motor_current", result.reason);
+    rig_free(rig);
+}
+
 /* Puts a fault into the plant when a step begins. */
 static void break_it(void *context, commission_do_t step, bool done, const commission_result_t *result)
 {

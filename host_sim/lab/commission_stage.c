@@ -48,6 +48,10 @@ static motor_t motor_so_far(const commission_work_t *work)
                         : result->flux_first > 0.0           ? result->flux_first
                                                              : emf / (plate->pole_pairs * plate->speed);
     const double torque = 1.5 * plate->pole_pairs * flux * plate->current;
+    const double lightest = rig_min(rig_row_by_name("plant.inertia")); /* that tune accepts */
+    const double inertia = isfinite(result->inertia.value) ? result->inertia.value
+                           : result->inertia_first > 0.0   ? result->inertia_first
+                                                           : torque * 0.05 / plate->speed;
     motor_t motor = {.name = "measured"};
     const double values[MOTOR_QUANTITIES] = {
         [MOTOR_POLE_PAIRS] = plate->pole_pairs,
@@ -66,9 +70,7 @@ static motor_t motor_so_far(const commission_work_t *work)
         [MOTOR_TORQUE] = torque,
         [MOTOR_SPEED] = plate->speed,
         [MOTOR_LINK] = work->link,
-        [MOTOR_INERTIA] = isfinite(result->inertia.value) ? result->inertia.value
-                          : result->inertia_first > 0.0   ? result->inertia_first
-                                                          : torque * 0.05 / plate->speed,
+        [MOTOR_INERTIA] = fmax(inertia, lightest),
         [MOTOR_COULOMB] =
             isfinite(result->friction_coulomb.value) ? result->friction_coulomb.value : 0.03 * torque,
         [MOTOR_VISCOUS] = isfinite(result->friction_viscous.value) ? result->friction_viscous.value : 0.0,

@@ -83,6 +83,21 @@ static void test_unknown_motors_are_measured_within_the_limits(void)
     }
 }
 
+/* 1 A, 2900 rad/s: the guess of J, 0.05 s of the rated torque to the rated speed, is 9.6e-7 kg m^2, less than
+ * a motor may have. */
+static void test_guess_of_a_very_light_rotor_is_accepted(void)
+{
+    const machine_t light = {3.0, 8e-3, 8e-3, 0.03, 1.0, 1.0, 2900.0, 1e-6, 1e-3, 0.05};
+    commission_options_t options = {.progress = NULL};
+    commission_result_t result;
+    char why[128];
+    rig_t *rig = rig_with(&light, 12u);
+    TEST_ASSERT_TRUE(commission_choose(&options, "wiring", why, sizeof why));
+    run(rig, &light, &options, &result);
+    TEST_ASSERT_EQUAL_STRING_MESSAGE("", result.reason, result.what);
+    rig_free(rig);
+}
+
 static void expect_reason(const char *row, double value, const char *reason)
 {
     commission_result_t result;
@@ -104,6 +119,18 @@ static void test_wrong_wiring_is_named_before_a_steady_current_flows(void)
     expect_reason("swap_currents", 3.0, "sensor_map");
     expect_reason("swap_currents", 4.0, "sensor_map"); /* the current falls along the pulse */
     expect_reason("current_gain_error_a", -2.0, "sensor_map");
+}
+
+/* Also with sensors so quiet that the drive takes them for stuck. */
+static void test_motor_that_is_not_connected_is_named(void)
+{
+    commission_result_t result;
+    rig_t *rig = rig_with(&machines[0], 13u);
+    TEST_ASSERT_TRUE(rig_put(rig, "open_phase_a", 1.0) && rig_put(rig, "open_phase_b", 1.0) &&
+                     rig_put(rig, "open_phase_c", 1.0) && rig_put(rig, "plant.current_noise", 0.0));
+    run(rig, &machines[0], &all, &result);
+    TEST_ASSERT_EQUAL_STRING("no_motor_current", result.reason);
+    rig_free(rig);
 }
 
 /* Puts a fault into the plant when a step begins. */

@@ -363,7 +363,7 @@
     P(SUPPLY_LOST,      AT(BRAKING), BOTH, RIDES | WARNS | OPENS | STOPS, "dc_undervoltage dc_limits", ANY_TIME, LIMIT, FOLLOWS | STRAYS | OUT, "braking must not raise the link to its trip: without a chopper the drive brakes only as fast as the losses permit") \
     P(SUPPLY_BACK,      EVERYWHERE, BOTH, RIDES | WARNS | CATCHES | OPENS, "dc_undervoltage dc_limits", ANY_TIME, LIMIT, FOLLOWS | OUT, "1 mF may last for 0.3 s; ride_through_time is 0 by default") \
     P(CHARGE_CUT,       EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
-    P(CHARGE_CUT,       AT(BRAKING) | AT(REVERSAL), BOTH, RIDES | WARNS, "dc_limits", ANY_TIME, LIMIT, FOLLOWS, "") \
+    P(CHARGE_CUT,       AT(BRAKING), BOTH, RIDES | WARNS, "dc_limits", ANY_TIME, LIMIT, FOLLOWS | STRAYS, "braking must not raise the link to its trip: without a chopper the drive brakes only as fast as the losses permit") \
     P(BATTERY,          EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(CHOPPER_ALONE,    EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(CHOPPER_SHORTED,  EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \

@@ -53,7 +53,7 @@ typedef enum {
     CAMPAIGN_FEW,   /* in an eighth of the runs evenly from least to most, in the others the default */
     CAMPAIGN_THIRD, /* evenly in the third of the runs that have a salient motor; it has its own random stream
                      */
-    CAMPAIGN_OWN,   /* as CAMPAIGN_HALF, with its own random stream */
+    CAMPAIGN_OWN,   /* as CAMPAIGN_FEW, with its own random stream */
 } campaign_law_t;
 
 /* clang-format off */

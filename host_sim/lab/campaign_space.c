@@ -213,9 +213,9 @@ static double draw(source_t *source, campaign_law_t law, double initial, double 
     case CAMPAIGN_WHOLE:
         return least + floor(u * (most - least + 1.0));
     case CAMPAIGN_HALF:
-    case CAMPAIGN_OWN:
         return u < 0.5 ? initial : least + (2.0 * u - 1.0) * (most - least);
     case CAMPAIGN_FEW:
+    case CAMPAIGN_OWN:
         return u < 0.875 ? initial : least + (8.0 * u - 7.0) * (most - least);
     case CAMPAIGN_EVEN:
     case CAMPAIGN_THIRD:

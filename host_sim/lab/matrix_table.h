@@ -22,8 +22,8 @@
  *   watch  from the injection to the end; a cell ends 0.3 s after a fault is latched
  *   lasts  after this time the changes end; FOR_GOOD: permanent
  *   what   SET(row, value), TIMES(row, factor), ADD(row, step); NOTHING; WITH_CAPACITOR(row, value): before the change
- *          the DC link gets a capacitor of 1 mF behind 0.2 ohm; WITH_RESISTOR(ohms, above): and a brake resistor that
- *          is connected above this voltage */
+ *          the DC link gets a capacitor of 1 mF behind 0.2 ohm; RECTIFIED: this alone; WITH_RESISTOR(ohms, above): the
+ *          link gets a brake resistor as well, which is connected above this voltage */
 
 #define LATER false
 #define FIRST true
@@ -34,6 +34,7 @@
 #define ADD(row, step)             {{row, 1.0, step}}
 #define WITH_CAPACITOR(row, value) \
     {{"plant.dc_capacitance", 0.0, 1e-3}, {"plant.dc_resistance", 0.0, 0.2}, {row, 0.0, value}}
+#define RECTIFIED {{"plant.dc_capacitance", 0.0, 1e-3}, {"plant.dc_resistance", 0.0, 0.2}}
 #define WITH_RESISTOR(ohms, above) \
     {{"plant.dc_capacitance", 0.0, 1e-3}, {"plant.dc_resistance", 0.0, 0.2}, {"plant.chopper_resistance", 0.0, ohms}, \
      {"plant.chopper_voltage", 0.0, above}}
@@ -95,7 +96,7 @@
     F(DC_RIPPLE,        "dc_ripple",        LATER, 3.0, FOR_GOOD, SET("plant.dc_ripple", 30.0),              "the DC link swings by 30 V at 300 Hz") \
     F(SUPPLY_LOST,      "supply_lost",      LATER, 4.0, FOR_GOOD, WITH_CAPACITOR("plant.supply_lost", 1.0),  "the supply no longer feeds the DC link of 1 mF") \
     F(SUPPLY_BACK,      "supply_back",      LATER, 4.0, 0.3,      WITH_CAPACITOR("plant.supply_lost", 1.0),  "the supply does not feed the DC link of 1 mF for 0.3 s") \
-    F(CHARGE_CUT,       "charge_cut",       LATER, 4.0, FOR_GOOD, WITH_CAPACITOR("plant.dc_returns", 0.0),   "the battery at the DC link of 1 mF no longer accepts current") \
+    F(CHARGE_CUT,       "charge_cut",       LATER, 4.0, FOR_GOOD, RECTIFIED,                                 "the battery at the DC link of 1 mF no longer accepts current") \
     F(BATTERY,          "battery",          LATER, 4.0, FOR_GOOD, WITH_CAPACITOR("plant.dc_returns", 1.0),   "a battery at the DC link of 1 mF takes current: this is no fault") \
     F(CHOPPER_ALONE,    "chopper_alone",    LATER, 4.0, FOR_GOOD, WITH_RESISTOR(47.0, 365.0),                "a chopper that switches by itself, at the DC link of 1 mF: this is no fault") \
     F(CHOPPER_SHORTED,  "chopper_shorted",  LATER, 4.0, FOR_GOOD, WITH_RESISTOR(47.0, 1.0),                  "the switch of the chopper is shorted: the resistor stays at the DC link of 1 mF") \
@@ -363,7 +364,7 @@
     P(SUPPLY_LOST,      AT(BRAKING), BOTH, RIDES | WARNS | OPENS | STOPS, "dc_undervoltage dc_limits", ANY_TIME, LIMIT, FOLLOWS | STRAYS | OUT, "braking must not raise the link to its trip: without a chopper the drive brakes only as fast as the losses permit") \
     P(SUPPLY_BACK,      EVERYWHERE, BOTH, RIDES | WARNS | CATCHES | OPENS, "dc_undervoltage dc_limits", ANY_TIME, LIMIT, FOLLOWS | OUT, "1 mF may last for 0.3 s; ride_through_time is 0 by default") \
     P(CHARGE_CUT,       EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
-    P(CHARGE_CUT,       AT(BRAKING) | AT(REVERSAL), BOTH, RIDES | WARNS, "dc_limits", ANY_TIME, LIMIT, FOLLOWS, "") \
+    P(CHARGE_CUT,       AT(BRAKING), BOTH, RIDES | WARNS, "dc_limits", ANY_TIME, LIMIT, FOLLOWS | STRAYS, "braking must not raise the link to its trip: without a chopper the drive brakes only as fast as the losses permit") \
     P(BATTERY,          EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(CHOPPER_ALONE,    EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \
     P(CHOPPER_SHORTED,  EVERYWHERE, BOTH, RIDES, "", ANY_TIME, LIMIT, FOLLOWS, "") \

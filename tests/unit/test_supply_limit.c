@@ -117,6 +117,34 @@ static void test_a_slow_rotor_that_cannot_return_so_much_brakes_with_all_torque(
     TEST_ASSERT_TRUE(limit.braking < (float)MOST);
 }
 
+/* With almost no returned current the limit of braking is near zero from omega_free on, and half of the way
+ * to the whole at half of omega_free. */
+static void test_near_standstill_the_limit_of_braking_fades_out(void)
+{
+    const double free = 0.15 * RESISTANCE * MOST / TORQUE;
+    begin(0.0, 1e-6, 0.0);
+    look(0.0, 0.0, free);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, (double)limit.braking);
+    look(0.0, 0.0, -0.5 * free);
+    TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.5 * MOST, (double)limit.braking);
+    look(0.0, 0.0, 0.0);
+    TEST_ASSERT_EQUAL_FLOAT(MOST, limit.braking);
+}
+
+/* A limit counts as reached in its own direction only, for either sign of the speed. */
+static void test_a_reached_limit_is_reported(void)
+{
+    for (double omega_m = -150.0; omega_m <= 150.0; omega_m += 300.0) {
+        const double forward = omega_m < 0.0 ? -1.0 : 1.0;
+        for (double i_q = -MOST; i_q <= MOST; i_q += 1.0) {
+            begin(2.0, 1.0, 0.0);
+            look(power_of(0, forward * i_q, omega_m), forward * i_q, omega_m);
+            const bool reached = i_q > 0.98 * (double)limit.driving || -i_q > 0.98 * (double)limit.braking;
+            TEST_ASSERT_EQUAL_UINT32(reached ? 1u : 0u, limit.limits);
+        }
+    }
+}
+
 /* Whatever the power is: a limit of zero is the least. */
 static void test_a_limit_never_reverses_the_torque(void)
 {

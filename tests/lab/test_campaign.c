@@ -116,30 +116,6 @@ static void test_every_motor_can_be_driven_by_the_board(void)
     }
 }
 
-/* The flux that a short circuit keeps can be turned through a q axis of at most L_q I_s. */
-static void test_a_shorted_switch_has_a_finite_current(void)
-{
-    campaign_case_t drawn;
-    uint32_t kind = 0;
-    uint32_t changed = 0;
-    while (strcmp(campaign_faults[kind].name, "shorted_switch") != 0) {
-        kind++;
-    }
-    for (uint32_t run = 0; run < DRAWN; run++) {
-        campaign_draw(13u, run, 2.0, &drawn);
-        drawn.faults[1].kind = 0u;
-        drawn.faults[0].kind = 0u;
-        const campaign_motor_t healthy = campaign_motor(&drawn);
-        drawn.faults[run % CAMPAIGN_FAULTS_MAX].kind = kind;
-        const campaign_motor_t shorted = campaign_motor(&drawn);
-        const bool holds = healthy.inductance_q * healthy.saturation > healthy.flux_linkage;
-        const double expected = holds ? healthy.saturation : 0.0;
-        TEST_ASSERT_EQUAL_DOUBLE(expected, shorted.saturation);
-        changed += shorted.saturation != healthy.saturation ? 1u : 0u;
-    }
-    TEST_ASSERT_GREATER_THAN_UINT32(0u, changed);
-}
-
 /* The share that is refused stays below a hundredth, and each is reported by a row and with a reason. */
 static void test_what_is_drawn_is_accepted(void)
 {

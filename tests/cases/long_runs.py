@@ -1,6 +1,6 @@
 """For field_weakening.py and saturation.py: their arguments, the voltage that the inverter makes, and runs of scenarios that they write.
 
-usage: NAME.py [--long] LAGLESS FOLDER
+usage: NAME.py [--long] LAGLESS FOLDER [TEST...]
 
 LAGLESS_GRID_SEED (the date, UTC, as YYYYMMDD) selects the share of a grid that runs; with --long the whole grid runs."""
 import csv
@@ -14,7 +14,7 @@ import subprocess
 import sys
 
 LONG = "--long" in sys.argv
-LAGLESS, FOLDER = [a for a in sys.argv[1:] if not a.startswith("-")][:2]
+LAGLESS, FOLDER, *TESTS = [a for a in sys.argv[1:] if not a.startswith("-")]
 FOLDER = pathlib.Path(FOLDER)
 FOLDER.mkdir(parents=True, exist_ok=True)
 LINK = 311.0
@@ -47,6 +47,12 @@ def recorded(names, name, text, *settings):
         rows = csv.reader(line for line in file if not line.startswith("#"))
         next(rows)
         return [dict(zip(("time", *names), map(float, row))) for row in rows]
+
+
+def keep(case, line, value, limit):
+    """The value is at most this limit; tools/salient shows the largest value of a line in docs/salient.md."""
+    print(f"measured {line}: {value:.6g}, limit {limit:.6g}", flush=True)
+    case.assertLessEqual(value, limit, line)
 
 
 def column(rows, name, begin=0.0, end=1e9):

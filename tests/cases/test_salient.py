@@ -1,7 +1,9 @@
 """Motors whose rotor is too salient for the estimator are refused with both rows, and run with an encoder.
 
 usage: test_salient.py LAGLESS FOLDER CASES"""
+import math
 import pathlib
+import re
 import subprocess
 import sys
 import unittest
@@ -33,6 +35,22 @@ class Salient(unittest.TestCase):
         case = CASES / "salient_with_encoder.toml"
         settings = ("--set", "params.motor_inductance_d=2 mH", "--set", "mtpa=off", "--set", "params.encoder_fault_reaction=sensorless")
         self.assert_refused(lagless("run", case, *settings), "0.0096", "0.002")
+
+    def test_a16_an_emf_that_the_link_does_not_withstand_is_refused_with_the_numbers(self):
+        """The servo of 0.545 Wb and 3 pole pairs: at three times its base speed, 266 rad/s, the EMF of an open bridge is 753 V between two
+        lines. The board takes 450 V."""
+        motor = {"motor_pole_pairs": 3, "motor_resistance": 3.6, "motor_inductance_d": 0.036, "motor_inductance_q": 0.051,
+                 "motor_flux_linkage": 0.545, "current_limit": 6.1}
+        rows = [word for name, value in motor.items() for word in ("--set", f"params.{name}={value}")]
+        done = lagless("run", "cold_start", *rows, "--set", "overspeed_trip=266")
+        self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+        self.assertIn("dc_overvoltage of the board, else a rotor at that speed charges the DC link", done.stderr)
+        self.assertIn("with motor_flux_linkage = 0.545 Wb", done.stderr)
+        accepted = float(re.search(r"overspeed_trip: 266 rad/s: accepted \S+ to (\S+) rad/s", done.stderr)[1])
+        volts = math.sqrt(3) * 0.545 * 3 * accepted
+        print(f"measured A16 EMF accepted: {volts:.6g}, limit 450.01", flush=True)
+        self.assertAlmostEqual(volts, 450.0, 2)
+        self.assertNotEqual(lagless("run", "cold_start", *rows, "--set", f"overspeed_trip={accepted}").returncode, 2)
 
     def test_tune_writes_a_scenario_that_runs_without_encoder(self):
         FOLDER.mkdir(parents=True, exist_ok=True)

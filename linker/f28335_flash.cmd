@@ -110,7 +110,7 @@ SECTIONS
                       *(.text:validity_take) *(.text:voltage_uncertain)
                       /* firmware/fast/fast_trips.c */
                       *(.text:encoder_jumped) *(.text:estimate_is_denied) *(.text:fast_judge_still) *(.text:fast_open_bridge)
-                      *(.text:fast_watch_jump) *(.text:fault_set_both)
+                      *(.text:fast_watch_jump) *(.text:fault_set_both) *(.text:reason_of)
                       /* firmware/fast/fast_window.c */
                       *(.text:begin_sums) *(.text:fast_close) *(.text:fault_set_none) *(.text:measure_noise) *(.text:pair_ab)
                       *(.text:pair_dq) *(.text:snapshot) *(.text:snapshot_catch) *(.text:still_watch_moved)

@@ -24,28 +24,27 @@ static inline float shrunk(float value, float step)
     return value - bounds_clamp(value, step);
 }
 
-/* Largest deviation of a phase's current from the requested one, summed over the window [A]. */
-static float deviation(const float asked[3], const current_watch_window_t *window)
+/* True if the current of a phase deviates from the requested one by more than `least`, both summed over the
+ * window [A]. */
+static bool deviates(const float asked[3], const current_watch_window_t *window, float least)
 {
-    float most = 0.0f;
+    bool apart = false;
     for (uint32_t n = 0; n < 3u; n++) {
-        const float apart = bounds_magnitude(asked[n] - window->periods * window->value[n]);
-        most = apart > most ? apart : most;
+        apart = apart || !bounds_within(asked[n] - window->periods * window->value[n], least);
     }
-    return most;
+    return apart;
 }
 
 /* True if a phase has been without current for long enough, counted while another phase carries some and the
  * current control does not reach the requested current: in this phase, or in the others, whose current an
- * open wire couples. `asked` and `apart`: requested current of the phase, and the largest deviation from it,
- * in all of the window's periods [A]. The others alone count half, because a frame with a wrong angle causes
- * a deviation as well. If the EMF contradicts, a diode may carry the current in place of a switch: half of
- * the requested current then counts as no current. If the EMF contradicts along no phase's axis, the encoder
- * is probably wrong, and the dead time, compensated with a wrong angle, may hold a phase at zero for some
- * milliseconds: the time is longer then. At the limit of a low link voltage a current lags behind the
- * requested one. */
+ * open wire couples. `asked`: requested currents, in all of the window's periods [A]. The others alone count
+ * half, because a frame with a wrong angle causes a deviation as well. If the EMF contradicts, a diode may
+ * carry the current in place of a switch: half of the requested current then counts as no current. If the EMF
+ * contradicts along no phase's axis, the encoder is probably wrong, and the dead time, compensated with a
+ * wrong angle, may hold a phase at zero for some milliseconds: the time is longer then. At the limit of a low
+ * link voltage a current lags behind the requested one. */
 static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_input_t *input,
-                      const current_watch_window_t *window, float asked, float apart)
+                      const current_watch_window_t *window, const float asked[3])
 {
     const current_watch_tuning_t *tuning = &watch->tuning;
     current_watch_phase_t *phase = &watch->phase[n];
@@ -53,14 +52,14 @@ static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_in
     const bool driven = !bounds_within(window->moved[n], window->dead);
     const bool judged = !lags && driven && window->largest > tuning->carries;
     const float least = window->periods * (tuning->carries + APART_SHARE * window->largest);
-    const bool much = judged && !bounds_within(asked, least);
+    const bool much = judged && !bounds_within(asked[n], least);
     const float value = window->value[n];
-    const float half = input->contradicted && much ? LITTLE_SHARE * bounds_magnitude(asked) : 0.0f;
+    const float half = input->contradicted && much ? LITTLE_SHARE * bounds_magnitude(asked[n]) : 0.0f;
     if (!bounds_within(value, tuning->none) && !bounds_within(value * window->periods, half)) {
         phase->absent = 0u;
     } else if (judged && !is_still(watch, n)) {
         const uint32_t periods = (uint32_t)(int32_t)window->periods;
-        phase->absent += much ? periods : apart > least ? periods / 2u : 0u;
+        phase->absent += much ? periods : deviates(asked, window, least) ? periods / 2u : 0u;
     }
     return phase->absent >= (input->elsewhere ? ELSEWHERE_TIMES * tuning->absent : tuning->absent);
 }
@@ -94,7 +93,6 @@ uint32_t current_watch_wires(current_watch_t *watch, const current_watch_input_t
     const float flux = input->forced ? FORCED_SHARE * tuning->flux : tuning->flux;
     float asked[3];
     spread(asked, frames_inverse_clarke(frames_inverse_park(input->asked_for, input->frame)));
-    const float apart = deviation(asked, window);
     uint32_t bits = 0u;
     for (uint32_t n = 0; n < 3u; n++) {
         if (!bounds_within(window->value[n], tuning->none) && !input->contradicted) {
@@ -103,7 +101,7 @@ uint32_t current_watch_wires(current_watch_t *watch, const current_watch_input_t
             continue;
         }
         const float fed = feed(watch, n, window);
-        if (is_absent(watch, n, input, window, asked[n], apart) || fed > flux) {
+        if (is_absent(watch, n, input, window, asked) || fed > flux) {
             bits |= CURRENT_WATCH_LOSS;
         }
         if (fed > FED_SHARE * tuning->flux) {

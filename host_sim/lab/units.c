@@ -560,7 +560,7 @@ const char *units_range_text(char to[UNITS_TEXT_SIZE], double min, double max, c
     if (two_units) {
         end_text(ends[0], min, min, max, of_min);
     }
-    snprintf(to, UNITS_TEXT_SIZE, "%.24s%s%.8s to %.24s%s%.40s", ends[0], two_units ? " " : "",
+    snprintf(to, UNITS_TEXT_SIZE, "%.20s%s%.8s to %.20s%s%.40s", ends[0], two_units ? " " : "",
              two_units ? of_min->spelling : "", ends[1], name[0] == '\0' ? "" : " ", name);
     return to;
 }

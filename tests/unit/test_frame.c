@@ -197,6 +197,7 @@ static void test_with_a_tail_what_is_sent_ends_with_the_sum(void)
         memcpy(frame_open(&sender), expected[n] + FRAME_HEADER, (3u + n) * sizeof expected[n][0]);
         frame_close(&sender, 3u + n);
         TEST_ASSERT_FALSE(frame_is_free(&sender));
+        TEST_ASSERT_EQUAL_UINT32(0u, sender.sent);
         TEST_ASSERT_EQUAL_UINT32(10u, sender.count);
         TEST_ASSERT_EQUAL_HEX16_ARRAY(expected[n], sender.octets, 10u);
         sender.sent = 10u;

@@ -229,6 +229,7 @@ static void test_every_row_reads_as_the_rig_has_it(void)
             TEST_ASSERT_EQUAL_FLOAT_MESSAGE((float)value, table_value_of_bits(row, bits), row->name);
         }
     }
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "line_errors"));
     for (uint32_t n = 0; n < 5u; n++) { /* a signal that stands */
         TEST_ASSERT_EQUAL_HEX32(float_bits((float)rig_value(rig, "offset_a")),
                                 read_slot(EXTENSION_SIGNALS, id_of("offset_a")));

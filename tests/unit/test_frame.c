@@ -1,4 +1,5 @@
-/* Frames of XCP on TCP and SxI: LEN and CTR of 16 bits each, Intel order, then the packet. */
+/* Frames of XCP on TCP and SxI: LEN and CTR of 16 bits each, Intel order, then the packet; on a serial line a
+ * fill octet and the sum of all words. */
 #include "talk/frame.h"
 
 #include "tests/unit/compare.h"
@@ -154,6 +155,52 @@ static void test_what_is_sent_has_length_and_counter_in_front(void)
         TEST_ASSERT_EQUAL_UINT32(6u, sender.count);
         TEST_ASSERT_EQUAL_HEX16_ARRAY(expected, sender.octets, 6u);
         sender.sent = 6u;
+        TEST_ASSERT_TRUE(frame_is_free(&sender));
+    }
+}
+
+/* ---- with a tail ---- */
+
+/* In their order: octets, whether they are a packet, errors so far. */
+static void test_with_a_tail_the_sum_must_agree_and_the_counter_must_follow(void)
+{
+    static const struct {
+        uint16_t octets[8];
+        uint32_t packets, errors;
+    } frames[] = {
+        {{0x01, 0, 0x00, 0, 0xFD, 0x00, 0xFE, 0x00}, 0u, 1u},    /* before the first CONNECT */
+        {{0x02, 0, 0x05, 0, 0xFF, 0x00, 0x06, 0x01}, 1u, 1u},    /* 0002 + 0005 + 00FF */
+        {{0x01, 0, 0x06, 0, 0xFD, 0x00, 0x04, 0x01}, 1u, 1u},    /* 0001 + 0006 + 00FD */
+        {{0x01, 0, 0x06, 0, 0xFD, 0x00, 0x04, 0x01}, 0u, 2u},    /* twice */
+        {{0x01, 0, 0x08, 0, 0xFD, 0x00, 0x06, 0x01}, 0u, 3u},    /* the one before was lost */
+        {{0x01, 0, 0xFF, 0xFF, 0xFC, 0x00, 0xFC, 0x00}, 1u, 3u}, /* SYNCH with any; 100FC in 16 bits */
+        {{0x01, 0, 0x00, 0, 0xFD, 0x00, 0xFE, 0x00}, 1u, 3u},
+        {{0x01, 0, 0x01, 0, 0xFD, 0x00, 0xFE, 0x00}, 0u, 4u}, /* FF is its sum */
+        {{0x01, 0, 0x01, 0, 0xFD, 0x00, 0xFF, 0x00}, 0u, 4u}, /* no silence in between */
+    };
+    receiver.tail = 1u;
+    for (size_t n = 0; n < sizeof frames / sizeof frames[0]; n++) {
+        TEST_ASSERT_EQUAL_UINT32(0u, hear(frames[n].octets, 7u));
+        TEST_ASSERT_EQUAL_UINT32(frames[n].packets, hear(frames[n].octets + 7, 1u));
+        TEST_ASSERT_EQUAL_UINT32(frames[n].errors, receiver.errors);
+    }
+}
+
+/* 0003 + 22FE + 0033, where the fill octet was another one; 0004 + 0001 + FFFF + FFFE = 20002. */
+static void test_with_a_tail_what_is_sent_ends_with_the_sum(void)
+{
+    static const uint16_t expected[][10] = {{3u, 0u, 0u, 0u, 0xFE, 0x22, 0x33, 0u, 0x34, 0x23},
+                                            {4u, 0u, 1u, 0u, 0xFF, 0xFF, 0xFE, 0xFF, 0x02, 0x00}};
+    sender.tail = 1u;
+    for (uint32_t n = 0; n < 2u; n++) {
+        memset(sender.octets, 0x77, sizeof sender.octets);
+        memcpy(frame_open(&sender), expected[n] + FRAME_HEADER, (3u + n) * sizeof expected[n][0]);
+        frame_close(&sender, 3u + n);
+        TEST_ASSERT_FALSE(frame_is_free(&sender));
+        TEST_ASSERT_EQUAL_UINT32(0u, sender.sent);
+        TEST_ASSERT_EQUAL_UINT32(10u, sender.count);
+        TEST_ASSERT_EQUAL_HEX16_ARRAY(expected[n], sender.octets, 10u);
+        sender.sent = 10u;
         TEST_ASSERT_TRUE(frame_is_free(&sender));
     }
 }

@@ -9,7 +9,7 @@
 
 #include "tools/target/recorded_drive.h"
 
-#define LOWEST 400u /* cuts that there must have been, at least */
+#define LOWEST 1000u /* cuts that there must have been, at least */
 
 static uint32_t windows, cuts, spared;
 

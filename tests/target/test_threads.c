@@ -12,7 +12,7 @@
 
 #include "tools/target/recorded_drive.h"
 
-#define LOWEST 400u /* windows with both at once that there must have been, at least */
+#define LOWEST 1000u /* windows with both at once that there must have been, at least */
 
 static uint32_t windows, together;
 static sem_t handed, done;

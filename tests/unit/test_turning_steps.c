@@ -4,6 +4,7 @@
 #include <string.h>
 #include <unity.h>
 
+#include "medium/adapt/sums.h"
 #include "medium/commission/turning_steps.h"
 
 #define WINDOW 8e-4
@@ -80,12 +81,16 @@ static turning_input_t follow(model_t *model, const turning_wish_t *wish)
     const double off = is->angle_noise * noise(model) - atan2(across, along);
     const dq_t current = {(float)(shorter * (i_d * cos(half) + mean * sin(half))),
                           (float)(shorter * (mean * cos(half) - i_d * sin(half)))};
+    const sums_t sums = {.emf = {(float)(emf * sin(half + off)), (float)(emf * cos(half + off))},
+                         .current = {current.d, current.q}};
+    means_t means; /* of the window in the frame of its end, turned to its middle as in the medium task */
+    sums_mean(&sums, 1.0f, (rotation_t){0.0f, 1.0f}, (float)omega_e, (float)(half / omega_e), &means);
     return (turning_input_t){
         .runs = is->lost_after > 0.0 && model->windows > is->lost_after ? 0u : 1u,
         .theta_e = (float)remainder(PAIRS * model->theta, 2.0 * pi),
         .omega_e = (float)(omega_e * (1.0 + is->speed_noise * noise(model))),
-        .emf = {(float)(emf * sin(half + off)), (float)(emf * cos(half + off))},
-        .current = current,
+        .emf = means.emf_rotor,
+        .current = means.current_rotor,
     };
 }
 
@@ -285,17 +290,18 @@ static void test_reasons_of_the_torque_test(void)
 
 /* ---- psi_f ---- */
 
-static commission_verdict_t flux_test(const rotor_t *is, commission_results_t *results, turning_wish_t *wish)
+static commission_verdict_t flux_test(const rotor_t *is, float speed, commission_results_t *results,
+                                      turning_wish_t *wish)
 {
     flux_test_t step;
-    model_t model = {.is = *is, .omega = 100.0, .draw = 3u};
+    model_t model = {.is = *is, .omega = (double)speed, .draw = 3u};
     const commission_tuning_t tuning = tuning_of(is, is->inertia);
     commission_verdict_t verdict = commission_goes_on();
-    *wish = (turning_wish_t){0u, 100.0f, {0.0f, 0.0f}};
+    *wish = (turning_wish_t){0u, speed, {0.0f, 0.0f}};
     flux_test_begin(&step);
     for (uint32_t n = 0u; n < MOST && verdict.finished == 0u; n++) {
         turning_input_t input = follow(&model, wish);
-        input.speed = 100.0f;
+        input.speed = speed;
         verdict = flux_test_step(&step, &tuning, &input, wish, results);
     }
     TEST_ASSERT_EQUAL_UINT32(1u, verdict.finished);
@@ -308,11 +314,13 @@ static void test_flux_of_round_and_salient_rotors(void)
 {
     static const struct {
         double inductance_q, current_d, saturation;
-    } rows[] = {{0.01, 5.0, 0.0},
-                {0.0105, 5.0, 0.0},
-                {0.012, -5.0, 0.0},
-                {0.03, -0.3 * 0.09 / 0.02, 0.0},
-                {0.03, -0.3 * 0.09 / 0.02, 5.0}};
+        float speed; /* [rad/s]; 500: 2000 rad/s electrical, 1.6 rad in a window */
+    } rows[] = {{0.01, 5.0, 0.0, 100.0f},
+                {0.01, 5.0, 0.0, 500.0f},
+                {0.0105, 5.0, 0.0, 100.0f},
+                {0.012, -5.0, 0.0, 100.0f},
+                {0.03, -0.3 * 0.09 / 0.02, 0.0, 100.0f},
+                {0.03, -0.3 * 0.09 / 0.02, 5.0, 100.0f}};
     for (uint32_t n = 0u; n < sizeof rows / sizeof rows[0]; n++) {
         const rotor_t is = {.inertia = 2e-3,
                             .coulomb = 0.1,
@@ -323,7 +331,8 @@ static void test_flux_of_round_and_salient_rotors(void)
                             .observed_q = 0.016};
         commission_results_t results = {.noise = 0.0f};
         turning_wish_t wish;
-        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, flux_test(&is, &results, &wish).reason);
+        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE,
+                                flux_test(&is, rows[n].speed, &results, &wish).reason);
         TEST_ASSERT_DOUBLE_WITHIN(1e-3 * is.flux, is.flux, (double)results.flux_linkage);
         TEST_ASSERT_DOUBLE_WITHIN(1e-5, rows[n].current_d, (double)wish.current.d);
     }
@@ -340,7 +349,7 @@ static void test_noise_of_the_speed_neither_delays_nor_changes_the_flux(void)
                         .speed_noise = 0.2};
     commission_results_t results = {.noise = 0.0f};
     turning_wish_t wish;
-    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, flux_test(&is, &results, &wish).reason);
+    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, flux_test(&is, 100.0f, &results, &wish).reason);
     TEST_ASSERT_DOUBLE_WITHIN(5e-3 * is.flux, is.flux, (double)results.flux_linkage);
     TEST_ASSERT_TRUE(results.flux_scatter > 0.05f && results.flux_scatter < 0.2f); /* 0.2/sqrt(3) */
 }

@@ -47,8 +47,8 @@
  * until the protection acts. An open switch never conducts. A shorted switch always conducts, and is not
  * switched off by the protection; when the other switch of the leg turns on, this is a shoot-through. Both
  * have an effect with gate edges only, not in averaged mode. DC link: constant voltage, or a capacitor behind
- * a resistance and a rectifier (no current to the source) or a battery (dc_returns), with a chopper across it,
- * which switches by itself or by the output of the board. The source is a constant voltage plus a sine.
+ * a resistance and a rectifier (no current to the source) or a battery (dc_returns), with a chopper across
+ * it, which switches by itself or by the output of the board. The source is a constant voltage plus a sine.
  *
  * Protection of the module, as in Mitsubishi's L series (data sheet of PM50B5LA060; the return to operation
  * is assumed): a switch with more than short_circuit_current, or with a shoot-through, is switched off. A

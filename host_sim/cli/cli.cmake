@@ -1,9 +1,4 @@
 find_package(Python3 3.9 COMPONENTS Interpreter)
-if(EXISTS ${CMAKE_SOURCE_DIR}/build/venv/bin/python)
-    set(LAGLESS_PYTHON ${CMAKE_SOURCE_DIR}/build/venv/bin/python)
-else()
-    set(LAGLESS_PYTHON ${Python3_EXECUTABLE})
-endif()
 
 add_library(lagless_cli OBJECT
     cli/arguments.c
@@ -69,5 +64,5 @@ set_source_files_properties(cli/bench.c PROPERTIES COMPILE_DEFINITIONS
     "LAGLESS_BUILD=\"${CMAKE_C_COMPILER_ID} ${CMAKE_C_COMPILER_VERSION}, ${CMAKE_SYSTEM_PROCESSOR}, $<CONFIG>\"")
 # Where pictures are drawn; the environment variables LAGLESS_PYTHON and LAGLESS_TOOLS override both.
 set_source_files_properties(cli/output.c PROPERTIES COMPILE_DEFINITIONS
-    "LAGLESS_PYTHON=\"${LAGLESS_PYTHON}\";LAGLESS_TOOLS=\"${CMAKE_SOURCE_DIR}/tools\"")
+    "LAGLESS_PYTHON=\"${Python3_EXECUTABLE}\";LAGLESS_TOOLS=\"${CMAKE_SOURCE_DIR}/tools\"")
 set_target_properties(lagless PROPERTIES LINKER_LANGUAGE CXX RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})

@@ -385,10 +385,21 @@ static void become(const char *python, const char *path, const char *const *argu
     _exit(EXIT_INTERNAL);
 }
 
+/* LAGLESS_PYTHON of the environment, else that of build/venv, into which tools/setup installs the packages
+ * for plots, also after the build; else the Python that CMake found. */
+static char *interpreter(void)
+{
+    char venv[PATH_SIZE];
+    const bool installed =
+        output_path(venv, setting("LAGLESS_TOOLS", LAGLESS_TOOLS), "../build/venv/bin/python") &&
+        access(venv, X_OK) == 0;
+    return strdup(setting("LAGLESS_PYTHON", installed ? venv : LAGLESS_PYTHON));
+}
+
 int output_script(const char *script, const char *const *arguments, FILE *input)
 {
     char path[PATH_SIZE];
-    char *python = strdup(setting("LAGLESS_PYTHON", LAGLESS_PYTHON));
+    char *python = interpreter();
     if (python == NULL || !output_path(path, setting("LAGLESS_TOOLS", LAGLESS_TOOLS), script)) {
         free(python);
         return EXIT_INTERNAL;

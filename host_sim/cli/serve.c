@@ -21,11 +21,9 @@
 #define SERIAL_PERIODS rig_periods(0.5e-3) /* [periods] between two checks of the chip's serial line */
 #define SERIAL_OCTETS  128u                /* [octets] that the serial line is given at once */
 #define KEEP_PERIODS   rig_periods(1.0)    /* [periods] between two checks of the flash */
-#define BEHIND_MAX                                                                                           \
-    0.1                /* [s] of delay that the simulation catches up; a longer delay is                     \
-                        * not made up */
-#define TELL_AFTER 5.0 /* [s] by which the simulation may lag behind real time without a message */
-#define UNTIL_MAX  UINT32_MAX *RIG_PERIOD_SECONDS
+#define BEHIND_MAX     0.1                 /* [s] of delay that is caught up; a longer delay is not made up */
+#define TELL_AFTER     5.0 /* [s] by which the simulation may lag behind real time without a message */
+#define UNTIL_MAX      UINT32_MAX *RIG_PERIOD_SECONDS
 
 typedef struct {
     arguments_scenario_t of;

@@ -11,15 +11,13 @@
 #include "host_sim/rig/rig.h"
 #include "settings/faults.h"
 
-#define PI        3.14159265358979323846
-#define SEED      1u
-#define PATIENCE  6.0 /* [s] for a state to be come to */
-#define LOADING   2.0 /* [N m/s] so gently a load is put on: what the light rotor's speed control can hold */
-#define LOAD_STEP 25e-3 /* [s] of it */
-#define FOLLOW    0.01  /* [s] 15 time constants of the encoder's speed */
-#define TO_ENABLE                                                                                            \
-    0.1                    /* [s] from a fault in manoeuvre off until the bridge is requested to switch on   \
-                            * */
+#define PI           3.14159265358979323846
+#define SEED         1u
+#define PATIENCE     6.0 /* [s] for a state to be come to */
+#define LOADING      2.0 /* [N m/s] so gently a load is put on: what the light rotor's speed control can hold */
+#define LOAD_STEP    25e-3 /* [s] of it */
+#define FOLLOW       0.01  /* [s] 15 time constants of the encoder's speed */
+#define TO_ENABLE    0.1   /* [s] from a fault in manoeuvre off to the request for the bridge */
 #define AFTERWARDS   0.3   /* [s] that a latched fault is watched */
 #define AT_END       50e-3 /* [s] over which the rotor's end is judged */
 #define LONGEST_TURN 1.0   /* [s] of those that are waited for */

@@ -297,6 +297,16 @@ class Refusals(Case):
                                "lagless plot: matplotlib is missing: run tools/setup demo")
             self.assertNotIn("Traceback", done.stderr)
 
+    def test_packages_that_setup_installs_after_the_build_are_used(self):
+        python = self.folder / "build/venv/bin/python"
+        python.parent.mkdir(parents=True)
+        python.write_text('#!/bin/sh\necho "called: $0" >&2\nexit 3\n')
+        python.chmod(0o755)
+        (self.folder / "tools").mkdir()
+        environment = {key: value for key, value in os.environ.items() if key != "LAGLESS_PYTHON"}
+        self.expect(3, lagless("plot", self.recording(), env={**environment, "LAGLESS_TOOLS": str(self.folder / "tools")}),
+                    f"called: {self.folder}/tools/../build/venv/bin/python")
+
 
 @unittest.skipUnless(DRAWS, "matplotlib is missing")
 class Compares(Case):

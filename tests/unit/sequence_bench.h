@@ -11,11 +11,9 @@
 
 #define OVERCURRENT fault_set_of(FAULT_OVERCURRENT)
 #define LATE        fault_set_of(FAULT_LATE)
-#define WARM                                                                                                 \
-    fault_set_of(FAULT_SINK_WARM) /* the state machine does not depend on the meaning of a                   \
-                                   * row */
-#define BOTH    fault_set_both(OVERCURRENT, LATE)
-#define NOTHING fault_set_none()
+#define WARM        fault_set_of(FAULT_SINK_WARM) /* any row: its meaning does not matter */
+#define BOTH        fault_set_both(OVERCURRENT, LATE)
+#define NOTHING     fault_set_none()
 
 #define STOP_WINDOWS 50u
 #define RETRIES      2u

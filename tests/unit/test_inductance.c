@@ -22,7 +22,7 @@ typedef struct {
     double acceleration;       /* [rad/s^2] */
     double resistance;         /* error of R, seen by e_q alone [ohm] */
     double r, r_from;          /* true R, and that of the parameters [ohm] */
-    double loop;               /* the loop's bandwidth [rad/s]; 0: its angle is constant */
+    double loop;               /* the loop's bandwidth [rad/s]; 0: its angle stands */
     double swing;              /* of i_q per i_d, late by 5 ms [-] */
     double detector;           /* [-] */
     double follows;            /* i_d per reference [-] */

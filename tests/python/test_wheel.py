@@ -62,7 +62,8 @@ class Wheel(unittest.TestCase):
         self.assertRegex(self.wheel.name, r"^lagless-[\d.]+-py3-none-manylinux_2_\d+_\w+\.whl$")
 
     def test_one_version_everywhere(self):
-        """The project's stands in CMakeLists.txt; all else has it from there, but the citation and the page that shows it."""
+        """The version of the project is in CMakeLists.txt. All other places take it from there, except the citation and the page that shows
+        it."""
         project = re.search(r"^project\(lagless VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"), re.MULTILINE)[1]
         with tarfile.open(self.source) as archive:
             about = archive.extractfile(f"lagless-{project}/PKG-INFO").read().decode()

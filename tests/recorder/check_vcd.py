@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Does a third party measure in our VCD what stands in the compare registers?
+"""Checks that another program measures in a VCD file of lagless the times of the compare registers.
 
 usage: check_vcd.py FOLDER
 

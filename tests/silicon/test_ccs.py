@@ -199,7 +199,7 @@ class Projects(unittest.TestCase):
 
 
 class Check(unittest.TestCase):
-    """project_check.c stops what would build, and be wrong."""
+    """project_check.c stops a wrong project that would otherwise build."""
 
     def test_what_is_missing_is_told_and_a_complete_project_builds(self):
         whole = "-DLAGLESS_PER_FILE_OPTIONS"

@@ -230,8 +230,8 @@ static void test_emf_beyond_the_link_is_told_within_a_millisecond(void)
 }
 
 /* The speed of the start until 4 ms, then that of the EMF, within 3e-6 rad of its turn in a period; with its
- * sign. That of a fast rotor from 0.6 ms on, whatever psi_f, and though an observer at the speed zero turns
- * and shortens its EMF by a constant: by 1.2 exp(-0.6 j) here. */
+ * sign. The speed of a fast rotor from 0.6 ms on, for any psi_f. An observer that assumes the speed zero
+ * rotates the EMF and changes its length by a constant factor, 1.2 exp(-0.6 j) here; this has no effect. */
 static void test_speed_is_that_of_the_start_until_it_is_seen(void)
 {
     static const struct {

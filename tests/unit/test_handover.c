@@ -10,7 +10,7 @@
 
 static handover_t handover;
 
-/* What is asked in a period; `way` turns all of it round. */
+/* The requests in a period; `way` turns all of it round. */
 static estimate_t estimate;
 static lock_t lock;
 static float omega_forced;

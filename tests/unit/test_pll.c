@@ -275,8 +275,8 @@ static void test_check_names_the_field_that_is_out_of_range(void)
 }
 
 /* eps = sin(theta - theta_hat) min(1, |e|/floor), whichever way it turns; |e| within 3e-6, plus float input.
- * Below 1e-15 V the square of the EMF is no float any more: the amplitude is then between that and nothing,
- * the detector, divided by the floor, needs none. */
+ * Below 1e-15 V the square of the EMF underflows: the amplitude is then between zero and this value. The
+ * detector is not affected, because it is divided by the floor. */
 static void test_detector_is_the_sine_of_the_error_at_any_amplitude(void)
 {
     pll_params_t params = design(200.0f, 0.0f);

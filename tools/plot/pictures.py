@@ -471,7 +471,7 @@ def map_block(axis, rows, speeds):
 
 
 def map_fields(axis, fields, norm, colour):
-    """A colour and a number a field; hatched where there is none."""
+    """Each field has a colour and a number; a field without a number is hatched."""
     axis.pcolormesh(numpy.ma.masked_invalid(fields), norm=norm, cmap=colour, edgecolors="#FFFFFF", linewidth=0.6)
     inks = [[ink(*field[:3]) for field in line] for line in colour(norm(numpy.nan_to_num(fields)))]
     for (row, place), value in numpy.ndenumerate(fields):

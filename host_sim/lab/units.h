@@ -48,8 +48,8 @@ const char *units_variety(const char *unit, const char *which);
  * returns `to`. A value that is not finite is written as such. */
 const char *units_text(char to[UNITS_TEXT_SIZE], double value, const char *unit);
 
-/* A range: "0 to 2100 r/min". Both ends are in one unit, unless the lower end would then need an exponent: "10 uH to 1 H".
- * If a program reads the ends again, they are in the range. Returns `to`. */
+/* A range: "0 to 2100 r/min". Both ends are in one unit, unless the lower end would then need an exponent:
+ * "10 uH to 1 H". If a program reads the ends again, they are in the range. Returns `to`. */
 const char *units_range_text(char to[UNITS_TEXT_SIZE], double min, double max, const char *unit);
 
 /* Value of a row: the name of a choice, or units_text in the row's unit. */

@@ -101,10 +101,10 @@ static void test_a_constant_voltage_makes_the_flux_of_its_integral(void)
 }
 
 /* A winding without resistance keeps the flux that it had when it was short-circuited: psi_f in the direction
- * in which the rotor stood. A quarter of a turn later all of it is in the q axis, and the d axis has none: i_d
- * takes away psi_f, i_q makes psi_f. L_q I_s is 0.12 Wb; the iron is full at 6 A with 0.06 2/sqrt(1 + 1/9) =
- * 0.1138 Wb, and 0.06/10^1.5 = 1.897 mH hold the other 0.0692 Wb with 36.5 A more. Nothing but the shaft gives
- * the field its energy. */
+ * in which the rotor stood. A quarter of a turn later all of it is in the q axis, and the d axis has none:
+ * i_d takes away psi_f, i_q makes psi_f. L_q I_s is 0.12 Wb; the iron is full at 6 A with 0.06 2/sqrt(1 +
+ * 1/9) = 0.1138 Wb, and 0.06/10^1.5 = 1.897 mH hold the other 0.0692 Wb with 36.5 A more. Nothing but the
+ * shaft gives the field its energy. */
 static void test_a_short_circuit_turns_more_flux_into_an_axis_than_its_iron_carries(void)
 {
     plant_params_t q = plant_of("inductance_d = 0.02, inductance_q = 0.06, saturation_q = 2, " NO_DROPS

@@ -5,6 +5,7 @@
 #include "medium/adapt/gain.h"
 
 #define TWO_PI        6.2831853f
+#define TWELFTH       0.083333333f
 #define SLOW_TIMES    3u   /* [-] factor on the misses up to INDUCTANCE_R_SPEED_MAX */
 #define TRUST         0.2f /* [-] change of the confidence by a cycle that agrees with the one before */
 #define CONFIDENT     0.5f /* [-] confidence from which the result of a cycle is used */
@@ -201,6 +202,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
         return false;
     }
     if (x->follows == 0u) {
+        x->i_d_before = 0.0f;
         x->emf_mean = input->emf.q;
         x->emf_d_mean = input->emf.d;
         x->turned = 0.0f;
@@ -215,6 +217,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     x->t = -1.0f;
     x->omega = input->omega_smooth;
     x->sum.emf = 0.0f;
+    x->sum.emf_c = 0.0f;
     x->sum.answer = 0.0f;
     x->sum.drop = 0.0f;
     x->sum.drop_c = 0.0f;
@@ -233,13 +236,13 @@ static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, floa
     return turns && x->sum.detector < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
 }
 
-/* The component of e_d that is in step with i_d in this cycle, per ampere [ohm]. The low-pass that is
- * subtracted, and the current control, shift i_d against the wave; with s and c the voltage of a wrong L, a
- * quarter of a cycle ahead of i_d, has no part in it. */
-static float drop_per_ampere(const inductance_t *x)
+/* A voltage per ampere of i_d, from its sums with s and c: the component in step with i_d in this cycle
+ * [ohm]. The low-pass that is subtracted, and the current control, shift i_d against the wave. The component
+ * a quarter of a cycle ahead of i_d has no part in it: that is the voltage of a wrong L in e_d, and in e_q
+ * the EMF of a light rotor whose torque follows the dither. */
+static float per_ampere(const inductance_sums_t *sum, float with_s, float with_c)
 {
-    const inductance_sums_t *sum = &x->sum;
-    const float power = sum->drop * sum->answer + sum->drop_c * sum->answer_c;
+    const float power = with_s * sum->answer + with_c * sum->answer_c;
     const float square = sum->answer * sum->answer + sum->answer_c * sum->answer_c;
     return power / square;
 }
@@ -253,8 +256,8 @@ static float said_by(const inductance_t *x, const inductance_wave_t *wave, float
     const inductance_tuning_t *tuning = &x->tuning;
     const float miss =
         tuning->apart == 0.0f
-            ? tuning->ratio * (x->sum.emf * (1.0f / (omega * x->sum.answer)) - tuning->saliency)
-            : -0.5f * drop_per_ampere(x) / (omega * x->along);
+            ? tuning->ratio * (per_ampere(&x->sum, x->sum.emf, x->sum.emf_c) / omega - tuning->saliency)
+            : -0.5f * per_ampere(&x->sum, x->sum.drop, x->sum.drop_c) / (omega * x->along);
     const float said = tuning->inductance_q + miss;
     return said > 0.0f && said < PLAUSIBLE_MAX * tuning->from ? said : 0.0f;
 }
@@ -293,7 +296,8 @@ static void learn(const inductance_tuning_t *tuning, float time, float said, lea
 /* R from the component of e_d that is in step with i_d in this cycle [ohm]. */
 static float resistance_said(const inductance_t *x)
 {
-    return x->tuning.resistance + bounds_clamp(drop_per_ampere(x), x->resistance.from);
+    return x->tuning.resistance +
+           bounds_clamp(per_ampere(&x->sum, x->sum.drop, x->sum.drop_c), x->resistance.from);
 }
 
 /* How steady the speed was in a cycle: RIPPLED is accepted for a light rotor, STEADY by all laws. */
@@ -344,6 +348,14 @@ static float flux_change(const inductance_t *x, float turned)
     return x->along != 0.0f ? x->flux * x->along * turned / x->tuning.time : 0.0f;
 }
 
+/* The part of the mean of i_q [A] that comes from a change of i_d from one step to the next [A]. The mean is
+ * that of a vector that turns by omega T in the step: while i_d rises, the part at its end counts more, and
+ * points ahead of the middle. The integral of omega t di_d/dt t over the step is omega T/12 of the change. */
+static float turned_part(const inductance_t *x, float change)
+{
+    return TWELFTH * x->tuning.time * x->omega * change;
+}
+
 /* The wave of the dither at t, -1..1. */
 static float wave_at(float t)
 {
@@ -374,8 +386,11 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->dither =
         (dq_t){d, x->along * d + x->swing.against_s * given + x->swing.against_c * wave_at(later(t, 0.5f))};
     const float i_d = input->current.d - x->mean.d;
-    const float i_q = input->current.q - x->mean.q - x->along * i_d;
-    x->sum.emf += (input->emf.q - x->emf_mean) * s;
+    const float i_q = input->current.q - x->mean.q - x->along * i_d - turned_part(x, i_d - x->i_d_before);
+    x->i_d_before = i_d;
+    const float e_q = input->emf.q - x->emf_mean;
+    x->sum.emf += e_q * s;
+    x->sum.emf_c += e_q * c;
     x->sum.answer += i_d * s;
     x->sum.answer_c += i_d * c;
     x->swing.s += i_q * s;

@@ -147,6 +147,7 @@ typedef struct {
     float detector; /* sum(|detector|) [-] */
     float drop;     /* sum((e_d - mean - psi_f omega turned) s) [V] */
     float emf;      /* sum((e_q - mean) s) [V] */
+    float emf_c;    /* the same with c [V] */
     float answer;   /* sum((i_d - mean) s) [A] */
     float drop_c;   /* the sum of `drop` with c [V] */
     float answer_c; /* sum((i_d - mean) c) [A] */
@@ -179,6 +180,7 @@ typedef struct {
     float t;                /* position in the wave [-], -1..1 */
     float omega;            /* at the beginning [rad/s] */
     float theta;            /* at the last step [rad] */
+    float i_d_before;       /* i_d of the last step, its mean subtracted [A] */
     float turned;           /* high-pass of the loop's angle [rad] */
     float flux;             /* psi_a at the beginning; of a round rotor psi_f [Wb] */
     float along;            /* t: i_q of the dither over its i_d at constant torque [-] */

@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "math/frames.h"
+#include "math/trig.h"
 
 typedef struct {
     ab_t emf;         /* of the EMF at t_k, with the lag compensated [V] */
@@ -30,14 +31,11 @@ typedef struct {
 } means_t;
 
 /* The means of these sums, `share` being one over the number of periods [-], for a rotor that has this
- * rotation and this speed [rad/s] now; `ago` [s] is the time since the middle of the periods. The angle since
- * then is small: at 0.1 rad the rotation is right within 0.2 mrad. */
+ * rotation and this speed [rad/s] now; `ago` [s] is the time since the middle of the periods. */
 static inline void sums_mean(const sums_t *sums, float share, rotation_t now, float omega, float ago,
                              means_t *means)
 {
-    const float turned = ago * omega;
-    const float kept = 1.0f - 0.5f * turned * turned;
-    const rotation_t middle = {kept * now.sin - turned * now.cos, kept * now.cos + turned * now.sin};
+    const rotation_t middle = trig_advance(now, -ago * omega);
     const ab_t emf = {share * sums->emf.alpha, share * sums->emf.beta};
     const ab_t current = {share * sums->current.alpha, share * sums->current.beta};
     means->emf = emf;

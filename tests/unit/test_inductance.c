@@ -1,6 +1,7 @@
 /* The learnt inductance on an EMF made by algebra: e_q = psi_f omega + (L_d,true - L_q,assumed) omega i_d
  * and what else is asked, with a current control that follows by a low-pass. */
 #include "medium/adapt/inductance.h"
+#include "medium/adapt/sums.h"
 #include "tests/unit/compare.h"
 
 #define PERIOD 1e-4
@@ -33,6 +34,7 @@ typedef struct {
 } motor_t;
 
 static inductance_t x;
+static uint32_t every = EVERY; /* [periods] of a step */
 static uint32_t seed;
 static double time_now; /* [s] */
 
@@ -71,7 +73,7 @@ static void assume(const motor_t *motor)
         .current_max = 10.0f,
         .rate = (float)motor->rate,
         .period = (float)PERIOD,
-        .every = EVERY,
+        .every = every,
         .salient = motor->l_q_from > 1.10001 * motor->l_d_from,
     };
     const inductance_tuning_t tuning = inductance_prepare(&params);
@@ -166,6 +168,56 @@ static double left_after(double seconds, double first)
         rate += PERIOD * (0.01 * first * first - rate * rate) / 6.0;
     }
     return left;
+}
+
+static void add(ab_t *sum, dq_t part, rotation_t frame)
+{
+    const ab_t stationary = frames_inverse_park(part, frame);
+    sum->alpha += stationary.alpha;
+    sum->beta += stationary.beta;
+}
+
+/* 1256 rad/s turn a vector by 1 rad in eight periods. The sums are those of the stationary frame, as in the
+ * drive, and i_q does not swing: there is nothing to oppose. An angle of the means that is wrong by 14 mrad,
+ * or the part of a changing i_d, omega T/12 of its change in the time T of a step, would be opposed by 1.4 %
+ * of the dither, and swing a light rotor. */
+static void test_a_dither_without_torque_is_not_opposed_at_any_speed(void)
+{
+    for (int n = 0; n < 4; n++) {
+        motor_t motor = usual();
+        const double omega = n % 2 == 0 ? 1256.0 : -600.0;
+        motor.rate = 0.2;
+        every = 8u;
+        begin(&motor);
+        sums_t sums = {.unsound = 0u};
+        double i_d = 0.0, i_q = 0.0, rotor = 0.0, most = 0.0, asked = 0.0;
+        for (uint32_t k = 1; k <= 20000u; k++) {
+            rotor = remainder(rotor + PERIOD * omega, 2.0 * PI);
+            i_d += 0.1 * ((double)x.dither.d - i_d);
+            i_q += 0.1 * ((double)x.dither.q - i_q);
+            const rotation_t frame = {(float)sin(rotor), (float)cos(rotor)};
+            const double torque = n < 2 ? I_Q : -I_Q;
+            add(&sums.current, (dq_t){(float)i_d, (float)(torque + i_q)}, frame);
+            add(&sums.emf, (dq_t){0.0f, (float)(PSI * omega)}, frame);
+            if (k % every == 0u) {
+                means_t means = {.theta = (float)rotor};
+                sums_mean(&sums, 0.125f, frame, (float)omega, (float)(3.5 * PERIOD), &means);
+                const inductance_input_t input = {.emf = means.emf_rotor,
+                                                  .current = means.current_rotor,
+                                                  .omega_smooth = (float)omega,
+                                                  .theta = (float)rotor,
+                                                  .sound = true,
+                                                  .voltage_known = true};
+                inductance_step(&x, &input);
+                sums = (sums_t){.unsound = 0u};
+                most = fmax(most, k > 10000u ? fabs((double)x.dither.q) : 0.0);
+                asked = fmax(asked, k > 10000u ? (double)x.dither.d : 0.0);
+            }
+        }
+        every = EVERY;
+        TEST_ASSERT_TRUE(asked > 0.4);
+        TEST_ASSERT_DOUBLE_WITHIN(0.003 * asked, 0.0, most);
+    }
 }
 
 /* Four cycles until it trusts them; each cycle takes its whole share at its end. */

@@ -97,15 +97,10 @@ float turning_mean_length(float n, float turn)
     return 1.0f - (nn - 1.0f) * y * (1.0f / 6.0f - (3.0f * nn - 7.0f) * y * (1.0f / 360.0f));
 }
 
-/* Factor by which the mean of a turning vector over a window is too short, inverted. The mean has been turned
- * back to the middle of the window by an angle t with cos t = 1 - t^2/2 and sin t = t (sums_mean), which
- * makes it longer by sqrt(1 + t^4/4): 4 % at 2000 rad/s. EMF and current are turned alike. */
+/* Factor by which the mean of a turning vector over a window is too short, inverted. */
 static float lengthening(const commission_tuning_t *tuning, const turning_input_t *input)
 {
-    const float t = 0.5f * (tuning->window - tuning->period) * input->omega_e;
-    const float square = t * t;
-    return inverse_root(1.0f + 0.25f * square * square) /
-           turning_mean_length(tuning->window / tuning->period, tuning->period * input->omega_e);
+    return 1.0f / turning_mean_length(tuning->window / tuning->period, tuning->period * input->omega_e);
 }
 
 /* psi_q/i_q at this i_q [H]. */

@@ -202,7 +202,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
         return false;
     }
     if (x->follows == 0u) {
-        x->i_d_before = 0.0f;
+        x->swing.i_d = 0.0f;
         x->emf_mean = input->emf.q;
         x->emf_d_mean = input->emf.d;
         x->turned = 0.0f;
@@ -386,8 +386,8 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->dither =
         (dq_t){d, x->along * d + x->swing.against_s * given + x->swing.against_c * wave_at(later(t, 0.5f))};
     const float i_d = input->current.d - x->mean.d;
-    const float i_q = input->current.q - x->mean.q - x->along * i_d - turned_part(x, i_d - x->i_d_before);
-    x->i_d_before = i_d;
+    const float i_q = input->current.q - x->mean.q - x->along * i_d - turned_part(x, i_d - x->swing.i_d);
+    x->swing.i_d = i_d;
     const float e_q = input->emf.q - x->emf_mean;
     x->sum.emf += e_q * s;
     x->sum.emf_c += e_q * c;

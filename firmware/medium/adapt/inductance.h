@@ -160,6 +160,7 @@ typedef struct {
     float c;         /* sum((i_q - mean) c) [A] */
     float against_s; /* i_q against that swing, in step [A] */
     float against_c; /* the same, a quarter of a cycle ahead [A] */
+    float i_d;       /* i_d of the last step, its mean subtracted [A] */
 } inductance_swing_t;
 
 typedef struct {
@@ -180,7 +181,6 @@ typedef struct {
     float t;                /* position in the wave [-], -1..1 */
     float omega;            /* at the beginning [rad/s] */
     float theta;            /* at the last step [rad] */
-    float i_d_before;       /* i_d of the last step, its mean subtracted [A] */
     float turned;           /* high-pass of the loop's angle [rad] */
     float flux;             /* psi_a at the beginning; of a round rotor psi_f [Wb] */
     float along;            /* t: i_q of the dither over its i_d at constant torque [-] */

@@ -296,8 +296,8 @@ static void learn(const inductance_tuning_t *tuning, float time, float said, lea
 /* R from the component of e_d that is in step with i_d in this cycle [ohm]. */
 static float resistance_said(const inductance_t *x)
 {
-    return x->tuning.resistance +
-           bounds_clamp(per_ampere(&x->sum, x->sum.drop, x->sum.drop_c), x->resistance.from);
+    const float beyond = per_ampere(&x->sum, x->sum.drop, x->sum.drop_c);
+    return x->tuning.resistance + bounds_clamp(beyond, x->resistance.from);
 }
 
 /* How steady the speed was in a cycle: RIPPLED is accepted for a light rotor, STEADY by all laws. */

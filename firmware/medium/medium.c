@@ -442,6 +442,9 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
     oscillation_watch_take(&medium->speed.oscillation, &tuning->oscillation_watch);
     current_watch_take(&medium->current_watch, &tuning->current_watch);
     thermal_take(&medium->thermal, &tuning->thermal);
+    if (tuning->supply.on == 0u) {
+        supply_limit_reset(&medium->link.supply, &tuning->supply);
+    }
     commission_take(&medium->commission, &tuning->commission);
     medium->setpoint.models.flux_linkage = medium->flux.flux_linkage;
     medium->setpoint.models.speed_per_volt = medium->flux.speed_per_volt;

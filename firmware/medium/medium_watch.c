@@ -226,8 +226,6 @@ void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_
     }
     if (tuning->supply.on != 0u) {
         limit_supply(medium, &tuning->supply, window);
-    } else {
-        medium->link.supply.limits = 0u;
     }
     const link_watch_input_t link = {
         .u_dc = window->measured.u_dc,

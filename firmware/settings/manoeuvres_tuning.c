@@ -57,8 +57,7 @@ static float torque_slew(const params_t *params, const assumed_t *assumed)
 static run_tuning_t prepare_run(const params_t *params, const assumed_t *assumed, float handover_speed)
 {
     const float fast = params_loop(params, assumed).speed;
-    const float per_ampere =
-        1.5f * (float)params->motor_pole_pairs * assumed->flux_linkage / assumed->inertia;
+    const float per_ampere = params_acceleration(params, assumed);
     const float kp = params->speed_kp > 0.0f ? params->speed_kp : fast / per_ampere;
     const speed_control_params_t speed = {
         .kp = kp,

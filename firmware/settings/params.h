@@ -386,6 +386,12 @@ weakening_params_t params_weakening(const params_t *params, const assumed_t *ass
  * round rotor, and without mtpa. */
 float params_mtpa(const params_t *params, const assumed_t *assumed);
 
+/* Acceleration of the shaft by i_q = 1 A, 1.5 p psi_f/J [rad/s^2 per A], mechanical. A division. */
+static inline float params_acceleration(const params_t *params, const assumed_t *assumed)
+{
+    return 1.5f * (float)params->motor_pole_pairs * assumed->flux_linkage / assumed->inertia;
+}
+
 /* The largest torque at current_limit [N m]. */
 float params_torque_most(const params_t *params, const assumed_t *assumed);
 

@@ -1,6 +1,7 @@
 #include "settings/tuning.h"
 
 #include "math/angle.h"
+#include "math/bounds.h"
 #include "math/filter.h"
 #include "math/periods.h"
 #include "math/root.h"
@@ -277,7 +278,7 @@ static void prepare_motion(drive_tuning_t *tuning, const params_t *params, const
     };
     tuning->medium.encoder_watch = encoder_watch_prepare(&encoder);
     const motion_watch_params_t motion = {
-        .per_ampere = 1.5f * pole_pairs * assumed->flux_linkage / assumed->inertia,
+        .per_ampere = params_acceleration(params, assumed),
         .current_limit = params->current_limit,
         .noise = speed_noise(params),
         .standing = SEQUENCE_STANDSTILL,
@@ -410,15 +411,12 @@ static float brake_stiffness(const drive_tuning_t *tuning, const params_t *param
     const float wanted = root_or_none(params->current_limit / slip);
     const float stable = BRAKE_PHASE / (delay * per_ampere * pi->kp);
     const float quiet = BRAKE_NOISE * params->current_limit / (speed_noise(params) * pi->kp);
-    const float most = stable < quiet ? stable : quiet;
-    const float factor = wanted < most ? wanted : most;
-    return factor > 1.0f ? factor : 1.0f;
+    return bounds_more(bounds_less(wanted, bounds_less(stable, quiet)), 1.0f);
 }
 
 static void prepare_outputs(drive_tuning_t *tuning, const params_t *params, const assumed_t *assumed)
 {
-    const float per_ampere =
-        1.5f * (float)params->motor_pole_pairs * assumed->flux_linkage / assumed->inertia;
+    const float per_ampere = params_acceleration(params, assumed);
     const float stiff = brake_stiffness(tuning, params, per_ampere);
     const float bandwidth = stiff * tuning->medium.manoeuvres.run.speed.pi.kp * per_ampere;
     tuning->fast.chopper = chopper_prepare(params->chopper_voltage);

@@ -30,20 +30,20 @@
 /* The one whose rows are the defaults: the paper's. */
 static campaign_motor_t default_motor(void)
 {
-    const double torque_per_ampere = 1.5 * rig_initial(rig_row_by_name("plant.pole_pairs")) *
-                                     rig_initial(rig_row_by_name("plant.flux_linkage"));
-    const double current = rig_initial(rig_row_by_name("current_limit"));
+    const double torque_per_ampere =
+        1.5 * rig_initial_named("plant.pole_pairs") * rig_initial_named("plant.flux_linkage");
+    const double current = rig_initial_named("current_limit");
     return (campaign_motor_t){
-        .pole_pairs = rig_initial(rig_row_by_name("plant.pole_pairs")),
-        .resistance = rig_initial(rig_row_by_name("plant.resistance")),
-        .inductance_d = rig_initial(rig_row_by_name("plant.inductance_d")),
-        .inductance_q = rig_initial(rig_row_by_name("plant.inductance_q")),
-        .flux_linkage = rig_initial(rig_row_by_name("plant.flux_linkage")),
-        .inertia = rig_initial(rig_row_by_name("plant.inertia")),
-        .speed = rig_initial(rig_row_by_name("overspeed_trip")) / 1.4,
+        .pole_pairs = rig_initial_named("plant.pole_pairs"),
+        .resistance = rig_initial_named("plant.resistance"),
+        .inductance_d = rig_initial_named("plant.inductance_d"),
+        .inductance_q = rig_initial_named("plant.inductance_q"),
+        .flux_linkage = rig_initial_named("plant.flux_linkage"),
+        .inertia = rig_initial_named("plant.inertia"),
+        .speed = rig_initial_named("overspeed_trip") / 1.4,
         .torque = torque_per_ampere * current,
         .current = current,
-        .trip = rig_initial(rig_row_by_name("overcurrent_trip")),
+        .trip = rig_initial_named("overcurrent_trip"),
         .fastest = 1.0,
     };
 }
@@ -66,7 +66,7 @@ double campaign_inductance_configured(const campaign_case_t *drawn)
 static double fastest_of(const campaign_case_t *drawn, double emf, double pole_pairs, double speed)
 {
     const double open = emf * CAMPAIGN_VALUE(drawn, flux_configured) * ROOT_3 * TRIP_FIELD;
-    const double by_link = LINK_USED * rig_initial(rig_row_by_name("dc_overvoltage")) / open;
+    const double by_link = LINK_USED * rig_initial_named("dc_overvoltage") / open;
     const double by_turn = TURN_MOST / (TRIP_FIELD * pole_pairs * speed * PERIOD);
     return campaign_is_salient(drawn) ? fmax(1.0, fmin(CAMPAIGN_VALUE(drawn, field), fmin(by_link, by_turn)))
                                       : 1.0;
@@ -128,8 +128,7 @@ double campaign_speed_of(const campaign_case_t *drawn, const campaign_event_t *e
 double campaign_handover_speed(const campaign_case_t *drawn)
 {
     const campaign_motor_t motor = campaign_motor(drawn);
-    const double dead =
-        rig_initial(rig_row_by_name("dead_time")) / PERIOD * rig_initial(rig_row_by_name("dc_overvoltage"));
+    const double dead = rig_initial_named("dead_time") / PERIOD * rig_initial_named("dc_overvoltage");
     const double drop = motor.resistance * CAMPAIGN_VALUE(drawn, resistance_configured) * motor.current;
     const double flux = motor.flux_linkage * CAMPAIGN_VALUE(drawn, flux_configured);
     return fmin(1.15 * fmax(dead, drop) / (flux * motor.pole_pairs), 0.3 * beyond(&motor) * motor.speed);

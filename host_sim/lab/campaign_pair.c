@@ -30,25 +30,21 @@ bool campaign_is_paired(const campaign_case_t *drawn)
            drawn->run % PAIRED_EVERY == PAIRED_REST;
 }
 
-static double plant(const char *row)
-{
-    return rig_initial(rig_row_by_name(row));
-}
-
 void campaign_angles_begin(campaign_angles_t *angles, const campaign_case_t *drawn)
 {
     const campaign_motor_t motor = campaign_motor(drawn);
     const double drops = CAMPAIGN_VALUE(drawn, drops);
-    const double delay = plant("dead_time") - plant("plant.turn_off_delay") +
-                         CAMPAIGN_VALUE(drawn, turn_on_delay) * plant("plant.turn_on_delay") +
+    const double delay = rig_initial_named("dead_time") - rig_initial_named("plant.turn_off_delay") +
+                         CAMPAIGN_VALUE(drawn, turn_on_delay) * rig_initial_named("plant.turn_on_delay") +
                          CAMPAIGN_VALUE(drawn, leg_delay) / LEGS;
-    const double devices = 0.5 * drops * (plant("igbt_resistance") + plant("diode_resistance"));
+    const double devices =
+        0.5 * drops * (rig_initial_named("igbt_resistance") + rig_initial_named("diode_resistance"));
     *angles = (campaign_angles_t){
         .blind = campaign_blind_speed(drawn),
         .rated = motor.speed,
         .steady = true,
         .lost_time = delay / RIG_PERIOD_SECONDS,
-        .drop = 0.5 * drops * (plant("igbt_voltage") + plant("diode_voltage")) +
+        .drop = 0.5 * drops * (rig_initial_named("igbt_voltage") + rig_initial_named("diode_voltage")) +
                 CAMPAIGN_VALUE(drawn, leg_drop) / LEGS,
         .truth = {0.0, motor.inductance_q,
                   motor.resistance * (1.0 + CAMPAIGN_VALUE(drawn, leg_resistance) / LEGS) + devices},

@@ -27,7 +27,7 @@ static void set(campaign_settings_t *to, const char *name, double value)
 
 static void set_times(campaign_settings_t *to, const char *name, double factor)
 {
-    set(to, name, factor * rig_initial(rig_row_by_name(name)));
+    set(to, name, factor * rig_initial_named(name));
 }
 
 /* Parameters that follow from the configured motor by simple rules. */
@@ -108,10 +108,10 @@ static double source_voltage(const campaign_case_t *drawn)
 {
     const double edge = CAMPAIGN_VALUE(drawn, dc_edge);
     if (edge > 0.0) {
-        return rig_initial(rig_row_by_name("dc_overvoltage")) * (1.0 - EDGE_ABOVE * edge);
+        return rig_initial_named("dc_overvoltage") * (1.0 - EDGE_ABOVE * edge);
     }
     if (edge < 0.0) {
-        return rig_initial(rig_row_by_name("dc_undervoltage")) * (1.0 - EDGE_BELOW * edge);
+        return rig_initial_named("dc_undervoltage") * (1.0 - EDGE_BELOW * edge);
     }
     return CAMPAIGN_VALUE(drawn, dc_voltage);
 }
@@ -121,7 +121,7 @@ static double source_voltage(const campaign_case_t *drawn)
 static void set_supply(campaign_settings_t *to, const campaign_case_t *drawn, const campaign_motor_t *motor,
                        double capacitance)
 {
-    const double over = rig_initial(rig_row_by_name("dc_overvoltage"));
+    const double over = rig_initial_named("dc_overvoltage");
     const double source = source_voltage(drawn);
     const double power = motor->torque * motor->speed;
     const double chops = CAMPAIGN_VALUE(drawn, chopper) * over;

@@ -86,7 +86,7 @@ static void say_parameter(text_t *text, const campaign_case_t *drawn, const camp
         say_at(text, "motor_inertia", configured * campaign_inertia(drawn));
         break;
     case 2:
-        say_at(text, "current_bandwidth", share * rig_initial(rig_row_by_name("current_bandwidth")));
+        say_at(text, "current_bandwidth", share * rig_initial_named("current_bandwidth"));
         break;
     default:
         say_at(text, "current_limit", fmin(share, 1.0) * motor->current);

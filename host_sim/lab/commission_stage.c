@@ -207,7 +207,7 @@ bool commission_stage_result(commission_work_t *work)
     bool tuned = false;
     bool good = tune != NULL;
     for (size_t n = 0; good && n < sizeof own / sizeof own[0]; n++) {
-        good = commission_put(work, own[n], rig_initial(rig_row_by_name(own[n])));
+        good = commission_put(work, own[n], rig_initial_named(own[n]));
     }
     good = good && put_rows(work, tune, &tuned) && stage_dead_time(work) &&
            work->drive->apply(work->drive->context);

@@ -33,7 +33,7 @@ double matrix_standard(const char *row)
             return paper_rig[n].value;
         }
     }
-    return rig_initial(rig_row_by_name(row));
+    return rig_initial_named(row);
 }
 
 /* The scenario's value of a row over that of the paper's rig; 1 where there is none to divide by. */

@@ -67,7 +67,7 @@ static void write_conditions(FILE *file)
     };
     const char *before = "[";
     for (size_t n = 0; n < sizeof plant / sizeof plant[0]; n++) {
-        write_condition(file, before, plant[n], rig_initial(rig_row_by_name(plant[n])));
+        write_condition(file, before, plant[n], rig_initial_named(plant[n]));
         before = ",\n  ";
     }
     for (size_t n = 0; n < sizeof machine / sizeof machine[0]; n++) {

@@ -95,6 +95,7 @@ uint32_t rig_tables_hash(void);
 
 /* Default and accepted range of a settable row, in double: exact for every kind. */
 double rig_initial(const table_row_t *row);
+double rig_initial_named(const char *name); /* of an existing row */
 double rig_min(const table_row_t *row);
 double rig_max(const table_row_t *row);
 bool rig_accepts(const table_row_t *row, double value); /* finite, whole where the kind is, in the range */

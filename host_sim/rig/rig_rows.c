@@ -11,6 +11,11 @@ double rig_initial(const table_row_t *row)
     return row->kind == SLOT_FLOAT ? (double)row->initial : (double)row->whole.initial;
 }
 
+double rig_initial_named(const char *name)
+{
+    return rig_initial(rig_row_by_name(name));
+}
+
 double rig_min(const table_row_t *row)
 {
     return row->kind == SLOT_FLOAT ? (double)row->min : (double)row->whole.min;

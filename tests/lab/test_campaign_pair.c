@@ -129,8 +129,8 @@ static void test_learning_is_no_cause_if_each_value_is_nearer_to_the_truth(void)
         campaign_result_t judged = {.end = CAMPAIGN_HELD, .invariant = CAMPAIGN_NO_INVARIANT};
         for (int unlearnt = 0; unlearnt < 2; unlearnt++) {
             watch_at(80.0f);
-            const double inductance = rig_initial(rig_row_by_name("plant.inductance_q"));
-            const double resistance = rig_initial(rig_row_by_name("plant.resistance")) + 0.0215;
+            const double inductance = rig_initial_named("plant.inductance_q");
+            const double resistance = rig_initial_named("plant.resistance") + 0.0215;
             const double dead = unlearnt != 0 ? 1.0 : cases[n].dead;
             const double inductive = unlearnt != 0 ? 1.0 : cases[n].inductance;
             put("dead_time_hat", (float)(8.028 * (1.0 + 0.1 * dead)));

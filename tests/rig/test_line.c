@@ -196,7 +196,7 @@ static void test_the_pages_outlive_the_supply_and_the_drive_begins_anew(void)
     TEST_ASSERT_EQUAL_UINT32(period + 1u, rig_period(rig));
     TEST_ASSERT_EQUAL_HEX16(0x1234u, stored(0u, 3u));
     TEST_ASSERT_EQUAL_HEX16(0x4321u, stored(1u, 5u));
-    TEST_ASSERT_EQUAL_DOUBLE(rig_initial(rig_row_by_name("motor_inertia")), value("motor_inertia"));
+    TEST_ASSERT_EQUAL_DOUBLE(rig_initial_named("motor_inertia"), value("motor_inertia"));
     TEST_ASSERT_EQUAL_DOUBLE((double)0.01f, value("plant.inertia"));
     TEST_ASSERT_TRUE(speed > 1.0);
     TEST_ASSERT_TRUE(value("true_omega_m") > 0.5 * speed && value("true_omega_m") < speed);

@@ -219,7 +219,7 @@ def forget_rig(_):
 
 
 class FrontEnd(gdb.Parameter):
-    """The user interface. cli: gdb itself. ide: a program that controls gdb (VS Code). It gets a message for every stop. When going back,
+    """The user interface. cli: gdb itself. ide: a program that controls gdb (VS Code), to which gdb reports every stop. When going back,
     the new process starts before the old one ends, because such a program ends its session with the last process."""
 
     set_doc = "Set who talks to the user: gdb's own command line or an IDE."

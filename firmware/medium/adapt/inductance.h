@@ -43,8 +43,9 @@
  * time. Two divisions at the end of a cycle.
  *
  * The e_q of a salient rotor does not show L_q, because an angle error changes it, too. Its dither keeps the
- * torque, di_q = t di_d with t = D i_q/psi_a, and the angle shows L_q: that of the loop, and what e_d still
- * shows of it, without the voltage of the flux that the loop's own motion changes (docs/theory.md, 24),
+ * torque, di_q = t di_d with t = D i_q/psi_a, and the angle shows L_q: the angle of the loop and the part
+ * that remains in e_d, without the voltage of the flux that the loop's own motion changes (docs/theory.md,
+ * 24),
  *
  *     e_d - psi_a (omega turned + t d(turned)/dt), per ampere in step: 2 omega t (assumed - true L_q)
  *

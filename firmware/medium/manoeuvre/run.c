@@ -1,5 +1,6 @@
 #include "medium/manoeuvre/run.h"
 
+#include "math/bounds.h"
 #include "math/filter.h"
 #include "math/root.h"
 
@@ -58,8 +59,7 @@ void run_calm(run_t *run, bool whole)
 
 void run_stiffen(run_t *run, float factor)
 {
-    const float relaxed = RUN_RELAX * run->stiff;
-    const float next = factor > relaxed ? factor : relaxed;
+    const float next = bounds_more(factor, RUN_RELAX * run->stiff);
     if (next != run->stiff) {
         run->stiff = next;
         scale_speed(run);

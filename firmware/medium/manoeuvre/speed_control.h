@@ -22,6 +22,7 @@
 #ifndef MEDIUM_MANOEUVRE_SPEED_CONTROL_H
 #define MEDIUM_MANOEUVRE_SPEED_CONTROL_H
 
+#include "math/bounds.h"
 #include "math/pi.h"
 
 /* Shortest time in which the integral follows the part that the limit has cut off [s]. */
@@ -58,7 +59,7 @@ static inline speed_control_tuning_t speed_control_scaled(const speed_control_tu
     scaled.kick *= factor;
     scaled.pi.kp *= factor;
     scaled.pi.ki_period *= factor * factor;
-    scaled.pi.back_gain = factor * scaled.pi.back_gain < 1.0f ? factor * scaled.pi.back_gain : 1.0f;
+    scaled.pi.back_gain = bounds_less(factor * scaled.pi.back_gain, 1.0f);
     return scaled;
 }
 

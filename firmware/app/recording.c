@@ -106,7 +106,7 @@ static bool take(uint32_t number)
     }
     slots[0] = app->recording.events;
     copy_slots(&state[RECORDING_STATE], &app->active, 0u, RECORDING_PARAMS);
-    copy_slots(&state[RECORDING_STATE + RECORDING_PARAMS], &app->assumed, 0u, RECORDING_ASSUMED);
+    copy_slots(&state[RECORDING_STATE + RECORDING_PARAMS], &app->assumed, 0u, ASSUMED_SLOTS);
     hide_key(&state[RECORDING_STATE]);
     copy_slots(state, drive, SLOT_OF(medium), SLOT_OF(handed));
     /* a trip between the samples does not change the period: it triggers the capture */
@@ -175,7 +175,7 @@ void recording_offer(const params_t *params, const assumed_t *assumed)
     params_t next = *params;
     next.line_key = app->active.line_key;
     note_rows(&params_table, &app->active, &next);
-    for (uint32_t n = 0; n < RECORDING_ASSUMED; n++) {
+    for (uint32_t n = 0; n < ASSUMED_SLOTS; n++) {
         recording_event(RECORDING_ASSUMED_AT + n, tap_slot(assumed, n));
     }
 }

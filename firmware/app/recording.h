@@ -28,10 +28,9 @@
  * same content on the chip and on the host. */
 #define RECORDING_STATE    ((uint32_t)(offsetof(drive_t, tunings) / sizeof(uint32_t)))
 #define RECORDING_PARAMS   ((uint32_t)(sizeof(params_t) / sizeof(uint32_t)))
-#define RECORDING_ASSUMED  ((uint32_t)(sizeof(assumed_t) / sizeof(uint32_t)))
-#define RECORDING_SNAPSHOT (1u + RECORDING_STATE + RECORDING_PARAMS + RECORDING_ASSUMED) /* [slots] */
-#define RECORDING_EVENTS   UINT32_C(64)                                                  /* newest kept */
-#define RECORDING_EVENT    3u                                                            /* [slots] of one */
+#define RECORDING_SNAPSHOT (1u + RECORDING_STATE + RECORDING_PARAMS + ASSUMED_SLOTS) /* [slots] */
+#define RECORDING_EVENTS   UINT32_C(64)                                              /* newest kept */
+#define RECORDING_EVENT    3u                                                        /* [slots] of one */
 #define RECORDING_ROWS                                                                                       \
     ((CAPTURE_SLOTS - RECORDING_EVENT * RECORDING_EVENTS - 2u * RECORDING_SNAPSHOT) / RECORD_COLUMNS)
 #define RECORDING_AFTER UINT32_C(16) /* [periods] recorded after the trigger */

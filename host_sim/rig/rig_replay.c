@@ -265,7 +265,7 @@ static void change(rig_t *rig, uint32_t what, uint32_t bits)
         offer(rig);
     } else if (what == RECORDING_REPORTED) {
         to->drive.medium.background.reported = bits;
-    } else if (what - RECORDING_ASSUMED_AT < RECORDING_ASSUMED) {
+    } else if (what - RECORDING_ASSUMED_AT < ASSUMED_SLOTS) {
         memcpy((char *)&to->assumed + sizeof bits * (what - RECORDING_ASSUMED_AT), &bits, sizeof bits);
     } else if (row != NULL) {
         table_set_bits(row, &to->staged, bits);

@@ -62,7 +62,7 @@ static void pass_over(uint32_t periods)
 {
     for (uint32_t n = 0; n < periods; n++) {
         if (take() != 0u) {
-            leave_out(params_table.count + RECORDING_ASSUMED);
+            leave_out(params_table.count + ASSUMED_SLOTS);
         }
         leave_out(requests_table.count + RECORDING_SAMPLES + signals_table.count + RECORDING_COMMAND);
     }
@@ -81,7 +81,7 @@ static void replay(uint32_t periods)
         if (take() != 0u) { /* as app_apply does it */
             take_table(&params_table, &params);
             assumed_t assumed;
-            take_words(&assumed, RECORDING_ASSUMED);
+            take_words(&assumed, ASSUMED_SLOTS);
             drive_prepare(drive_idle_tuning(&drive), &params, &assumed);
             drive_offer(&drive);
         }

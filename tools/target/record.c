@@ -78,7 +78,7 @@ bool __wrap_drive_step(drive_t *drive, const drive_samples_t *samples, drive_com
     put(drive->offered);
     if (drive->offered != 0u) {
         put_table(&params_table, &prepared);
-        put_words(&prepared_with, RECORDING_ASSUMED);
+        put_words(&prepared_with, ASSUMED_SLOTS);
     }
     put_table(&requests_table, &drive->requests);
     put_words(&taken, RECORDING_SAMPLES);

@@ -37,7 +37,7 @@ static void take_period(void)
     left--;
     if (take() != 0u) {
         take_table(&params_table, &offered);
-        take_words(&assumed, RECORDING_ASSUMED);
+        take_words(&assumed, ASSUMED_SLOTS);
         offers = true;
     }
     take_table(&requests_table, &requests);

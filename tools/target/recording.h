@@ -1,15 +1,20 @@
 /* Inputs and outputs of a drive's interrupt, for a replay on another machine. A file of 32-bit words, lowest
  * octet first:
  *
- *     RECORDING_MAGIC, hash over the tables params, requests and signals, number of parts
- *     for each part: its name, RECORDING_NAME words of four characters; number of periods; 1: a worst case
- * that has to fit the interrupt, 0: shown for information for each part, which is a power-on: every slot of
- * the parameters that the drive is made with for each period: 1, every slot of the parameters whose tuning is
- * offered to this step, and what is assumed beside them, or 0; every slot of the requests in force, the
- * samples, every slot of the signals afterwards, and the command: duties and gates
+ *     head         RECORDING_MAGIC, hash over the tables params, requests and signals, number of parts
+ *     each part    its name, RECORDING_NAME words of four characters
+ *                  number of periods
+ *                  1: a worst case that has to fit the interrupt; 0: for information
+ *                  all slots of the parameters with which the drive is made, because a part is a power-on
+ *     each period  1, all slots of the parameters whose tuning is offered to this step, and the assumed
+ *                  values; or 0
+ *                  all slots of the requests in force
+ *                  samples
+ *                  all slots of the signals after the step
+ *                  command: duties, gates, outputs
  *
- * Slots are in the order of their table; a float is its bits. The magic number tells which estimator the
- * drive ran on. The first part is an ordinary second; the others force what is rare. */
+ * Slots are in the order of their table; a float is its bits. The magic number identifies the estimator of
+ * the drive. The first part is an ordinary second; the others force what is rare. */
 #ifndef TESTS_TARGET_RECORDING_H
 #define TESTS_TARGET_RECORDING_H
 
@@ -32,9 +37,7 @@ static inline uint32_t recording_tables(void)
     return table_hash(&signals_table, table_hash(&requests_table, table_hash(&params_table, 0u)));
 }
 
-/* Assumption, samples and command as words, and back: the structs are made of 32-bit slots on every target.
- */
-#define RECORDING_ASSUMED ((uint32_t)(sizeof(assumed_t) / sizeof(uint32_t)))
+/* Samples and command as words, and back: the structs are made of 32-bit slots on every target. */
 #define RECORDING_SAMPLES ((uint32_t)(sizeof(drive_samples_t) / sizeof(uint32_t)))
 #define RECORDING_COMMAND ((uint32_t)(sizeof(drive_command_t) / sizeof(uint32_t)))
 

@@ -20,6 +20,8 @@ typedef struct {
     float inertia;      /* inertia of all rotating parts [kg m^2] */
 } assumed_t;
 
+#define ASSUMED_SLOTS ((uint32_t)(sizeof(assumed_t) / sizeof(uint32_t))) /* every member is one slot */
+
 static inline bool assumed_differs(float from, float to)
 {
     return !bounds_within(to - from, ASSUMED_STEP * from);

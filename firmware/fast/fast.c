@@ -156,8 +156,8 @@ static void estimate_load(fast_t *fast, const setpoint_t *setpoint)
 static void estimate(fast_t *fast, fast_orders_t orders)
 {
     const measured_t *measured = &fast->measure.measured;
-    fast->acted =
-        inverter_acted(&fast->inverter, &orders.tuning->inverter, measured->current, measured->u_dc);
+    fast->acted = inverter_acted(&fast->inverter, &orders.tuning->inverter, measured->current,
+                                 fast->demand.frame.omega_e, measured->u_dc);
     const inverter_acted_t *acted = &fast->acted;
     const ab_t spared = orders.setpoint->models.spared;
     const ab_t voltage = {acted->voltage.alpha - spared.alpha, acted->voltage.beta - spared.beta};

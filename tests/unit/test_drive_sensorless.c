@@ -172,9 +172,10 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
         samples.i_b = (float)phase_of(current, 1);
         samples.u_dc = (float)(U_DC + 10.0 * sin(0.9 * k));
         const bool before_start = drive.fast.estimating == 0u;
+        const float omega_e = drive.fast.demand.frame.omega_e; /* of the period that ends now */
         turn(20, 1);
         const ab_t sampled = to_ab(current);
-        const ab_t expected = inverter_acted(&beside, tuning, sampled, samples.u_dc).voltage;
+        const ab_t expected = inverter_acted(&beside, tuning, sampled, omega_e, samples.u_dc).voltage;
         inverter_remember(&beside, &command.duty, sampled, samples.u_dc);
         if (!before_start) {
             TEST_ASSERT_DOUBLE_WITHIN(2e-4, 0.0, cabs(of_ab(drive.fast.acted.voltage) - of_ab(expected)));

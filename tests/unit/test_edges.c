@@ -1,6 +1,6 @@
 /* Oracle: the period piece by piece. A leg is on at both ends, off in the middle, each edge early or late by
  * half of T_e as its current says; in the dead band of the tested leg, which carries no current, the
- * voltage is the mean of both. Currents are the integrals of these voltages and of a constant EMF. */
+ * voltage is the mean of both. Currents are the integrals of these voltages and of an EMF that turns. */
 #include "fast/inverter/edges.h"
 
 #include "tests/unit/compare.h"
@@ -17,7 +17,9 @@
 typedef struct {
     double duty[3]; /* of the compare registers [-] */
     double sign[3]; /* of the currents [-] */
-    double emf[3];  /* with what falls off at the resistance [V], sum zero */
+    double emf;     /* length, with what falls off at the resistance [V] */
+    double phase;   /* of the EMF of the first leg in the middle of the period [rad] */
+    double turn;    /* of the EMF in a period [rad], > 0 */
     int upper;      /* which switches are on at both ends: 1 or 0 */
 } legs_t;
 
@@ -48,6 +50,14 @@ static double on_until(const legs_t *legs, int leg, double time)
     return fmin(time, falls - 0.5 * band) + 0.5 * (begun + ended) + fmax(0.0, time - (rises + 0.5 * band));
 }
 
+/* Integral of the EMF of a leg until `time` [V]. */
+static double emf_until(const legs_t *legs, int leg, double time)
+{
+    const double middle = legs->phase - leg * 2.0943951023931953;
+    const double begin = middle - 0.5 * legs->turn;
+    return legs->emf / legs->turn * (sin(begin + legs->turn * time) - sin(begin));
+}
+
 /* Current of a leg at `time` since the period's beginning [A]. */
 static double current_at(const legs_t *legs, int leg, double time)
 {
@@ -55,11 +65,12 @@ static double current_at(const legs_t *legs, int leg, double time)
     for (int x = 0; x < 3; x++) {
         mean += on_until(legs, x, time) / 3.0;
     }
-    const double volts = way_of(legs) * LINK * (on_until(legs, leg, time) - mean) - legs->emf[leg] * time;
+    const double volts =
+        way_of(legs) * LINK * (on_until(legs, leg, time) - mean) - emf_until(legs, leg, time);
     return PERIOD / INDUCTANCE * volts;
 }
 
-static abc_t swing_of(const legs_t *legs)
+static edges_t edges_of(const legs_t *legs)
 {
     const edges_tuning_t edges = edges_prepare((float)PERIOD, (float)INDUCTANCE, legs->upper != 0);
     const double change[3] = {current_at(legs, 0, 1.0), current_at(legs, 1, 1.0), current_at(legs, 2, 1.0)};
@@ -67,35 +78,60 @@ static abc_t swing_of(const legs_t *legs)
                         (float)(legs->duty[1] - EFFECTIVE * legs->sign[1]),
                         (float)(legs->duty[2] - EFFECTIVE * legs->sign[2])};
     const abc_t phases = {(float)change[0], (float)change[1], (float)change[2]};
-    return edges_swing(&edges, duty, frames_clarke(phases), (float)EFFECTIVE, (float)LINK);
+    return edges_currents(&edges, duty, frames_clarke(phases), (float)EFFECTIVE, (float)(legs->turn / PERIOD),
+                          (float)LINK);
 }
 
-/* For all duties, with an EMF, and without current in one leg after the other. Where another leg's edge
- * falls into the dead band
- * of the one that is looked at, the current bends within the band, and its middle is what both agree on. */
-static void test_currents_at_the_edges_whichever_switches_are_on_at_the_sample(void)
+static double of_leg(abc_t values, int leg)
+{
+    return (double)(leg == 0 ? values.a : leg == 1 ? values.b : values.c);
+}
+
+/* For all duties, with an EMF of this turn, and without current in one leg after the other. Where another
+ * leg's edge falls into the dead band of the one that is looked at, the current bends within the band, and
+ * its middle is what both agree on. The model has the parabola of a turning EMF, whose next terms are below
+ * turn^2/12 of the parabola, and turn^2/8 of the odd part. */
+static void expect_currents_at_the_edges(double turn)
 {
     double largest[2] = {0.0, 0.0};
+    double bent = 0.0;
     for (int n = 0; n < 2 * 89; n++) {
         const double angle = 0.07 * (n / 2);
         for (double length = 0.0; length < 0.5; length += 0.09) {
             for (int leg = 0; leg < 3; leg++) {
-                legs_t legs = {.upper = n % 2};
+                legs_t legs = {
+                    .emf = 0.8 * length * LINK, .phase = angle + 0.3, .turn = turn, .upper = n % 2};
                 for (int x = 0; x < 3; x++) {
-                    const double phase = angle - x * 2.0943951023931953;
-                    legs.duty[x] = 0.5 + length * cos(phase);
-                    legs.emf[x] = 0.8 * length * LINK * cos(phase + 0.3);
+                    legs.duty[x] = 0.5 + length * cos(angle - x * 2.0943951023931953);
                     legs.sign[x] = x == leg ? 0.0 : x == (leg + 1) % 3 ? 1.0 : -1.0;
                 }
-                const abc_t swings = swing_of(&legs);
-                const double swing = (double)(leg == 0 ? swings.a : leg == 1 ? swings.b : swings.c);
+                const edges_t edges = edges_of(&legs);
+                const double swing = of_leg(edges.swing, leg);
+                const double bend = of_leg(edges.bend, leg);
                 const double falling = current_at(&legs, leg, 0.5 * share_of(&legs, leg));
                 const double rising = current_at(&legs, leg, 1.0 - 0.5 * share_of(&legs, leg));
-                TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE, 0.5 * (rising - falling), way_of(&legs) * swing);
-                TEST_ASSERT_DOUBLE_WITHIN(1e-9, current_at(&legs, leg, 1.0), rising + falling);
+                const double sides = 0.5 * current_at(&legs, leg, 1.0);
+                const double amperes = PERIOD / INDUCTANCE * legs.emf; /* that the EMF moves in a period */
+                TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE + amperes * turn * turn * turn / 96.0, bend,
+                                          sides - 0.5 * (rising + falling));
+                TEST_ASSERT_DOUBLE_WITHIN(AMPERE_TOLERANCE + amperes * turn * turn / 48.0,
+                                          0.5 * (rising - falling), way_of(&legs) * swing);
                 largest[n % 2] = fmax(largest[n % 2], fabs(swing));
+                bent = fmax(bent, fabs(bend));
             }
         }
     }
     TEST_ASSERT_TRUE(largest[0] > 0.1 && largest[1] > 0.1); /* [A]: and not nothing */
+    TEST_ASSERT_TRUE(bent > 0.08 * turn);
+}
+
+static void test_currents_at_the_edges_whichever_switches_are_on_at_the_sample(void)
+{
+    expect_currents_at_the_edges(1e-6);
+}
+
+static void test_an_emf_that_turns_within_the_period_moves_both_edges_alike(void)
+{
+    expect_currents_at_the_edges(0.3);
+    expect_currents_at_the_edges(0.6);
 }

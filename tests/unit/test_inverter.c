@@ -10,6 +10,8 @@
 #define DUTY_MAX   0.96
 #define INDUCTANCE 12.5e-3 /* [H] */
 #define EFFECTIVE  0.023   /* T_e/T [-] */
+#define TURN       0.4     /* of the EMF in a period [rad] */
+#define OMEGA_E    ((float)(TURN / 1e-4))
 
 /* T_e = 2.5 + 0.7 - 0.9 = 2.3 us of 100 us. */
 static const inverter_params_t PARAMS = {
@@ -93,20 +95,25 @@ static double complex lost_between(const abc_t *duties, double complex before, d
     const double made[3] = {(double)duties->a, (double)duties->b, (double)duties->c};
     const double complex middle = 0.5 * (before + now);
     double on[3];
+    double free[3]; /* current by EMF and resistance in half a period [A] */
     double lost[3];
     for (int leg = 0; leg < 3; leg++) {
         on[leg] = made[leg] - EFFECTIVE * sign_of(phase_of(middle, leg));
     }
     const double mean = (on[0] + on[1] + on[2]) / 3.0;
+    const double ampere = u_dc * 1e-4 / INDUCTANCE;
+    for (int leg = 0; leg < 3; leg++) {
+        free[leg] = 0.5 * (phase_of(now - before, leg) - ampere * (on[leg] - mean));
+    }
+    const double complex bent = 0.25 * TURN * J * vector_of(free);
     for (int leg = 0; leg < 3; leg++) {
         double longer = -EFFECTIVE;
         for (int x = 0; x < 3; x++) {
             longer += fmax(0.0, on[x] - on[leg]);
         }
-        const double ampere = u_dc * 1e-4 / INDUCTANCE;
-        const double way = 0.5 * (1.0 - on[leg]) * (phase_of(now - before, leg) - ampere * (on[leg] - mean)) -
-                           ampere / 6.0 * longer;
-        const double current = phase_of(middle, leg);
+        const double rest = 1.0 - on[leg];
+        const double way = rest * free[leg] - ampere / 6.0 * longer;
+        const double current = phase_of(middle, leg) - (1.0 - rest * rest) * phase_of(bent, leg);
         lost[leg] = 0.5 * leg_at(u_dc) * (sign_of(current - way) + sign_of(current + way));
     }
     return vector_of(lost);
@@ -187,7 +194,7 @@ static void test_what_the_link_has_too_little_for_is_missing(void)
 
 static void test_nothing_has_acted_at_first(void)
 {
-    const inverter_acted_t acted = inverter_acted(&inverter, &tuning, NONE, 311.0f);
+    const inverter_acted_t acted = inverter_acted(&inverter, &tuning, NONE, 0.0f, 311.0f);
     TEST_ASSERT_TRUE(acted.voltage.alpha == 0.0f && acted.voltage.beta == 0.0f);
     TEST_ASSERT_TRUE(acted.current.alpha == 0.0f && acted.current.beta == 0.0f);
 }
@@ -222,7 +229,7 @@ static void test_duties_of_two_steps_ago_acted_less_what_the_inverter_took(void)
         const period_t now = period_of(k);
         const period_t before = period_of(k - 1);
         const inverter_acted_t acted =
-            inverter_acted(&inverter, &tuning, to_ab(now.current), (float)now.u_dc);
+            inverter_acted(&inverter, &tuning, to_ab(now.current), OMEGA_E, (float)now.u_dc);
         const double link = 0.5 * (now.u_dc + before.u_dc);
         const double complex mean = 0.5 * (now.current + before.current);
         if (k % 500 >= 2) {
@@ -257,7 +264,8 @@ static void test_new_coefficients_act_at_once_on_what_stays_in_memory(void)
     const period_t now = period_of(5);
     const double link = 0.5 * (now.u_dc + last.u_dc);
     const double more = 1.0 + 1.0 / leg_at(link);
-    const inverter_acted_t acted = inverter_acted(&inverter, &tuning, to_ab(now.current), (float)now.u_dc);
+    const inverter_acted_t acted =
+        inverter_acted(&inverter, &tuning, to_ab(now.current), OMEGA_E, (float)now.u_dc);
     TEST_ASSERT_DOUBLE_WITHIN(
         VOLT_TOLERANCE, 0.0,
         cabs(of_ab(acted.voltage) - (duties_of(oldest.duty) * link -

@@ -1,15 +1,20 @@
 /* Current control in a rotating frame (that of the rotor or another one): one PI controller per axis with
  * decoupling, one step per `period`.
  *
- *     u_d = kp_d (i_d_ref - i_d) + I_d - omega L_q i_q + e_d
- *     u_q = kp_q (i_q_ref - i_q) + I_q + omega L_d i_d + e_q
- *     kp = L bandwidth,   ki = R bandwidth
+ *     u_d = kp_d (i_d_ref - i_d) + I_d - omega L_q x_q + e_d
+ *     u_q = kp_q (i_q_ref - i_q) + I_q + omega L_d x_d + e_q
+ *     kp = L bandwidth,   ki = R bandwidth,   x = i + m (i_ref - i)
  *
  * The zero of the PI controller cancels the pole R/L of the winding. The feed-forward cancels the
  * cross-coupling and the EMF e that the caller supplies: (0, omega psi_f) in the frame of the rotor. What
  * remains is an integrator with the gain `bandwidth` and a delay of 1.5 periods (the voltage of period k acts
  * from t_k+1 to t_k+2). With K = bandwidth * period the closed loop is z^2 - z + K = 0 (docs/theory.md, 15):
- * it has no overshoot up to K = 0.25 and is unstable from K = 1.
+ * it has no overshoot up to K = 0.25 and is unstable from K = 1. During the delay the frame turns, so that a
+ * decoupling by the measured current alone (m = 0) turns the error of one axis into the other. With
+ *
+ *     m = 1 - z + K/2,   z: the real part of the slower root of z^2 - z + K = 0
+ *
+ * it does not, up to the second order of omega T.
  *
  * The output voltage is not limited. After modulation the caller reports the voltage that was applied
  * (without the part that only compensates the dead time) with current_control_applied(), and the integrals
@@ -36,6 +41,7 @@ typedef struct {
 typedef struct {
     float inductance_d; /* L_d [H] */
     float inductance_q; /* L_q [H] */
+    float lead;         /* m [-] */
     pi_tuning_t d;
     pi_tuning_t q;
 } current_control_tuning_t;
@@ -43,13 +49,14 @@ typedef struct {
 typedef struct {
     float inductance_d; /* of the tuning, L_d [H] */
     float inductance_q; /* of the tuning, L_q [H] */
+    float lead;         /* of the tuning, m [-] */
     pi_t d;             /* output [V], error [A] */
     pi_t q;             /* output [V], error [A] */
     dq_t current_err;   /* reference minus current in the last step [A] */
     dq_t voltage_ref;   /* output of the last step [V] */
 } current_control_t;
 
-/* Computes the coefficients. Two divisions. */
+/* Computes the coefficients. Two divisions. The bandwidth times the period is at most 0.5. */
 current_control_tuning_t current_control_prepare(const current_control_params_t *params);
 
 /* Sets these coefficients and clears the integrals. */
@@ -60,6 +67,7 @@ static inline void current_control_take(current_control_t *control, const curren
 {
     control->inductance_d = tuning->inductance_d;
     control->inductance_q = tuning->inductance_q;
+    control->lead = tuning->lead;
     pi_take(&control->d, &tuning->d);
     pi_take(&control->q, &tuning->q);
 }
@@ -86,16 +94,18 @@ static inline void current_control_shift(current_control_t *control, dq_t change
 }
 
 /* Required voltage [V], not limited, from reference and current [A] at t_k, electrical speed of the frame
- * [rad/s] and EMF [V]. The integrals change only in current_control_applied(). Six multiplications. */
+ * [rad/s] and EMF [V]. The integrals change only in current_control_applied(). Eight multiplications. */
 static inline dq_t current_control_step(current_control_t *control, dq_t reference, dq_t current,
                                         float omega_e, dq_t emf)
 {
     control->current_err.d = reference.d - current.d;
     control->current_err.q = reference.q - current.q;
+    const float ahead_d = current.d + control->lead * control->current_err.d;
+    const float ahead_q = current.q + control->lead * control->current_err.q;
     control->voltage_ref.d =
-        pi_output(&control->d, control->current_err.d) - omega_e * control->inductance_q * current.q + emf.d;
+        pi_output(&control->d, control->current_err.d) - omega_e * control->inductance_q * ahead_q + emf.d;
     control->voltage_ref.q =
-        pi_output(&control->q, control->current_err.q) + omega_e * control->inductance_d * current.d + emf.q;
+        pi_output(&control->q, control->current_err.q) + omega_e * control->inductance_d * ahead_d + emf.q;
     return control->voltage_ref;
 }
 

@@ -1,19 +1,24 @@
 /* The current of a leg at its two edges.
  *
  * The switches whose zero vector is sampled (here: the upper ones) are on at both ends of a period and off
- * around its middle: leg j, with duty d_j, falls at d_j T/2 and rises at T - d_j T/2. The voltage is an even
- * function about the middle, so the current is an odd one, and the currents at the edges are
+ * around its middle: leg j, with duty d_j, falls at d_j T/2 and rises at T - d_j T/2. The voltage of the legs
+ * is an even function about the middle, so its current is an odd one, and the currents at the edges are
  *
- *     i_j - a_j (falling),   i_j + a_j (rising),   i_j = (i_j(t_k-1) + i_j(t_k))/2
- *     a_j = (1 - d_j)/2 (Di_j - T/L u_j) - T u_dc/(6 L) (sum over x of max(0, d_x - d_j) - T_e/T)
+ *     i_j - b_j - a_j (falling),   i_j - b_j + a_j (rising),   i_j = (i_j(t_k-1) + i_j(t_k))/2
+ *     f = (Di - T/L u)/2
+ *     a_j = (1 - d_j) f_j - T u_dc/(6 L) (sum over x of max(0, d_x - d_j) - T_e/T)
+ *     b_j = omega T/4 (j f)_j (1 - (1 - d_j)^2)
  *
  * with the change Di of the current in this period, the voltage u on the winding, and duties that act after
- * the dead time, d - T_e/T sign(i). The first term is the effect of EMF and resistance while the leg is off.
- * The second is the effect of the legs that are on longer. T_e accounts for the dead time of the leg itself,
- * in which a leg without current has half of the link voltage. Where the lower switches are sampled, d is
- * their share, 1 - duty, and currents and voltages have the opposite sign. Derivation: docs/theory.md, 12.
+ * the dead time, d - T_e/T sign(i). f is the effect of EMF and resistance in half a period, the first term of
+ * a_j that while the leg is off. The second is the effect of the legs that are on longer. T_e accounts for
+ * the dead time of the leg itself, in which a leg without current has half of the link voltage. b_j is the
+ * effect of an EMF that turns with the speed omega: the current of f is a parabola. It is small, but at a
+ * turn of 0.3 rad in a period it changes the signs of both edges where i_j is almost zero. Where the lower
+ * switches are sampled, d is their share, 1 - duty, and currents and voltages have the opposite sign.
+ * Derivation: docs/theory.md, 12.
  *
- * No state. Does not handle: rotation of the EMF within the period. */
+ * No state. */
 #ifndef FAST_INVERTER_EDGES_H
 #define FAST_INVERTER_EDGES_H
 
@@ -26,13 +31,21 @@ typedef struct {
     float current_per_volt; /* T/L [A/V] */
     float none;             /* duty of a leg whose sampled switch is never on [-] */
     float way;              /* 1, or -1 where the lower switches are sampled [-] */
+    float quarter;          /* `way` times T/4 [s] */
 } edges_tuning_t;
+
+/* Of each leg [A]. */
+typedef struct {
+    abc_t bend;  /* b_j, mean of the currents at the ends of the period minus that at the edges */
+    abc_t swing; /* +-a_j, half of the change from one edge to the other */
+} edges_t;
 
 /* Coefficients for the period T [s] and the inductance L [H], > 0. `upper`: the currents are sampled while
  * the upper switches are on, else the lower ones. One division. */
 static inline edges_tuning_t edges_prepare(float period, float inductance, bool upper)
 {
-    return (edges_tuning_t){period / inductance, upper ? 0.0f : 1.0f, upper ? 1.0f : -1.0f};
+    const float way = upper ? 1.0f : -1.0f;
+    return (edges_tuning_t){period / inductance, upper ? 0.0f : 1.0f, way, way * 0.25f * period};
 }
 
 /* Positive difference between two legs, else 0. */
@@ -41,19 +54,22 @@ static inline float edges_ahead(float difference)
     return bounds_more(difference, 0.0f);
 }
 
-/* Half of the current's change from one edge to the other of each leg, +-a_j [A]. `duty` of the upper
- * switches that acts [-], `change` of the current in the period [A], `effective`: T_e/T [-], DC link `u_dc`
- * [V]. No division, three compares. */
-static inline abc_t edges_swing(const edges_tuning_t *edges, abc_t duty, ab_t change, float effective,
-                                float u_dc)
+/* Currents at the edges of each leg. `duty` of the upper switches that acts [-], `change` of the current in
+ * the period [A], `effective`: T_e/T [-], speed `omega_e` at which the EMF turns [rad/s], DC link `u_dc` [V].
+ * No division, three compares. */
+static inline edges_t edges_currents(const edges_tuning_t *edges, abc_t duty, ab_t change, float effective,
+                                     float omega_e, float u_dc)
 {
     const float way = edges->way;
     const abc_t on = {way * (duty.a - edges->none), way * (duty.b - edges->none),
                       way * (duty.c - edges->none)};
     const ab_t made = frames_clarke(on);
     const float ampere = edges->current_per_volt * u_dc;
-    const abc_t off = frames_inverse_clarke((ab_t){0.5f * (way * change.alpha - ampere * made.alpha),
-                                                   0.5f * (way * change.beta - ampere * made.beta)});
+    const ab_t free = {0.5f * (way * change.alpha - ampere * made.alpha),
+                       0.5f * (way * change.beta - ampere * made.beta)};
+    const float turn = edges->quarter * omega_e;
+    const abc_t off = frames_inverse_clarke(free);
+    const abc_t bent = frames_inverse_clarke((ab_t){-turn * free.beta, turn * free.alpha});
     const float sixth = ampere * (1.0f / 6.0f);
     const float ab = on.a - on.b;
     const float bc = on.b - on.c;
@@ -61,10 +77,13 @@ static inline abc_t edges_swing(const edges_tuning_t *edges, abc_t duty, ab_t ch
     const float ab_ahead = edges_ahead(ab);
     const float bc_ahead = edges_ahead(bc);
     const float ca_ahead = edges_ahead(ca);
-    return (abc_t){
-        (1.0f - on.a) * off.a - sixth * (ca_ahead + (ab_ahead - ab) - effective),
-        (1.0f - on.b) * off.b - sixth * (ab_ahead + (bc_ahead - bc) - effective),
-        (1.0f - on.c) * off.c - sixth * (bc_ahead + (ca_ahead - ca) - effective),
+    const abc_t rest = {1.0f - on.a, 1.0f - on.b, 1.0f - on.c};
+    return (edges_t){
+        {bent.a * (1.0f - rest.a * rest.a), bent.b * (1.0f - rest.b * rest.b),
+         bent.c * (1.0f - rest.c * rest.c)},
+        {rest.a * off.a - sixth * (ca_ahead + (ab_ahead - ab) - effective),
+         rest.b * off.b - sixth * (ab_ahead + (bc_ahead - bc) - effective),
+         rest.c * off.c - sixth * (bc_ahead + (ca_ahead - ca) - effective)},
     };
 }
 

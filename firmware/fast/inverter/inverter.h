@@ -115,11 +115,11 @@ static inline abc_t inverter_effective(const inverter_t *inverter, abc_t signs)
     return (abc_t){duty.a - effective * signs.a, duty.b - effective * signs.b, duty.c - effective * signs.c};
 }
 
-/* The voltage that acted in the last period, from the current [A] and the DC link [V] at t_k. The mean
- * current determines the duties that act after the dead time, these determine the current at the edges, and
- * that current determines the loss. No division. */
+/* The voltage that acted in the last period, from the current [A] and the DC link [V] at t_k and the speed
+ * [rad/s] at which the voltage turns. The mean current determines the duties that act after the dead time,
+ * these determine the current at the edges, and that current determines the loss. No division. */
 static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const inverter_tuning_t *tuning,
-                                              ab_t current, float u_dc)
+                                              ab_t current, float omega_e, float u_dc)
 {
     const dead_time_tuning_t *dead_time = &inverter->lost;
     const ab_t last = inverter->current_prev;
@@ -128,8 +128,11 @@ static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const 
     const ab_t change = {current.alpha - last.alpha, current.beta - last.beta};
     const abc_t phases = frames_inverse_clarke(middle);
     const abc_t duty = inverter_effective(inverter, dead_time_signs(dead_time, phases));
-    const abc_t swing = edges_swing(&tuning->edges, duty, change, dead_time->volt_per_volt, link);
-    const ab_t lost = dead_time_voltage(dead_time, dead_time_edge_signs(dead_time, phases, swing), link);
+    const edges_t edges =
+        edges_currents(&tuning->edges, duty, change, dead_time->volt_per_volt, omega_e, link);
+    const abc_t at_edges = {phases.a - edges.bend.a, phases.b - edges.bend.b, phases.c - edges.bend.c};
+    const abc_t signs = dead_time_edge_signs(dead_time, at_edges, edges.swing);
+    const ab_t lost = dead_time_voltage(dead_time, signs, link);
     const ab_t made = frames_clarke(inverter->duty_prev[1]);
     return (inverter_acted_t){
         {made.alpha * link - lost.alpha, made.beta * link - lost.beta},

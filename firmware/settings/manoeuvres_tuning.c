@@ -94,6 +94,7 @@ static forced_params_t forced_of(const params_t *params, const assumed_t *assume
         .resistance = assumed->resistance,
         .inductance = assumed->inductance_q,
         .saliency = params_salient(assumed) ? assumed->inductance_q - assumed->inductance_d : 0.0f,
+        .inductance_least = params_inductance_least(params, assumed),
         .flux_linkage = assumed->flux_linkage,
         .pole_pairs = (float)params->motor_pole_pairs,
         .inertia = assumed->inertia,

@@ -153,6 +153,12 @@ static apart_t apart_at(const params_t *params, const assumed_t *assumed, float 
     return (apart_t){apparent - assumed->inductance_d, incremental - assumed->inductance_d};
 }
 
+float params_inductance_least(const params_t *params, const assumed_t *assumed)
+{
+    const float incremental = apart_at(params, assumed, params->current_limit).incremental;
+    return assumed->inductance_d + bounds_less(incremental, 0.0f);
+}
+
 #define MTPA_HALVINGS 20 /* of the current limit */
 
 /* i_d of most torque per ampere with a current of this length [A], where the q axis saturates: between zero

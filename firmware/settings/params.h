@@ -398,6 +398,9 @@ float params_torque_most(const params_t *params, const assumed_t *assumed);
 /* The saturation of the q axis, for its table; all zero without. */
 saturation_params_t params_saturation(const params_t *params, const assumed_t *assumed);
 
+/* Least incremental inductance in any direction, with at most current_limit [H]. */
+float params_inductance_least(const params_t *params, const assumed_t *assumed);
+
 /* The assumed values that a set of parameters gives for all values that can be learnt. */
 assumed_t params_configured(const params_t *params);
 

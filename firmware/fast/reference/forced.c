@@ -23,9 +23,11 @@ float forced_damping(const forced_params_t *params)
 /* Share of the observed EMF in the feed-forward [-]. */
 static float forced_emf_share(const forced_params_t *params)
 {
-    const float inductance_d = params->inductance - params->saliency;
-    return params->saliency > inductance_d ? FORCED_EMF_SHARE * inductance_d / params->saliency
-                                           : FORCED_EMF_SHARE;
+    const float observed = params->inductance - params->saliency; /* L_d, or L of a round rotor */
+    const float by_saliency = params->saliency / observed;
+    const float by_saturation = observed / params->inductance_least - 1.0f;
+    const float gain = by_saliency > by_saturation ? by_saliency : by_saturation;
+    return gain > 1.0f ? FORCED_EMF_SHARE / gain : FORCED_EMF_SHARE;
 }
 
 forced_tuning_t forced_prepare(const forced_params_t *params)

@@ -26,8 +26,10 @@
 /* Share of the observed EMF in the feed-forward [-]. The integrals supply the rest, because the lag of the
  * observer would otherwise close a loop of its own. In a salient
  * rotor the observed EMF contains D di/dt if the current moves relative to the axes of the rotor. The
- * feed-forward returns this part with the gain D/L_d. Where the gain is above 1, the share is this value
- * divided by the gain. */
+ * feed-forward returns this part with the gain D/L_d. If the q axis saturates, the current of a rotor that is
+ * not aligned changes with the incremental inductance L_i, which may be below the inductance L_o of the
+ * observer. The feed-forward returns a part L_o/L_i - 1 of its own voltage. Where the larger of the two gains
+ * is above 1, the share is this value divided by the gain. */
 #define FORCED_EMF_SHARE 0.8f
 
 /* Cutoff of the high-pass [rad/s]: below every w_n that this law can damp. */
@@ -37,17 +39,18 @@
 #define FORCED_EASE_CUTOFF 12.0f
 
 typedef struct {
-    float resistance;   /* R [ohm], >= 0 */
-    float inductance;   /* L [H], > 0 */
-    float saliency;     /* D = L_q - L_d [H], below `inductance`; 0: a round rotor */
-    float flux_linkage; /* psi_f [Wb], > 0 */
-    float pole_pairs;   /* p [-] */
-    float inertia;      /* J [kg m^2], > 0 */
-    float dead_voltage; /* largest voltage of the dead time [V], >= 0 */
-    float current;      /* I of a start [A], > 0 */
-    float current_max;  /* longest current vector [A], >= I */
-    float damping;      /* k [A/V]; 0: computed by forced_damping() */
-    float period;       /* T [s] */
+    float resistance;       /* R [ohm], >= 0 */
+    float inductance;       /* L [H], > 0 */
+    float saliency;         /* D = L_q - L_d [H], below `inductance`; 0: a round rotor */
+    float inductance_least; /* L_i [H], > 0: least incremental inductance in any direction, at current_max */
+    float flux_linkage;     /* psi_f [Wb], > 0 */
+    float pole_pairs;       /* p [-] */
+    float inertia;          /* J [kg m^2], > 0 */
+    float dead_voltage;     /* largest voltage of the dead time [V], >= 0 */
+    float current;          /* I of a start [A], > 0 */
+    float current_max;      /* longest current vector [A], >= I */
+    float damping;          /* k [A/V]; 0: computed by forced_damping() */
+    float period;           /* T [s] */
 } forced_params_t;
 
 typedef struct {

@@ -149,7 +149,8 @@
       "why the step ended without a result")                                                                 \
     I(2146, commission_detail, medium.commission.detail, "-",                                                \
       "open_phase: its number; noise: number of the sensor; sensor_map: thousands and hundreds the legs of " \
-      "sensors a and b, tens and units 1 for a wrong sign")                                                  \
+      "sensors a and b, tens and units 1 for a wrong sign; no_standstill_angle: 1 if the axis is known, "    \
+      "without its polarity")                                                                                \
     F(2147, commission_largest, medium.commission.largest, "A", "largest current of the step, vector")       \
     F(2148, commission_noise, medium.commission.results.noise, "A", "noise of a current sensor, rms")        \
     F(2149, commission_inductance_pulse, medium.commission.results.inductance_pulse, "H",                    \
@@ -170,6 +171,8 @@
       "measured i_q at which the flux of the q axis is 1/sqrt 2 of L_q i_q; 1e6: none is seen")              \
     F(2221, commission_loop_gain, medium.commission.results.loop_gain, "-",                                  \
       "measured gain of the current loop over its design")                                                   \
+    F(2346, commission_angle, medium.commission.results.angle_d, "rad",                                      \
+      "measured direction of the d axis of a held rotor, electrical; valid while the step `angle` is done")  \
     F(2156, commission_flux_first, medium.commission.results.flux_first, "Wb",                               \
       "first value of psi_f, by a swing of the rotor")                                                       \
     F(2157, commission_inertia_first, medium.commission.results.inertia_first, "kg m^2",                     \

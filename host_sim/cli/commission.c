@@ -269,7 +269,8 @@ int command_commission(int argc, char **argv)
          0},
         {"steps", 't', "NAMES", 0,
          "only these steps, and those whose results they need: board, wiring, resistance, inductance, "
-         "current_loop, turn, swing, flux, inertia, least_speed, separated by commas",
+         "current_loop, turn, swing, flux, inertia, least_speed, separated by commas; and angle, for a shaft "
+         "that is held",
          0},
         {"answer", 'a', "NAME=VALUE", 0,
          "answer to a question: shaft_free=yes or shaft_free=no (the rotor is not turned); link=VOLT, the DC "

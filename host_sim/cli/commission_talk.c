@@ -142,6 +142,9 @@ static void progress(void *context, commission_do_t step, bool done, const commi
         show("V_dead", result->dead_voltage, 1.0, "V");
         show("zone", result->current_zone, 1e3, "mA");
         break;
+    case COMMISSION_DO_angle:
+        printf("  d axis at %.1f degrees, electrical\n", result->angle_d * 180.0 / 3.14159265358979);
+        break;
     case COMMISSION_DO_inductance:
         show("L_d", result->inductance_d, 1e3, "mH");
         show("L_q", result->inductance_q, 1e3, "mH");
@@ -187,6 +190,7 @@ void commission_print_json(const commission_result_t *result)
         {"friction_viscous", result->friction_viscous.value},
         {"dead_voltage", result->dead_voltage.value},
         {"current_zone", result->current_zone.value},
+        {"angle_d", result->angle_d},
         {"loop_gain", result->loop_gain},
         {"least_speed", result->least_speed},
         {"turns", result->turns},

@@ -102,6 +102,8 @@ static void take(commission_work_t *work, commission_do_t step)
         if (result->saturation_current.value >= LINEAR) {
             result->saturation_current = (commission_value_t){0.0, 0.0};
         }
+    } else if (step == COMMISSION_DO_angle) {
+        result->angle_d = commission_value(work, "commission_angle");
     } else if (step == COMMISSION_DO_current_loop) {
         result->loop_gain = commission_value(work, "commission_loop_gain");
     } else if (step == COMMISSION_DO_swing) {
@@ -126,7 +128,7 @@ static void clear(commission_result_t *result)
     result->resistance = result->inductance_d = result->inductance_q = none;
     result->flux_linkage = result->inertia = result->saturation_current = none;
     result->friction_coulomb = result->friction_viscous = result->dead_voltage = result->current_zone = none;
-    result->loop_gain = result->least_speed = result->turns = (double)NAN;
+    result->loop_gain = result->least_speed = result->turns = result->angle_d = (double)NAN;
 }
 
 rig_t *commission_rig_of(const scenario_t *scenario, uint64_t seed, scenario_error_t *error)
@@ -303,11 +305,14 @@ static bool link_agrees(commission_work_t *work)
 static bool is_needed(const commission_work_t *work, uint32_t step)
 {
     const commission_options_t *options = work->options;
-    const bool alone = step == (uint32_t)COMMISSION_DO_board ||
+    const bool alone = step == (uint32_t)COMMISSION_DO_board || step == (uint32_t)COMMISSION_DO_angle ||
                        step == (uint32_t)COMMISSION_DO_current_loop || step == (uint32_t)COMMISSION_DO_turn;
     const bool answered =
         options->ask != NULL || (options->chosen && options->plant_answers && work->drive->turned != NULL);
     if (step == (uint32_t)COMMISSION_DO_turn && !answered) {
+        return false;
+    }
+    if (step == (uint32_t)COMMISSION_DO_angle && !options->chosen) {
         return false;
     }
     bool needed = !options->skip[step];

@@ -2,7 +2,7 @@
  * with the parameters that follow from the steps before. The drive measures; here are the order of the steps,
  * the parameters between them and the result. Nothing of the plant is read.
  *
- *     board, wiring, resistance, inductance, turn, swing   with limits from the plate
+ *     board, wiring, resistance, angle, inductance, turn, swing   with limits from the plate
  *     current_loop                                         with the measured R and L
  *     flux                                                 with the rows of tune for R, L and the first
  * psi_f, J inertia                                              with psi_f least_speed with the parameters
@@ -31,6 +31,7 @@
     S(board, 3.0, "Nothing: the bridge is off.")                                                             \
     S(wiring, 5.0, "Short voltage pulses in six directions. The rotor does not move.")                       \
     S(resistance, 60.0, "A constant current in six directions. The rotor follows it by one p-th of a turn.") \
+    S(angle, 25.0, "Currents in twelve directions. Hold the shaft: the motor has torque.")                   \
     S(inductance, 15.0, "A constant current with a superimposed sine. The rotor stands still.")              \
     S(current_loop, 15.0, "A constant current with small steps. The rotor stands still.")                    \
     S(turn, 140.0, "The shaft makes one slow turn forward. Watch a mark on it.")                             \
@@ -82,6 +83,7 @@ typedef struct {
     commission_value_t dead_voltage;       /* loss of a leg [V] */
     commission_value_t current_zone;       /* half width of its passage through zero current [A] */
     double flux_first, inertia_first;      /* of the swing [Wb], [kg m^2] */
+    double angle_d;                        /* of a held rotor, electrical; NAN: not measured [rad] */
     double loop_gain;                      /* of the current loop over its design; NAN: not checked [-] */
     double least_speed;                    /* mechanical, without an encoder; NAN: not tried [rad/s] */
     double turns;                          /* of the shaft, by the user; NAN: no answer [-] */
@@ -96,8 +98,8 @@ typedef struct {
 
 typedef struct {
     /* Steps that are not requested. They run nevertheless if a later one is, because it needs their results;
-     * except `board`, `current_loop` and `turn`: no step needs their results. `turn` needs a user who
-     * answers. */
+     * except `board`, `angle`, `current_loop` and `turn`: no step needs their results. `turn` needs a user
+     * who answers, `angle` one who holds the shaft: it runs only if it is named. */
     bool skip[COMMISSION_STEP_COUNT];
     double link; /* of the DC link by the user's meter [V]; 0: not known */
     bool resume; /* what the drive has measured since its start is not measured again */

@@ -108,6 +108,8 @@ static void end_with_reason(commission_work_t *work)
                  'a' + value / 100 % 10 - 1, value % 10 != 0 ? " with the wrong sign" : "");
     } else if (strcmp(name, "current_loop") == 0) {
         snprintf(detail, sizeof detail, "%.2f of the design", commission_value(work, "commission_loop_gain"));
+    } else if (strcmp(name, "no_standstill_angle") == 0) {
+        snprintf(detail, sizeof detail, "%s", value != 0 ? "the axis is known, its polarity is not" : "");
     } else if (value != 0) {
         snprintf(detail, sizeof detail, "sensor %c", 'a' + value - 1);
     }

@@ -148,10 +148,14 @@ static void put_number(FILE *to, const char *name, double value)
     json_number(to, value);
 }
 
+/* The steps that the page runs: all but the one for a rotor that is held. */
 static void put_steps(FILE *to, const scope_commission_t *commission)
 {
     for (uint32_t n = 0; n < COMMISSION_STEP_COUNT; n++) {
         const commission_do_t step = (commission_do_t)n;
+        if (step == COMMISSION_DO_angle) {
+            continue;
+        }
         fprintf(to, "%s{\"name\":", n > 0u ? "," : "");
         json_text(to, commission_step_name(step));
         fputs(",\"text\":", to);

@@ -58,6 +58,9 @@ static void begin_work(commission_t *commission)
     case COMMISSION_INDUCTANCE:
         sine_step_begin(&work->sine);
         break;
+    case COMMISSION_ANGLE:
+        angle_step_begin(&work->angle);
+        break;
     case COMMISSION_CURRENT_LOOP:
         loop_step_begin(&work->loop);
         break;
@@ -146,6 +149,8 @@ static commission_verdict_t work(commission_t *commission, const commission_wind
         return resistance_step(&work->resistance, tuning, &input->standing, order, results);
     case COMMISSION_INDUCTANCE:
         return sine_step(&work->sine, tuning, &input->standing, order, results);
+    case COMMISSION_ANGLE:
+        return angle_step(&work->angle, tuning, &input->standing, order, results);
     case COMMISSION_CURRENT_LOOP:
         return loop_step(&work->loop, tuning, &input->standing, order, results);
     case COMMISSION_TURN:

@@ -6,6 +6,7 @@
  *     board        bridge off: noise of the current sensors, DC link
  *     wiring       pulses that move no rotor (wiring_step.h)
  *     resistance   R and the loss of the legs (resistance_step.h)
+ *     angle        direction of the d axis of a rotor that is held (angle_step.h)
  *     inductance   L_d, L_q (sine_step.h)
  *     current_loop the current control with the measured R and L (loop_step.h)
  *     turn         one turn of the shaft, which the user watches (turn_step.h)
@@ -19,6 +20,7 @@
 #ifndef MEDIUM_COMMISSION_COMMISSION_H
 #define MEDIUM_COMMISSION_COMMISSION_H
 
+#include "medium/commission/angle_step.h"
 #include "medium/commission/commission_types.h"
 #include "medium/commission/loop_step.h"
 #include "medium/commission/resistance_step.h"
@@ -39,7 +41,8 @@
     S(FLUX, "|flux", 60.0f, TURNS)                                                                           \
     S(INERTIA, "|inertia", 120.0f, TURNS)                                                                    \
     S(CURRENT_LOOP, "|current_loop", 15.0f, STANDS)                                                          \
-    S(TURN, "|turn", 140.0f, STANDS)
+    S(TURN, "|turn", 140.0f, STANDS)                                                                         \
+    S(ANGLE, "|angle", 25.0f, STANDS)
 
 typedef enum {
 #define COMMISSION_STEP(NAME, name, seconds, kind) COMMISSION_##NAME,
@@ -66,6 +69,7 @@ typedef union {
     wiring_step_t wiring;
     resistance_step_t resistance;
     sine_step_t sine;
+    angle_step_t angle;
     loop_step_t loop;
     turn_step_t turn;
     swing_step_t swing;

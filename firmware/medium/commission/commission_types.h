@@ -57,7 +57,11 @@
       "read fault_reason; then repeat the step")                                                             \
     R(CURRENT_LOOP, "|current_loop",                                                                         \
       "the gain of the current loop differs from its design by more than 12 %",                              \
-      "repeat the step inductance; check the gains of the current sensors")
+      "repeat the step inductance; check the gains of the current sensors")                                  \
+    R(NO_STANDSTILL_ANGLE, "|no_standstill_angle",                                                           \
+      "L does not show the direction of the magnets: the rotor followed the current, or its iron does not "  \
+      "saturate",                                                                                            \
+      "hold the shaft, or let it turn and run the other steps")
 
 typedef enum {
 #define COMMISSION_REASON(NAME, name, text, remedy) COMMISSION_REASON_##NAME,
@@ -71,7 +75,8 @@ typedef enum {
 typedef struct {
     uint32_t finished; /* [-] 1: the step has ended */
     int32_t reason;    /* [-] commission_reason_t; NONE: with a result */
-    int32_t detail;    /* [-] open_phase: 1 to 3; sensor_map: wiring_code(); else 0 */
+    int32_t detail;    /* [-] open_phase: 1 to 3; sensor_map: wiring_code(); no_standstill_angle: 1 if the
+                           axis is known; else 0 */
 } commission_verdict_t;
 
 static inline commission_verdict_t commission_goes_on(void)
@@ -122,6 +127,7 @@ typedef struct {
     float inductance_q;       /* without current [H] */
     float saturation_current; /* I_s of the q axis; SINE_LINEAR: it does not saturate [A] */
     float loop_gain;          /* gain of the current loop over its design [-] */
+    float angle_d;            /* direction of the d axis of a held rotor, electrical [rad] */
     float flux_first;         /* first value of psi_f, by the swing [Wb] */
     float inertia_first;      /* first value of J, by the swing [kg m^2] */
     float flux_linkage;       /* psi_f [Wb] */

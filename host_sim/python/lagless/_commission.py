@@ -35,7 +35,7 @@ class Commissioning:
     """The result. resistance, inductance_d, inductance_q, saturation_current, flux_linkage, inertia, friction_coulomb, friction_viscous,
     dead_voltage, current_zone: each a Measured; saturation_current is 0 where no saturation was seen. reason: None, or the name of what
     ended it, with text; step: the last one that ran; seconds: simulated, step_seconds: of each step; largest_current: of a phase [A];
-    loop_gain: of the current loop over its design; least_speed: without an encoder [rad/s]; turns: of the shaft in the step turn, as
+    angle_d: direction of the d axis of a held rotor, electrical [rad]; loop_gain: of the current loop over its design; least_speed: without an encoder [rad/s]; turns: of the shaft in the step turn, as
     answered, reversed: it turned backward; NaN: not measured."""
 
     def __init__(self, plate, result, steps):
@@ -46,7 +46,7 @@ class Commissioning:
         self.step = steps[result.step]
         self.reason = result.reason.decode() or None
         self.text = result.what.decode() or None
-        self.loop_gain, self.least_speed, self.turns, self.reversed = result.loop_gain, result.least_speed, result.turns, bool(result.reversed)
+        self.angle_d, self.loop_gain, self.least_speed, self.turns, self.reversed = result.angle_d, result.loop_gain, result.least_speed, result.turns, bool(result.reversed)
         self.seconds, self.largest_current = result.seconds, result.largest_current
         self.step_seconds = dict(zip(steps, result.step_seconds))
 

@@ -674,12 +674,6 @@ static void test_gates_come_on_with_the_shortest_and_the_longest_dead_band(void)
     TEST_ASSERT_TRUE(hal_gates_on());
 }
 
-static void test_gates_are_refused_before_start_up(void)
-{
-    TEST_ASSERT_FALSE(hal_gates_on());
-    TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
-}
-
 static void test_gates_off_trips_all_legs_without_interrupt(void)
 {
     start_and_forget();
@@ -690,20 +684,6 @@ static void test_gates_off_trips_all_legs_without_interrupt(void)
     TEST_ASSERT_BITS_MESSAGE(TZ_INT, 0u, EPWM(1u)->TZFLG, "a forced trip interrupts");
     TEST_ASSERT_EQUAL_UINT32(4u, rec.entries);
     TEST_ASSERT_TRUE(hal_gates_on());
-}
-
-static void test_gates_come_on_again_after_a_hardware_trip_has_gone(void)
-{
-    start_and_forget();
-    TEST_ASSERT_TRUE(hal_gates_on());
-    for (uint32_t n = 0; n < 3u; n++) {
-        rec.regs.epwm[n].TZFLG = n == 0u ? TZ_OST | TZ_INT : TZ_OST;
-    }
-    pull_fault_line(true);
-    TEST_ASSERT_FALSE(hal_gates_on());
-    pull_fault_line(false);
-    TEST_ASSERT_TRUE(hal_gates_on());
-    TEST_ASSERT_EQUAL_HEX16(0u, EPWM(1u)->TZFLG);
 }
 
 static void test_compare_values_reach_their_legs_and_end_at_full_duty(void)
@@ -722,25 +702,6 @@ static void test_compare_values_reach_their_legs_and_end_at_full_duty(void)
     TEST_ASSERT_EQUAL_UINT16(7500u, EPWM(1u)->CMPA);
     TEST_ASSERT_EQUAL_UINT16(7500u, EPWM(2u)->CMPA);
     TEST_ASSERT_EQUAL_UINT16(1u, EPWM(3u)->CMPA);
-}
-
-static void test_dead_band_changes_within_its_limits_only(void)
-{
-    static const struct {
-        uint16_t count;
-        bool taken;
-    } trial[] = {{299u, false},  {300u, true},    {450u, true}, {1023u, true},
-                 {1024u, false}, {65535u, false}, {0u, false}};
-    start_and_forget();
-    for (uint32_t i = 0; i < sizeof trial / sizeof trial[0]; i++) {
-        recording_clear_log();
-        TEST_ASSERT_EQUAL(trial[i].taken, hal_set_dead_band(trial[i].count));
-        TEST_ASSERT_EQUAL_UINT32(trial[i].taken ? 6u : 0u, rec.entries);
-        for (uint16_t n = 1u; n <= 3u && trial[i].taken; n++) {
-            TEST_ASSERT_EQUAL_UINT16(trial[i].count, EPWM(n)->DBRED);
-            TEST_ASSERT_EQUAL_UINT16(trial[i].count, EPWM(n)->DBFED);
-        }
-    }
 }
 
 static void test_dead_band_and_encoder_stay_unless_every_leg_is_tripped(void)
@@ -998,22 +959,6 @@ static void test_unit_timer_is_left_alone_by_a_late_sample(void)
     hal_samples_t samples;
     hal_read(&samples);
     TEST_ASSERT_EQUAL_UINT32(9000u, EQEP(1u)->QUTMR);
-}
-
-static void test_new_encoder_restarts_the_position_and_the_same_one_does_not(void)
-{
-    start_carrier();
-    recording_clear_log();
-    TEST_ASSERT_TRUE(hal_set_encoder(COUNT_MAX));
-    TEST_ASSERT_EQUAL_UINT32(0u, rec.entries);
-    rec.regs.eqep[0].QPOSINIT = 77u;
-    TEST_ASSERT_TRUE(hal_set_encoder(4095u));
-    TEST_ASSERT_EQUAL_UINT32(4095u, EQEP(1u)->QPOSMAX);
-    TEST_ASSERT_EQUAL_UINT32(0u, EQEP(1u)->QPOSINIT);
-    const uint32_t initialise = recording_find_value(0u, &EQEP(1u)->QEPCTL, 0x908Eu);
-    TEST_ASSERT_EQUAL_UINT32(rec.entries - 1u, initialise);
-    TEST_ASSERT_FALSE(hal_set_encoder(4096u));
-    TEST_ASSERT_EQUAL_UINT32(4095u, EQEP(1u)->QPOSMAX);
 }
 
 /* ---- Time, watchdog, interrupt mask ---- */

@@ -26,19 +26,6 @@ static void test_a_calibration_ends_in_ready_or_in_a_fault(void)
 
 /* ---- ready ---- */
 
-static void test_on_goes_through_switched_on_until_the_bridge_is_on(void)
-{
-    from(DRIVE_READY);
-    go(10, DRIVE_READY, OFF);
-    wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, ON | BEGIN);
-    go(3, DRIVE_SWITCHED_ON, ON);
-    is.tripped = false;
-    bridge = BRIDGE_CHARGES;
-    go(20, DRIVE_SWITCHED_ON, ON);
-    bridge = BRIDGE_ON;
-    go(100, DRIVE_OPERATION_ENABLED, ON);
-}
-
 static void expect_refused(int32_t reason)
 {
     const bool refused = reason != REASON_NONE;
@@ -115,45 +102,7 @@ static void test_gates_that_do_not_come_on_are_a_fault(void)
     }
 }
 
-/* ---- operation, quick stop ---- */
-
-static void test_quick_stop_brakes_with_the_gates_on_until_the_rotor_stands(void)
-{
-    from(DRIVE_OPERATION_ENABLED);
-    for (int n = 0; n < 100; n++) {
-        wish(REQUEST_QUICK_STOP, 1, DRIVE_QUICK_STOP, ON);
-    }
-    is.standing = true;
-    go(1, DRIVE_READY, OFF);
-}
-
 /* ---- fault ---- */
-
-static void test_a_fault_from_outside_acts_in_any_state(void)
-{
-    for (int32_t state = 0; state < STATES; state++) {
-        from((drive_state_t)state);
-        sequence_fault(&sequence, REASON_MODULE_FAULT);
-        expect_fault(REASON_MODULE_FAULT);
-        go(1, DRIVE_FAULT, OFF);
-    }
-}
-
-static void test_the_first_fault_stays_and_later_ones_are_added(void)
-{
-    from(DRIVE_FAULT);
-    input.faults = OVERCURRENT;
-    steps(1);
-    input.faults = NOTHING;
-    go_to_fault(5, REASON_LATE);
-    expect_later(OVERCURRENT);
-    steps(REARM);
-    reset_edge();
-    expect_state(DRIVE_NOT_READY);
-    input.faults = LATE;
-    go_to_fault(1, REASON_LATE);
-    expect_later(NOTHING); /* nothing of the one before */
-}
 
 static void test_the_latched_fault_is_no_later_one(void)
 {
@@ -226,17 +175,6 @@ static void begin_stop(uint32_t windows)
     go(windows, DRIVE_QUICK_STOP, ON);
 }
 
-static void test_a_stop_brakes_and_latches_its_fault_at_standstill(void)
-{
-    begin_stop(1);
-    input.stops = NOTHING; /* what has begun is brought to its end */
-    go(10, DRIVE_QUICK_STOP, ON);
-    TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
-    is.standing = true;
-    go_to_fault(1, REASON_SINK_WARM);
-    expect_later(NOTHING);
-}
-
 static void test_a_stop_ends_in_its_fault_after_its_time_or_with_off(void)
 {
     begin_stop(STOP_WINDOWS);
@@ -244,32 +182,6 @@ static void test_a_stop_ends_in_its_fault_after_its_time_or_with_off(void)
     begin_stop(2);
     requests.enable = REQUEST_OFF;
     go_to_fault(1, REASON_SINK_WARM);
-}
-
-/* The first cause is kept, not the second. */
-static void test_a_fault_during_a_stop_opens_at_once_and_comes_later(void)
-{
-    begin_stop(2);
-    sequence_fault(&sequence, REASON_OVERCURRENT);
-    expect_fault(REASON_SINK_WARM);
-    expect_later(OVERCURRENT);
-    begin_stop(2);
-    input.faults = OVERCURRENT;
-    go_to_fault(1, REASON_SINK_WARM);
-    expect_later(OVERCURRENT);
-}
-
-static void test_a_stop_in_the_users_quick_stop_ends_in_its_fault_and_elsewhere_at_once(void)
-{
-    for (int32_t state = 0; state < (int32_t)DRIVE_FAULT; state++) {
-        from((drive_state_t)state);
-        input.stops = WARM;
-        steps(1);
-        const bool brakes = state == (int32_t)DRIVE_OPERATION_ENABLED || state == (int32_t)DRIVE_QUICK_STOP;
-        expect_state(brakes ? DRIVE_QUICK_STOP : DRIVE_FAULT);
-        is.standing = true;
-        go_to_fault(1, REASON_SINK_WARM);
-    }
 }
 
 /* ---- what a reset that is refused says, and one that comes by itself ---- */
@@ -483,15 +395,6 @@ static void test_with_a_brake_a_stop_opens_the_bridge_only_when_it_is_set(void)
     }
 }
 
-static void test_with_a_brake_that_was_never_released_off_acts_at_standstill(void)
-{
-    with_brake();
-    is.brake_free = false;
-    is.standing = true;
-    wish(REQUEST_OFF, 1, DRIVE_QUICK_STOP, ON);
-    go(1, DRIVE_READY, OFF);
-}
-
 static void test_with_a_brake_a_stop_that_does_not_end_sets_it_after_its_time(void)
 {
     with_brake();
@@ -501,18 +404,4 @@ static void test_with_a_brake_a_stop_that_does_not_end_sets_it_after_its_time(vo
     TEST_ASSERT_EQUAL_UINT32(1u, sequence.setting);
     is.brake_free = false;
     go(1, DRIVE_READY, OFF);
-}
-
-static void test_with_a_brake_a_stop_for_a_fault_sets_it_and_a_fault_that_opens_does_not_wait(void)
-{
-    with_brake();
-    input.stops = OVERCURRENT;
-    go(1, DRIVE_QUICK_STOP, ON);
-    is.standing = true;
-    go(5, DRIVE_QUICK_STOP, ON);
-    is.brake_free = false;
-    go_to_fault(1, REASON_OVERCURRENT);
-    with_brake();
-    input.faults = LATE;
-    go_to_fault(1, REASON_LATE);
 }

@@ -29,16 +29,6 @@ static void lose(drive_state_t state)
 
 /* ---- coming on ---- */
 
-static void test_without_the_input_no_request_brings_the_bridge_on(void)
-{
-    with_debounce(DRIVE_READY);
-    is.not_enabled = true;
-    for (uint32_t n = 0; n < 1000u; n++) {
-        wish(n % 7u == 0u ? REQUEST_OFF : REQUEST_ON, 1, DRIVE_READY, OFF);
-        TEST_ASSERT_EQUAL_INT32(n % 7u == 0u ? REASON_NONE : REASON_ENABLE_INPUT, sequence.refusal);
-    }
-}
-
 static void test_an_input_that_comes_back_starts_nothing_by_itself(void)
 {
     with_debounce(DRIVE_READY);
@@ -70,38 +60,6 @@ static void test_an_automatic_reset_does_not_start_a_motor_whose_input_was_lost_
 }
 
 /* ---- losing it ---- */
-
-static void test_a_loss_shorter_than_the_debounce_time_has_no_effect(void)
-{
-    with_debounce(DRIVE_OPERATION_ENABLED);
-    for (uint32_t n = 0; n < 20u; n++) {
-        input_for(false, DEBOUNCE);
-        input_for(true, 1u);
-        expect_state(DRIVE_OPERATION_ENABLED);
-    }
-    input_for(false, DEBOUNCE);
-    expect_state(DRIVE_OPERATION_ENABLED);
-    go(1, DRIVE_QUICK_STOP, ON);
-}
-
-static void test_a_loss_brakes_for_50_ms_and_then_opens(void)
-{
-    lose(DRIVE_OPERATION_ENABLED);
-    expect_state(DRIVE_QUICK_STOP);
-    go(STOP - 1u, DRIVE_QUICK_STOP, ON);
-    TEST_ASSERT_EQUAL_INT32(REASON_ENABLE_INPUT, sequence.refusal);
-    go_to_fault(1, REASON_ENABLE_INPUT);
-}
-
-static void test_a_loss_opens_at_standstill_and_with_off(void)
-{
-    lose(DRIVE_OPERATION_ENABLED);
-    is.standing = true;
-    go_to_fault(1, REASON_ENABLE_INPUT);
-    lose(DRIVE_OPERATION_ENABLED);
-    requests.enable = REQUEST_OFF;
-    go_to_fault(1, REASON_ENABLE_INPUT);
-}
 
 /* The input comes back, which does not end the stop, and is lost again. */
 static void test_a_second_loss_opens_at_once(void)

@@ -78,16 +78,6 @@ static void test_a_reset_starts_nothing_while_enable_is_on(void)
     ask(REQUEST_ON, 1u, DRIVE_SWITCHED_ON, REASON_NONE);
 }
 
-/* Off and on again before the reset is no start either: the reset comes last. */
-static void test_enable_toggled_before_the_reset_is_still_held(void)
-{
-    bring_to_fault();
-    requests.enable = REQUEST_OFF;
-    steps(1);
-    requests.enable = REQUEST_ON;
-    reset_and_expect(2u, DRIVE_READY, REASON_ENABLE_HELD);
-}
-
 /* Where it is off, or at quick stop, over the reset the next on starts. */
 static void test_enable_that_is_not_on_over_the_reset_starts_with_on(void)
 {
@@ -98,19 +88,6 @@ static void test_enable_that_is_not_on_over_the_reset_starts_with_on(void)
         reset_and_expect(10u, DRIVE_READY, REASON_NONE);
         ask(REQUEST_ON, 1u, DRIVE_SWITCHED_ON, REASON_NONE);
     }
-}
-
-static void test_a_refused_reset_leaves_enable_as_it_is(void)
-{
-    bring_to_operation();
-    input.faults = fault_set_of(FAULT_LATE);
-    steps(1);
-    reset_and_expect(0u, DRIVE_FAULT, REASON_FAULT_PRESENT);
-    input.faults = fault_set_none();
-    requests.enable = REQUEST_OFF;
-    steps(2u * REARM);
-    reset_edge();
-    ask(REQUEST_ON, 3u, DRIVE_SWITCHED_ON, REASON_NONE);
 }
 
 /* module_fault_retries says that the motor starts again by itself: that is its purpose. */

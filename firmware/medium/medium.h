@@ -117,7 +117,7 @@ typedef struct {
 typedef struct {
     float trip;      /* overspeed limit of the tuning [rad/s] */
     float reference; /* of the last setpoint [rad/s] */
-    uint32_t still;  /* [windows] since the reference changed, up to those until it is in a window */
+    uint32_t still;  /* [windows] since the reference changed, until a window contains the new one */
     oscillation_watch_t oscillation;
 } medium_speed_t;
 

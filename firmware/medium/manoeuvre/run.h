@@ -36,7 +36,8 @@
 #define RUN_TORQUE_LEAST 0.1f
 #define RUN_MTPA_SHARE   0.5f
 
-#define RUN_RELAX 0.995f /* [-] of a higher bandwidth of the speed control, per step: 0.3 s from 7 to 1 */
+#define RUN_RELAX 0.995f /* [-] per step, of an increased bandwidth of the speed control: 0.3 s from 7 to 1  \
+                          */
 
 typedef struct {
     speed_control_tuning_t speed;
@@ -127,8 +128,9 @@ static inline void run_take(run_t *run, const run_tuning_t *tuning)
 void run_calm(run_t *run, bool whole);
 
 /* Sets the factor [-] by which the bandwidth of the speed control is higher while it takes over a load. Its
- * next output for zero error is kept. With a factor of 1 the bandwidth returns gradually, by RUN_RELAX at a
- * call: a step of the gains would leave a difference of i_q to the load that the slower control removes late.
+ * next output for zero error is kept. With a factor of 1 the bandwidth returns gradually, by RUN_RELAX at
+ * each call. After a step of the gains the slower control would need a long time to remove the difference of
+ * i_q from the load.
  */
 void run_stiffen(run_t *run, float factor);
 

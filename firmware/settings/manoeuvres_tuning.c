@@ -32,8 +32,8 @@ static float within(float value, float least, float most)
     return more < most ? more : most;
 }
 
-/* Share of the EMF at the encoder's speed that is fed forward [-]: all of it, except for a rotor so light
- * that an assumed flux which is too large by EMF_WRONG would make the current accelerate it without a torque
+/* Share of the EMF at the encoder's speed that is fed forward [-]. It is 1, except for a rotor so light that
+ * with an assumed flux which is too large by EMF_WRONG a current would accelerate it without a torque
  * reference (docs/theory.md, 15). */
 static float known_emf(const params_t *params, const assumed_t *assumed)
 {

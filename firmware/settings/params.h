@@ -1,7 +1,8 @@
 /* Parameters of the drive: the only table, the struct made from it, and the judgement of a whole set.
  *
  * Staged and active: clients write single values into a staged set; params_check judges the whole set, ranges
- * first, then the rules between parameters; only then its tuning is made (drive_prepare) and taken over. */
+ * first, then the rules between parameters; only then drive_prepare computes its tuning, which the drive
+ * takes over. */
 #ifndef SETTINGS_PARAMS_H
 #define SETTINGS_PARAMS_H
 

@@ -172,8 +172,8 @@ const rule_t rules[RULES] = {
           {PARAM_encoder_fault_reaction, IS_READ}}},
 };
 
-/* A set of the estimator that keeps all of its rules, and of which each part keeps
- * them for any values of the others. */
+/* A set of the estimator that keeps all of its rules. Each of its values keeps them for any values of the
+ * others. */
 static estimator_params_t harmless(void)
 {
     return (estimator_params_t){

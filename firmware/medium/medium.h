@@ -130,7 +130,7 @@ typedef struct {
     offset_trim_t offset_trim;
     means_t means;
     medium_trust_t trust;
-    estimate_t estimate; /* at the window's end, its EMF the mean of the window turned there */
+    estimate_t estimate; /* at the window's end; its EMF is the mean of the window, rotated to its end */
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;

@@ -25,8 +25,8 @@ static void judge_estimate(medium_t *medium, const window_t *window)
     }
 }
 
-/* The means of the window, in the stationary frame and in the rotor's; medium->estimate: the estimate at its
- * end with the mean of the EMF, turned there. */
+/* The means of the window, in the stationary frame and in the rotor's; medium->estimate: the estimate at the
+ * end of the window, with the mean of the EMF rotated to this time. */
 static void average(medium_t *medium, const window_t *window)
 {
     const estimate_t *estimate = &window->estimate;

@@ -17,9 +17,9 @@
  *
  * fault: gates off until fault_reset, then not ready.
  *
- * The enable input of the board is a second condition beside `enable`: without it the bridge does not come
- * on. If it is lost, a running motor is braked for at most SEQUENCE_INPUT_STOP, or until the input is lost
- * for a second time; then the bridge opens, and the fault is latched. An input that comes back starts
+ * The enable input of the board is a second condition in addition to `enable`: without it the bridge does not
+ * come on. If it is lost, a running motor is braked for at most SEQUENCE_INPUT_STOP, or until the input is
+ * lost for a second time; then the bridge opens, and the fault is latched. An input that comes back starts
  * nothing: `enable` has to go to off once.
  *
  * `enable` = on means run, also after a quick stop has ended. A reset alone starts nothing: if `enable` is on

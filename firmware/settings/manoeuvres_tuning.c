@@ -105,9 +105,10 @@ static forced_params_t forced_of(const params_t *params, const assumed_t *assume
     };
 }
 
-/* Longest EMF beside which the voltage of the inverter can hold a caught rotor, over U_dc/sqrt3 [-]: that of
- * the speed at which the voltage that weakens the field needs CATCH_WEAKENS of current_limit along -d;
- * without weakening 1. The rest of the current is for the first periods of a catch (docs/theory.md, 23). */
+/* Longest EMF with which the voltage of the inverter can control the current of a caught rotor, over
+ * U_dc/sqrt3 [-]: that of the speed at which the voltage that weakens the field needs CATCH_WEAKENS of
+ * current_limit along -d; without weakening 1. The rest of the current is for the first periods of a catch
+ * (docs/theory.md, 23). */
 static float catch_reach(const params_t *params, const assumed_t *assumed)
 {
     const weakening_params_t weakening = params_weakening(params, assumed);

@@ -193,7 +193,7 @@ static estimator_params_t harmless(void)
     };
 }
 
-/* The values that RULE_REACH reads beside the gain. */
+/* The values other than the gain that RULE_REACH reads. */
 static void take_reach(estimator_params_t *alone, const estimator_params_t *all)
 {
     alone->flux_linkage = all->flux_linkage;

@@ -96,8 +96,8 @@ static void look_at_both(const store_flash_t *flash, page_t pages[STORE_PAGES])
     pages[1] = in_order ? second : first;
 }
 
-/* True if a page has no committed record, but contents that a power failure cannot
- * leave beside an unchanged page. */
+/* True if a page has no committed record, but contents that a power failure cannot cause while the other page
+ * is unchanged. */
 static bool is_junk(const page_t *page)
 {
     return page->newest == 0u && !page->clean;

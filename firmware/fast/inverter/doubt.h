@@ -9,10 +9,10 @@
  *
  * with the smallest and the largest phase current, and the loss `leg` of one leg. The tracking loop coasts in
  * this time, and until the effect has decayed in the EMF filter. Coasting requires one of two conditions: a
- * steady speed, or large currents whose torque the loop receives. In the second case the load must turn the
- * rotor by little in this time, because the direction of the load at a reversal of speed is unknown, and the
- * speed must have changed as foreseen from the inertia, except for a share that also turns the rotor by
- * little. Reasons: docs/theory.md, 13. Does not handle: identification of the leg. */
+ * steady speed, or large currents whose torque the loop receives. In the second case two errors must be small
+ * enough to turn the rotor by little in this time: the load, because its direction at a reversal of speed is
+ * unknown, and the difference of the speed from the change that follows from the inertia. Reasons:
+ * docs/theory.md, 13. Does not handle: identification of the leg. */
 #ifndef FAST_INVERTER_DOUBT_H
 #define FAST_INVERTER_DOUBT_H
 

@@ -41,9 +41,9 @@ typedef struct {
     float doubtful;     /* current below which the loss of a leg is in doubt [A] */
     float current_d;    /* along the d axis of a detected rotor [A]; at least the current of phase a */
     bool salient;       /* L_q > L_d by so much that i_d has to be negative */
-    float reach;        /* longest EMF beside which current control can work, over the largest voltage of the
-                           link [-], >= 1 */
-    float period;       /* T [s] */
+    float reach;  /* longest EMF against which current control can work, over the largest voltage of the link
+                     [-], >= 1 */
+    float period; /* T [s] */
 } catch_params_t;
 
 typedef struct {

@@ -59,8 +59,8 @@
     1.7f /* [-] largest T_e over the dead band or the configured T_e; gate delays are below */
 #define DEAD_TIME_LEARN_EMF_LIMIT 1e4f /* [V], [A] larger values are invalid measurements */
 
-/* [-] of the initial rate: below this share the dead time counts as known, also for the
- * laws that are learnt beside it. */
+/* [-] of the initial rate: below this share the dead time counts as known, also for the laws that are learnt
+ * together with it. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f
 #define DEAD_TIME_LEARN_NEAR    0.6f
 #define DEAD_TIME_LEARN_CHANCE  0.028f /* [-] of the dead band: effect of noise at the initial rate */

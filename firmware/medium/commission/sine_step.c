@@ -27,7 +27,7 @@
 #define BENT_SCATTER  3.0f    /* ... and standard errors of it [-] */
 #define RESULT        2.5f    /* standard errors of the change that count as its error [-] */
 #define FRICTION                                                                                             \
-    0.5f /* of the part of L that the motion cancels: friction makes it depend on the amplitude [-] */
+    0.5f /* error of the change of L by the motion, relative: friction makes it depend on the amplitude */
 #define WRONG         0.03f /* error of L_q at the rated current from which on I_s is not known, relative [-] */
 #define PROBE         0.35f /* of the voltage, while L is a guess [-] */
 #define CROSS_MOST    0.15f /* current across the sine over that along it, for an aligned rotor [-] */

@@ -40,8 +40,8 @@
  * other two phases with small opposite currents, may cause. */
 #define OFF_BESIDE 0.5f /* [-] */
 
-/* [windows] on one axis, less ALONG_MISSED for each beside it, after which a wire is the cause: a rotor at
- * the lowest speed that is judged, 12 rad/s or more, leaves the axis within 20. */
+/* [windows] on one axis, minus ALONG_MISSED for each window off it, after which a wire is the cause: a rotor
+ * at the lowest speed that is judged, 12 rad/s or more, leaves the axis within 20. */
 #define ALONG_WINDOWS 32u
 #define ALONG_MISSED  8u
 

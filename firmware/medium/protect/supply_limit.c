@@ -47,8 +47,8 @@ static float smaller(float power, float e, float root)
     return power > 0.0f && sum > 0.0f ? 2.0f * power / sum : 0.0f;
 }
 
-/* The limits for the largest power that may be drawn, and the largest that may be returned [W], beside the
- * power P_r; `e` is K_t |omega_m| [V]. */
+/* The limits for the largest power that may be drawn, and the largest that may be returned [W], in addition
+ * to the power P_r; `e` is K_t |omega_m| [V]. */
 static void limit(supply_limit_t *x, const supply_limit_tuning_t *tuning, float drawn, float back, float e)
 {
     const float most = tuning->current_max;

@@ -1,5 +1,5 @@
-/* The board: which file describes it and what follows from it. Whether it can be right is judged in
- * board_check.h.
+/* The board: the file that describes it, and the values that follow from it. board_check.h rejects impossible
+ * values.
  *
  * One header of hal/f28335/boards holds the facts of one board, as a schematic and data sheets give them
  * (docs/board.md explains each line; the numbers in the messages below are those of its table). It is chosen
@@ -30,8 +30,8 @@
 
 /* ---- The board file ---- */
 
-/* LAGLESS_ANY_BOARD: a source of the simulation that is compiled once for all boards. It has only the words
- * above: a number of a board does not compile there. */
+/* LAGLESS_ANY_BOARD: a source of the simulation that is compiled once for all boards. It may use only the
+ * words above; a use of a number of one board does not compile in it. */
 #if !defined(LAGLESS_ANY_BOARD)
 #if defined(LAGLESS_BOARD_FILE)
 #include LAGLESS_BOARD_FILE
@@ -41,7 +41,7 @@
 #error "no board is chosen: -DLAGLESS_BOARD=name, one of hal/f28335/boards (docs/board.md)"
 #endif
 
-/* ---- Is every line there? ---- */
+/* ---- Every line of the board file is defined ---- */
 
 #if !defined(BOARD_NAME)
 #error "docs/board.md, line 1: BOARD_NAME is missing"
@@ -193,7 +193,7 @@
 
 #define BOARD_CURRENT_SENSORS (BOARD_CURRENT_C_INPUT == BOARD_NONE ? 2 : 3)
 
-/* Of the ADC: 0 to 3 V are 4096 codes; a code means the middle of its step. */
+/* The ADC has 4096 codes for 0 to 3 V; a code represents the middle of its step. */
 #define BOARD_ADC_FULL  4096
 #define BOARD_HALF_CODE 0.5f
 #define BOARD_PIN_MV    3000.0f
@@ -206,13 +206,13 @@
 #define BOARD_CURRENT_PER_CODE (BOARD_CURRENT_OVER(BOARD_PIN_MV) / (float)BOARD_ADC_FULL)      /* [A] */
 
 #if BOARD_CURRENT_STEP_MA > 0
-#define BOARD_CURRENT_MIN BOARD_CURRENT_AT_0V /* [A] what the ADC sees */
+#define BOARD_CURRENT_MIN BOARD_CURRENT_AT_0V /* [A] range of the ADC */
 #define BOARD_CURRENT_MAX BOARD_CURRENT_AT_3V
 #else
 #define BOARD_CURRENT_MIN BOARD_CURRENT_AT_3V
 #define BOARD_CURRENT_MAX BOARD_CURRENT_AT_0V
 #endif
-/* Seen in both directions [A]. */
+/* Range in both directions [A]. */
 #define BOARD_CURRENT_RANGE (BOARD_CURRENT_MAX < -BOARD_CURRENT_MIN ? BOARD_CURRENT_MAX : -BOARD_CURRENT_MIN)
 
 /* ---- Lines 11 and 12: voltage and temperatures ---- */
@@ -231,8 +231,9 @@
 #define BOARD_MOTOR_AT_3V 150
 #endif
 
-/* A trip above the end of its sensor's scale would never come; 2 % of it are left to the sensor. Largest
- * accepted temperature limit [degC]: the smaller of this end and the limit of switches and windings. */
+/* A trip threshold above the end of its sensor's scale would never be reached, so the largest threshold is 2
+ * % below this end. Largest accepted temperature limit [degC]: the smaller of this end and the limit of
+ * switches and windings. */
 #define BOARD_HOTTER(x, y) ((x) > (y) ? (x) : (y))
 #define BOARD_COLDER(x, y) ((x) < (y) ? (x) : (y))
 #define BOARD_HOT_END(at_0v, at_3v)                                                                          \
@@ -268,7 +269,7 @@
 #define BOARD_CHOPPER_CURRENT_MA 100 /* without an output it has no effect */
 #endif
 
-/* ---- Can it be right? ---- */
+/* ---- Checks of these values ---- */
 
 #include "hal/board_check.h"
 

@@ -175,7 +175,7 @@ uint32_t hal_serial_read(uint16_t *octets, uint32_t room);
 /* Drops the octets that have arrived, and counts an error if there were any. */
 void hal_serial_drop(void);
 
-/* Sends the first of `count` octets, as many as the transmitter has room for. Returns their number. */
+/* Sends the first of `count` octets, as many as fit into the transmitter. Returns their number. */
 uint32_t hal_serial_write(const uint16_t *octets, uint32_t count);
 
 /* True until the last octet of hal_serial_write() has left the chip. */

@@ -16,7 +16,7 @@ static float current_of(uint16_t code)
     return ((float)code + BOARD_HALF_CODE) * BOARD_CURRENT_PER_CODE + BOARD_CURRENT_AT_0V;
 }
 
-/* A sensor that is linear from 0 to 3 V. */
+/* The value of a sensor that is linear from 0 to 3 V. */
 #define TEMPERATURE_OF(code, at_0v, at_3v)                                                                   \
     (((float)(code) + BOARD_HALF_CODE) * (((float)(at_3v) - (float)(at_0v)) / (float)BOARD_ADC_FULL) +       \
      (float)(at_0v))

@@ -58,8 +58,8 @@ void app_start(void);
  * the controller is reset and the gates open. */
 void app_background(void);
 
-/* The interrupts: that of the sample, every period; that of the medium task, once per window, which the
- * others may interrupt; that of the power module's fault line; and that of octets on the serial line. */
+/* The interrupts: one for the sample, in every period; one for the medium task, once per window, which the
+ * others may interrupt; one for the fault line of the power module; and one for octets on the serial line. */
 HAL_INTERRUPT void app_interrupt(void);
 HAL_INTERRUPT void app_medium(void);
 HAL_INTERRUPT void app_trip(void);
@@ -77,9 +77,9 @@ void app_write(const drive_command_t *command);
 /* The sample of a recorded period (drive/record.h), converted as app_read does it. For a replay. */
 void app_read_again(const uint32_t codes[RECORD_CODES], drive_samples_t *samples);
 
-/* From the background: judges the staged set, prepares its tuning and offers that to the interrupt, which
- * takes it over at the end of its window. Interrupts are off only for the offer. false: the old set stays
- * in use, `why` gives the error. */
+/* From the background: judges the staged set, prepares its tuning and offers the tuning to the interrupt,
+ * which takes it over at the end of its window. Interrupts are off only for the offer. false: the old set
+ * stays in use, `why` gives the error. */
 bool app_apply(params_error_t *why);
 
 /* From the background: judges a set of requests and takes it over between two interrupts. */

@@ -6,8 +6,8 @@
 #define LEARN_PERIODS DRIVE_PERIODS(10e-3f)  /* least time from one tuning to the next */
 #define WATCH_PERIODS DRIVE_PERIODS(0.4e-3f) /* least time from one slice of memory to the next */
 
-/* Whole cycles, not less than the configured value: within a thousandth of a cycle, by
- * which a float may be too large. */
+/* Whole cycles, not less than the configured value. An excess of a thousandth of a cycle is ignored, because
+ * the float may be too large by that. */
 static uint16_t dead_band_of(const params_t *params)
 {
     return (uint16_t)(params->dead_time * (float)HAL_CLOCK_HZ + 0.999f);
@@ -67,7 +67,8 @@ static void look(void)
     hal_interrupts_on();
 }
 
-/* A single store needs no bracket, but its record does: the event and the change belong to one period. */
+/* The store itself is a single access. Interrupts are off so that the change and its recorded event belong to
+ * the same period. */
 static void hold_for_record(void)
 {
     if (app->drive.record.on != 0u) {
@@ -181,7 +182,7 @@ bool app_apply(params_error_t *why)
     const bool taken = live || !bridge_on;
     if (taken) {
         offer();
-        if (!bridge_on) { /* values in registers change only while the bridge is off */
+        if (!bridge_on) { /* parameters that are written to registers change only while the bridge is off */
             (void)hal_set_dead_band(dead_band);
             (void)hal_set_encoder(encoder_max);
         }

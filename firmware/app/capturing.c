@@ -109,7 +109,7 @@ void capturing_show(void)
 {
     const capture_t *capture = &app->drive.capture;
     services_t *services = &app->services;
-    services->capture_state = (int32_t)capture->state; /* first: after "held" the others are final */
+    services->capture_state = (int32_t)capture->state; /* first: if "held", the other rows are final */
     services->capture_periods = capture_count(capture);
     services->capture_at = capture->at;
     services->capture_content = (int32_t)app->drive.record.on;

@@ -23,8 +23,8 @@ static mirror_reply_t poll(uint16_t words[MIRROR_GROUP])
     return MIRROR_LOST;
 }
 
-/* A transfer takes 0.3 ms. Writing may take three times the time of the data sheet; 10 ms are for the
- * background, which may be late. */
+/* A transfer takes 0.3 ms. Writing may take three times the time of the data sheet. 10 ms are added, because
+ * the background may be late. */
 static const mirror_bus_t bus = {
     .write = hal_eeprom_write,
     .read = hal_eeprom_read,

@@ -9,8 +9,8 @@
 
 extern const store_flash_t keeping_memory;
 
-/* Before any use of keeping_memory and before hal_init. I2C: reads the memory, for 40 ms at 400 kHz. An error
- * is in keeping_error(), and the memory then has no content and takes none. */
+/* Before any use of keeping_memory and before hal_init. I2C: reads the memory, for 40 ms at 400 kHz. After an
+ * error, which keeping_error() returns, the memory counts as empty and accepts no write. */
 void keeping_open(void);
 
 /* mirror_error_t; always MIRROR_GOOD with flash. */
@@ -21,8 +21,8 @@ bool keeping_busy(void);
 
 #if BOARD_STORE == BOARD_STORE_I2C
 
-/* Room for one set in each page, which begin at fixed places of the memory: a later program with more rows
- * finds them. */
+/* Length reserved for a set in each page. The pages begin at fixed places of the memory, so that a later
+ * program with more rows finds them. */
 #define KEEPING_ROWS   (sizeof(params_t) / sizeof(uint32_t))
 #define KEEPING_RECORD (STORE_HEADER + STORE_PAIR * KEEPING_ROWS + STORE_END)
 #define KEEPING_WORDS  ((KEEPING_RECORD + MIRROR_GROUP - 1u) / MIRROR_GROUP * MIRROR_GROUP)

@@ -19,7 +19,7 @@ typedef struct {
     uint16_t line;
 } check_failure_t;
 
-/* The check that failed, for a debugger: null while none has. */
+/* The check that failed, for a debugger; null: no check has failed. */
 static volatile check_failure_t check_failure;
 
 /* Removes the voltage from the motor; interrupts are switched off one instruction before the gates, because

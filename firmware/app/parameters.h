@@ -40,8 +40,9 @@ typedef enum {
       "or a transfer does not end, or it does not hold what was written")
 
 /* At the start, before hal_init: loads the stored set into app->staged, or the defaults. false: the stored
- * data cannot be trusted, or its values break a rule; then app->staged has the defaults. A memory that does
- * not answer gives the defaults as well, with store_error, and true: nothing shows that there was a set. */
+ * data cannot be trusted, or its values break a rule; then app->staged has the defaults. If the memory does
+ * not answer, app->staged has the defaults as well and store_error is set, but the result is true, because
+ * nothing shows that a set was stored. */
 bool parameters_start(void);
 
 /* From the background: loads the stored set into app->staged, to be applied; the defaults if none is stored.

@@ -46,7 +46,8 @@ capture_tuning_t recording_tuning(void)
 
 /* ---- snapshots ---- */
 
-/* Slots `from` to `to` of a struct. Four at a time, because the copy has to be over before the next sample.
+/* Copies the slots `from` to `to` of a struct, four at a time, because the copy has to end before the next
+ * sample.
  */
 static void copy_slots(uint32_t *slots, const void *base, uint32_t from, uint32_t to)
 {
@@ -72,7 +73,8 @@ static bool is_settled(const drive_t *drive)
            drive->taken == 0u && drive->opens == (int32_t)REASON_NONE;
 }
 
-/* What the sample interrupt writes: copied between two samples. false: no try was short enough. */
+/* Copies the data that the sample interrupt writes, between two samples. false: a sample interrupted every
+ * try. */
 static bool copy_fast(uint32_t *slots, uint32_t *period)
 {
     const drive_t *drive = &app->drive;
@@ -94,7 +96,7 @@ static void hide_key(uint32_t *params)
     params[offsetof(params_t, line_key) / sizeof(uint32_t)] = 0u;
 }
 
-/* false: something has changed meanwhile. */
+/* false: the data has changed during the copy. */
 static bool take(uint32_t number)
 {
     const drive_t *drive = &app->drive;
@@ -182,7 +184,7 @@ void recording_offer(const params_t *params, const assumed_t *assumed)
 
 /* ---- what a client reads ---- */
 
-/* The numbers of the rows' slots, which are the same on every target. */
+/* A hash of the numbers of the rows' slots, which are the same on every target. */
 static uint32_t hash_places(const table_t *table, uint32_t before)
 {
     uint32_t hash = before;

@@ -26,7 +26,7 @@ void self_watch_accept(self_watch_t *watch, const params_t *params)
     watch->found &= ~(UINT32_C(1) << SELF_WATCH_PARAMS);
 }
 
-/* All words are included: compares the checksum with the first one. */
+/* All words are included in the checksum: it is compared with that of the first round. */
 static bool round_done(self_watch_memory_t *memory)
 {
     const uint32_t crc = crc_end(memory->crc);

@@ -1,6 +1,6 @@
-/* Services: functions of the drive for a client beside the control of the motor, as rows of a
- * table like parameters and requests. Writing a row acts at once; `order` is executed or
- * refused before the write returns. */
+/* Services: functions of the drive for a client, apart from the control of the motor, as rows of a table like
+ * parameters and requests. Writing a row acts at once; `order` is executed or refused before the write
+ * returns. */
 #ifndef APP_SERVICES_H
 #define APP_SERVICES_H
 
@@ -31,7 +31,7 @@ typedef enum {
  * I(id, name, unit, default, min, max, access, text): int32_t
  * U(id, name, unit, default, min, max, access, text): uint32_t
  * E(id, name, choices, access, text): int32_t with named values, default the first
- * What is only shown is TABLE_READ, default and range 0. */
+ * Rows that are only displayed have the access TABLE_READ, and default and range 0. */
 #define APP_SERVICES(F, I, U, E)                                                                             \
     E(1900, order, SERVICE_ORDERS, TABLE_LIVE,                                                               \
       "acts when written: apply activates the staged parameters, save stores the active ones, load and "     \

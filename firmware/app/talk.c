@@ -9,7 +9,8 @@
 #define SILENCE_PERIODS DRIVE_PERIODS(5e-3f)  /* silence that ends an incomplete frame */
 #define RESTART_PERIODS DRIVE_PERIODS(20e-3f) /* from the order to the reset: its answer is sent */
 
-/* An octet that the drive has sent and hears itself has come and is read so long after it is sent. */
+/* On a line of two wires the drive receives the octets that it sends. After this time such an octet has
+ * arrived and has been read. */
 #define ECHO_PERIODS 5u
 
 #define FRAMES_MAX 4u /* sent by a call */
@@ -53,8 +54,8 @@ static uint32_t room_of(const talk_in_t *came)
     return in_a_row(came->put, TALK_RING - 1u - waiting_in(came), TALK_RING);
 }
 
-/* Twice, because the room may continue at the beginning of the ring. Octets without room are dropped, since
- * those that stayed in the chip would call the interrupt again. */
+/* Reads twice, because the free space may continue at the beginning of the ring. Octets without space are
+ * dropped, because octets that stay in the chip would request the interrupt again. */
 static void receive(talk_in_t *came)
 {
     for (uint16_t piece = 0u; piece < 2u; piece++) {
@@ -95,7 +96,7 @@ void talk_receive(void)
     }
 }
 
-/* A line that leads past the chip has no interrupt. */
+/* A line that does not use the chip has no interrupt. */
 static void receive_beside(talk_in_t *came)
 {
     for (uint16_t piece = 0u; piece < 2u && talk_line != NULL; piece++) {
@@ -148,9 +149,10 @@ void talk_restart(void)
     app->talk.restart_at = period() + RESTART_PERIODS;
 }
 
-/* ---- in ---- */
+/* ---- received octets ---- */
 
-/* Which line it is, and whether octets of it were lost: then those that came go with them. */
+/* Selects the line, and finds whether octets of it were lost; the octets that have arrived are then dropped
+ * as well. */
 static void look_at_line(talk_t *talk)
 {
     const uint32_t serial = is_serial();
@@ -172,9 +174,9 @@ static bool is_modbus(const talk_t *talk)
     return talk_line == NULL && talk->setting.protocol == (int32_t)LINE_MODBUS;
 }
 
-/* Octets that come while the drive sends are its own, on a line of two wires, and are dropped. A frame ends
- * with a silence: octets are processed before its time is judged, so a late background makes the silence
- * longer and never shorter. */
+/* On a line of two wires the octets that arrive while the drive sends are its own, and are dropped. A silence
+ * ends a frame. Octets are processed before the time of the silence is judged, so that a late background can
+ * only make the silence longer. */
 static void listen_modbus(talk_t *talk)
 {
     const uint32_t now = period();
@@ -205,8 +207,8 @@ static void listen_modbus(talk_t *talk)
     }
 }
 
-/* Processes octets up to the end of a frame: its command is executed, and its answer waits. Octets after it
- * wait for a later call: a command is executed when the answer before it is being sent. */
+/* Processes octets up to the end of a frame, executes its command, and keeps the answer. Later octets wait
+ * for another call, because a command is executed only when the previous answer is being sent. */
 static void listen(talk_t *talk)
 {
     const uint32_t now = period();
@@ -234,7 +236,7 @@ static void listen(talk_t *talk)
     }
 }
 
-/* ---- out ---- */
+/* ---- octets to be sent ---- */
 
 /* The next packet: an answer is sent before samples. */
 static uint32_t packet(talk_t *talk, uint16_t *octets)

@@ -28,10 +28,11 @@ typedef struct {
  * that loses and changes nothing. */
 extern HAL_PER_CHIP const talk_line_t *talk_line;
 
-/* Octets between interrupts and background: more than two commands of the largest length, so that nothing is
- * lost however long the background needs, since a master waits for an answer when it is one command ahead. */
+/* Octets between interrupts and background, with space for more than two commands of the largest length.
+ * Nothing is lost if the background is late, because a master sends at most one command before it has the
+ * answer to the previous one. */
 #define TALK_RING  144u
-#define TALK_AHEAD 64u /* [octets] to be sent that may wait there: an answer does not wait behind more */
+#define TALK_AHEAD 64u /* [octets] to be sent, at most: an answer waits behind no more than these */
 
 /* One side writes `put` and the octets, the other one `got`. They are equal while the ring is empty, and one
  * place stays free. */

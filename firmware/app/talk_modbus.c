@@ -16,7 +16,8 @@ static uint32_t table_of(uint32_t id)
     return number;
 }
 
-/* Ids between the first and the last one of a table read 0, so that a client may read a block. */
+/* Numbers between the first and the last id of a table that are no ids read as 0, so that a client may read a
+ * block. */
 static uint32_t read_gap(uint32_t id, uint32_t *slot)
 {
     uint16_t octets[4];

@@ -47,7 +47,7 @@ bool talk_is_text(uint32_t extension)
 
 uint32_t talk_text_length(uint32_t extension)
 {
-    text_t text = text_window(UINT32_MAX, 0u, NULL); /* nothing is kept, everything is counted */
+    text_t text = text_window(UINT32_MAX, 0u, NULL); /* characters are counted and not stored */
     write_text(extension, &text);
     return text.at;
 }

@@ -21,7 +21,7 @@ static const void *base_of(uint32_t table)
     return bases[table];
 }
 
-/* The key is shown to those only who have it. */
+/* The key is shown only to a client that has unlocked the drive with it. */
 static bool is_hidden(uint32_t number, const table_row_t *row)
 {
     const size_t line_key = offsetof(params_t, line_key);
@@ -40,7 +40,7 @@ static void put_slot(uint32_t at, uint32_t bits, uint32_t address, uint32_t coun
 }
 
 /* A block of a table, in one pass over its rows. Numbers between the first and the last id that are no ids
- * read 0: a client may read a table in one block. */
+ * read as 0, so that a client may read a table in one block. */
 static uint32_t read_rows(uint32_t number, uint32_t address, uint32_t count, uint16_t *octets)
 {
     const table_t *table = app_tables[number];

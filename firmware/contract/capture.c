@@ -54,7 +54,7 @@ static void begin(capture_t *capture, capture_state_t state)
     capture->next = 0u;
     capture->full = 0u;
     capture->at = 0u;
-    capture->beyond = 1u; /* a value beyond the level from the start has no edge */
+    capture->beyond = 1u; /* a value that is beyond the level from the start is no edge */
 }
 
 void capture_init(capture_t *capture, const capture_tuning_t *tuning)

@@ -46,9 +46,9 @@ typedef enum {
     CAPTURE_BAD_ON,      /* no such trigger */
     CAPTURE_BAD_SOURCE,  /* no row has this id, and the trigger is an edge of that row */
     CAPTURE_BAD_LEVEL,   /* the level is not a number, and the trigger is an edge of a row */
-    CAPTURE_BAD_AFTER,   /* the period of the trigger would have left the ring */
+    CAPTURE_BAD_AFTER,   /* the ring has fewer rows than these periods */
     CAPTURE_BAD_COLUMNS, /* zero, or too many */
-    CAPTURE_BAD_ID       /* no row has the id of the first column; one more for each next column */
+    CAPTURE_BAD_ID       /* no row has the id of the first column; + n: the same of column n */
 } capture_refusal_t;
 
 typedef struct {

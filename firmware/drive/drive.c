@@ -96,7 +96,7 @@ bool drive_step(drive_t *drive, const drive_samples_t *samples, drive_command_t 
         show_fault(drive, &drive->medium.fault);
     }
     const bool due = drive->fast.sum.periods >= DRIVE_WINDOW && turn_window(drive, &orders, samples->encoder);
-    if (drive->record.on != 0u) { /* a window that is handed over now has found the medium task ready */
+    if (drive->record.on != 0u) { /* if a window is handed over now, the medium task was ready */
         record_step(&drive->record, samples->codes, due || drive->done == drive->handed, command);
     }
     capture_step(&drive->capture, drive, drive->fast.period);
@@ -152,7 +152,7 @@ void drive_init(drive_t *drive, const params_t *params)
 
 void drive_offer(drive_t *drive)
 {
-    if (drive->fast.period == 0u) { /* no window to wait for */
+    if (drive->fast.period == 0u) { /* before the first period there is no end of a window */
         drive->in_force ^= 1u;
         start(drive);
     } else {

@@ -53,7 +53,7 @@ typedef struct {
     fast_t fast;
     medium_t medium;
 
-    /* data between the tasks beside the setpoint of the medium task */
+    /* data between the tasks, in addition to the setpoint of the medium task */
     window_t window;         /* the newest closed one; the medium task reads it until it is done */
     uint32_t handed;         /* [windows] closed and handed over, by the fast task */
     uint32_t done;           /* [windows] whose setpoint is ready, by the medium task */

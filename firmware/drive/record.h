@@ -7,8 +7,8 @@
  *     slot 2   bits 0..11 heat sink, 12..23 motor, 24..31 upper octet of the encoder's count
  *     slot 3   checksum of all commands so far
  *
- * The first three are the codes of the converter as the application packs them, because the values in SI
- * units would need twice the room. */
+ * The first three contain the codes of the converter, packed by the application, because the values in SI
+ * units would need twice the space. */
 #ifndef DRIVE_RECORD_H
 #define DRIVE_RECORD_H
 
@@ -22,9 +22,7 @@
 #define RECORD_CODES   3u /* of them, the slots with the sample */
 
 /* What happened between the sample of the last period and this one. */
-#define RECORD_CAME_SETPOINT                                                                                 \
-    UINT32_C(1) /* the medium task has no window to work on: its setpoint is ready                           \
-                 */
+#define RECORD_CAME_SETPOINT   UINT32_C(1) /* the medium task waits for a window: its setpoint is ready */
 #define RECORD_CAME_BACKGROUND UINT32_C(2) /* the background has completed a cycle */
 #define RECORD_CAME_TRIP       UINT32_C(4) /* the trip interrupt */
 #define RECORD_CAME_PLACE      29u
@@ -42,7 +40,7 @@ static inline uint32_t record_mix(uint32_t check, uint32_t bits)
 }
 
 /* The record of a period: its sample, and the command that the step has returned. `ready`: the medium task
- * had no window to work on. */
+ * waited for a window. */
 static inline void record_step(drive_record_t *record, const uint32_t codes[RECORD_CODES], bool ready,
                                const drive_command_t *command)
 {

@@ -43,8 +43,8 @@ typedef fixed_tuning_t chosen_tuning_t;
 #define CHOSEN_SALIENT_MAX      4.0f
 #define CHOSEN_SALIENT          "4"
 
-/* Least saturation current of the q axis over the current limit [-]: with less, the incremental inductance at
- * the current limit is below 1/40 of that without current. */
+/* Least saturation current of the q axis over the current limit [-]: below this ratio the incremental
+ * inductance at the current limit is less than 1/40 of that without current. */
 #define CHOSEN_SATURATION_LEAST 0.4f
 #define CHOSEN_SATURATION_TEXT  "at least 0.4 current_limit, because the current control is unstable below"
 

@@ -23,8 +23,8 @@ typedef struct {
     uint32_t coasted;   /* [-] 1: the loop coasted in this period, without a judgement */
 } estimate_t;
 
-/* [-] Least EMF of a rotor that the loop follows, over what its speed makes: psi_f wrong by a third, and the
- * current by which L is wrong. */
+/* [-] Least EMF of a rotor that the loop follows, over the EMF that its speed makes. The margin covers a
+ * psi_f that is wrong by a third, and the effect of a wrong L. */
 #define ESTIMATE_EMF_LEAST 0.5f
 
 /* True if the EMF denies the speed of the loop: the loop has lost the rotor. */

@@ -126,8 +126,8 @@ void pll_reset(pll_t *pll, position_t start);
  * frequency of the loop, k_p term included. It is the angle of the rotor if the EMF has no lag (lag_emf);
  * else the caller adds lag_angle(). `speed_per_volt` = 1/psi_f [rad/(s V)], divided by the attenuation of the
  * EMF if it has one; it has no effect on a conventional loop. `acceleration` [rad/s^2] by the torque is K
- * i_q; 0 = the paper. In a conventional loop its integral never decays and ends at the limit, while the
- * integrator opposes it: it requires a feed-forward.
+ * i_q; 0 = the paper. It requires a feed-forward: in a conventional loop its integral would never decay and
+ * would end at the limit, opposed by the integrator.
  *
  * feedforward_cutoff = 0 with acceleration = 0 is exactly the conventional PLL. For any input, also
  * non-finite ones, result and state stay finite: with an EMF that is not finite or, filtered, above 1e15 V
@@ -138,7 +138,8 @@ void pll_reset(pll_t *pll, position_t start);
 position_t pll_step(pll_t *pll, ab_t emf, float speed_per_volt, float acceleration);
 
 /* After a reset: sets the state of a filter that has settled on an EMF of this amplitude [V]. Without this
- * call the filter starts from zero, and the feed-forward drops for some of its time constants. */
+ * call the filter starts from zero, and the feed-forward is too small for some time constants of the filter.
+ */
 void pll_reset_emf(pll_t *pll, float amplitude);
 
 /* After pll_reset_emf(): sets F to the speed from this EMF with the assumed psi_f (`speed_per_volt` as in

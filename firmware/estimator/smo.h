@@ -109,8 +109,8 @@ void smo_reset(smo_t *smo, ab_t current, ab_t emf);
  * the output of the filter for v. */
 void smo_reset_error(smo_t *smo, ab_t current, ab_t error);
 
-/* e_hat [V] at t_k from the voltage [V] that acted on [t_k-1, t_k) and the current [A] at t_k. Finite for
- * every input. Divisions: one for the vector form, three for the others (each axis and the mean
+/* e_hat [V] at t_k from the voltage [V] that acted on [t_k-1, t_k) and the current [A] at t_k. The result is
+ * finite for every input. Divisions: one for the vector form, three for the others (each axis and the mean
  * gain). */
 ab_t smo_step(smo_t *smo, ab_t voltage, ab_t current);
 

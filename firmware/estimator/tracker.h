@@ -16,9 +16,9 @@
  *
  *     t = (D + excess) i_q/psi_t,  psi_t = psi_f - (D + excess + |i_q| slope) i_d
  *
- * because an error of the angle changes the currents with the incremental inductances. The detector then sees
- * psi_t/psi_a of the error, and of the motion of the loop D i_q/(psi_a omega): f uses D i_q/psi_t instead of
- * t, and kp and ki are multiplied by psi_a/psi_t. The torque is 1.5 p (psi_a i_q - c i_d).
+ * because an error of the angle changes the currents with the incremental inductances. The detector then
+ * shows psi_t/psi_a of the error, and D i_q/(psi_a omega) of the motion of the loop: f uses D i_q/psi_t
+ * instead of t, and kp and ki are multiplied by psi_a/psi_t. The torque is 1.5 p (psi_a i_q - c i_d).
  *
  * The speed from the length of the EMF is this length over a psi_a that is low-passed like the EMF. The
  * acceleration by the torque, K (psi_a i_q - psi_f i_L) with the load as a current of psi_f, can support the

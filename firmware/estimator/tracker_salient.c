@@ -28,8 +28,8 @@ ab_t tracker_transient(const tracker_t *tracker, dq_t current, ab_t voltage)
     return voltage;
 }
 
-/* Where the q axis saturates: t [-] and c [Wb], and for f what the motion of the loop adds to the error of
- * the angle and the gain of the detector, both relative to psi_t [-]. */
+/* Where the q axis saturates: t [-] and c [Wb]; and for f the part that the motion of the loop adds to the
+ * error of the angle, and the gain of the detector, both relative to psi_t [-]. */
 static void bend(const tracker_t *tracker, dq_t current, tracker_motor_t *motor)
 {
     const saturation_point_t point = saturation_at(&tracker->saturation, current.q);

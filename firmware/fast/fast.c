@@ -194,8 +194,8 @@ static void estimate_position(fast_t *fast, fast_orders_t orders)
 
 /* ---- control ---- */
 
-/* The demand on current control in this period. `left`: this is the first period without the encoder. Where
- * the loop is locked to an angle, its next step continues from there. */
+/* The demand on current control in this period. `left`: this is the first period without the encoder. If the
+ * loop is locked to an angle here, its next step continues from this angle. */
 static void demand(fast_t *fast, fast_orders_t orders, bool left)
 {
     const measured_t *measured = &fast->measure.measured;
@@ -228,7 +228,7 @@ static void demand(fast_t *fast, fast_orders_t orders, bool left)
     } else if (fast->demand.change == (int32_t)FRAME_ANEW) {
         current_control_reset(&fast->current_control, (dq_t){0.0f, 0.0f});
     }
-    /* psi_f omega and the observed EMF differ by what is wrong of psi_f, which the integrals have held */
+    /* psi_f omega and the observed EMF differ by the error of psi_f, which the integrals have compensated */
     if (fast->demand.origin != origin && origin != (int32_t)EMF_OTHER &&
         fast->demand.origin != (int32_t)EMF_OTHER) {
         current_control_shift(&fast->current_control,
@@ -281,10 +281,10 @@ static abc_t control(fast_t *fast, const fast_tuning_t *tuning)
     return made.duty;
 }
 
-/* The first duties go out in the first period, and the gates come on with them in the second. Where the lower
+/* The first duties go out in the first period, and the gates come on with them in the second. If the lower
  * switches charge the supply of the upper gates (bootstrap), the gates come on a period later, because a
- * pulse that has begun before a duty of zero ends only in the next period; then only the lower switches are
- * on for charge_periods. This short-circuits a rotating motor: if current flows, control begins at once, and
+ * pulse that has begun before a duty of zero ends only in the next period. Then only the lower switches are
+ * on, for charge_periods. This short-circuits a rotating motor: if current flows, control begins at once, and
  * its zero vectors continue the charging. */
 static bool comes_on(fast_t *fast, const fast_limits_t *limits)
 {
@@ -404,6 +404,6 @@ void fast_step(fast_t *fast, fast_orders_t orders, const drive_samples_t *sample
     inverter_remember(&fast->inverter, &fast->command.duty, fast->measure.measured.current,
                       fast->measure.measured.u_dc);
     command->duty = (abc_t){fast->command.duty.a, fast->command.duty.b, fast->command.duty.c};
-    command->gates = fast->command.gates; /* field by field: the copy of the whole would be a call */
+    command->gates = fast->command.gates; /* field by field, because a copy of the whole is a call */
     command->outputs = fast->command.outputs;
 }

@@ -81,7 +81,7 @@ typedef struct {
     frame_t frame; /* the same as a frame, computed while control uses the encoder */
 } fast_shaft_t;
 
-/* The outputs beside the gates. */
+/* The outputs other than the gates. */
 typedef struct {
     uint32_t permitted; /* [-] DRIVE_OUTPUT_... bits that may be on */
     uint32_t chops;     /* [-] 1: the link voltage requires the chopper */
@@ -112,7 +112,7 @@ typedef struct {
     excite_t excite;  /* in place of current control, while the motor is commissioned */
 } fast_control_t;
 
-/* Data of the present window beside its sums. */
+/* Data of the present window other than its sums. */
 typedef struct {
     uint32_t number;     /* [windows] closed before this one */
     int32_t calibration; /* [-] calibration_t of the last period */

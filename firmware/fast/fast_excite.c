@@ -30,7 +30,8 @@ abc_t fast_excite(fast_t *fast, fast_orders_t orders)
     const ab_t none = {0.0f, 0.0f};
     const excite_order_t *order = &orders.setpoint->excite;
     const ab_t asked = order->kind == (int32_t)EXCITE_LOOP ? loop(fast, order) : excitation(fast, order);
-    /* the watch of the sensors compares them with a reference that control reaches at once: here is none */
+    /* the watch of the sensors compares them with a reference that control reaches at once; an excitation has
+     * none */
     fast->demand.current = frames_park(measured->current, fast->demand.frame.rotation);
     fast->control.voltage = frames_park(asked, fast->demand.frame.rotation);
     fast->control.limited = 0u;

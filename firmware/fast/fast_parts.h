@@ -4,9 +4,8 @@
 
 #include "fast/fast.h"
 
-/* Updates the rotor's position and speed from the present source. The speed is that for the parts that need
- * little noise: the estimate without the proportional part of the loop, because the speed control would
- * amplify the noise of that part. */
+/* Updates the rotor's position and speed from the present source. The speed is the estimate without the
+ * proportional part of the loop, because the speed control would amplify the noise of that part. */
 static inline void fast_update_rotor(fast_t *fast, const fast_tuning_t *tuning)
 {
     const estimate_t *estimate = &fast->estimator.estimate;

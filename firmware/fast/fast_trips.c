@@ -8,7 +8,7 @@ void fast_open_bridge(fast_t *fast, uint32_t window)
     if (fast->bridge.open == 0u) {
         fast->bridge.open = 1u;
         fast->bridge.open_since = window;
-        fast->bridge.outputs.permitted = 0u; /* the chopper until a setpoint has judged the reason */
+        fast->bridge.outputs.permitted = 0u; /* the chopper too, until a setpoint has judged the reason */
     }
 }
 
@@ -69,7 +69,7 @@ void fast_judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wrong
         expected.current_abc = measure_expected(&fast->measure);
         input.measured = &expected;
     }
-    /* a loop that has lost the rotor is for the medium task to judge, which catches the rotor again */
+    /* the medium task judges a loop that has lost the rotor, and catches the rotor again */
     const bool denied = reference_tracks(&fast->reference) && estimate_is_denied(&fast->estimator.estimate);
     input.omega_m = denied ? 0.0f : input.omega_m;
     const bool failed = fault_set_any(fast->trips.faults);

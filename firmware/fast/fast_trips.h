@@ -8,11 +8,13 @@
 #include "fast/fast_parts.h"
 #include "guard/guard_quantities.h"
 
-/* While control uses the encoder. Its angle has moved faster than any rotor: its row opens the bridge, which
- * the returned ENCODER_WATCH_... bits state, or control leaves the encoder in this period. */
+/* The reaction to an angle of the encoder that has moved faster than any rotor can, while control uses the
+ * encoder. Either the row of the fault table opens the bridge, and the result is its ENCODER_WATCH_... bits,
+ * or control leaves the encoder in this period. */
 uint32_t fast_watch_jump(fast_t *fast, fast_orders_t orders);
 
-/* Judges the rows of the fault table of each period, in a period in which one of them holds or has held. */
+/* Judges the rows of the fault table that have the rate EACH. It is called in the periods in which one of
+ * them holds or has held. */
 void fast_judge_trips(fast_t *fast, fast_orders_t orders, uint32_t encoder_wrong);
 
 /* Judges a current sensor whose value does not change while control requires another current. The medium task
@@ -28,8 +30,9 @@ static inline void fast_find_gates_on(fast_bridge_t *bridge, uint32_t flags)
     }
 }
 
-/* The moments in which the fast rows count. Those of a bridge that is on begin with the first sample that
- * shows the gates on, independent of the medium task. The sequence detects gates that never come on. */
+/* The GUARD_... bits that decide which fast rows count. The rows for a bridge that is on count from the first
+ * sample that shows the gates on, independent of the medium task. The sequence detects gates that never come
+ * on. */
 static inline uint32_t fast_moments(const fast_bridge_t *bridge, const setpoint_t *setpoint)
 {
     return bridge->runs == 0u || bridge->open != 0u ? GUARD_ALWAYS : setpoint->moments;
@@ -63,7 +66,7 @@ static inline bool fast_trip(fast_t *fast, fast_orders_t orders)
     if (!guard_is_calm(&fast->trips, &tuning->guard, &input, FAULT_EACH)) {
         fast_judge_trips(
             fast, orders,
-            encoder_wrong); /* builds the input again: a kept one would be stored in each period */
+            encoder_wrong); /* the input is built again, because a variable would be stored in each period */
     }
     if (still_watch_count(&fast->still_watch, &tuning->still_watch, &fast->measure.measured.current_abc)) {
         fast_judge_still(fast, orders);

@@ -9,8 +9,8 @@
 #define RECENT_SHARE   0.015f /* [-] weight of a sample in the low-pass of the sensors' values, 7 ms */
 #define UNSURE_SHARE   0.25f  /* [-] of MEASURE_MOVED: largest error of unsure offsets at a start */
 
-/* [periods] between two changes by more than MEASURE_QUIET, of a current that flows; offsets step less often.
- */
+/* [periods] A current that flows changes by more than MEASURE_QUIET within this time; offsets step less
+ * often. */
 #define FLOWS_PERIODS 128u
 
 measure_tuning_t measure_prepare(const params_t *params)
@@ -158,8 +158,8 @@ calibration_t measure_found(const measure_t *measure)
     return due ? CALIBRATION_DUE : found;
 }
 
-/* Adds a sample to the block. A step of the offsets spoils what was collected before it, and the block begins
- * again with this sample; a current that flows does so again and again. */
+/* Adds a sample to the block. After a step of the offsets the earlier samples are useless, and the block
+ * begins again with this sample. A current that flows makes the block begin again repeatedly. */
 static void add(measure_rest_t *rest, const drive_samples_t *samples, float weight)
 {
     collect(rest, samples, weight, rest->periods == SETTLE_PERIODS + 1u);
@@ -203,7 +203,8 @@ bool measure_rest(measure_t *measure, const measure_tuning_t *tuning, const driv
     }
     measure->offset = rest->mean;
     rest->recent = (ab_t){0.0f, 0.0f};
-    /* a step in this block leaves its mean halfway, and a current may have flowed in one that began again */
+    /* after a step within this block its mean lies between both values, and a current may have flowed in a
+     * block that began again */
     rest->unsure = moved || again ? UINT32_C(1) : UINT32_C(0);
     return true;
 }

@@ -90,7 +90,7 @@ typedef struct {
     abc_t smallest;   /* [A] */
     abc_t largest;    /* [A] */
     uint32_t periods; /* [periods] of settling and block so far */
-    uint32_t flows;   /* [-] 1: the sensors have moved several times in a short time, by a current */
+    uint32_t flows;   /* [-] 1: the values have changed several times in a short time: a current flows */
     uint32_t again;   /* [-] 1: the present block has begun again */
     uint32_t unsure;  /* [-] 1: a current may have flowed in the calibration; the first block without current
                          replaces it */
@@ -160,8 +160,9 @@ static inline bool measure_current_flows(const measured_t *measured)
     return i.alpha * i.alpha + i.beta * i.beta > MEASURE_QUIET * MEASURE_QUIET;
 }
 
-/* The phase currents [A] in place of those of an invalid sample, as far as a limit is concerned: a current
- * that has grown goes on growing. A sensor that reaches its limit in this way is not broken. */
+/* The phase currents [A] that are compared with limits in place of those of an invalid sample: the last two
+ * samples are extrapolated, so that a growing current continues to grow. A sensor that reaches its limit in
+ * this way is not broken. */
 static inline abc_t measure_expected(const measure_t *measure)
 {
     const abc_t last = measure->measured.current_abc;

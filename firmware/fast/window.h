@@ -15,8 +15,7 @@
 #include "math/bounds.h"
 #include "math/frames.h"
 
-/* [windows] from the window of which a setpoint is made to the one in which it acts, in addition to the next
- * one. */
+/* [windows] between the window from which a setpoint is made and the window in which it acts. */
 #define DRIVE_LATENCY 1u
 
 /* The reason of a stop and the values at that time. */

@@ -14,7 +14,7 @@ const fault_row_t fault_rows[FAULTS] = {
 #undef FAULT_ROW
 };
 
-/* The rows of one moment or reaction. */
+/* The rows with one condition (fault_when_t) or one reaction. */
 static inline fault_set_t rows_at(fault_when_t asked)
 {
 #define FAULT_IF_WHEN(number, NAME, name, quantity, comparison, limit_row, margin, rate, debounce, when,     \

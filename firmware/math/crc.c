@@ -2,7 +2,7 @@
 
 uint32_t crc_add(uint32_t crc, uint16_t word)
 {
-    /* Of the 16 values of four bits, reflected polynomial EDB88320h. */
+    /* Checks of the 16 values of four bits, reflected polynomial EDB88320h. */
     static const uint32_t remainders[16] = {
         UINT32_C(0x00000000), UINT32_C(0x1DB71064), UINT32_C(0x3B6E20C8), UINT32_C(0x26D930AC),
         UINT32_C(0x76DC4190), UINT32_C(0x6B6B51F4), UINT32_C(0x4DB26158), UINT32_C(0x5005713C),

@@ -85,7 +85,7 @@ int32_t tanh_ratio_q(uint64_t square)
         root_q_t root = inverse_root_q(square);
         return q_multiply(root.mantissa, Q_ONE(22), 31 - root.shift);
     }
-    /* z in Q25, whose first bit is bit 26 + part. */
+    /* z in Q25; its highest bit is bit 26 + part. */
     uint32_t z = (uint32_t)(square >> (TANH_Q_SQUARE - 25));
     int32_t part = q_clamp(5 + 32 - q_leading_zeros(z), 4);
     part = part < 0 ? 0 : part;

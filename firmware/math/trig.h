@@ -6,7 +6,7 @@
  * change in a period and a half needs neither range reduction nor quadrants. atan2 divides the shorter
  * component by the longer, so that one odd polynomial of degree 11 on [0, 1] covers the plane.
  *
- * A tracking loop needs less accuracy, in every period: trig_turn().
+ * trig_turn() is faster and less accurate, for the tracking loop, which needs it in every period.
  *
  * No state, no libm, no loop. Does not handle: angles beyond TRIG_LIMIT, which the caller has to wrap
  * first. */

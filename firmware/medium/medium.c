@@ -13,7 +13,7 @@
 /* [-] of the link: largest EMF of a rotor whose current through the diodes is not detected */
 #define CONFIRMED_BEYOND 1.15f
 
-/* For this time a suspected sensor or wire is judged before the EMF. */
+/* Time for which a suspected sensor or wire has priority over the EMF. */
 #define SUSPICION_PERIODS DRIVE_PERIODS(3.5e-3f)
 
 /* ---- faults ---- */
@@ -33,7 +33,7 @@ static bool is_caught(const medium_t *medium, const window_t *window)
 }
 
 /* True if the EMF confirms the speed. In a loop that tracks the rotor the EMF lies on the q axis and has the
- * expected length, also that of the speed at the stop, to which the estimate may have run within a window; a
+ * expected length, also for the speed at the stop, which the estimate may have reached within a window. A
  * relock is excluded, because its loop did not follow the rotor at the beginning. */
 static bool is_confirmed(const medium_t *medium, const window_t *window, float omega_e)
 {
@@ -331,7 +331,7 @@ static float load_share(medium_t *medium, const medium_tuning_t *tuning, const w
         return 0.0f;
     }
     const float share = inertia_load_share(inertia, &tuning->load);
-    /* the setpoint that has changed the reference is not in a window yet */
+    /* no window contains the setpoint that has changed the reference yet */
     return medium->speed.still <= DRIVE_LATENCY && share < 1.0f ? 0.0f : share;
 }
 
@@ -351,7 +351,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->jump_periods = MANOEUVRE_CATCH_PERIODS;
     setpoint->dither =
         manoeuvres_dithers(&medium->manoeuvres) ? medium->inductance.dither : (dq_t){0.0f, 0.0f};
-    const float room = run_room(&medium->manoeuvres.run); /* beside the remaining i_d of a hand-over */
+    const float room = run_room(&medium->manoeuvres.run); /* next to the remaining i_d of a hand-over */
     const float most = bounds_less(room, medium->thermal.limit);
     setpoint->driving_limit = most;
     setpoint->braking_limit = most;

@@ -117,7 +117,7 @@ typedef struct {
 typedef struct {
     float trip;      /* overspeed limit of the tuning [rad/s] */
     float reference; /* of the last setpoint [rad/s] */
-    uint32_t still;  /* [windows] since the reference changed, up to those until it is in a window */
+    uint32_t still;  /* [windows] since the reference changed, until a window contains the new one */
     oscillation_watch_t oscillation;
 } medium_speed_t;
 
@@ -130,7 +130,7 @@ typedef struct {
     offset_trim_t offset_trim;
     means_t means;
     medium_trust_t trust;
-    estimate_t estimate; /* at the window's end, its EMF the mean of the window turned there */
+    estimate_t estimate; /* at the window's end; its EMF is the mean of the window, rotated to its end */
     inductance_t inductance;
     inertia_t inertia;
     dead_time_learn_t dead_time_learn;

@@ -25,8 +25,8 @@ static void judge_estimate(medium_t *medium, const window_t *window)
     }
 }
 
-/* The means of the window, in the stationary frame and in the rotor's; medium->estimate: the estimate at its
- * end with the mean of the EMF, turned there. */
+/* The means of the window, in the stationary frame and in the rotor's; medium->estimate: the estimate at the
+ * end of the window, with the mean of the EMF rotated to this time. */
 static void average(medium_t *medium, const window_t *window)
 {
     const estimate_t *estimate = &window->estimate;
@@ -112,7 +112,7 @@ static void learn_dead_time(medium_t *medium, const window_t *window)
 
 /* Learns the shape of the EMF, once the dead time is nearly known, and the differences of the legs, once it
  * is known, both from the EMF of the dead time. Computes their part that is subtracted for the estimator.
- * They turn little in a window, so the mean of each window is sufficient. */
+ * These voltages turn little in a window, so the mean of each window is sufficient. */
 static void learn_ripple(medium_t *medium, const window_t *window)
 {
     const dead_time_learn_t *learn = &medium->dead_time_learn;

@@ -25,7 +25,8 @@ void medium_limit(medium_t *medium, const medium_tuning_t *tuning, const window_
 /* The brake resistor, and the holding brake. */
 void medium_watch_outputs(medium_t *medium, const medium_tuning_t *tuning, const window_t *window);
 
-/* The outputs of the board that the setpoint permits: DRIVE_OUTPUT_... bits. `bridge` [-] 1: it has to be on.
+/* The outputs of the board that the setpoint permits: DRIVE_OUTPUT_... bits. `bridge` [-] 1: the bridge has
+ * to be on.
  */
 uint32_t medium_outputs(const medium_t *medium, const medium_tuning_t *tuning, uint32_t bridge);
 

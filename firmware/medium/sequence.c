@@ -63,7 +63,7 @@ static bool rearmed(const sequence_t *sequence)
 }
 
 /* The reason why a fault cannot be reset now: the first fault that is still present, the module's fault line,
- * or the fault itself while it has been gone for too short a time. */
+ * or the fault itself if it has been absent for too short a time. */
 static int32_t present(const sequence_t *sequence, const sequence_input_t *input)
 {
     const fault_set_t holding = fault_set_both(input->faults, input->stops);
@@ -74,8 +74,8 @@ static int32_t present(const sequence_t *sequence, const sequence_input_t *input
                                                                     : sequence->fault_reason;
 }
 
-/* A fault of the power module that has gone is reset automatically after a pause, as
- * often as the parameters allow. */
+/* A fault of the power module that is no longer present is reset automatically after a pause, as often as the
+ * parameters allow. */
 static bool retries(sequence_t *sequence, const sequence_input_t *input)
 {
     if (sequence->fault_reason != (int32_t)REASON_MODULE_FAULT ||

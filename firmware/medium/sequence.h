@@ -17,9 +17,9 @@
  *
  * fault: gates off until fault_reset, then not ready.
  *
- * The enable input of the board is a second condition beside `enable`: without it the bridge does not come
- * on. If it is lost, a running motor is braked for at most SEQUENCE_INPUT_STOP, or until the input is lost
- * for a second time; then the bridge opens, and the fault is latched. An input that comes back starts
+ * The enable input of the board is a second condition in addition to `enable`: without it the bridge does not
+ * come on. If it is lost, a running motor is braked for at most SEQUENCE_INPUT_STOP, or until the input is
+ * lost for a second time; then the bridge opens, and the fault is latched. An input that comes back starts
  * nothing: `enable` has to go to off once.
  *
  * `enable` = on means run, also after a quick stop has ended. A reset alone starts nothing: if `enable` is on
@@ -81,7 +81,7 @@ typedef struct {
     uint32_t held;       /* [-] 1: `enable` was on during a reset, or without the enable input; it must go off
                             before the next start */
     uint32_t input_lost; /* [-] 1: the enable input is not active, debounced */
-    uint32_t input_differs; /* [windows] its level has been the other one */
+    uint32_t input_differs; /* [windows] for which its level has differed from the debounced one */
     uint32_t input_losses;  /* [-] since the bridge came on */
     uint32_t input_stop;    /* [windows] since its first loss with the bridge on */
 } sequence_t;
@@ -104,7 +104,7 @@ typedef struct {
     const measured_t *measured;
     fault_set_t faults;        /* rows of the fault table that open the bridge */
     fault_set_t stops;         /* rows that require a stop */
-    bool standing;             /* the rotor is known to stand */
+    bool standing;             /* the rotor is known to be at standstill */
     bool brake_set;            /* the holding brake is set; true without one */
     bridge_t bridge;           /* state in the last sample */
     calibration_t calibration; /* result while not ready, state of the offsets while ready */

@@ -35,8 +35,8 @@
 /* Distance below its limit at which the motor is warm [K]. From there on both reduce the current limit. */
 #define FAULTS_MOTOR_WARM THERMAL_KELVIN
 
-/* From the sign of a lost lock to the catch 5 ms [periods]: less the window in which the sign is detected,
- * and the window until the setpoint with the order to catch acts. */
+/* Debounce of a lost lock [periods]: 5 ms from its sign to the catch, minus the window in which the sign is
+ * detected, and minus the window until the setpoint with the order to catch acts. */
 #define FAULTS_UNLOCKED (DRIVE_PERIODS(5e-3f) - 2u * DRIVE_WINDOW)
 
 #define DRIVE_FAULTS(F)                                                                                      \

@@ -1,8 +1,8 @@
 /* Judgement of a set of parameters: every row in its range, then the rules between rows (rules.h).
  *
  * The accepted range of a row is not computed by inverting each rule, but by evaluating the rules: bisection
- * between an end of the row's range that keeps a rule and one that does not, down to neighbouring numbers.
- * The reported end is therefore the last number that the judgement itself accepts. */
+ * between an end of the row's range that keeps all rules and the end that breaks one, down to neighbouring
+ * numbers. The reported end is therefore the last number that the judgement itself accepts. */
 #include <string.h>
 
 #include "estimator/chosen.h"
@@ -10,8 +10,8 @@
 #include "settings/reasons.h"
 #include "settings/rules.h"
 
-/* Text of the rule that the fixed-point twin breaks: its formats depend on several
- * rows, and the range is reported. */
+/* Text of the rule for the formats of the fixed-point version, which depend on several rows; the range is
+ * reported. */
 #define FORMATS "the number formats of the fixed-point estimator hold it with the other rows as they are"
 
 static const table_row_t *row_of(param_t param)
@@ -64,8 +64,8 @@ typedef struct {
     param_t param;
 } origin_t;
 
-/* The error of the estimator although every rule above is kept: the formats of the fixed-point twin. -1: the
- * row's value is too small for it, 1: too large, 0: the row is not the cause. */
+/* An error that the estimator reports although every rule above is kept: the formats of the fixed-point
+ * version. -1: the row's value is too small for them, 1: too large, 0: the row is not the cause. */
 static int32_t estimator_blames(const params_t *params, param_t *param, params_error_t *why)
 {
     static const origin_t origins[] = {

@@ -32,8 +32,8 @@ static float within(float value, float least, float most)
     return more < most ? more : most;
 }
 
-/* Share of the EMF at the encoder's speed that is fed forward [-]: all of it, except for a rotor so light
- * that an assumed flux which is too large by EMF_WRONG would make the current accelerate it without a torque
+/* Share of the EMF at the encoder's speed that is fed forward [-]. It is 1, except for a rotor so light that
+ * with an assumed flux which is too large by EMF_WRONG a current would accelerate it without a torque
  * reference (docs/theory.md, 15). */
 static float known_emf(const params_t *params, const assumed_t *assumed)
 {
@@ -106,9 +106,10 @@ static forced_params_t forced_of(const params_t *params, const assumed_t *assume
     };
 }
 
-/* Longest EMF beside which the voltage of the inverter can hold a caught rotor, over U_dc/sqrt3 [-]: that of
- * the speed at which the voltage that weakens the field needs CATCH_WEAKENS of current_limit along -d;
- * without weakening 1. The rest of the current is for the first periods of a catch (docs/theory.md, 23). */
+/* Longest EMF with which the voltage of the inverter can control the current of a caught rotor, over
+ * U_dc/sqrt3 [-]: that of the speed at which the voltage that weakens the field needs CATCH_WEAKENS of
+ * current_limit along -d; without weakening 1. The rest of the current is for the first periods of a catch
+ * (docs/theory.md, 23). */
 static float catch_reach(const params_t *params, const assumed_t *assumed)
 {
     const weakening_params_t weakening = params_weakening(params, assumed);

@@ -110,9 +110,9 @@ static float at_least(float cutoff)
     return cutoff > LOOP_LEAST ? cutoff : LOOP_LEAST;
 }
 
-/* The loop of a salient rotor is designed for all of its torque, that of the reluctance among it, because a
- * load step of it moves the rotor as much, and in a weakened field an angle error does (docs/theory.md, 30).
- * The speed control keeps to the torque of the magnets. */
+/* The loop of a salient rotor is designed for its whole torque, reluctance torque included, because a load
+ * step, or an angle error in a weakened field, moves the rotor by this torque (docs/theory.md, 30). The speed
+ * control is designed for the torque of the magnets. */
 loop_params_t params_loop(const params_t *params, const assumed_t *assumed)
 {
     const float pole_pairs = (float)params->motor_pole_pairs;
@@ -257,7 +257,7 @@ float params_flux_most(const params_t *params, const assumed_t *assumed)
 #define OBSERVER_SLOPE  1.6f  /* [-] of a_f k_s T_s/L, by the rule: an error decays in two periods */
 #define OBSERVER_ERRORS 4.0f  /* [-] of a_f times the largest current error, by the rule: 96 % of k_s */
 
-/* The value of a rule, within what the observer accepts: at most the largest of its row. */
+/* The value of a rule, limited to the values that the observer accepts: at most the largest of its row. */
 static float by_rule(float value, float least, param_t param)
 {
     const float most = table_max(&params_table.rows[param]);

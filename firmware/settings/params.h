@@ -1,7 +1,8 @@
 /* Parameters of the drive: the only table, the struct made from it, and the judgement of a whole set.
  *
  * Staged and active: clients write single values into a staged set; params_check judges the whole set, ranges
- * first, then the rules between parameters; only then its tuning is made (drive_prepare) and taken over. */
+ * first, then the rules between parameters; only then drive_prepare computes its tuning, which the drive
+ * takes over. */
 #ifndef SETTINGS_PARAMS_H
 #define SETTINGS_PARAMS_H
 
@@ -324,10 +325,11 @@ extern const table_t params_table;
 void params_defaults(params_t *params);
 
 /* Judges whether the drive may run with this set. false: `why` names the first row that is out of its range,
- * or the first broken rule between rows (rules.h) by its first row, with the row's value and the range that
- * would be accepted with every other row unchanged: the row's own range, reduced by all rules between rows.
- * The row to change is the named one; if no value of it is accepted, another row that makes one possible, or
- * 0 if no single row does. Pure; for the background: a refusal evaluates the rules some hundred times. */
+ * or the first row of the first broken rule between rows (rules.h). It gives the value of this row, and the
+ * range that would be accepted with every other row unchanged: the row's own range, reduced by all rules
+ * between rows. The row to change is this row. If none of its values is accepted, it is another row whose
+ * change makes one possible, or 0 if no single row does. Pure; for the background: a refusal evaluates the
+ * rules some hundred times. */
 bool params_check(const params_t *params, params_error_t *why);
 
 /* True if `next` may replace `active` while the bridge is on. false: names the

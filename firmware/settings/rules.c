@@ -172,8 +172,8 @@ const rule_t rules[RULES] = {
           {PARAM_encoder_fault_reaction, IS_READ}}},
 };
 
-/* A set of the estimator that keeps all of its rules, and of which each part keeps
- * them for any values of the others. */
+/* A set of the estimator that keeps all of its rules. Each of its values keeps them for any values of the
+ * others. */
 static estimator_params_t harmless(void)
 {
     return (estimator_params_t){
@@ -193,7 +193,7 @@ static estimator_params_t harmless(void)
     };
 }
 
-/* The values that RULE_REACH reads beside the gain. */
+/* The values other than the gain that RULE_REACH reads. */
 static void take_reach(estimator_params_t *alone, const estimator_params_t *all)
 {
     alone->flux_linkage = all->flux_linkage;

@@ -1,6 +1,6 @@
-/* Rules between the rows of the parameters: the rows that each rule reads, whether larger or smaller values
- * of a row help to keep it, and whether it is kept. params_check
- * (judgement.c) evaluates them in this order. */
+/* Rules between the rows of the parameters. For each rule: the rows that it reads, whether larger or smaller
+ * values of a row help to keep it, and whether it is kept. params_check (judgement.c) evaluates them in this
+ * order. */
 #ifndef SETTINGS_RULES_H
 #define SETTINGS_RULES_H
 
@@ -70,11 +70,13 @@ extern const rule_t rules[RULES];
  * another one counts as kept where that one is broken. */
 bool rules_hold(rule_number_t rule, const params_t *params);
 
-/* Where 0 is an exception in this row, off or a value by a rule, the least value above it that can be
- * accepted [unit of the row]; 0: it is no exception. Values between may be refused where 0 is accepted. */
+/* For a row in which 0 means off, or a value by a rule: the least value above 0 that can be accepted [unit of
+ * the row]; 0: the row has no such meaning. Values between 0 and this one may be refused although 0 is
+ * accepted. */
 float rules_least_above_zero(param_t param);
 
-/* Dependence of a rule on a row; IS_READ: it does not depend on it, or not in one direction. */
+/* Dependence of a rule on a row; IS_READ: the rule reads the row, but no direction of change helps to keep
+ * it. */
 lever_sense_t rules_sense(rule_number_t rule, param_t param);
 
 #endif

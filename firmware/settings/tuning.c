@@ -49,8 +49,8 @@ assumed_t drive_assumed(const params_t *params, const learnt_t *learnt)
         assumed.resistance = learnt->resistance.value;
     }
     if (learnt->inductance_q.from == params->motor_inductance_q && params->motor_saturation_current == 0.0f) {
-        /* exactly 1 for a round rotor, which then stays round: the estimator
-         * has more work for a salient one */
+        /* exactly 1 for a round rotor, which then stays round, because the estimator needs more time for a
+         * salient one */
         const float ratio = params->motor_inductance_d / params->motor_inductance_q;
         assumed.inductance_d = salient ? assumed.inductance_d : ratio * learnt->inductance_q.value;
         assumed.inductance_q = learnt->inductance_q.value;
@@ -400,8 +400,8 @@ static void prepare_limits(drive_tuning_t *tuning, const params_t *params, const
 }
 
 /* The speed control while the holding brake is released: by how much its bandwidth has to be higher so that a
- * pre-torque that is wrong by the whole current limit turns the shaft by BRAKE_SLIP, i/ki. Limits are the
- * delays of the loop, and the noise of the encoder's speed, which k_p makes a current. */
+ * pre-torque that is wrong by the whole current limit turns the shaft by BRAKE_SLIP, i/ki. It is limited by
+ * the delays of the loop, and by the noise of the encoder's speed, which k_p converts to a current. */
 static float brake_stiffness(const drive_tuning_t *tuning, const params_t *params, float per_ampere)
 {
     const pi_tuning_t *pi = &tuning->medium.manoeuvres.run.speed.pi;

@@ -20,8 +20,8 @@ typedef struct {
  * started; all others from the set. */
 assumed_t drive_assumed(const params_t *params, const learnt_t *learnt);
 
-/* True if the drive may run with a set that params_check has accepted, with these
- * assumed values in place of its own. */
+/* True if the drive may run with these assumed values in place of those of a set that params_check has
+ * accepted. */
 bool drive_may_assume(const params_t *params, const assumed_t *assumed);
 
 /* Coefficients of a set that params_check has accepted, with `assumed`, accepted by drive_may_assume(), in

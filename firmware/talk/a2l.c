@@ -49,7 +49,7 @@ static void limits(const table_row_t *row, text_t *text)
     }
 }
 
-/* The conversion that shows named values, and its table: each "name" once. */
+/* The conversion of named values, and its table. */
 static void conversion(const table_row_t *row, text_t *text)
 {
     text_put(text, "    /begin COMPU_METHOD CM.");

@@ -37,8 +37,8 @@ typedef struct {
 
 void frame_receiver_init(frame_receiver_t *receiver, uint32_t silence);
 
-/* Octets of another protocol came in between: a frame begins with the next octet, and any CTR of CONNECT. The
- * counts of frames are kept. */
+/* Octets of another protocol came in between: a frame begins with the next octet. On a line with a tail it
+ * must be a CONNECT or a SYNCH, with any CTR. The counts of frames are kept. */
 void frame_restart(frame_receiver_t *receiver);
 
 /* Call in every pass, also without an octet: ends the present frame if the silence has lasted long

@@ -8,7 +8,7 @@
 #define PHASE_ERASE   2u
 #define PHASE_PROGRAM 3u
 
-/* Transfers of one group: what is there, writing, and what is there then. */
+/* Transfers of one group: reading its content, writing, and reading it back. */
 #define ACT_LOOK  0u
 #define ACT_WRITE 1u
 #define ACT_PROVE 2u
@@ -28,14 +28,15 @@ static uint32_t smaller(uint32_t a, uint32_t b)
     return a < b ? a : b;
 }
 
-/* The next words to be programmed: to the end of their group, but the last one of all alone. */
+/* The next words to be programmed: up to the end of their group. The last word of a record is programmed
+ * alone. */
 static uint32_t count_to_program(const mirror_t *mirror, uint32_t at)
 {
     const uint32_t group = MIRROR_GROUP - at % MIRROR_GROUP;
     return at + 1u == mirror->to ? 1u : smaller(group, mirror->to - 1u - at);
 }
 
-/* The next piece of work, with its first group. */
+/* Begins the next phase with its first group. */
 static void next_phase(mirror_t *mirror, const mirror_bus_t *bus)
 {
     mirror->tries = 0u;
@@ -81,13 +82,14 @@ static void next_group(mirror_t *mirror, const mirror_bus_t *bus)
     }
 }
 
-/* What a word of the group under way must become. */
+/* The value that a word of the present group must have. */
 static uint16_t wanted(const mirror_t *mirror, const uint16_t *pages, uint32_t at)
 {
     return mirror->phase == PHASE_ERASE ? ERASED : pages[at];
 }
 
-/* True if the words of the group that was read are those wanted. A read begins with a group of the memory. */
+/* True if the words of the group that was read have these values. A read begins with a group of the memory.
+ */
 static bool agrees(const mirror_t *mirror, const uint16_t *pages, const uint16_t read[MIRROR_GROUP])
 {
     for (uint32_t n = 0; n < mirror->count; n++) {
@@ -99,7 +101,7 @@ static bool agrees(const mirror_t *mirror, const uint16_t *pages, const uint16_t
     return true;
 }
 
-/* A transfer has come to its good end. */
+/* A transfer has ended without an error. */
 static void take(mirror_t *mirror, const mirror_bus_t *bus, uint16_t *pages,
                  const uint16_t read[MIRROR_GROUP])
 {
@@ -141,7 +143,7 @@ static void start(mirror_t *mirror, const mirror_bus_t *bus, const uint16_t *pag
     bus->write(place, words, mirror->count);
 }
 
-/* A transfer that failed: tried again, unless that has lasted too long. */
+/* A transfer has failed: it is repeated, unless the repetitions have lasted too long. */
 static void again(mirror_t *mirror, const mirror_bus_t *bus, mirror_error_t error)
 {
     mirror->refused = 1u;
@@ -178,7 +180,7 @@ bool mirror_step(mirror_t *mirror, const mirror_bus_t *bus, uint16_t *pages)
     return mirror_busy(mirror);
 }
 
-/* Work for mirror_step(), if it has none yet. */
+/* Selects the next phase for mirror_step() if there is none. */
 static void wake(mirror_t *mirror, const mirror_bus_t *bus)
 {
     if (mirror->phase == PHASE_IDLE) {

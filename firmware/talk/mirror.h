@@ -44,7 +44,7 @@ typedef enum {
 
 typedef struct {
     uint32_t phase;              /* [-] what mirror_step() does: mirror.c */
-    uint32_t error;              /* [-] mirror_error_t; with one nothing moves any more */
+    uint32_t error;              /* [-] mirror_error_t; after an error nothing more is transferred */
     uint32_t at;                 /* [words] next group of `phase`, from the beginning of the mirror */
     uint32_t count;              /* [words] of that group */
     uint32_t act;                /* [-] transfer that is under way, or the next one: mirror.c */
@@ -59,14 +59,14 @@ typedef struct {
     uint32_t to;                 /* [words] to here, both from the beginning of the mirror */
 } mirror_t;
 
-/* The mirror is to be filled: mirror_step() until it is no longer busy. */
+/* Begins to fill the mirror: call mirror_step() until it is no longer busy. */
 void mirror_begin(mirror_t *mirror);
 
-/* One short step: a transfer is begun, or its reply is taken. `pages`: STORE_PAGES x bus->words words. True
+/* One short step: begins a transfer, or evaluates its reply. `pages`: STORE_PAGES x bus->words words. True
  * while something is left to do; false: all is done, or mirror->error. */
 bool mirror_step(mirror_t *mirror, const mirror_bus_t *bus, uint16_t *pages);
 
-/* The store's calls. An erase or a program is refused while an error stands. */
+/* The store's calls. After an error erasing and programming are refused. */
 bool mirror_erase(mirror_t *mirror, const mirror_bus_t *bus, uint16_t *pages, uint32_t page);
 bool mirror_program(mirror_t *mirror, const mirror_bus_t *bus, uint16_t *pages, uint32_t page, uint32_t at,
                     const uint16_t *words, uint32_t count);

@@ -6,7 +6,7 @@
 #define FRAME_LEAST 4u /* [octets] address, function, CRC */
 #define EXCEPTION   0x80u
 
-/* A request behind its address and function, of which `count` octets are stored. */
+/* A request after its address and function. `count` octets of the frame are stored. */
 typedef struct {
     const uint16_t *octets; /* of the whole frame */
     uint32_t count;         /* [octets] of the whole frame with its CRC */

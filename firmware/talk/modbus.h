@@ -7,8 +7,9 @@
  * is dropped and counted; it gets no answer. A frame for another address is dropped and not counted. Address
  * 0 is a broadcast: it can only write, and gets no answer.
  *
- * The CRC (polynomial x^16 + x^15 + x^2 + 1) detects every one, two and three wrong bits of a frame, and
- * every burst of up to 16: a write needs no repetition and no codes, as it does under the sum of XCP.
+ * The CRC (polynomial x^16 + x^15 + x^2 + 1) detects every error of one, two or three bits in a frame, and
+ * every burst of up to 16. A write therefore needs neither the repetition nor the codes that the sum of XCP
+ * makes necessary.
  *
  * Registers: every row of the drive's tables is a slot of 32 bits at registers 2 x id, the upper half, and
  * 2 x id + 1. The server does not know the rows: modbus_access_t gives access to them. */

@@ -16,9 +16,9 @@
 typedef struct {
     uint32_t page;
     uint32_t end;    /* [words] after the last record */
-    uint32_t serial; /* the largest of all headers, committed or not; 0: there is none */
+    uint32_t serial; /* the largest of all headers, committed or not; 0: no record */
     uint32_t last;   /* [words] where the last committed record begins, */
-    uint32_t newest; /* and its serial; 0: there is none */
+    uint32_t newest; /* and its serial; 0: no record */
     uint32_t count;  /* [-] its pairs */
     bool good;       /* it agrees with its checksum */
     bool blank;      /* the whole page */
@@ -96,8 +96,8 @@ static void look_at_both(const store_flash_t *flash, page_t pages[STORE_PAGES])
     pages[1] = in_order ? second : first;
 }
 
-/* True if a page has no committed record, but contents that a power failure cannot
- * leave beside an unchanged page. */
+/* True if a page has no committed record, but contents that a power failure cannot cause while the other page
+ * is unchanged. */
 static bool is_junk(const page_t *page)
 {
     return page->newest == 0u && !page->clean;
@@ -165,7 +165,7 @@ store_found_t store_load(const store_flash_t *flash, const table_t *table, void 
     return same && told->unknown == 0u && told->defaulted == 0u ? STORE_LOADED : STORE_MIGRATED;
 }
 
-/* The place of the next words of a record, and the checksum of those before. */
+/* The place of the next words of a record, and the checksum of the words before them. */
 typedef struct {
     const store_flash_t *flash;
     uint32_t page;

@@ -13,17 +13,17 @@
  * every record; the committed record with the largest serial is in use. A new record is written after it, or,
  * if there is no space, into the other page, which is erased first: the set in use is never changed.
  *
- * A power failure can leave the following contents: a record without commit, which is skipped; a header
- * that does not agree with its check, with nothing after it, after which the other page is written; a page
- * that is partly erased, while the other one holds the set in use. All other errors are not caused by a
- * power failure and are reported as corrupt: a committed record that does not agree with its check and
- * would be in use; data after the last record of the page in use, as a damaged header leaves it; a damaged
- * record without a set in the other page. One damage cannot be distinguished from a power
- * failure: that of the header of the first and only record of a page, while the other page still holds
- * older records; these are loaded then.
+ * A power failure can leave the following contents: a record without commit, which is skipped; a header that
+ * does not agree with its check and has nothing after it, in which case the next record is written into the
+ * other page; a page that is partly erased, while the other one contains the set in use. All other errors are
+ * not caused by a power failure and are reported as corrupt: a committed record that does not agree with its
+ * check and would be in use; data after the last record of the page in use, which a damaged header can cause;
+ * a damaged record without a set in the other page. One damage cannot be distinguished from a power failure:
+ * that of the header of the first and only record of a page, while the other page still holds older records;
+ * these are loaded then.
  *
- * Contents without any trace of a record are not ours: a chip that another program has used. They are
- * foreign, not corrupt, and stay until store_erase().
+ * Contents without any trace of a record were written by another program. They are reported as foreign, not
+ * as corrupt, and stay until store_erase().
  *
  * A set is stored by ids, so that another version of the program can read it: see store_load(). */
 #ifndef TALK_STORE_H
@@ -71,7 +71,7 @@ store_found_t store_load(const store_flash_t *flash, const table_t *table, void 
  * small; the previous set stays in use. */
 bool store_save(const store_flash_t *flash, const table_t *table, const void *base);
 
-/* What the pages hold, without the comparison with a table: never STORE_MIGRATED. */
+/* The content of the pages, without the comparison with a table: never STORE_MIGRATED. */
 store_found_t store_look(const store_flash_t *flash);
 
 /* Erases both pages, that of the set in use last: after a power failure in between no older set is in use.

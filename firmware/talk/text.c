@@ -67,8 +67,8 @@ void text_hex(text_t *text, uint32_t value, uint32_t digits)
     }
 }
 
-/* A positive number as value x 10^exponent, with half of the distance to its neighbours in the same unit: a
- * number within that distance reads back as the same float. */
+/* A positive number as value x 10^exponent, with half of the distance to the neighbouring floats in the same
+ * unit: a number within that distance reads back as the same float. */
 typedef struct {
     uint64_t value; /* 10^17 to below 10^18 */
     uint64_t half;

@@ -1,5 +1,5 @@
-/* Text that is generated while it is read: one window of it is kept, the rest is only counted. A file of any
- * length can be sent in pieces without being stored as a whole. */
+/* Text that is generated while it is read: the characters of one window are stored, all others are only
+ * counted. In this way a file of any length can be sent in pieces. */
 #ifndef TALK_TEXT_H
 #define TALK_TEXT_H
 

@@ -104,7 +104,7 @@ static uint32_t get_seed(xcp_call_t *call)
     xcp_t *xcp = call->xcp;
     const uint16_t resource = call->command[2];
     if (call->command[1] != 0u) {
-        return XCP_SEQUENCE; /* the rest of a seed that was whole */
+        return XCP_SEQUENCE; /* the seed has no further part */
     }
     if (resource == 0u || (resource & (resource - 1u)) != 0u || resource > 0x10u) {
         return XCP_OUT_OF_RANGE;
@@ -203,7 +203,7 @@ static uint32_t upload(xcp_call_t *call)
 static uint32_t short_upload(xcp_call_t *call)
 {
     if (!uploads(call)) {
-        return XCP_OUT_OF_RANGE; /* it may have been a SET_MTA, and then sets no address */
+        return XCP_OUT_OF_RANGE; /* if it was the second part of a SET_MTA, no address is set */
     }
     take_mta(call); /* its address is at the same place */
     return upload(call);

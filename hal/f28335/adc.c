@@ -18,7 +18,7 @@
                 NIBBLE(word, ADC_PLACE_SINK, ADC_SINK) | NIBBLE(word, ADC_PLACE_MOTOR, ADC_MOTOR)))
 
 /* TI's constants of this chip in the OTP (SPRU812, ADC calibration), in the words of the routine at 0x380080
- * that the boot ROM calls. One that was never programmed reads all ones. */
+ * that the boot ROM calls. A constant that was never programmed reads as all ones. */
 #define OTP_ADCREFSEL  UINT32_C(0x380083)
 #define OTP_ADCOFFTRIM UINT32_C(0x380085)
 #define OTP_ERASED     0xFFFFu

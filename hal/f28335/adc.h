@@ -30,8 +30,8 @@
 #define ADC_HALF_CLOCKS (5u + 2u * (ADC_ACQ_PS + 1u) + 2u * (3u + ADC_ACQ_PS))
 #define ADC_LEAD        ((uint16_t)(ADC_CYCLES_HALF_CLOCK * ADC_HALF_CLOCKS)) /* [SYSCLK cycles] */
 
-/* Pairs by their order: the place of each signal's pair among the conversions, and of the last. A signal
- * whose pair is there already shares it; one that the board lacks (pair 8) takes none. */
+/* The place of each signal's pair in the order of the conversions, and the place of the last pair. Two
+ * signals of the same pair share one place; a signal that the board does not have (pair 8) takes no place. */
 #define ADC_PAIR(input) ((input) == BOARD_NONE ? 8 : (input) % 8)
 #define ADC_A           ADC_PAIR(BOARD_CURRENT_A_INPUT)
 #define ADC_C           ADC_PAIR(BOARD_CURRENT_C_INPUT)

@@ -1,9 +1,9 @@
 /* The board as a whole: order of the start-up, the pins, one sample, time.
  *
- * A period that went wrong is found by the clock: CPU timer 0 free-running, through a debugger's halt too,
- * and the time of the last carrier zero that a sample belonged to. That one word is kept in the period
- * register of CPU timer 1, which stands still, because nothing here may live in a variable (several chips
- * share one process on the host). */
+ * A late or missing sample is detected by time: CPU timer 0 runs freely, also while a debugger halts the CPU,
+ * and is compared with the time of the last carrier zero for which there was a sample. This time is stored in
+ * the period register of CPU timer 1, which is stopped, because this module must not use variables (on the
+ * host several chips share one process). */
 #include "hal/f28335/adc.h"
 #include "hal/f28335/bus.h"
 #include "hal/f28335/clock.h"
@@ -17,11 +17,12 @@
 
 #define LAST_ZERO (&CPU_TIMER(1u)->PRD)
 
-/* From here on the next conversion is under way: too late for this sample's results and compare values. */
+/* From this time of the period on the next conversion is in progress: too late to read the results of this
+ * sample and to write its compare values. */
 #define LATEST (PWM_PERIOD - ADC_LEAD)
 
-/* A time without control of the currents that is too long to continue as after one late sample: this number
- * of ticks more are late. */
+/* GAP: a time without samples after which the currents are no longer controlled. After such a gap all samples
+ * within HOLD are marked as late [ticks]. */
 #define GAP  (10u * PWM_PERIOD)
 #define HOLD (10u * PWM_PERIOD)
 
@@ -47,7 +48,8 @@ static void start_time(void)
     bus_write16(&CPU_TIMER(0u)->TCR, TCR_TRB | TCR_FREE);
 }
 
-/* A pin gets its function; pins 0 to 15 of a port of 32 stand in MUX1, the others in MUX2. */
+/* Selects the function of a pin: pins 0 to 15 of a port of 32 have their fields in MUX1, the others in MUX2.
+ */
 static void connect_pin(uint16_t pin, uint16_t function)
 {
     const volatile gpio_control_regs_t *port = GPIO_CONTROL(pin / 32u);
@@ -62,8 +64,8 @@ static void connect_pins(void)
     uint16_t n;
 
     bus_allow();
-    /* The fault line first: asynchronous, so that it trips without a clock, and pulled up where its driver is
-     * open. */
+    /* The fault line first: its input is asynchronous, so that it trips without a clock, and has a pull-up if
+     * the driver of the line is an open collector. */
 #if BOARD_TRIP_PULL_UP
     bus_write32(&port->PUD, port->PUD & ~GPIO_PIN(PWM_FAULT_PIN));
 #endif
@@ -78,12 +80,13 @@ static void connect_pins(void)
         connect_pin((uint16_t)(QEP_PIN + n), QEP_PIN_MUX);
     }
     bus_protect();
-    /* A pin follows its multiplexer two cycles later. */
+    /* The multiplexer of a pin acts two cycles after the write. */
     bus_wait(2u);
 }
 
 #if BOARD_SERIAL_BAUD != 0
-/* Both pulled up, the input without qualification: a sampled one would blur the bits. */
+/* Both pins have pull-ups. The input has no qualification, because its sampling would shift the edges of the
+ * bits. */
 static void connect_serial(void)
 {
     const volatile gpio_control_regs_t *port = GPIO_CONTROL(SERIAL_PIN_IN / 32u);
@@ -100,8 +103,8 @@ static void connect_serial(void)
 #if BOARD_ENABLE_INPUT != BOARD_NONE
 #define ENABLE_PIN ((uint16_t)BOARD_ENABLE_INPUT)
 
-/* An open wire must read as not enabled: the pull-up is on where a low level enables. Where a high level
- * does, it is off, and the board pulls down. */
+/* An open wire must read as not enabled. If a low level enables, the pull-up is on; if a high level enables,
+ * the pull-up is off, and the board has a pull-down resistor. */
 static void connect_enable(void)
 {
     const volatile gpio_control_regs_t *port = GPIO_CONTROL(ENABLE_PIN / 32u);
@@ -168,7 +171,7 @@ static inline void set_pin(uint16_t pin, bool high)
     bus_write32(high ? &port->SET : &port->CLEAR, GPIO_PIN(pin));
 }
 
-/* A pin becomes an output at the level that it has been set to before. */
+/* Makes a pin an output. Its level is the one that set_pin() has set before. */
 static void drive_pin(uint16_t pin)
 {
     const volatile gpio_control_regs_t *port = GPIO_CONTROL(pin / 32u);
@@ -211,7 +214,7 @@ hal_memory_t hal_memory(hal_region_t region)
     return (hal_memory_t){memory.words, memory.count};
 }
 
-/* What comes before everything else; twice does no harm. */
+/* The first steps of the start-up. A second call has no effect. */
 static hal_status_t board_begin(void)
 {
     bus_interrupts_disable();
@@ -274,12 +277,12 @@ hal_status_t hal_init(const hal_config_t *config)
     return HAL_OK;
 }
 
-/* What the board has, as the ADC found it; 0 what it has not. */
+/* The result of the ADC for an input; 0 if the board does not have the input. */
 #define RESULT(input, place)                                                                                 \
     ((input) == BOARD_NONE ? (uint16_t)0u : ADC_MIRROR->ADCRESULT[ADC_RESULT(input, place)])
 
-/* What becomes the last zero after a late sample: this one's, or after a gap one to come, which makes every
- * sample late until it has come. */
+/* The time to be stored as the last zero after a late sample: that of this sample; after a gap a zero in the
+ * future, so that every sample until then is late. */
 static uint32_t zero_after_late(uint32_t zero, uint32_t since_last)
 {
     if (0u - since_last <= HOLD) {
@@ -295,7 +298,7 @@ void hal_read(hal_samples_t *samples)
     const uint32_t since_last = zero - *LAST_ZERO;
     uint16_t flags = 0u;
 
-    /* One period since the last, give or take half of one. */
+    /* The time since the last zero must be one period, within half a period. */
     if (elapsed >= LATEST || since_last - PWM_PERIOD / 2u >= PWM_PERIOD) {
         flags = HAL_FLAG_LATE;
         zero = zero_after_late(zero, since_last);
@@ -328,8 +331,8 @@ void hal_read(hal_samples_t *samples)
 
 void hal_end_of_sample(void)
 {
-    /* Too long: the conversion that began meanwhile is lost. Moving the last zero back by a period makes the
-     * next sample late in any case. One that is yet to come stays. */
+    /* The interrupt took too long: the conversion that began meanwhile is lost. The last zero is moved back
+     * by a period, so that the next sample is late in any case. A last zero in the future stays. */
     if (hal_time() - *LAST_ZERO - LATEST < UINT32_MAX / 2u) {
         bus_write32(LAST_ZERO, *LAST_ZERO - PWM_PERIOD);
     }

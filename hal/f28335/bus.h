@@ -71,8 +71,8 @@ extern __thread const volatile uint16_t *f28335_base;
 
 typedef void (*bus_isr_t)(void);
 
-/* Reads a register of SCI or I2C, which reading changes, or which changes by itself between two waits. All
- * other registers are plain loads. */
+/* Reads a register of SCI or I2C that changes when it is read, or that the module changes at any time. All
+ * other registers are read by plain loads. */
 uint16_t bus_read16(const volatile uint16_t *reg);
 void bus_write16(const volatile uint16_t *reg, uint16_t value);
 void bus_write32(const volatile uint32_t *reg, uint32_t value);

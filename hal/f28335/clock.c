@@ -9,8 +9,8 @@
 #define HSPCLK_BY_2N ((uint16_t)BOARD_ADC_PRESCALE)
 #define LSPCLK_BY_4  2u
 
-/* A read of the flash takes 37 ns, paged or random, one of the OTP 60 ns, and waits + 1 SYSCLK cycles are
- * given (data manual): five and eight waits at 150 MHz. */
+/* A read of the flash takes 37 ns, paged or random, and a read of the OTP 60 ns. The chip allows (wait states
+ * + 1) SYSCLK cycles for it (data manual): five and eight wait states at 150 MHz. */
 #define WAITS(ns)   ((uint16_t)(BOARD_CYCLES_OF_NS(ns) - 1))
 #define FLASH_WAITS ((uint16_t)(WAITS(37) << 8 | WAITS(37)))
 #define OTP_WAITS   WAITS(60)
@@ -50,7 +50,7 @@ static void set_flash_waits(void)
     bus_write16(&FLASH_REGS->FOTPWAIT, OTP_WAITS);
     bus_write16(&FLASH_REGS->FOPT, FOPT_ENPIPE);
     bus_protect();
-    /* The pipeline must be empty of fetches that began with the old setting. */
+    /* Fetches that began with the old setting must have left the pipeline. */
     bus_wait(8u);
 }
 
@@ -74,7 +74,7 @@ static hal_status_t start_pll(void)
         return HAL_CLOCK_MISSING;
     }
     /* PLLCR may change only while DIVSEL is 0 (/4); the boot ROM leaves /2. The detector of a missing clock
-     * would take the lock for a fault. */
+     * is off, because it would report the locking of the PLL as a fault. */
     write_pllsts(PLLSTS_DIVSEL(0u));
     write_pllsts(PLLSTS_DIVSEL(0u) | PLLSTS_MCLKOFF);
     bus_allow();
@@ -114,7 +114,7 @@ hal_status_t clock_init(void)
     bus_write16(&SYSCTRL->PCLKCR1, MODULE_CLOCKS_1);
     bus_write16(&SYSCTRL->PCLKCR3, MODULE_CLOCKS_3);
     bus_protect();
-    /* A module takes writes two cycles after its clock came. */
+    /* A module accepts writes from two cycles after its clock was switched on. */
     bus_wait(2u);
     return HAL_OK;
 }

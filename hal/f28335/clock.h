@@ -14,7 +14,7 @@ hal_status_t clock_init(void);
 /* Starts all carrier counters in the same cycle. */
 void clock_start_carrier(void);
 
-/* true: they run. This is the last step of hal_init, so that hal_init has ended. */
+/* true: the carrier counters run. Their start is the last step of hal_init, so hal_init has ended. */
 bool clock_carrier_runs(void);
 
 #endif

@@ -1,14 +1,14 @@
-/* A transfer is small enough for the module's FIFO, so all its octets are there before it begins, and what
- * has become of it is read from the module's own registers: nothing here may live in a variable (several
- * chips share one process on the host). No interrupt is used. */
+/* All octets of a transfer fit into the module's FIFO, so they are written before the transfer begins. The
+ * state of the transfer is read from the module's registers, because this module must not use variables (on
+ * the host several chips share one process). No interrupt is used. */
 #include "hal/f28335/eeprom.h"
 
 #include "hal/f28335/bus.h"
 
 #if BOARD_STORE == BOARD_STORE_I2C
 
-/* Module clock of at most 10 MHz; a bit is 25 of its cycles: SCL low for 15, high for 10. At 10 MHz this is
- * 400 kHz, 1.5 us and 1.0 us. */
+/* The module clock is at most 10 MHz. A bit takes 25 of its cycles: SCL is low for 15 and high for 10. At 10
+ * MHz this is 400 kHz, with 1.5 us and 1.0 us. */
 #define PRESCALE ((BOARD_SYSCLK_HZ + 9999999) / 10000000)
 #define SCL_LOW  10u
 #define SCL_HIGH 5u
@@ -47,14 +47,14 @@ void eeprom_init(void)
     bus_write16(&I2CA->I2CMDR, MODE_IDLE);
 }
 
-/* ---- The lines by hand ---- */
+/* ---- The lines as plain pins ---- */
 
 #define LINES     GPIO_CONTROL(EEPROM_PIN_DATA / 32u)
 #define LEVELS    GPIO_DATA(EEPROM_PIN_DATA / 32u)
 #define BOTH_PINS (GPIO_PIN(EEPROM_PIN_DATA) | GPIO_PIN(EEPROM_PIN_CLOCK))
 #define FIELDS(f) (GPIO_FIELD(EEPROM_PIN_DATA, f) | GPIO_FIELD(EEPROM_PIN_CLOCK, f))
 
-/* An output at 0 pulls the line, an input leaves it to its pull-up. */
+/* Pulls the line low by an output at 0, or releases it to its pull-up by making the pin an input. */
 static void pull(uint16_t pin, bool low)
 {
     bus_allow();
@@ -104,7 +104,7 @@ static void put_octet(uint16_t word)
     bus_write16(&I2CA->I2CDXR, word & 0x00FFu);
 }
 
-/* Flags and FIFOs of the last transfer are forgotten; the place is the first that goes out. */
+/* Clears flags and FIFOs of the last transfer. The address in the memory is the first to be sent. */
 static void prepare(uint32_t at, uint32_t octets)
 {
     const uint16_t place = (uint16_t)(2u * at);
@@ -140,7 +140,7 @@ static uint16_t take_octet(void)
     return bus_read16(&I2CA->I2CDRR) & 0x00FFu;
 }
 
-/* What a finished transfer has brought. */
+/* The result of a transfer that has ended. */
 static hal_eeprom_t finish(uint16_t words[HAL_EEPROM_WORDS])
 {
     uint16_t n;
@@ -175,7 +175,8 @@ hal_eeprom_t hal_eeprom_poll(uint16_t words[HAL_EEPROM_WORDS])
     if ((flags & I2CSTR_SCD) != 0u) {
         return finish(words);
     }
-    if ((flags & I2CSTR_ARDY) != 0u) { /* the place is sent: now the words, after a repeated START */
+    if ((flags & I2CSTR_ARDY) !=
+        0u) { /* the address has been sent; now the words are read, after a repeated START */
         bus_write16(&I2CA->I2CSTR, I2CSTR_ARDY);
         bus_write16(&I2CA->I2CCNT, 2u * HAL_EEPROM_WORDS);
         bus_write16(&I2CA->I2CMDR, MODE_READ);

@@ -1,16 +1,16 @@
-/* Nothing here, and nothing that is called here, may run from L0-L3: the linker file names the functions that
- * do, and tools/check-linker proves that these are not among them. So there is no division of floats, whose
- * function is there. */
+/* No function of this file, and no function that they call, may run from L0-L3. The linker file names the
+ * functions that run there, and tools/check-linker proves that these are not among them. A division of floats
+ * is not allowed for the same reason: its library function runs from L0-L3. */
 #include "hal/f28335/flash.h"
 
 #include "hal/f28335/bus.h"
 #include "hal/f28335/flash_api.h"
 #include "hal/hal.h"
 
-/* The clock in units of 2^-20 of 5 MHz: 1048576 x 200 ns over the cycle. */
+/* The scale factor of the API: 2^20 times 200 ns over the duration of a SYSCLK cycle. */
 #define SCALE ((uint32_t)BOARD_SYSCLK_HZ / 625u * 16384u / 125u)
 
-/* A variable of the API; its address stands in the table. */
+/* Sets a variable of the API, whose address is in the table. */
 static void put_variable(uint32_t entry, uint32_t value)
 {
     uint16_t *const ram = bus_code_ram();

@@ -1,5 +1,5 @@
-/* In the place of TI's flash API where the build was given none (LAGLESS_FLASH_API): flash is not erased and
- * not programmed. */
+/* Replaces TI's flash API in a build without it (LAGLESS_FLASH_API): the flash is neither erased nor
+ * programmed. */
 #include "hal/f28335/bus.h"
 
 bus_memory_t bus_flash_api(void)

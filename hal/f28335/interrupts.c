@@ -24,18 +24,18 @@ void interrupts_init(const hal_config_t *config)
 {
     uint16_t n;
 
-    /* Started again without a reset, the chip may hold enables and requests of the program that ran before.
+    /* After a restart without a reset, the enable and request bits of the previous program may still be set.
      */
     bus_write16(&PIE->PIECTRL, 0u);
     bus_disable_groups();
-    bus_write16(&CPU_TIMER(2u)->TCR, TCR_TSS); /* its interrupt is the medium task's */
+    bus_write16(&CPU_TIMER(2u)->TCR, TCR_TSS); /* the medium task uses its interrupt */
     bus_clear_pending();
     for (n = 0u; n < GROUPS; n++) {
         bus_write16(&PIE->group[n].IER, 0u);
         bus_write16(&PIE->group[n].IFR, 0u);
     }
     bus_allow();
-    /* Vector 0 is the reset's, which always goes to the boot ROM. */
+    /* Vector 0 belongs to the reset, which always starts the boot ROM. */
     for (n = 1u; n < VECTORS; n++) {
         bus_write32(&PIE_VECTORS->vector[n], bus_vector(unexpected));
     }
@@ -58,8 +58,8 @@ void interrupts_init(const hal_config_t *config)
     bus_enable_group(INTERRUPTS_SAMPLE);
     bus_enable_group(INTERRUPTS_TRIP);
     bus_enable_group(INTERRUPTS_MEDIUM);
-    /* A debugger in real-time mode that halts the background leaves the drive its interrupts, as long as the
-     * carrier runs (pwm.c); and it may look at memory while the program runs. */
+    /* In real-time mode a debugger may halt the background while the interrupts of the drive continue, as
+     * long as the carrier runs (pwm.c). It may also read memory while the program runs. */
     bus_debug_groups(
         (uint16_t)(group_bit(INTERRUPTS_SAMPLE) | group_bit(INTERRUPTS_TRIP) | group_bit(INTERRUPTS_MEDIUM)));
     bus_debug_allow();
@@ -68,8 +68,8 @@ void interrupts_init(const hal_config_t *config)
 void interrupts_acknowledge(uint16_t group)
 {
     bus_write16(&PIE->PIEACK, group_bit(group));
-    /* The write must have arrived before the return from interrupt opens the masks (SPRZ272: spurious
-     * interrupt). */
+    /* The write must have reached the register before the return from the interrupt enables interrupts
+     * (SPRZ272: spurious interrupt). Reading the register ensures this. */
     (void)PIE->PIEACK;
 }
 
@@ -88,15 +88,15 @@ void hal_request_medium(void)
     bus_request_group(INTERRUPTS_MEDIUM);
 }
 
-/* Sample, trip and serial line are enabled still: the CPU has cleared nothing but the bit of INT14 in IER,
- * and the return sets it again. */
+/* The interrupts of sample, trip and serial line are still enabled: the CPU has cleared only the bit of INT14
+ * in IER, which the return from the interrupt restores. */
 void hal_begin_medium(void)
 {
     bus_debug_allow();
     bus_interrupts_enable();
 }
 
-/* INTM is set before the registers come back from the stack (SPRZ272: nested interrupts). */
+/* INTM must be set before the registers are restored from the stack (SPRZ272: nested interrupts). */
 void hal_end_medium(void)
 {
     bus_interrupts_disable();

@@ -1,8 +1,9 @@
-/* Where the linker put things, on silicon only; on the host the virtual chip brings its own. The symbols are
- * the linker command file's: values that have no storage, only an address.
+/* The places of memory regions, on silicon only; on the host the virtual chip defines them. The linker
+ * command file defines the symbols: only their addresses have a meaning.
  *
- * The flash is looked at as a whole, erased words among it, but for sectors C and B, which hold what the
- * drive stores itself, and sector A, which holds the entry. The end of the stack is painted by hal_boot. */
+ * The region of the program is the whole flash, erased words included, except for sectors C and B, in which
+ * the drive stores parameters, and sector A, which contains the entry point. hal_boot writes the pattern at
+ * the end of the stack. */
 #include "hal/f28335/bus.h"
 
 extern const uint16_t ramfunc_load_size[]; /* [16-bit words] */

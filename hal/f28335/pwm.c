@@ -7,20 +7,22 @@
 #define FIRST PWM_LEADER
 #define LAST  ((uint16_t)(PWM_LEADER + 2u))
 
-/* What a sync pulse needs to reach the next module, so that a follower continues where the leader is. */
+/* Delay of the sync pulse to the next module [cycles]. A follower loads this count, which is then the
+ * leader's. */
 #define SYNC_DELAY 2u
 
-/* On a debugger's halt a period is finished first: counter zero is a zero vector for all legs. The chip has
- * nothing that would open them: none of its six trip inputs is the halt. In real-time mode a halt of the
- * background stops the carrier too, and with it the interrupts, unless the debugger writes FREE_SOFT = 2
- * before: that carrier goes on in any halt, in a plain one with the last duties. */
+/* When a debugger halts the CPU, the carrier stops at the end of its period: at counter zero all legs apply
+ * the zero vector. The chip cannot open the gates at a halt, because a halt is none of its six trip inputs.
+ * In real-time mode a halt of the background also stops the carrier and the interrupts, unless the debugger
+ * has written FREE_SOFT = 2 before. With this value the carrier runs on in every halt; in a halt without
+ * real-time mode it repeats the last duties. */
 #define TBCTL_COMMON   ((uint16_t)(TBCTL_CTRMODE(TBCTL_UPDOWN) | TBCTL_FREE_SOFT(1u)))
 #define TBCTL_LEADER   ((uint16_t)(TBCTL_COMMON | TBCTL_SYNCOSEL(1u)))
 #define TBCTL_FOLLOWER ((uint16_t)(TBCTL_COMMON | TBCTL_PHSEN | TBCTL_PHSDIR_UP))
 #define TZSEL_WORD     TZSEL_OSHT((uint16_t)BOARD_TRIP_ZONE)
 #define ETSEL_WORD     ((uint16_t)(ETSEL_SOCASEL(ET_CMPB_DOWN) | ETSEL_SOCAEN))
 
-/* What A does when the counter passes CMPA, and CMPA for `count` of the upper switch. */
+/* Action of output A when the counter passes CMPA, and the CMPA for a high time of `count`. */
 #if BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR
 #define AQCTLA_WORD       ((uint16_t)(AQCTL_CAU(AQ_CLEAR) | AQCTL_CAD(AQ_SET)))
 #define COMPARE_OF(count) (count)
@@ -63,7 +65,7 @@ static void set_up_leg(uint16_t n, uint16_t dead_band_count)
     bus_write16(&leg->ETPS, n == FIRST ? ETPS_SOCAPRD(1u) : 0u);
 }
 
-/* What stands between the gates and a shoot-through or an unheard fault is still there. */
+/* true: the registers that prevent a shoot-through, and those of the trip zone, still have their values. */
 static bool leg_is_safe(uint16_t n)
 {
     const volatile epwm_regs_t *leg = EPWM(n);
@@ -138,7 +140,7 @@ bool hal_gates_on(void)
     }
     bus_write16(&EPWM(FIRST)->TZEINT, TZ_OST);
     bus_protect();
-    /* A fault that came in between has set the flags again. */
+    /* A fault since the test above has set the flags again. */
     if (any_trip_flag()) {
         hal_gates_off();
         return false;

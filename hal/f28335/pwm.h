@@ -35,16 +35,16 @@
 #define PWM_FAULT_PIN     (11u + (uint16_t)BOARD_TRIP_ZONE)
 #define PWM_FAULT_PIN_MUX (BOARD_TRIP_ZONE < 5 ? 1u : 3u)
 
-/* Everything of the three modules, counters standing, and the trip forced. False: a module did not take the
- * trip; the pins must not be connected then. Needs module clocks and TBCLKSYNC 0. `dead_band_count` in
- * HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX [SYSCLK cycles]. */
+/* Sets up the three modules, with stopped counters and the trip forced. False: a module does not show the
+ * trip, and its pins must not be connected. The module clocks must be on, and TBCLKSYNC 0. `dead_band_count`
+ * in HAL_DEAD_BAND_MIN..HAL_DEAD_BAND_MAX [SYSCLK cycles]. */
 bool pwm_init(uint16_t dead_band_count);
 
-/* Time since the last counter zero: 0..PWM_PERIOD - 1 [SYSCLK cycles], right after it and right before it to
- * a few cycles. */
+/* Time since the last counter zero: 0..PWM_PERIOD - 1 [SYSCLK cycles]. Near counter zero the error is a few
+ * cycles. */
 uint32_t pwm_elapsed(void);
 
-/* Any leg shut by the trip zone. All legs shut by it. */
+/* True if the trip zone holds the gates of any leg off; the same of all legs. */
 bool pwm_any_tripped(void);
 bool pwm_all_tripped(void);
 

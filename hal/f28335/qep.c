@@ -4,7 +4,7 @@
 #include "hal/f28335/pwm.h"
 #include "hal/hal.h"
 
-/* The counter goes on through a debugger's halt: the shaft does too. */
+/* The counter continues while a debugger halts the CPU, because the shaft may still turn. */
 #define QEPCTL_COUNTING ((uint16_t)(QEPCTL_FREE_SOFT(2u) | QEPCTL_PCRM(1u) | QEPCTL_QPEN | QEPCTL_QCLM))
 #define QCLR_ALL        0x0FFFu
 #define STEP_TOLERANCE                                                                                       \

@@ -1,7 +1,8 @@
-/* Both FIFOs are emptied and filled by the sample interrupt. Its period may be longer than the receiving one
- * lasts, 16 octets, so that has an interrupt of its own from FIFO_LEVEL octets on; what is below waits for
- * the sample interrupt. The count of errors is kept in the period register of CPU timer 2, which stands
- * still, because nothing here may live in a variable (several chips share one process on the host). */
+/* The sample interrupt empties the receive FIFO and fills the transmit FIFO. Its period may be longer than
+ * the time in which 16 octets fill the receive FIFO, so this FIFO has an interrupt of its own from FIFO_LEVEL
+ * octets on; fewer octets wait for the sample interrupt. The count of errors is stored in the period register
+ * of CPU timer 2, which is stopped, because this module must not use variables (on the host several chips
+ * share one process). */
 #include "hal/f28335/serial.h"
 
 #include "hal/f28335/bus.h"
@@ -30,7 +31,7 @@ static void count_error(void)
     bus_write32(ERRORS, *ERRORS + 1u);
 }
 
-/* Flags and state machines; an octet that is being sent is lost with it. */
+/* Resets flags and state machines of the module. An octet that is being sent is lost. */
 static void restart_line(void)
 {
     bus_write16(&SCIA->SCICTL1, SCICTL1_BOTH);
@@ -55,7 +56,7 @@ void serial_init(void)
     restart_line();
 }
 
-/* Errors of the receiver. After a break it receives nothing more until it is restarted.
+/* Counts and clears errors of the receiver. After a break the receiver is stopped until it is restarted.
  */
 static void look_after_receiver(uint16_t fifo)
 {
@@ -63,7 +64,7 @@ static void look_after_receiver(uint16_t fifo)
         count_error();
     }
     if ((fifo & (SCIFFRX_RXFFOVF | SCIFFRX_RXFFINT)) !=
-        0u) { /* a flag that stays would raise no interrupt any more */
+        0u) { /* no interrupt would follow while the flag stays set */
         bus_write16(&SCIA->SCIFFRX, SCIFFRX_FORGET);
     }
     if ((bus_read16(&SCIA->SCIRXST) & SCIRXST_BRKDT) != 0u) {

@@ -1,6 +1,6 @@
-/* Sectors C and B of the flash, SPRS439, as two pages. What erases and programs cannot be interrupted: the
- * flash cannot be read meanwhile, and with it no constant of the interrupt. So the gates must be tripped, and
- * the watchdog stands. */
+/* Sectors C and B of the flash, SPRS439, as two pages. Erasing and programming cannot be interrupted: the
+ * flash, which contains constants of the interrupts, cannot be read meanwhile. Therefore the gates must be
+ * tripped, and the watchdog is stopped. */
 #include "hal/f28335/bus.h"
 #include "hal/f28335/flash.h"
 #include "hal/f28335/pwm.h"
@@ -21,8 +21,8 @@ uint16_t hal_store_word(uint32_t page, uint32_t at)
     return page < HAL_STORE_PAGES && at < HAL_STORE_WORDS ? bus_flash(address_of(page, at)) : 0u;
 }
 
-/* Interrupts and watchdog off, and the API in place of the interrupt's code. True: it is ready. *watched: the
- * watchdog ran. */
+/* Switches interrupts and watchdog off, and copies the API over the interrupt's code. True: the API is ready.
+ * *watched: the watchdog ran before. */
 static bool store_begin(bool *watched)
 {
     *watched = watchdog_runs();

@@ -1,8 +1,8 @@
-/* bus_wait() on silicon; on the host the virtual chip brings its own, and this file is not compiled.
+/* bus_wait() on silicon. On the host the virtual chip has its own, and this file is not compiled.
  *
- * Waits by CPU timer 0, which hal_init starts first of all, so that the compiler's idea of a loop does not
- * matter. The loop is bounded by itself: a turn takes more than one cycle, so `cycles` turns are enough even
- * if the timer stood. */
+ * Waits by CPU timer 0, which hal_init starts first, so that the time does not depend on the code that the
+ * compiler makes of the loop. The loop is bounded: a pass takes more than one cycle, so that it ends after
+ * `cycles` passes even if the timer is stopped. */
 #include "hal/f28335/bus.h"
 
 void bus_wait(uint32_t cycles)

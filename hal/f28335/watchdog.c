@@ -6,7 +6,7 @@
 /* Crystal / 512 / 64, 256 counts: 279.6 ms at 30 MHz, 419 ms at 20 MHz */
 #define WATCHDOG_SLOWEST 7u
 
-/* WDCHK is not 101: the chip takes that for a program gone wild. */
+/* With WDCHK other than 101 the chip resets at once. */
 #define WDCR_WRONG 0u
 
 void watchdog_stop(void)
@@ -31,7 +31,7 @@ void hal_watchdog_feed(void)
 
 void hal_watchdog_start(void)
 {
-    /* The counter may stand anywhere: bring it to zero before it runs. */
+    /* The counter may have any value: it is set to zero before it runs. */
     hal_watchdog_feed();
     bus_allow();
     bus_write16(&SYSCTRL->WDCR, (uint16_t)(WDCR_WDCHK | WDCR_WDPS(WATCHDOG_SLOWEST)));

@@ -4,11 +4,11 @@
 
 #include <stdbool.h>
 
-/* Switches it off, by four writes. After the boot ROM it runs with 4.37 ms, about the time that the PLL needs
- * to lock. */
+/* Switches the watchdog off, by four writes. After the boot ROM it runs with 4.37 ms, about the time in which
+ * the PLL locks. */
 void watchdog_stop(void);
 
-/* It counts. */
+/* True if the watchdog counts. */
 bool watchdog_runs(void);
 
 #endif

@@ -7,17 +7,16 @@
  * The interrupt flag rises with the last result. Code = floor(4096 V / 3), plus ADCOFFTRIM, held to 0..4095.
  *
  * In start-stop mode the sequencer stays behind its last state: without RST_SEQ1 the next start continues
- * from there, also in the result registers. A start while busy waits (one), further ones are lost. ADCCLK
- * has no
- * phase of its own here: it starts with the conversion.
+ * from there, also in the result registers. One start that comes while the sequencer is busy waits; further
+ * ones are lost. ADCCLK has no phase of its own here: it starts with the conversion.
  *
- * Every converter is a little off. TI measured this one and left the two words that put it right in OTP; the
- * boot ROM copies them. Without ADCOFFTRIM every code is off by its missing part, without the calibration in
- * ADCREFSEL the reference is off in proportion to what is missing.
+ * Every converter has small errors. TI has measured those of this one and stored the two words that correct
+ * them in the OTP; the boot ROM copies these words. Every code is wrong by the part of ADCOFFTRIM that is
+ * missing, and the reference is wrong in proportion to the missing part of the calibration in ADCREFSEL.
  *
  * A debugger's halt, ADCTRL1 SUSMOD: with 0 the converter continues; 1 ends the present sequence; 2 and 3
- * interrupt the sequence and continue it afterwards. A start that comes while the sequencer is so stopped
- * is lost. */
+ * interrupt the sequence and continue it afterwards. A start that comes while a halt has stopped the
+ * sequencer is lost. */
 #include "host_sim/chip/parts.h"
 
 #define READY_TICKS        (CHIP_TICKS_PER_SECOND * 5u / 1000u)     /* band gap and converter */
@@ -35,7 +34,7 @@
 #define OTP_OFFTRIM_AT     0x380085u
 #define OTP_REFSEL         0x0B5Cu /* this chip's */
 #define OTP_OFFTRIM        0x01F7u /* -9: the bare converter reads 9 too high */
-#define BARE_GAIN          24.0    /* [codes] what a full scale lacks without the reference calibration */
+#define BARE_GAIN          24.0    /* [codes] error at full scale without the reference calibration */
 #define WORST_GAIN         30.0    /* [codes] SPRS439: gain error */
 
 static bool clocked(const chip_t *chip)
@@ -53,7 +52,7 @@ static uint32_t susmod(const chip_t *chip)
     return (uint32_t)(chip->registers.adc.ADCTRL1 >> 12) & 3u;
 }
 
-/* A halt under way lets no sequence begin. */
+/* During a halt no sequence begins. */
 static bool stopped(const chip_t *chip)
 {
     return chip->debug.halted && susmod(chip) != 0u;
@@ -119,8 +118,8 @@ void adc_trigger(chip_t *chip, uint64_t cycle, uint32_t mask)
     chip_report(chip, CHIP_ADC_OVERRUN, ADC_AT + OFFSET(adc_regs_t, ADCTRL2));
 }
 
-/* floor(4096 V/3), exactly and without dividing: the estimate is off by one at most and only next to a whole
- * number; there 3 code and 4096 V, both exact, decide. Not-a-number gives 0. */
+/* floor(4096 V/3), exactly and without dividing: the estimate differs by one at most, and only next to a
+ * whole number; there the comparison of 3 code with 4096 V, both exact, decides. Not-a-number gives 0. */
 static inline uint32_t code_of(double volts)
 {
     double scaled = 4096.0 * volts;
@@ -181,7 +180,7 @@ static void show_results(chip_t *chip, uint32_t end)
     adc->published = end;
 }
 
-/* When conversion i of the running sequence is in its register. */
+/* The time at which the result of conversion i of the running sequence is in its register. */
 static uint64_t result_cycle(const chip_adc_t *adc, uint32_t i)
 {
     uint32_t window = i >> adc->pair;
@@ -304,7 +303,7 @@ static void stop(chip_t *chip)
     show_state(chip);
 }
 
-/* ADCTRL1 RESET, and power-on: the power bits go too, and the calibration. */
+/* ADCTRL1 RESET, and power-on: clears everything, the power bits and the calibration included. */
 static void registers_reset(chip_t *chip)
 {
     stop(chip);

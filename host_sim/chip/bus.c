@@ -1,5 +1,5 @@
-/* Host side of hal/f28335/bus.h: which part of the chip a write goes to, EALLOW, interrupt mask, time that
- * passes. */
+/* Host side of hal/f28335/bus.h: the selection of the part of the chip for a write, EALLOW, interrupt mask,
+ * and time that passes. */
 #include "hal/f28335/bus.h"
 
 #include <assert.h>
@@ -174,7 +174,7 @@ void bus_wait(uint32_t cycles)
 {
     chip_t *chip = chip_bound;
     uint64_t end = cycle_now(chip) + cycles;
-    while (cycle_now(chip) < end) { /* the clock may change on the way */
+    while (cycle_now(chip) < end) { /* the clock may change during this time */
         uint64_t rare = chip->next[SOURCE_RARE];
         uint64_t until = tick_of(chip, end);
         chip_engine(chip, rare < until ? rare + 1u : until);

@@ -1,4 +1,4 @@
-/* The plain set-up of a drive, without walking through its counts.
+/* The usual set-up of a drive, computed without a step for each count.
  *
  * Plain: SYSCLK at most 150 MHz, the three legs' modules (ePWM1..3, or ePWM4..6 if only these have pins) in
  * step, up-down without prescale, CMPA and CMPB loaded at zero, output A switched by CMPA alone and the same
@@ -11,7 +11,7 @@
  * Then the counters are one, leg n passes CMPA at zero + CMPA and at zero + 2 TBPRD - CMPA, and only
  * dead-band delays, the start of conversion and the next zero are left as events. With CMPA = 0 the action of
  * CAU comes at the zero after it was loaded, with CMPA >= TBPRD that of CAD comes at the period match:
- * exactly as timebase.c does it, which the tests hold against this.
+ * exactly as in timebase.c, with which the tests compare this engine.
  *
  * If no module reads the edges (averaged mode, or all pins tripped), the legs keep their state of the
  * carrier's zero until the next zero, or until carrier_see is called. */
@@ -106,8 +106,8 @@ static void pass_leg(chip_t *chip, uint32_t m, uint64_t end)
     epwm->cad = CHIP_NEVER;
 }
 
-/* Cycles that output A is high in this period: before CAU it is what it is, between CAU and CAD it is
- * `up_level`, after CAD the other. */
+/* Cycles for which output A is high in this period: before CAU it keeps its level, between CAU and CAD it is
+ * `up_level`, after CAD the other level. */
 static uint32_t high_time(const chip_epwm_t *epwm, uint32_t half, uint32_t up_level)
 {
     uint32_t before = epwm->cmpa;
@@ -312,7 +312,7 @@ void carrier_see(chip_t *chip)
     }
     carrier->lazy = 0u;
     plan(chip);
-    chip_plan(chip, SOURCE_EPWM, chip->next[SOURCE_EPWM]); /* a run ahead must stop before the edges */
+    chip_plan(chip, SOURCE_EPWM, chip->next[SOURCE_EPWM]); /* a computation in advance stops before them */
 }
 
 /* The counter of one module has just passed zero at `cycle` and continues like that of the first leg. */
@@ -403,7 +403,7 @@ void carrier_try(chip_t *chip, uint64_t cycle)
     }
     for (uint32_t m = 0u; m < CHIP_EPWMS; m++) {
         if ((members >> m & 1u) != 0u) {
-            chip->epwm[m].sync_due = CHIP_NEVER; /* would load what the counter holds anyway */
+            chip->epwm[m].sync_due = CHIP_NEVER; /* would load the present count */
             chip->epwm[m].count_next = CHIP_NEVER;
             chip->epwm[m].next = CHIP_NEVER;
         }

@@ -1,10 +1,10 @@
-/* eQEP1 and 2: SPRUG05. Four counts a line from the world's position, position counter with its maximum, unit
- * timer with latch, flags and interrupt.
+/* eQEP1 and 2: SPRUG05. Models four counts a line from the position of the shaft, the position counter with
+ * its maximum, the unit timer with latch, flags and interrupt.
  *
  * The pins are sampled when the result is visible: at a unit time-out, before an interrupt, after a wait.
- * Between two looks fewer counts than SYSCLK cycles must have come; more (the world jumped) are what two
- * edges in one cycle are on silicon: a phase error, and the counter follows the quadrature lines alone, that
- * is the jump modulo 4.
+ * Between two readings there must be fewer counts than SYSCLK cycles. If there are more, because the position
+ * has jumped, the effect is that of two edges in one cycle on silicon: a phase error, and the counter follows
+ * the quadrature lines alone, that is, the jump modulo 4.
  *
  * QUTMR goes from 0 to QUPRD, where the time-out sets it to 0 in the same cycle: the period is QUPRD cycles
  * (SPRUG05, unit timer). No index or strobe pulse ever comes, so the fields that react to one have no effect.
@@ -46,7 +46,7 @@ static bool clocked(const chip_t *chip, uint32_t n)
     return (chip->registers.sysctrl.PCLKCR1 & (PCLKCR1_EQEP1 << n)) != 0u;
 }
 
-/* A halt under way stops it at the next roll-over. */
+/* During a halt it stops at the next roll-over. */
 static bool ends(const chip_t *chip, uint32_t n)
 {
     return chip->debug.halted && FREE_SOFT(chip->registers.eqep[n].QEPCTL) == 1u;

@@ -1,12 +1,12 @@
-/* Flash sectors C and B, which the drive erases and programs itself: SPRS439, SPRUFB0 ch. 1. A library with
- * the interface of TI's flash API (hal/f28335/flash_api.h) stands here: its words hold no code of this
- * machine, but a call into L0-L3 leads to its functions, and these do nothing unless the words are there, its
- * variables are set, and interrupts and watchdog are off.
+/* Flash sectors C and B, which the drive erases and programs itself: SPRS439, SPRUFB0 ch. 1. This file
+ * contains a library with the interface of TI's flash API (hal/f28335/flash_api.h). Its words are no code of
+ * this machine, but a call into L0-L3 leads to its functions. They have an effect only if the words are in
+ * their place, the variables are set, and interrupts and watchdog are off.
  *
- * An erase first clears all words and then sets them, a word at a time, so a cut of the power leaves some
- * words cleared, some erased, the one at work neither, and the others as they were. If a word was being
- * programmed, only some of its bits are programmed afterwards. Only the first words of a page are stored
- * one by one (chip_flash_t); the words behind them are erased as a whole and cannot be programmed.
+ * An erase first clears all words and then sets them, one word at a time. If the power fails, some words are
+ * cleared, some are erased, the present one is neither, and the others are unchanged. If a word was being
+ * programmed, only some of its bits are programmed afterwards. Only the first words of a page are stored one
+ * by one (chip_flash_t); the words behind them are erased as a whole and cannot be programmed.
  *
  * Nevertheless the operations take their time: interrupts and background wait until the operation ends, and
  * a watchdog that is started during the operation begins to count at its end. */
@@ -32,7 +32,7 @@
 #define LB(at)      (uint16_t)(0x0040u | (BUS_CODE_AT + (at)) >> 16), (uint16_t)((BUS_CODE_AT + (at)) & 0xFFFFu)
 #define ADDRESS(at) (uint16_t)((BUS_CODE_AT + (at)) & 0xFFFFu), (uint16_t)((BUS_CODE_AT + (at)) >> 16)
 
-/* The table, and words behind it that have to arrive as well. */
+/* The table, and words after it that have to be copied as well. */
 static const uint16_t api[API_WORDS] = {LB(12u), LB(18u),           LB(24u),
                                         LB(30u), ADDRESS(SCALE_AT), ADDRESS(CALLBACK_AT),
                                         0xA5A5u, 0x5A5Au,           [47] = 0x1234u};
@@ -93,7 +93,7 @@ uint32_t chip_flash_operations(const chip_t *chip)
     return chip->flash.operations;
 }
 
-/* Every other bit or so, other ones each time. */
+/* About half of the bits, different ones each time. */
 static uint32_t some_bits(uint32_t operation)
 {
     return (operation + 1u) * 0x9E3779B1u >> 16;
@@ -115,7 +115,7 @@ bool chip_storage_operation(chip_t *chip, uint32_t *done)
     return true;
 }
 
-/* One operation on one word, or what of it there was time for. */
+/* One operation on one word, or the part of it before the power failed. */
 static void work_on(chip_t *chip, uint16_t *word, uint32_t value)
 {
     uint32_t done;
@@ -134,7 +134,7 @@ bool flash_api_runs(const chip_t *chip)
     return chip->memory[BUS_INTERRUPT_CODE][0] == api[0];
 }
 
-/* Every word of the library is where it runs, and its variables are as the clock demands. */
+/* Every word of the library is in the place where it runs, and its variables suit the clock. */
 static bool is_set_up(const chip_t *chip)
 {
     const uint16_t *ram = chip->memory[BUS_INTERRUPT_CODE];

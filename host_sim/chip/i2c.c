@@ -211,7 +211,7 @@ static uint32_t module_hz(const chip_t *chip)
     return chip_sysclk_hz(chip) / (chip->registers.i2ca.I2CPSC + 1u);
 }
 
-/* START comes if the bus is free. A line that stays low keeps it waiting. */
+/* START comes if the bus is free. It waits while a line stays low. */
 static void begin(chip_t *chip)
 {
     chip_i2c_t *i2c = &chip->i2c;
@@ -365,7 +365,7 @@ uint32_t i2c_lines_low(const chip_t *chip)
     return i2c_memory_pulls(chip);
 }
 
-/* A memory during a transfer releases the data line when it has been clocked to its end. */
+/* A memory in the middle of a transfer releases the data line after enough clock pulses. */
 void i2c_pins(chip_t *chip)
 {
     const uint32_t pulled = gpio_mux(chip, 33u) == 0u &&

@@ -2,12 +2,12 @@
  * writing, or an FRAM, with neither. Data sheets: Microchip DS20001203 (24LC256), Infineon 001-86149
  * (FM24W256).
  *
- * The octets of a write go into a buffer of a page, and come back to its beginning behind its end. STOP
- * begins the writing, and until it is over the memory acknowledges nothing; a START in its place forgets the
- * buffer. An FRAM writes each octet at once. An octet that arrives is an operation, and so is one that is
- * written: chip_cut_power counts both. A cut between leaves what was written; during a page it
- * leaves some octets new, one with some bits, and the others old; from which end of the page on, the number
- * of the operation decides. */
+ * The octets of a write go into a buffer of one page; after the last octet of the page the first one follows.
+ * STOP begins the writing, and the memory acknowledges nothing until it has ended. A START instead of the
+ * STOP discards the buffer. An FRAM writes each octet at once. An octet that arrives is an operation, and so
+ * is one that is written: chip_cut_power counts both. After a power failure between writes, the written
+ * octets remain. During the writing of a page some octets are new, one has only some of its bits, and the
+ * others are old; the number of the operation decides from which end of the page the new ones count. */
 #include <assert.h>
 #include <string.h>
 

@@ -190,7 +190,7 @@ void outputs_changed(chip_t *chip)
     tell_trip(chip);
 }
 
-/* Flags rise, and the interrupt with them if it is enabled and not still standing. */
+/* Sets flags, and requests the interrupt if it is enabled and not pending already. */
 static void trip(chip_t *chip, uint32_t m, uint32_t flags)
 {
     epwm_regs_t *regs = &chip->registers.epwm[m];

@@ -54,7 +54,7 @@ void memory_power_on(chip_t *chip);
 /* flash.c: the sectors that the drive erases and programs */
 void flash_power_on(chip_t *chip);
 void flash_reset(chip_t *chip);
-bool flash_api_runs(const chip_t *chip); /* its code is where the interrupt's code was */
+bool flash_api_runs(const chip_t *chip); /* its code has replaced the interrupt's code */
 /* The next operation of a memory that keeps its content without power. *done: the bits that were changed; all
  * of them, or only some if the power fails during the operation. False: there is no power, and nothing is
  * changed. */

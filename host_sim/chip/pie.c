@@ -114,7 +114,7 @@ void pie_reset(chip_t *chip)
 }
 
 /* The vector of the interrupt that the CPU takes now. If software has cleared the last enabled flag of the
- * group, the first vector of the group is fetched, by the manual. */
+ * group, the first vector of the group is fetched, according to the manual. */
 static uint32_t fetch(chip_t *chip, uint32_t n)
 {
     if (n > PIE_GROUPS) {
@@ -147,10 +147,11 @@ void cpu_enter(chip_t *chip)
     chip->cpu.section = 0u;
     chip->cpu.dbgm = 1u;
     chip->cpu.allow = 0u;
-    if (flash_api_runs(chip)) { /* nothing that an interrupt could run is there */
+    if (flash_api_runs(chip)) { /* there is no function for an interrupt */
         chip_report(chip, CHIP_FLASH_MISUSE, vector);
     }
-    if (!enabled || token == 0u) { /* without ENPIE the vectors of the boot ROM lead nowhere */
+    if (!enabled || token == 0u) { /* without ENPIE the CPU would use the vectors of the boot ROM, which has
+                                      no functions here */
         chip_report(chip, CHIP_NO_VECTOR, vector);
         chip->cpu.halted = 1u;
         return;

@@ -1,15 +1,16 @@
-/* SCI-A: SPRUFZ5. Frames of 8 data bits without parity through both FIFOs, and the interrupt of the receiving
- * one; nothing else of it is modelled, no single buffer, no other frame: if requested, it is reported and the
- * line stays quiet. The flag of the interrupt rises when an octet comes and the level is reached: a level
- * that is still reached when the flag is cleared does not raise it by itself.
+/* SCI-A: SPRUFZ5. Models frames of 8 data bits without parity through both FIFOs, and the interrupt of the
+ * receive FIFO. Nothing else of the module is modelled, neither single buffers nor other frames: if software
+ * requests them, this is reported and the line stays quiet. The flag of the interrupt rises when an octet
+ * comes and the level is reached: a level that is still reached when the flag is cleared does not raise it by
+ * itself.
  *
  * Without that interrupt the line is simulated only on access: each access by software, and each call from
  * outside, brings line, FIFOs and flags up to the present tick. An unused line therefore costs no time.
  *
  * The line towards the chip is a row of frames, each with its levels bit by bit; between them it is high. The
  * receiver works on these levels as in SPRUFZ5: a start bit is a fall after which the line is low for four
- * SCICLK (eight to a bit), each bit then the majority of the 4th, 5th and 6th of its SCICLK. So another rate
- * at the other end gives what it gives on silicon. */
+ * SCICLK (eight to a bit), each bit then the majority of the 4th, 5th and 6th of its SCICLK. Therefore a
+ * different rate at the other end has the same effect as on silicon. */
 #include <assert.h>
 
 #include "host_sim/chip/parts.h"
@@ -18,14 +19,14 @@
 #define BITS           10u /* start, eight data, stop */
 #define STOP_BIT       9u
 #define DATA(octet)    ((uint32_t)(octet) << 1 | 1u << STOP_BIT)
-/* A break is so much more of a low line after a missing stop bit, in eighths of a bit: 9.625 bits. */
+/* A break: the line stays low for this time after a missing stop bit [eighths of a bit], 9.625 bits. */
 #define BREAK_EIGHTHS 77u
 #define NOT_SO_FAR    CHIP_NEVER
 
 #define SCICTL1_STORED (SCICTL1_RXENA | SCICTL1_TXENA | SCICTL1_SWRESET)
 #define SCIFF_LEVEL    31u
 #define SCIFFTX_STORED (SCIFFTX_SCIRST | SCIFFTX_SCIFFENA | SCIFFTX_TXFIFORESET | SCIFF_LEVEL)
-#define SCIFFTX_CLEARS (1u << 6) /* of an interrupt that never is */
+#define SCIFFTX_CLEARS (1u << 6) /* of an interrupt that never occurs */
 #define RUNNING        (SCIFFTX_SCIRST | SCIFFTX_SCIFFENA)
 
 static sci_regs_t *regs(chip_t *chip)
@@ -100,8 +101,7 @@ static uint64_t frame_end(const chip_t *chip, const chip_frame_t *on_line)
     return on_line->start + bit_at(chip, on_line->bits);
 }
 
-/* From `from` on, the first tick at which the line goes to `level`, or is there already; a line that was cut
- * off behind `from` is high. */
+/* The first tick from `from` on at which the line has this `level`; after the last frame the line is high. */
 static uint64_t level_from(const chip_t *chip, uint64_t from, uint32_t level)
 {
     for (uint32_t n = 0u; n < chip->sci.line_count; n++) {
@@ -204,7 +204,7 @@ static bool receive_next(chip_t *chip)
         return after_missing_stop(chip);
     }
     uint64_t fall = level_from(chip, sci->looks_from, 0u);
-    if (fall == NOT_SO_FAR) { /* nothing but high levels, what is under way among them */
+    if (fall == NOT_SO_FAR) { /* only high levels, including those of the present frame */
         sci->looks_from = chip->tick > sci->looks_from ? chip->tick : sci->looks_from;
         return false;
     }
@@ -314,7 +314,8 @@ static bool is_quiet(const chip_t *chip)
     return (sci->line_count | sci->low | sci->sending | sci->waiting) == 0u;
 }
 
-/* When the receiver will have dealt with the next frame on the line; a start bit that is none counts as one.
+/* The time at which the receiver has processed the next frame on the line; a false start bit counts as a
+ * frame.
  */
 static uint64_t next_frame(const chip_t *chip)
 {

@@ -5,13 +5,13 @@
  * the period act at the period match (counting down or up-down; counting up, above the period, never).
  *
  * Events of a count see the active registers as they were; shadow loads at that count act from the next count
- * on. So a CMPA of 0 that is loaded at zero misses the zero it is loaded at (hence TI's "keep it >= 1").
+ * on. Therefore a CMPA of 0 that is loaded at zero has no effect at this zero (hence TI's "keep it >= 1").
  *
  * A counter that starts at zero begins with the events of zero, which is how the first TBPRD becomes active.
  * One that counts past its period (TBPRD was reduced, TBCTR written) runs on to 0xFFFF and 0.
  *
- * A debugger's halt stops the counter alone (FREE_SOFT): a dead band under way runs out, trips act, and a
- * sync pulse that meets a standing counter is lost, so that modules that stopped in step stay in step. */
+ * A debugger's halt stops only the counter (FREE_SOFT): a dead band that has begun ends, trips act, and a
+ * sync pulse has no effect on a stopped counter, so that modules that stopped in step stay in step. */
 #include "host_sim/chip/parts.h"
 
 #define SYNC_LAG 2u /* [SYSCLK] from SYNCI to the slave's counter if TBCLK = SYSCLK, else one TBCLK */
@@ -134,7 +134,7 @@ void timebase_plan(chip_t *chip, uint32_t m)
         epwm->next = CHIP_NEVER;
         return;
     }
-    if (epwm->count_next != epwm->anchor) { /* else the start is still to come */
+    if (epwm->count_next != epwm->anchor) { /* else the start is in the future */
         epwm->count_next =
             counts(chip, m) ? epwm->anchor + (uint64_t)distance(chip, m) * epwm->divider : CHIP_NEVER;
     }
@@ -274,7 +274,7 @@ static void count_events(chip_t *chip, uint32_t m, uint64_t cycle)
     }
 }
 
-/* Where FREE_SOFT = 1 lets a counter stop. */
+/* The count at which a counter stops with FREE_SOFT = 1. */
 static bool at_end(const chip_t *chip, uint32_t m)
 {
     const chip_epwm_t *epwm = &chip->epwm[m];
@@ -400,7 +400,7 @@ void epwm_clock(chip_t *chip)
         }
         timebase_hold(chip, m);
         epwm->running = running;
-        if (!running) { /* the anchor remembers when it stopped */
+        if (!running) { /* the anchor contains the time at which it stopped */
             epwm->anchor = now;
             timebase_plan(chip, m);
             continue;

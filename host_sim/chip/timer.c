@@ -97,7 +97,7 @@ void timer_refresh(chip_t *chip)
     for (uint32_t n = 0u; n < 3u; n++) {
         const chip_timer_t *timer = &chip->timer[n];
         if (!timer->running) {
-            continue; /* shows what it showed when it stopped */
+            continue; /* keeps the value that it had when it stopped */
         }
         if (timer->step == 1u && timer->reload > now) {
             chip->registers.cpu_timer[n].TIM = (uint32_t)(timer->reload - now) - 1u;
@@ -181,7 +181,7 @@ static void change_step(chip_t *chip, uint32_t n)
     set_left(chip, n, counts * timer->step + phase + 1u);
 }
 
-/* Common to both widths; false: the write must not be obeyed. */
+/* Common to both widths; false: the write has no effect. */
 static bool accessible(chip_t *chip, uint32_t n, uint32_t address)
 {
     if (!clocked(chip, n)) {
@@ -245,7 +245,7 @@ void timer_write32(chip_t *chip, uint32_t address, uint32_t value)
             chip->registers.cpu_timer[n].PRD = value;
             timer_schedule(chip);
         } else {
-            chip->registers.cpu_timer[n].PRD = value; /* for the next reload, whenever that is */
+            chip->registers.cpu_timer[n].PRD = value; /* acts with the next reload */
         }
         return;
     default:

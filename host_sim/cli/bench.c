@@ -1,5 +1,5 @@
-/* `lagless bench`: how much faster than real time the whole ring runs, and what the interrupt and one step of
- * the estimator cost on this machine: time, and instructions.
+/* `lagless bench`: the speed of the whole simulation relative to real time, and the time and the instructions
+ * of the interrupt and of one step of the estimator on this machine.
  *
  * Instructions are counted by callgrind, on this very program: it runs itself under valgrind with the hidden
  * option --replay, once with the estimator and once with an empty function in its place, and takes the
@@ -177,7 +177,7 @@ static void *estimator_record(const scenario_t *scenario, bool worst)
     } settings[] = {
         {"flux_adaptation", 2.0},       /* on */
         {"torque_feedforward", 1.0},    /* on */
-        {"estimate_current_max", 1e-3}, /* [A] less than any step has */
+        {"estimate_current_max", 1e-3}, /* [A] less than the current of any step */
         {"estimate_time", 10.0},        /* [s] */
         {"doubtful_current", 0.0},      /* [A] every period is a step of the estimator, none is coasted */
     };
@@ -285,7 +285,7 @@ static double instructions_of(const char *what, FILE *record, const char **why)
     return (double)NAN;
 }
 
-/* Of one step, mean over the record; NAN: `why` has the reason. */
+/* Time and instructions of one step, mean over the record; NAN: `why` has the reason. */
 static double estimator_instructions(const void *record, const char **why)
 {
     FILE *file = tmpfile();

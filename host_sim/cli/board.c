@@ -14,7 +14,7 @@
 #include "host_sim/lab/json.h"
 
 static struct {
-    char **arguments; /* as given, NULL at their end */
+    char **arguments; /* as given on the command line, NULL at their end */
     bool chosen;      /* by --board */
 } line;
 
@@ -26,8 +26,8 @@ void board_begin(int argc, char **argv)
     }
 }
 
-/* The program of a board: boards/NAME/lagless in the folder of `lagless`, or, of the board that acts if none
- * is chosen, `lagless` itself. */
+/* The program of a board: boards/NAME/lagless in the folder of `lagless`; of the default board, `lagless`
+ * itself. */
 static bool program_of(const board_facts_t *board, char path[PATH_SIZE], char why[BOARD_WHY_SIZE])
 {
     char own[PATH_SIZE];
@@ -77,7 +77,7 @@ bool board_choose(const char *name, char why[BOARD_WHY_SIZE])
     return strcmp(board->name, rig_board) == 0 || become(board, why);
 }
 
-/* Makes this text what stdin gives. */
+/* Replaces the content of stdin by this text. */
 static bool back_to_stdin(const char *text, size_t octets)
 {
     FILE *file = tmpfile();

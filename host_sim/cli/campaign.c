@@ -1,4 +1,4 @@
-/* `lagless campaign`: random runs by the thousand, and what in them broke a promise. */
+/* `lagless campaign`: thousands of random runs, and the violated promises. */
 #include <argp.h>
 #include <dirent.h>
 #include <errno.h>
@@ -163,8 +163,8 @@ static reading_t bad_file(const char *path, uint32_t line, const char *why)
     return (reading_t){.exit_code = EXIT_USAGE};
 }
 
-/* Reads what is done into `results`, which is made when the first head is known (campaign->runs 0). A last
- * line without its end was being written when the campaign was stopped, and is left out. */
+/* Reads the finished runs into `results`, which is made when the first head is known (campaign->runs 0). A
+ * last line without its end was being written when the campaign was stopped, and is left out. */
 static reading_t read_results(FILE *file, const char *path, campaign_t *campaign, campaign_result_t **results)
 {
     char text[CAMPAIGN_LINE_SIZE];
@@ -218,7 +218,7 @@ typedef struct {
     const options_t *options;
     FILE *file; /* NULL: no folder */
     char path[PATH_SIZE];
-    char **texts; /* [runs] of violations, where there is no folder */
+    char **texts; /* [runs] of violations, if there is no folder */
     uint32_t text_count;
     output_progress_t progress;
 } keeper_t;
@@ -304,7 +304,7 @@ static int open_results(const options_t *options, keeper_t *keeper, campaign_res
             return EXIT_USAGE;
         }
         keeper->file =
-            fopen(keeper->path, "w"); /* under its name: what is in it counts from the first line on */
+            fopen(keeper->path, "w"); /* under its name: its content counts from the first line on */
         campaign_head(&options->campaign, head);
         const bool begun = keeper->file != NULL && fputs(head, keeper->file) >= 0 &&
                            fputs(CAMPAIGN_COLUMNS, keeper->file) >= 0 && fflush(keeper->file) == 0;

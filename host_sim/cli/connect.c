@@ -219,7 +219,7 @@ static bool run_line(session_t *session, const char *text)
     return good;
 }
 
-/* ---- lines from stdin, while the line to the drive is kept alive ---- */
+/* ---- lines from stdin; the connection to the drive is maintained meanwhile ---- */
 
 typedef struct {
     char text[4u * CONNECT_LINE];
@@ -273,7 +273,7 @@ static int run_script(session_t *session, bool terminal)
     }
     while (!session->quit) {
         bool ready = false;
-        if (!terminal && connect_stopped()) { /* in a line or between two: it ends the script */
+        if (!terminal && connect_stopped()) { /* within a line or between two lines: it ends the script */
             fprintf(stderr, "lagless connect: interrupted\n");
             return EXIT_FAILED;
         }

@@ -1,4 +1,4 @@
-/* Commands of `lagless connect` that take their time: wait, watch, record, capture. */
+/* Commands of `lagless connect` that take long: wait, watch, record, capture. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,7 +18,7 @@
 
 #define WAIT_TIMEOUT   10.0 /* [s] of `wait until`, if none is given */
 #define WATCH_EVERY    0.5  /* [s] */
-#define NO_SAMPLES     5.0  /* [s] of ours without a sample: they have ceased */
+#define NO_SAMPLES     5.0  /* [s] of real time without a sample, after which no more are expected */
 #define SETTINGS_MAX   256u
 #define CAPTURE_PERIOD 1u /* an additional column before those of the buffer */
 
@@ -371,7 +371,7 @@ static bool run_recording(session_t *session, const place_t *place, const table_
     }
     const bool came = await_samples(session, &recording);
     const char *ended = came && recording.done ? "complete" : "interrupted";
-    recording.done = true; /* what still comes is not wanted */
+    recording.done = true; /* later samples are not used */
     (void)master_daq_stop(session->master, &ignored);
     const master_daq_t sum = master_daq(session->master);
     if (!close_recorder(session, recording.recorder, place, ended) || !came) {
@@ -489,7 +489,7 @@ static bool capture_on(session_t *session, uint32_t count, char **words)
     }
     if (count < 3u || (strcmp(words[1], "above") != 0 && strcmp(words[1], "below") != 0)) {
         return connect_fail(
-            session, "capture on what? accepted: fault, command, SIGNAL above VALUE, SIGNAL below VALUE");
+            session, "capture on: the trigger is missing; accepted: fault, command, SIGNAL above VALUE, SIGNAL below VALUE");
     }
     const table_row_t *row = connect_row(session, words[0]);
     double level;

@@ -1,4 +1,4 @@
-/* Commands of `lagless connect` about values and what the drive does. */
+/* Commands of `lagless connect` about values and about the state of the drive. */
 #include <stdio.h>
 #include <string.h>
 
@@ -12,7 +12,7 @@
 #include "settings/reasons.h"
 
 #define START_WAIT  2.0  /* [s] for the bridge to come on */
-#define RESET_WAIT  0.05 /* [s] for a fault to go, after each of ... */
+#define RESET_WAIT  0.05 /* [s] until a fault is absent, after each of ... */
 #define RESET_TRIES 6u   /* ... this number of resets */
 #define KEEP_WAIT   10.0 /* [s] for a memory on the drive's I2C bus to take a set */
 #define KEEP_LOOK   0.02 /* [s] from one query to the next */
@@ -275,7 +275,7 @@ bool connect_defaults(session_t *session, uint32_t count, char **words)
                         "the defaults");
 }
 
-/* The word is the confirmation: what is erased does not come back. */
+/* The word is required as a confirmation, because erased data are lost. */
 bool connect_erase(session_t *session, uint32_t count, char **words)
 {
     if (count != 1u || strcmp(words[0], "yes") != 0) {
@@ -448,7 +448,7 @@ static bool not_in_fault(session_t *session, const char *what)
     return !connect_is("state", state, "fault") || fail_reason(session, what, (int32_t)reason);
 }
 
-/* On, or in fault: both are an answer. */
+/* The bridge is on, or the drive is in fault: either ends the wait. */
 static bool has_started(session_t *session, void *context, bool *met)
 {
     double state;

@@ -9,7 +9,7 @@
 
 struct flash_file {
     const char *path;
-    uint8_t kept[RIG_FLASH_SIZE + 1u]; /* what the file holds; one more, to see that it is too long */
+    uint8_t kept[RIG_FLASH_SIZE + 1u]; /* the content of the file; one more octet shows that it is too long */
     uint8_t now[RIG_FLASH_SIZE];
 };
 

@@ -1,4 +1,4 @@
-/* `lagless fmu SCENARIO`: the ring as a functional mock-up unit, one archive. */
+/* `lagless fmu SCENARIO`: the simulation as a functional mock-up unit, one archive. */
 #include <argp.h>
 #include <inttypes.h>
 #include <stdio.h>

@@ -161,7 +161,7 @@ static void print_points(FILE *file, const map_point_t *points, size_t count, bo
 
 /* ---- the points as a table ---- */
 
-/* Three digits that count, more if there are more before the point; blank if there is no number. */
+/* Three significant digits, more if there are more before the point; blank if there is no number. */
 static void print_mrad(int places, double mrad)
 {
     const double size = fabs(mrad);

@@ -1,4 +1,4 @@
-/* `lagless matrix`: every fault in every manoeuvre, and whether the drive does what it promises. */
+/* `lagless matrix`: every fault in every manoeuvre, and whether the drive keeps its promise. */
 #include <argp.h>
 #include <inttypes.h>
 #include <math.h>
@@ -174,7 +174,7 @@ static const char *time_text(char to[TIME_TEXT], double seconds)
     return to;
 }
 
-/* The reaction in a text, where JSON has its name. */
+/* The reaction as text; JSON has its name. */
 static const char *reaction_text(uint32_t reaction)
 {
     static const char *const texts[MATRIX_REACTIONS] = {
@@ -389,7 +389,7 @@ static void print_json(FILE *file, const options_t *options, const matrix_cell_t
 
 /* ---- as a table ---- */
 
-/* Small as promised, large if not; blank: not run; '.': cannot occur. */
+/* A small letter if the promise is kept, a large one if not; blank: not run; '.': cannot occur. */
 static char letter(const matrix_cell_t *cell)
 {
     static const char *const names = "rwcnso"; /* rides .. opens */

@@ -249,7 +249,8 @@ bool output_close(FILE *file, const char *path)
     }
     char name[PATH_SIZE + 16];
     forget_unfinished(partial(name, path));
-    /* on the disk before it gets its name: after a loss of power no whole name has an empty file */
+    /* written to the disk before it gets its name: after a loss of power no file with the final name is empty
+     */
     const bool synced = strcmp(name, path) == 0 || (fflush(file) == 0 && fsync(fileno(file)) == 0);
     const bool written = ferror(file) == 0 && synced;
     if (fclose(file) != 0 || !written) {
@@ -264,7 +265,7 @@ bool output_close(FILE *file, const char *path)
     return true;
 }
 
-#define PATIENCE 2.0 /* [s] what takes longer shows its progress */
+#define PATIENCE 2.0 /* [s] longer work shows its progress */
 #define REDRAW   0.1 /* [s] at least from one picture of the bar to the next */
 #define BAR      30  /* [columns] */
 
@@ -290,7 +291,7 @@ void output_progress(void *context, double fraction)
     output_progress_t *progress = context;
     const double now = output_seconds();
     const double elapsed = now - progress->started;
-    /* Shown when all of it will take longer than one cares to wait without a sign. */
+    /* The bar is shown if the whole work will take longer than this. */
     const bool quick = !progress->shown && (elapsed < 0.2 || elapsed < PATIENCE * fraction);
     if (!progress->wanted || quick || (progress->shown && now - progress->drawn < REDRAW)) {
         return;
@@ -303,7 +304,7 @@ void output_progress(void *context, double fraction)
     if (fraction > 0.0) {
         duration_text(left, elapsed / fraction - elapsed);
     }
-    /* not by the stream: it is no message, and with --json messages are kept */
+    /* not through the stream: it is no message, and with --json the stream stores messages */
     dprintf(STDERR_FILENO, "\r[%s] %3.0f %%  %s%s  ", bar, 100.0 * fraction, left,
             left[0] != '\0' ? " left" : "");
     progress->shown = true;
@@ -376,7 +377,7 @@ static void become(const char *python, const char *path, const char *const *argu
         (void)lseek(from, 0, SEEK_SET);
     }
     (void)dup2(from, STDIN_FILENO);
-    execvp(python, (char *const *)(uintptr_t)words); /* which takes no const for history's sake */
+    execvp(python, (char *const *)(uintptr_t)words); /* which has no const for historical reasons */
     fprintf(
         stderr,
         "lagless: cannot run Python (%s): %s; install Python 3.9 or later, or name it in LAGLESS_PYTHON\n",

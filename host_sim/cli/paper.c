@@ -1,4 +1,4 @@
-/* `lagless paper`: every figure of the paper measured again, judged, and made a report. */
+/* `lagless paper`: measures every figure of the paper again, judges it, and writes a report. */
 #include <argp.h>
 #include <errno.h>
 #include <math.h>
@@ -160,7 +160,7 @@ static void print_reason(const char *text)
     }
 }
 
-/* The row of the same claim in another flavour; NULL: there is none. */
+/* The row of the same claim in the other flavour; NULL: there is none. */
 static const paper_row_t *sibling(const paper_t *paper, const paper_row_t *row, const char *flavour)
 {
     char id[sizeof row->id];
@@ -266,7 +266,7 @@ static bool is_allowed(const options_t *options, const char *data)
     return good;
 }
 
-/* Before minutes of simulation, not after them: can files be written there? */
+/* Checks that files can be written there, before minutes of simulation. */
 static int prepare(const options_t *options, char data[PATH_SIZE])
 {
     if (!output_claim(options->folder) || !output_path(data, options->folder, "data") ||

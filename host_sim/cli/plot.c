@@ -152,8 +152,8 @@ static error_t parse(int key, char *argument, struct argp_state *state)
     }
 }
 
-/* Pictures of a recording in `folder`; NULL: in the folder of the recording. Its fault's are drawn too
- * where it has one. */
+/* Pictures of a recording in `folder`; NULL: in the folder of the recording. The history of its fault is
+ * drawn as well if there is one. */
 static bool plot_allowed(const options_t *options)
 {
     char folder[PATH_SIZE];

@@ -24,7 +24,7 @@
 #include "host_sim/lab/units.h"
 #include "settings/reasons.h"
 
-#define ISR_TICKS    600u /* [1/150 MHz] 4 us: how long VCD shows the interrupt to take */
+#define ISR_TICKS    600u /* [1/150 MHz] 4 us: duration of the interrupt that VCD shows */
 #define SETTINGS_MAX 256u
 
 /* Recorded signals, if neither scenario nor command line names any. */
@@ -83,7 +83,7 @@ static error_t parse(int key, char *argument, struct argp_state *state)
         options->quiet = true;
         return 0;
     case ARGP_KEY_ARG:
-        /* `--plot png`: the formats of an option that may go without belong to it by a = */
+        /* `--plot png`: the formats of an option with an optional argument follow a = */
         if (options->plot != NULL &&
             (is_picture(argument) || (options->of.scenario != NULL && is_picture(options->of.scenario)))) {
             const char *formats = is_picture(argument) ? argument : options->of.scenario;
@@ -151,7 +151,8 @@ static void add_named(uint32_t ids[RIG_TAP_MAX], uint32_t *count, const char *na
     }
 }
 
-/* Which rows: the command line's; else the scenario's, and what --plot shows; else the usual ones. */
+/* Selects the rows: those of the command line; else those of the scenario and of the panels of --plot; else
+ * the usual ones. */
 static bool choose_rows(const options_t *options, const scenario_t *scenario, uint32_t ids[RIG_TAP_MAX],
                         uint32_t *count)
 {
@@ -209,7 +210,7 @@ typedef struct {
     uint32_t count;
 } settings_t;
 
-/* Every row that decided the run's course, as it was at t = 0. */
+/* Every row that determines the run, with its value at t = 0. */
 static void list_settings(const scenario_t *scenario, settings_t *settings)
 {
     settings->count = 0;
@@ -267,7 +268,7 @@ typedef struct {
     char history_name[272];
 } recording_t;
 
-/* --out's, or with --plot alone a fresh one. */
+/* The folder of --out, or with --plot alone a new one. */
 static bool make_folder(const options_t *options, const scenario_t *scenario, recording_t *recording)
 {
     static char fresh[PATH_SIZE];
@@ -657,8 +658,8 @@ static int draw(const options_t *options, recording_t *recording)
     return drawn == EXIT_DONE ? EXIT_DONE : EXIT_INTERNAL;
 }
 
-/* Writes all files and prints their names. The history is the first: until the recording is closed, no other
- * run uses these names. */
+/* Writes all files and prints their names. The history is written first, because no other run uses these
+ * names until the recording is closed. */
 static int close_recording(const options_t *options, const runner_result_t *result, recording_t *recording)
 {
     recorder_error_t error;

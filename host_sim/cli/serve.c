@@ -98,11 +98,11 @@ static bool read_until(const char *text, uint32_t *periods)
 
 /* ---- time ---- */
 
-/* Keeps the simulation from running ahead of the wall. */
+/* Waits, so that the simulation is not faster than real time. */
 typedef struct {
-    double zero;     /* [s] of the wall at which period 0 would have begun */
+    double zero;     /* [s] of the host's clock at which period 0 would have begun */
     double begun;    /* [s] of the wall */
-    uint32_t behind; /* [-] times that real time was given up */
+    uint32_t behind; /* [-] number of times that a delay was not made up */
     bool told;
 } pace_t;
 

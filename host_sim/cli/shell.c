@@ -24,7 +24,7 @@ static void print_rows(bool settable, const char *after)
     }
 }
 
-/* The options that are read, as completion has them. */
+/* The options that are read, in the form for completion. */
 static void print_options(const struct argp *argp, void *nothing)
 {
     (void)nothing;

@@ -123,8 +123,8 @@ void streams_begin(int argc, char **argv)
 {
     for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; descriptor++) {
         if (fcntl(descriptor, F_GETFD) == -1 && errno == EBADF) {
-            /* the lowest number that is free is this one; opened the wrong way round, output cannot be
-             * written
+            /* the lowest free number is this one; it is opened for the wrong direction, so that output cannot
+             * be written
              */
             (void)open("/dev/null", descriptor == STDOUT_FILENO ? O_RDONLY : O_RDWR);
         }

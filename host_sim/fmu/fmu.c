@@ -1,12 +1,12 @@
-/* The ring as an FMI 2.0 co-simulation: the functions of the standard over a rig and its course.
+/* The simulation as an FMI 2.0 co-simulation: the functions of the standard, with a rig and its course.
  *
  * An instance runs the scenario in its resources, whose events act at their times. A step runs the periods
- * that end by its end, so that steps may have any length. Outputs are the slots of the last period as a
- * recording has them. An input acts when its value differs from the last one that was set (at first from the
- * start value): a master that repeats an unchanged value does not take back what an event has set. The
- * parameters of the drive that one call sets are applied as a set.
+ * that end before its end or with it, so that steps may have any length. Outputs are the slots of the last
+ * period as a recording has them. An input acts when its value differs from the last one that was set (at
+ * first from the start value): a master that repeats an unchanged value does not take back what an event has
+ * set. The parameters of the drive that one call sets are applied as a set.
  *
- * Not here: states (fmu_state.c), what the unit does not have (fmu_none.c). */
+ * Other files contain states (fmu_state.c) and the functions that the unit does not support (fmu_none.c). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -241,7 +241,7 @@ fmi2Status fmu_no_variable(const instance_t *instance, fmi2ValueReference refere
     return fmu_say(instance, fmi2Error, text);
 }
 
-/* The row, if its kind is Real or not, as wanted. */
+/* The row, if its kind agrees with `real`. */
 static const table_row_t *row_of(fmi2ValueReference reference, bool real)
 {
     const table_row_t *row = fmu_row(reference);

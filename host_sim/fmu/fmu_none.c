@@ -1,5 +1,5 @@
-/* The functions of the standard for what the unit does not have: there is no Boolean and no String, no
- * derivative, and a step has ended when its call returns. */
+/* The functions of the standard that the unit does not support: it has neither Boolean nor String variables
+ * nor derivatives, and a step has ended when its call returns. */
 #include "host_sim/fmu/fmu_parts.h"
 
 fmi2Status fmi2GetBoolean(fmi2Component component, const fmi2ValueReference references[], size_t count,

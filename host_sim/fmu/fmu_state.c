@@ -1,6 +1,6 @@
-/* States of an instance: a head, what the instance keeps itself, the rig's state, the course's. There are no
- * pointers in it, and interrupt vectors are distances within the library: any process with the same library
- * on the same kind of machine takes it. */
+/* States of an instance: a head, what the instance keeps itself, the rig's state, the course's. It has no
+ * pointers, and interrupt vectors are distances within the library, so that any process with the same library
+ * on the same kind of machine can load it. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -8,7 +8,7 @@
 #define CURRENT_SHARE 1.25         /* of the rated current, at least */
 #define LIMIT_SHARE   (0.95 / 1.2) /* of the range: the largest trip, and the limit below it */
 #define LINK_SHARE    1.15         /* of the link, at least: room below the largest trip */
-#define VOLTAGE_USE   0.9          /* of the link, what an EMF may have */
+#define VOLTAGE_USE   0.9          /* of the link: largest EMF */
 #define SQRT_3        1.7320508075688772
 
 static void append(char to[BOARDS_TEXT_SIZE], const char *text)
@@ -27,8 +27,8 @@ static const board_facts_t *find(const char *name)
     return NULL;
 }
 
-/* Where no name is near: that with the longest common beginning, of equals by edits. With so few names, one
- * of them is always near. */
+/* If no name is near: the one with the longest common beginning; among equals, the one with the fewest edits.
+ * With so few names, one of them is always near. */
 static const char *likest(const char *name)
 {
     const char *best = "none";
@@ -86,7 +86,8 @@ bool boards_current_suits(const board_facts_t *board, const motor_t *motor)
     return LIMIT_SHARE * board->current_range >= CURRENT_SHARE * motor->value[MOTOR_CURRENT];
 }
 
-/* The link that a motor names, or else that its EMF at the rated speed needs [V]; 0: not known. */
+/* The link voltage that a motor file contains, else the one that the EMF needs at rated speed [V]; 0: not
+ * known. */
 static double link_of(const motor_t *motor)
 {
     const double emf =
@@ -101,7 +102,7 @@ bool boards_voltage_suits(const board_facts_t *board, const motor_t *motor)
     return LINK_SHARE * link_of(motor) <= board->overvoltage_max;
 }
 
-/* Is `a` the better one for a motor that suits both? */
+/* True if `a` is the better board for a motor that suits both. */
 static bool is_closer(const board_facts_t *a, const board_facts_t *b)
 {
     return b == NULL || a->overvoltage_max < b->overvoltage_max ||

@@ -1,4 +1,4 @@
-/* Many runs on all cores, their results as lines, and what they come to. */
+/* Many runs on all cores, their results as lines, and the summary. */
 #include "host_sim/lab/campaign.h"
 
 #include <inttypes.h>
@@ -53,7 +53,7 @@ static bool make_run(void *context, size_t n, char why[POOL_WHY])
             (void)campaign_shrink(&drawn, &result, campaign->stop);
         }
         if (campaign->stop != NULL && *campaign->stop != 0) {
-            return true; /* not as small as it gets: the run is made again */
+            return true; /* not minimised completely: the run is repeated */
         }
         result.reproduced = campaign_reproduces(&drawn, &result);
         (void)campaign_text(&drawn, &result, text, sizeof text);
@@ -280,7 +280,7 @@ static void say_excuse(list_t *list, const char *because, uint32_t count, uint32
     list->first = false;
 }
 
-/* Is this the excuse of the fault's row? */
+/* True if this is the excuse of the fault's row. */
 static bool excuses(uint32_t fault, uint32_t excused, const char *because)
 {
     return (campaign_faults[fault].excused & excused) != 0u &&

@@ -12,7 +12,8 @@
 typedef struct {
     const char *row;
     campaign_error_t error;
-    const char *share_of; /* NULL: a factor; "": added as it is; else so much of this row is added */
+    const char *share_of; /* NULL: the error is a factor; "": it is added; else this share of the named row is
+                             added */
 } wrong_t;
 
 static const wrong_t wrongs[] = {
@@ -66,7 +67,7 @@ static void say_quoted(campaign_writing_t *text, const char *key, const char *va
     campaign_say(text, "\"\n");
 }
 
-/* Every row that is not as by default. */
+/* Every row that differs from its default. */
 static void say_initial(campaign_writing_t *text, const campaign_case_t *drawn)
 {
     for (size_t t = 0; t < SCENARIO_SETTABLE; t++) {

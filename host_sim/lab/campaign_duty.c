@@ -10,14 +10,14 @@
 #define LOOP_LAG        5.0  /* [-] k_p/k_i of the tracking loop times its bandwidth, at damping 1 */
 #define AWAY_SECONDS    0.1  /* [s] of a torque that drives away */
 #define INTEGRAL        3.0  /* [-] k_p w/k_i of the speed control, with k_p = J w/K_t, by its rule */
-#define ANSWERS         3.0  /* [-] time constants of the speed control after which it has answered */
+#define ANSWERS         3.0  /* [-] time constants after which the speed control has responded */
 #define ANSWER_MOST     1.0  /* [s] */
-#define AWAY_SPEED      0.05 /* [-] of rated speed: what is nearer to the reference is at it */
+#define AWAY_SPEED      0.05 /* [-] of rated speed: with a smaller error the speed counts as reached */
 #define AWAY_BEYOND     1.3  /* [-] of the requested torque */
 #define WINDOW_SECONDS  0.1  /* [s] over which the speed's error is averaged */
 #define REACH_LOAD      0.5  /* [-] of rated torque: with a larger load no speed is promised */
 #define BASE_SHARE      0.9  /* [-] of rated speed: above this the field may be weakened */
-#define LEAST_ROOM      0.15 /* [-] of rated torque, which is left to accelerate with */
+#define LEAST_ROOM      0.15 /* [-] of rated torque, that is available for acceleration */
 #define START_SECONDS   1.8  /* [s] that a start without encoder may take */
 #define ENCODER_SECONDS 0.4  /* [s] the same with the encoder */
 #define STOP_SECONDS    0.5  /* [s] that a quick stop may take in addition to the braking time */
@@ -135,7 +135,7 @@ static void judge_stop(campaign_watch_t *watch, uint32_t period, const uint32_t 
 }
 
 /* [s] In which too fast a shaft opens the bridge. Without encoder the speed of the loop lags behind an
- * acceleration by k_p/k_i, as far as a wrong psi_f spoils its feed-forward. */
+ * acceleration by k_p/k_i, in proportion to the error of the feed-forward by a wrong psi_f. */
 static double fast_most(const campaign_duty_t *duty)
 {
     return SPEED_SECONDS + (duty->coded ? 0.0 : duty->lag);
@@ -157,7 +157,7 @@ static void judge_trips(campaign_watch_t *watch, uint32_t period, const uint32_t
     }
 }
 
-/* Is it a speed at which the field may be weakened? There less than rated torque may be left. */
+/* True for a speed at which the field may be weakened: there less than rated torque may be available. */
 static bool is_beyond_base(const campaign_watch_t *watch, double speed)
 {
     return watch->motor.fastest > 1.0 && fabs(speed) > BASE_SHARE * watch->duty.speed;
@@ -225,7 +225,7 @@ static void judge_away(campaign_watch_t *watch, uint32_t period, const uint32_t 
 
 /* ---- the speed is reached ---- */
 
-/* Is it the same wish as in the period before, with the same load? */
+/* True if request and load are the same as in the period before. */
 static bool wishes_the_same(campaign_duty_t *duty, const uint32_t *rows)
 {
     const uint32_t wish[4] = {rows[CAMPAIGN_AT_enable], rows[CAMPAIGN_AT_mode],
@@ -260,7 +260,7 @@ static double due_of(const campaign_watch_t *watch, const uint32_t *rows, double
            RIG_PERIOD_SECONDS;
 }
 
-/* True if the request moves the shaft towards zero. If the link takes no energy, only friction brakes the
+/* True if the request moves the shaft towards zero. If the link accepts no energy, only friction brakes the
  * shaft. */
 static bool brakes(const campaign_watch_t *watch, const uint32_t *rows)
 {
@@ -270,9 +270,9 @@ static bool brakes(const campaign_watch_t *watch, const uint32_t *rows)
     return fabs(speed) > near && (wanted * speed < 0.0 || fabs(wanted) < fabs(speed) - near);
 }
 
-/* May a speed be expected? A latched fault is judged by its reason, and a stop is brought to its end first;
- * what is refused because `enable` was on at a reset waits for the user, and the bridge does not come on
- * while a load drives the shaft beyond the trip. */
+/* True if a speed can be expected. It is false with a latched fault, which is judged by its reason; during a
+ * stop, which ends first; while a start is refused because `enable` was on at a reset; and while a load
+ * drives the shaft beyond the trip, because the bridge then does not come on. */
 static bool is_expected(const campaign_watch_t *watch, const uint32_t *rows, double load)
 {
     const campaign_duty_t *duty = &watch->duty;

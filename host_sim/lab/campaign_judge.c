@@ -173,7 +173,7 @@ static void judge_numbers(campaign_watch_t *watch, uint32_t period, const uint32
     }
 }
 
-/* Beyond what is promised a lying sensor excuses nothing any more. */
+/* A wrong sensor excuses nothing beyond the promised limits. */
 static void judge_ceiling(campaign_watch_t *watch, uint32_t phase, double amount)
 {
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
@@ -185,11 +185,10 @@ static void judge_ceiling(campaign_watch_t *watch, uint32_t phase, double amount
     }
 }
 
-/* With all gates off, software has done what it can: a rotor whose EMF is beyond the link feeds it through
- * the diodes. The same holds in the first periods of a catch, in which the drive has not yet measured the
- * speed: the drive does not cause a speed beyond overspeed_trip then. Offsets that have moved while the
- * rotor fed the link could
- * not be measured: the trip is wrong by them. */
+/* With all gates off, software can do no more: a rotor whose EMF exceeds the link voltage feeds the link
+ * through the diodes. The same holds in the first periods of a catch, in which the drive has not yet measured
+ * the speed: the drive does not cause a speed beyond overspeed_trip then. Offsets that have changed while the
+ * rotor fed the link could not be measured, so the trip has an error of this size. */
 static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     static const char *const names[3] = {"true_i_a", "true_i_b", "true_i_c"};
@@ -232,7 +231,7 @@ static double shown_speed(const campaign_watch_t *watch, const uint32_t *rows)
     return signs * speed * fmax(1.0 - fmax(against, 0.0), 0.0);
 }
 
-/* Is there a fault that hides a wrong angle now? */
+/* True if a present fault hides a wrong angle. */
 static bool hides_angle(const campaign_watch_t *watch, uint32_t period, double speed)
 {
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
@@ -258,7 +257,7 @@ static void judge_angle(campaign_watch_t *watch, uint32_t period, const uint32_t
     }
 }
 
-/* Has a bit of the drive's memory been flipped? */
+/* True if a bit of the drive's memory has been flipped. */
 static bool is_flipped(const campaign_watch_t *watch, uint32_t period)
 {
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
@@ -270,9 +269,8 @@ static bool is_flipped(const campaign_watch_t *watch, uint32_t period)
     return false;
 }
 
-/* The interrupt of the period that latches a fault opens the bridge itself. After a flipped bit that has made
- * a state one of a fault, or a reason out of none, the bridge opens with the next setpoint, as after `enable`
- * = off. */
+/* The interrupt of the period that latches a fault opens the bridge itself. A flipped bit may set the state
+ * fault or a reason. The bridge then opens with the next setpoint, as after `enable` = off. */
 static void judge_gates(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     const bool latched = rows[CAMPAIGN_AT_state] == watch->fault;
@@ -284,7 +282,8 @@ static void judge_gates(campaign_watch_t *watch, uint32_t period, const uint32_t
     watch->latched = latched ? watch->latched + 1u : 0u;
 }
 
-/* A chip that its watchdog has reset shows what was before; its pins float, which is off. */
+/* A chip that the watchdog has reset still shows the previous values. Its pins float, so the gates are off.
+ */
 static void judge_reset(campaign_watch_t *watch, uint32_t period)
 {
     if (watch->gates_seen) {
@@ -330,7 +329,7 @@ void campaign_watch_sample(void *context, uint32_t period, const uint32_t *slots
     campaign_judge_reasons(watch, period, rows);
     campaign_keep_angle(watch, rows);
     const double shorts = campaign_number(rows, CAMPAIGN_AT_shoot_throughs);
-    if (shorts > watch->shorts) { /* it counts, so that one that was excused stays in it */
+    if (shorts > watch->shorts) { /* this count includes those that were excused */
         violated(watch, CAMPAIGN_I_LEGS, period, 1u, rig_row_by_name("shoot_throughs")->id);
     }
     watch->shorts = shorts;

@@ -53,8 +53,9 @@ bool campaign_is_salient(const campaign_case_t *drawn)
     return CAMPAIGN_VALUE(drawn, motor_drawn) != 0.0 && CAMPAIGN_VALUE(drawn, interior) != 0.0;
 }
 
-/* L of a salient motor is not identified, and an L_q that is wrong by a tenth turns the estimate by 0.1 to
- * 0.2 rad under load (docs/theory.md, 30): it is configured within a third of the error of other motors. */
+/* L of a salient motor is not learnt, and an L_q that is wrong by a tenth changes the estimated angle by 0.1
+ * to 0.2 rad under load (docs/theory.md, 30). Therefore its configured L_q has a third of the error of other
+ * motors. */
 double campaign_inductance_configured(const campaign_case_t *drawn)
 {
     const double configured = CAMPAIGN_VALUE(drawn, inductance_configured);
@@ -77,7 +78,7 @@ campaign_motor_t campaign_motor(const campaign_case_t *drawn)
     if (CAMPAIGN_VALUE(drawn, motor_drawn) == 0.0) {
         return default_motor();
     }
-    /* E the peak EMF of a phase at rated speed; run-up t = J omega/T, T = 1.5 E I/omega */
+    /* E: peak EMF of a phase at rated speed; run-up time t = J omega/T, T = 1.5 E I/omega */
     const double emf = CAMPAIGN_VALUE(drawn, emf_share) * LINK_LEAST / ROOT_3;
     const double inertia = CAMPAIGN_VALUE(drawn, inertia);
     const double most = inertia * SPEED_MAX * SPEED_MAX / (1.5 * emf * RUN_UP_MIN);
@@ -123,8 +124,8 @@ double campaign_speed_of(const campaign_case_t *drawn, const campaign_event_t *e
     return event->kind == CAMPAIGN_V_SPEED ? event->value * campaign_motor(drawn).fastest : event->value;
 }
 
-/* docs/theory.md, 23: 1.15 times what could be mistaken for an EMF, the dead time's voltage or R I, but 0.3
- * of overspeed_trip at most. */
+/* docs/theory.md, 23: 1.15 times the voltage of dead time or R I, which could be mistaken for an EMF, but at
+ * most 0.3 of overspeed_trip. */
 double campaign_handover_speed(const campaign_case_t *drawn)
 {
     const campaign_motor_t motor = campaign_motor(drawn);
@@ -202,8 +203,8 @@ bool campaign_overhauls(const campaign_case_t *drawn)
            CAMPAIGN_VALUE(drawn, spring) != 0.0;
 }
 
-/* Has the rotor more energy than the link takes up to its trip? Braking then fills a link that nothing
- * discharges, and noise and the errors of the currents do the rest. */
+/* True if the rotor has more energy than the link can store below its trip. Braking then charges a link that
+ * has no discharge, and noise and the errors of the currents may raise it to the trip. */
 static bool fills_link(const campaign_case_t *drawn)
 {
     const double trip = campaign_initial(drawn, "dc_overvoltage");
@@ -215,8 +216,8 @@ static bool fills_link(const campaign_case_t *drawn)
 }
 
 /* [-] Over rated speed: by how much a step of the load, over rated torque, moves the speed. The speed control
- * has k_p = J w/K_t and k_i = k_p w/3, so that w(s)/T(s) = s/(J (s^2 + w s + w^2/3)), whose largest answer to
- * a step is 0.70 T/(J w); k_p contains the configured J and psi_f. */
+ * has k_p = J w/K_t and k_i = k_p w/3, so that w(s)/T(s) = s/(J (s^2 + w s + w^2/3)), whose largest response
+ * to a step is 0.70 T/(J w); k_p contains the configured J and psi_f. */
 static double moved_by(const campaign_case_t *drawn, double load)
 {
     const campaign_motor_t motor = campaign_motor(drawn);

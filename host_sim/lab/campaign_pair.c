@@ -1,5 +1,5 @@
-/* A run with learning and the same run without it: whose angle is better where both are steady and what is
- * learnt has arrived. */
+/* A run with learning and the same run without it: compares the angle errors while both are steady and the
+ * learnt values have settled. */
 #include <math.h>
 
 #include "host_sim/lab/campaign_parts.h"
@@ -7,11 +7,11 @@
 #define PAIRED_EVERY 8u    /* [-] one of this number of runs with learning is repeated */
 #define PAIRED_REST  1u    /* not one of those that are repeated */
 #define WINDOW       50e-3 /* [s] */
-#define SETTLED      9.0 /* [s] that a wish and a load must be old: L takes 8 s of measurements (theory, 24) */
+#define SETTLED      9.0   /* [s] of constant request and load: L takes 8 s of measurements (theory, 24) */
 #define NEAR         0.05  /* [-] of rated speed, within which the speed is steady */
 #define WINDOWS_MIN  4u    /* with fewer that are steady in both runs nothing is compared */
 #define LEGS         3.0   /* [-] share of one leg in the mean of all */
-#define MOVED        0.005 /* [-] of its true value: a learnt value is another than the configured one */
+#define MOVED        0.005 /* [-] of its true value: difference from which a learnt value counts as changed */
 #define NEARER       0.5 /* [-] of the error of the configured value: error of a learnt one that is no cause */
 
 /* A load that depends on the angle keeps the angle error changing, independent of the learning. */
@@ -61,7 +61,8 @@ static void keep_learnt(campaign_angles_t *angles, const uint32_t *rows)
 }
 
 /* true: what has been learnt differs from the configured data, and is clearly nearer to the truth. The errors
- * of two configured values may compensate each other in the angle; then the truth of one makes it worse. */
+ * of two configured values may compensate each other in the angle. If one of them is then learnt correctly,
+ * the angle becomes worse. */
 static bool is_truer(const campaign_angles_t *with, const campaign_angles_t *without)
 {
     bool truer = false;

@@ -122,7 +122,7 @@ bool campaign_is_coded(const campaign_case_t *drawn, double time);
     R(true_torque)                                                                                           \
     R(omega_m_ref)                                                                                           \
     R(i_d_ref) R(i_q_ref) R(frame_theta_e) R(speed_request) R(i_q_request) R(load_torque) CAMPAIGN_LEARNT(R)
-/* What the drive learns for its angle: three values that the case has, then those that it learns besides. */
+/* The values that the drive learns for its angle: first three values of the case, then the others. */
 #define CAMPAIGN_LEARNT(R)                                                                                   \
     R(dead_time_hat)                                                                                         \
     R(inductance_hat)                                                                                        \

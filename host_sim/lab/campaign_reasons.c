@@ -8,8 +8,7 @@
 #define CARRIES     0.25 /* [-] of rated current: with less nothing is expected of a phase ... */
 #define NEARLY_NONE 0.01 /* [-] of the sensors' range */
 #define CARRIES_SEEN                                                                                         \
-    0.04 /* [-] ... nor with less of the sensors' range: twice the current that an open wire needs to be     \
-          * noticed */
+    0.04 /* [-] ... nor with less of the sensors' range: twice the current that shows an open wire */
 #define NAMED_PERIODS (2u * DRIVE_WINDOW) /* [periods] */
 #define NOTICE_TIMES  3.0                 /* [-] part of the promised time in which current is requested */
 #define WITNESS       0.05                /* [s] within which the reported condition was true */
@@ -34,7 +33,7 @@
 /* Present faults that a reason may name; several bits. */
 enum {
     IN_STUCK = 1,   /* a current sensor shows one value */
-    IN_CURRENT = 2, /* a current sensor shows something else */
+    IN_CURRENT = 2, /* a current sensor has another error */
     IN_WIRE = 4,    /* a phase or a switch does not conduct */
     IN_LEG = 8,     /* a leg loses voltage, two wires are changed */
     IN_ENCODER = 16,
@@ -119,7 +118,7 @@ static const struct {
     {REASON_DC_UNDERVOLTAGE, IN_LINK, BY_LOW_LINK},
     {REASON_SINK_HOT, IN_SINK, BY_FAULT},
     {REASON_MOTOR_HOT, IN_WINDING, BY_FAULT},
-    /* an interrupt that misses periods counts the motion of several in one */
+    /* after missed interrupts the motion of several periods counts as one */
     {REASON_OVERSPEED, IN_TIME, BY_SPEED},
     {REASON_LATE, IN_TIME, BY_FAULT},
     /* a current beyond the range of the sensors puts one at its limit */
@@ -130,7 +129,7 @@ static const struct {
     /* less than a quarter of the expected EMF is that of an encoder that turns without the rotor */
     {REASON_ENCODER_MISMATCH, IN_ENCODER | IN_STUCK | IN_CURRENT | IN_LEG | IN_MAGNET, BY_FAULT},
     {REASON_RUNAWAY, IN_ENCODER | IN_LEG | IN_SHAFT, BY_FAULT},
-    /* what a leg loses of its voltage does not move the current, either */
+    /* the voltage that a leg loses does not change the current, either */
     {REASON_CURRENT_STUCK, IN_STUCK | IN_LEG, BY_FAULT},
     {REASON_CURRENT_GAIN, IN_STUCK | IN_CURRENT | IN_LEG, BY_FAULT},
     /* a frame that does not follow the rotor causes currents like those of a broken wire, in one of twenty
@@ -147,12 +146,12 @@ static const struct {
 /* When a fault shows. */
 typedef enum { WHENEVER, WHILE_ON, WHILE_ASKED, WHILE_FED, WHILE_CODED } shows_t;
 
-/* Reports that the matrix promises, of faults at least so large. */
+/* Reports that the matrix promises, for faults of at least this size. */
 typedef struct {
     const char *row;
     shows_t shows;
     double within; /* [s] with the bridge on, or while current is requested */
-    bool turns;    /* it takes an electrical turn as well */
+    bool turns;    /* the detection also needs an electrical turn */
 } notice_t;
 
 static const notice_t notices[] = {
@@ -235,7 +234,7 @@ static bool witnessed(const campaign_truth_t *truth, witness_t witness, uint32_t
     return false;
 }
 
-/* Is a reason true that has been shown since this period? */
+/* True if a reason that has been shown since this period is true. */
 static bool is_true(const campaign_watch_t *watch, int32_t reason, uint32_t since, uint32_t period)
 {
     uint32_t what = (watch->truth.fed ? IN_CURRENT : 0u) | (watch->truth.heavy ? IN_SHAFT : 0u);
@@ -266,7 +265,7 @@ static double drifts(const campaign_case_t *drawn, uint32_t period)
     return 0.0;
 }
 
-/* Is a current sensor wrong while its offset is measured? */
+/* True if a current sensor is wrong while its offset is measured. */
 static bool errs_at_rest(const campaign_watch_t *watch, uint32_t period)
 {
     uint32_t what = 0u;
@@ -278,9 +277,8 @@ static bool errs_at_rest(const campaign_watch_t *watch, uint32_t period)
 
 /* Offsets are measured while no current flows. A rotor whose EMF exceeds the link voltage drives a current
  * through the diodes. Changes during this time are unknown at the next start, and so are values measured
- * with a faulty sensor. It is the offset of a sensor that errs, until no current has flowed for as long as
- * a
- * measurement takes. Until then the sensors show the current plus the step of their offsets. */
+ * with a faulty sensor. A step of a sensor's offset is a wrong value until the sensor has been measured
+ * without current for long enough. Until then the sensors show the current plus the step of their offsets. */
 static void watch_offsets(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_truth_t *truth = &watch->truth;
@@ -356,7 +354,7 @@ static void judge_reason(campaign_watch_t *watch, uint32_t period, const uint32_
 
 /* ---- a report in time ---- */
 
-/* Is the fault large enough for the promise? */
+/* True if the fault is large enough for the promise. */
 static bool is_large(const campaign_watch_t *watch, const campaign_injected_t *injected)
 {
     const char *row = campaign_faults[injected->kind].row;
@@ -418,8 +416,8 @@ static bool shows(const campaign_watch_t *watch, shows_t how, const campaign_inj
     return false;
 }
 
-/* Current has to be requested in each phase, so that these times are counted while it is, and three times
- * what the matrix promises for a whole turn. */
+/* A current has to be requested in each phase. Therefore these times count only while a current is requested,
+ * and are three times the promise of the matrix for a whole turn. */
 static void judge_notice(campaign_watch_t *watch, uint32_t n, const notice_t *notice, uint32_t period,
                          const uint32_t *rows)
 {
@@ -457,7 +455,7 @@ static void judge_notices(campaign_watch_t *watch, uint32_t n, uint32_t period, 
     }
 }
 
-/* Does the link's sensor show another voltage than there is? */
+/* True if the sensor of the link does not show the true voltage. */
 static bool hides_link(const campaign_watch_t *watch, uint32_t period)
 {
     for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
@@ -470,7 +468,8 @@ static bool hides_link(const campaign_watch_t *watch, uint32_t period)
     return false;
 }
 
-/* Whatever is injected: with a gate on too low a link is reported, unless its sensor does not show it. */
+/* For every fault: while a gate is on, too low a link voltage is reported, unless its sensor does not show
+ * it. */
 static void judge_starved(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     campaign_truth_t *truth = &watch->truth;

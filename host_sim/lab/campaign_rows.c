@@ -1,21 +1,21 @@
-/* A case as rows of the tables: what is set at t = 0. */
+/* A case as rows of the tables: the settings at t = 0. */
 #include <math.h>
 #include <string.h>
 
 #include "host_sim/lab/campaign_parts.h"
 
-#define LOOP_SLOWER    14.0   /* [-] so much slower than the tracking loop is the speed control */
+#define LOOP_SLOWER    14.0   /* [-] bandwidth of the tracking loop over that of the speed control */
 #define LOOP_MIN       200.0  /* [rad/s] */
 #define LOOP_MAX       1000.0 /* [rad/s] a tenth of the carrier's */
 #define CHOPPER_ABOVE  1.05   /* [-] of the source: least chopper_voltage */
-#define LINK           1e-3   /* [F] where what breaks needs a capacitor */
+#define LINK           1e-3   /* [F] if the fault needs a capacitor */
 #define SHAFT_DAMPING  0.02   /* [-] of an elastic shaft */
 #define SPRING_SECONDS 2.0    /* [s] at rated speed, after which a spring has its torque */
 #define PERIOD         ((double)BOARD_PERIOD)
-#define EDGE_ABOVE     0.03 /* [-] of dc_overvoltage, that the source is below it at most */
-#define EDGE_BELOW     0.05 /* [-] of dc_undervoltage, that it is above that at most */
+#define EDGE_ABOVE     0.03 /* [-] of dc_overvoltage: largest distance of the source below it */
+#define EDGE_BELOW     0.05 /* [-] of dc_undervoltage: largest distance of the source above it */
 
-/* Only what is not the default is set. */
+/* Only values that differ from their default are set. */
 static void set(campaign_settings_t *to, const char *name, double value)
 {
     const table_row_t *row = rig_row_by_name(name);
@@ -184,8 +184,8 @@ bool campaign_has_encoder(const campaign_case_t *drawn)
     return CAMPAIGN_VALUE(drawn, encoder) != 0.0;
 }
 
-/* [rad/s] Of the tracking loop, by the rule for another motor: what rated torque accelerates must be
- * followed. */
+/* [rad/s] Bandwidth of the tracking loop, by the rule for another motor: it must follow an acceleration by
+ * rated torque. */
 double campaign_loop(const campaign_case_t *drawn)
 {
     const campaign_motor_t motor = campaign_motor(drawn);

@@ -1,4 +1,4 @@
-/* One run, and what makes it small. */
+/* One run, and its minimisation. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,7 +15,7 @@ static uint32_t row_of(const char *name)
     return row != NULL ? row->id : 0u;
 }
 
-/* A refusal by no row or without a reason is a violation itself. */
+/* A refusal without a row or without a reason is a violation. */
 static void refused(const scenario_error_t *error, campaign_result_t *result)
 {
     result->row = row_of(error->name);
@@ -26,7 +26,7 @@ static void refused(const scenario_error_t *error, campaign_result_t *result)
     }
 }
 
-/* The first expectation of the scenario itself that failed, or its end that none of them names. */
+/* The first failed expectation of the scenario itself, or an end that none of them names. */
 static void unmet(const runner_result_t *run, const campaign_case_t *drawn, campaign_result_t *result)
 {
     for (uint32_t n = 0; n < run->verdict_count; n++) {
@@ -234,7 +234,7 @@ static bool without_fault(shrink_t *shrink, uint32_t n)
     return shrink->best->faults[n].kind != 0u && try_smaller(shrink, &smaller);
 }
 
-/* It does not go away again. */
+/* Once set, it remains. */
 static bool for_good(shrink_t *shrink, uint32_t n)
 {
     campaign_case_t smaller = *shrink->best;

@@ -59,7 +59,7 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
 #define LEG_LOSES    "the voltage loss of a leg hides the EMF of a slow rotor", CAMPAIGN_WHILE_SLOW
 #define TURNS_BACK   "without the encoder the direction of rotation is unknown", CAMPAIGN_UNCODED
 
-/* An interrupt that comes late reads and obeys late. */
+/* In a late interrupt the drive reads samples and executes requests late. */
 #define TIME_BITS (CAMPAIGN_BIT(LATE) | CAMPAIGN_BIT(OFF))
 
 #define LINK_IS_HIDDEN "the sensor of the link does not show its voltage", CAMPAIGN_ALWAYS
@@ -235,7 +235,7 @@ static void add(campaign_case_t *drawn, source_t *source, campaign_event_kind_t 
     }
 }
 
-/* A kind of event by how often it comes: a wish for a speed mostly. */
+/* A random kind of event, with different probabilities: most are requests for a speed. */
 static campaign_event_kind_t kind_of(source_t *source)
 {
     static const campaign_event_kind_t kinds[] = {
@@ -259,8 +259,8 @@ static double time_from(source_t *source, double from, double to)
     return 1e-4 * floor(1e4 * (from + even(source) * (to - from)));
 }
 
-/* An event and what belongs to it: half of the quick stops are taken back under way, half of the resets are
- * followed by a new start, and offsets drift while the bridge is off. */
+/* An event and the events that belong to it: half of the quick stops are withdrawn before they end, half of
+ * the resets are followed by a new start, and offsets drift while the bridge is off. */
 static void add_with_company(campaign_case_t *drawn, source_t *source, campaign_event_kind_t kind,
                              double time)
 {
@@ -364,7 +364,7 @@ void campaign_draw(uint64_t seed, uint32_t run, double seconds, campaign_case_t 
     qsort(drawn->events, drawn->event_count, sizeof drawn->events[0], by_time);
     campaign_drop_drifts(drawn);
 
-    /* in half of the runs one fault, in a tenth of them another one behind it */
+    /* in half of the runs one fault, in a tenth of them a second one after it */
     if (even(&source) < 0.5) {
         drawn->faults[0] = draw_fault(&source, 0.0, 0.95 * seconds);
         if (even(&source) < 0.1) {

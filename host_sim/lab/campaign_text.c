@@ -1,5 +1,5 @@
-/* A case as a scenario: the text of its rows, its events and its faults, and what fails because of a
- * violation. */
+/* A case as a scenario: the text of its rows, its events and its faults, and the expectation that fails
+ * because of a violation. */
 #include <math.h>
 #include <stdarg.h>
 #include <string.h>
@@ -58,7 +58,7 @@ static void say_at(text_t *text, const char *name, double value)
     campaign_say_value(text, row, value);
 }
 
-/* `enable`; a reset that came before is taken back with it, so that there can be another. */
+/* `enable`; an earlier request for a reset is cleared with it, so that another one can follow. */
 static void say_enable(text_t *text, const campaign_case_t *drawn, uint32_t number, double value)
 {
     bool reset = false;
@@ -199,8 +199,8 @@ static void say_fault_end(text_t *text, const campaign_case_t *drawn, const camp
     }
 }
 
-/* The expectation on a signal that an invariant corresponds to; a statistic without a name: there is none.
- * */
+/* The expectation on a signal that corresponds to an invariant; a statistic without a name: none corresponds.
+ */
 typedef struct {
     const char *statistic;
     const char *limits; /* "at_most" or "at_least" */
@@ -212,8 +212,8 @@ static claim_t claim_of(const campaign_case_t *drawn, const campaign_result_t *r
     const double limit = campaign_invariants[result->invariant].limit;
     switch (result->invariant) {
     case CAMPAIGN_I_NUMBER:
-        return (claim_t){"max", "at_most", 1e300}; /* what is no number is not below it */
-    case CAMPAIGN_I_CURRENT: /* all samples are beyond: so is the root of the mean of their squares */
+        return (claim_t){"max", "at_most", 1e300}; /* a NaN is not below the limit */
+    case CAMPAIGN_I_CURRENT: /* if all samples exceed the limit, so does their rms value */
         return (claim_t){"rms", "at_most", limit * campaign_trip(drawn)};
     case CAMPAIGN_I_ANGLE:
         return (claim_t){"rms", "at_most", limit};
@@ -245,7 +245,7 @@ static claim_t claim_of(const campaign_case_t *drawn, const campaign_result_t *r
     case CAMPAIGN_I_GATES:
     case CAMPAIGN_I_REASON:
     case CAMPAIGN_I_REPEAT:
-    case CAMPAIGN_I_EXPECT: /* it is one of the scenario */
+    case CAMPAIGN_I_EXPECT: /* the expectation belongs to the scenario */
     case CAMPAIGN_INVARIANT_COUNT:
         break;
     }

@@ -14,8 +14,8 @@
 #define LOOK           2.5e-3 /* [s] */
 #define OVER_TOP       1.4    /* overspeed_trip over the largest speed of tune */
 #define RANGE_LEAST    150.0  /* [rad/s] electrical: least rated speed for the turning steps */
-#define HANDOVER_STEP  0.5    /* by which the hand-over becomes faster with each try, of that of the rules */
-#define HANDOVER_TIMES 2.0    /* of that of the rules, at most */
+#define HANDOVER_STEP  0.5    /* share of the rules' hand-over speed by which it is increased with each try */
+#define HANDOVER_TIMES 2.0    /* of the rules' hand-over speed, at most */
 #define PARAMS_MOST    512u
 
 static const struct {
@@ -83,8 +83,8 @@ static commission_value_t measured(commission_work_t *work, const char *row, dou
 }
 
 /* The values that the drive has measured after a step. The uncertainties: of R half the spread of the
- * directions; of L the
- * study's accuracy; of psi_f and J scatter of the measurement and the link's and the dead time's share. */
+ * directions; of L the accuracy that the tests have shown; of psi_f and J the scatter of the measurement, and
+ * the effects of link and dead time. */
 static void take(commission_work_t *work, commission_do_t step)
 {
     commission_result_t *result = work->result;
@@ -213,7 +213,7 @@ static void name_small_range(commission_work_t *work)
                    "permit more speed, or enter psi_f and J from the data sheet");
 }
 
-/* Clears what a try has left. */
+/* Clears the results of a try. */
 static void try_again(commission_work_t *work)
 {
     work->raised += HANDOVER_STEP;
@@ -225,7 +225,7 @@ static void try_again(commission_work_t *work)
     commission_wait(work, LOOK);
 }
 
-/* A signal of the drive that only this step gives a value; NULL: it has none that lasts. */
+/* A signal of the drive that only this step gives a value; NULL: no signal keeps the value. */
 static const char *proof_of(commission_do_t step)
 {
     static const char *const rows[COMMISSION_STEP_COUNT] = {

@@ -25,8 +25,8 @@
 #include "host_sim/lab/scenario.h"
 #include "host_sim/rig/rig.h"
 
-/* S(name, largest time [s], what is done to the motor) in their order. The names are the choices of the
- * request `commission`; `least_speed` is no step of the drive, but a run without an encoder. */
+/* S(name, largest time [s], excitation of the motor) in their order. The names are the choices of the request
+ * `commission`; `least_speed` is no step of the drive, but a run without an encoder. */
 #define COMMISSION_LIST(S)                                                                                   \
     S(board, 3.0, "Nothing: the bridge is off.")                                                             \
     S(wiring, 5.0, "Short voltage pulses in six directions. The rotor does not move.")                       \
@@ -88,7 +88,7 @@ typedef struct {
     double least_speed;                    /* mechanical, without an encoder; NAN: not tried [rad/s] */
     double turns;                          /* of the shaft, by the user; NAN: no answer [-] */
     bool reversed;                         /* the user saw the shaft turn backward */
-    uint32_t step;                         /* commission_do_t of the last one that ran */
+    uint32_t step;                         /* commission_do_t of the last step that ran */
     char reason[48];                       /* "": commissioned; else the name of a reason */
     char what[400];                        /* one line: what happened, what to do */
     double seconds;                        /* [s] of the drive's time */

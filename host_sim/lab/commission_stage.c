@@ -12,7 +12,7 @@
 #define TRIP  1.25 /* overcurrent_trip over current_limit */
 #define START 0.6  /* start_current over current_limit, at most */
 
-/* A motor that is not known yet, for the rows of tune: shares of what plate and link allow. */
+/* A motor that is not measured yet, for the rows of tune: shares of the limits by plate and link. */
 #define GUESS_FLUX       0.6  /* of the link's voltage at the largest speed */
 #define GUESS_INDUCTANCE 0.3  /* L I over psi_f */
 #define GUESS_RESISTANCE 0.03 /* R I over the EMF */
@@ -82,7 +82,8 @@ static motor_t motor_so_far(const commission_work_t *work)
     return motor;
 }
 
-/* The delays with which the model of the inverter loses the measured voltage at this link, and its zone. */
+/* The delays with which the model of the inverter has the measured loss at this link voltage, and the
+ * measured zone. */
 static bool stage_dead_time(commission_work_t *work)
 {
     const double lost = work->result->dead_voltage.value;
@@ -112,7 +113,8 @@ static double tuned_value(const tune_t *tune, const char *name)
     return 0.0;
 }
 
-/* A start with less current than a tuned drive uses: room below the trip for data that are not exact. */
+/* A start with less current than a tuned drive uses, which leaves a margin below the trip for inexact data.
+ */
 static double start_current(const tune_t *tune)
 {
     const double most = START * tuned_value(tune, "current_limit");
@@ -178,8 +180,8 @@ static bool put_parameters(commission_work_t *work)
     return good || (tuned ? refuse(work, "the parameters that follow from it are refused") : false);
 }
 
-/* The rules refuse the parameters of a step. Once R is measured, plate and measurement contradict each other:
- * true, and that is the reason. */
+/* The rules refuse the parameters of a step. true: R is measured, so plate and measurement contradict each
+ * other, which becomes the reason. */
 static bool contradicts(commission_result_t *result, const scenario_error_t *error)
 {
     if (!isfinite(result->resistance.value)) {
@@ -200,7 +202,7 @@ bool commission_stage(commission_work_t *work)
 
 bool commission_stage_result(commission_work_t *work)
 {
-    /* the rules leave these alone; the steps have changed them */
+    /* the rules do not set these; the steps have changed them */
     static const char *const own[] = {"start_current", "handover_speed", "fallback_speed",
                                       "inductance_adaptation", "dead_time_adaptation"};
     tune_t *tune = malloc(sizeof *tune);
@@ -222,7 +224,7 @@ double commission_speed(commission_work_t *work, commission_do_t step)
     const double top = work->link / SQRT_3 / (motor.value[MOTOR_POLE_PAIRS] * motor.value[MOTOR_FLUX]);
     const bool flux = step == COMMISSION_DO_flux;
     const double speed = fmin(SPEED * work->plate->speed, VOLTAGE * top);
-    /* room above the hand-over, where dead time and R I make that fast */
+    /* margin above the hand-over speed if dead time and R I make it high */
     const double room =
         fmin((flux ? FLUX_OVER : TORQUE_OVER) * work->handover, SPEED_MOST * fmin(work->plate->speed, top));
     return fmin(fmax(speed, room), 0.9 * commission_value(work, "overspeed_trip"));

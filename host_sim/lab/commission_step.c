@@ -13,7 +13,7 @@
 #define LOOK       2.5e-3 /* [s] between two checks */
 #define COAST      0.3    /* [s] after a turning step */
 #define NO_CURRENT 0.12   /* [A] less than any pulse makes in a motor */
-#define STEP_MOST  30.0   /* [s] above the largest time of a step in the drive */
+#define STEP_MOST  30.0   /* [s] in addition to the largest time of a step in the drive */
 
 /* ---- the drive ---- */
 

@@ -6,7 +6,7 @@
 
 #include "host_sim/lab/commission_parts.h"
 
-#define TURN_MOST 0.2 /* distance of the counted turns from a whole ratio that names the pole pairs [-] */
+#define TURN_MOST 0.2 /* distance of the counted turns from a ratio of pole pairs [-] */
 
 static const struct {
     const char *name, *text, *accepts;
@@ -126,7 +126,7 @@ static bool holds(commission_work_t *work, double speed, double losses)
            sqrt(fmax(square / count - mean * mean, 0.0)) < SCATTER * speed;
 }
 
-/* The lowest speed that held [rad/s]; NAN: not even the first one. */
+/* The lowest speed that held [rad/s]; NAN: the first speed did not hold. */
 static double lowest(commission_work_t *work)
 {
     double speed = BEGIN * work->handover;
@@ -159,7 +159,7 @@ bool commission_least_speed(commission_work_t *work)
     commission_wait(work, STEADY);
     if (fault && !isfinite(result->least_speed) && result->reason[0] == '\0') {
         commission_end_with_fault(work);
-    } else if (fault) { /* the speed at which the rotor was lost is no fault of the drive */
+    } else if (fault) { /* losing the rotor at the last speed is no failure */
         (void)commission_put(work, "fault_reset", 1.0);
         commission_wait(work, LOOK);
         (void)commission_put(work, "fault_reset", 0.0);

@@ -70,7 +70,8 @@ static bool is_ramped(const scenario_event_t *event, const scenario_setting_t *s
     return event->ramp_periods > 0u && setting->row->kind == SLOT_FLOAT;
 }
 
-/* Rows that switch, in their order; then those that ramp start from where they are. */
+/* Rows that change at once, in their order; then the rows with a ramp, which start from their present values.
+ */
 static bool begin_event(course_t *course, const scenario_event_t *event, uint32_t period,
                         scenario_error_t *error)
 {

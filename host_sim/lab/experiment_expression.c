@@ -109,7 +109,7 @@ static uint32_t ranges(parser_t *parser)
 
 typedef struct {
     const experiment_function_t *function;
-    const char *numbers, *condition, *end; /* behind (, behind if or NULL, the ) */
+    const char *numbers, *condition, *end; /* after the (, after the `if` or NULL, and the ) */
     double *arguments;
     uint32_t count, most;
     bool empty; /* nothing runs at any of its points */
@@ -269,8 +269,8 @@ static point_found_t point_named(parser_t *parser, uint32_t *point)
     return POINT_WRONG;
 }
 
-/* @POINT, @before(SWEEP), as often as there are: what is named replaces the point of the claim. NULL: there
- * is no such run, or the text is wrong. */
+/* Any number of @POINT and @before(SWEEP): the named point replaces the point of the claim. NULL: there is no
+ * such run, or the text is wrong. */
 static const experiment_run_t *run_of(parser_t *parser)
 {
     const experiment_t *experiment = parser->value->experiment;

@@ -67,7 +67,7 @@ static double sign_gain(double x, const experiment_run_t *run)
     return paper_sign_gain(x);
 }
 
-/* Whichever of the two the run's observer switches with. */
+/* The switching function of the run's observer. */
 static double switching_gain(double x, const experiment_run_t *run)
 {
     return row_of(run, "params.observer_switching") == 0.0 ? sign_gain(x, run) : sigmoid_gain(x, run);

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Points but for the flavour, as one name. */
+/* All points except the flavour, as one name. */
 static void name_run(const experiment_t *experiment, experiment_run_t *run)
 {
     for (uint32_t s = 0; s < experiment->sweep_count; s++) {
@@ -57,7 +57,7 @@ static bool round_up(const file_t *file, const experiment_run_t *run)
     const double speed = experiment_initial(run, rig_row_by_name("plant.pole_pairs")) *
                          fabs(experiment_initial(run, rig_row_by_name("speed_request")));
     const double turn = 2.0 * 3.14159265358979323846 / speed;
-    const double most = 1e-9; /* that rounding may add to a whole number */
+    const double most = 1e-9; /* largest rounding error of a whole number */
     const toml_entry_t *table = reading_find(&file->reading, file_top(file), "experiment");
     if (!(speed > 0.0)) {
         return file_fail(file, reading_find(&file->reading, table, "whole_turns"),
@@ -106,7 +106,7 @@ static bool read_run(const file_t *file, experiment_run_t *run)
     return run->tallies != NULL && add_ready(file, run);
 }
 
-/* Does each of these points go with the others? */
+/* True if each of these points can be combined with the others. */
 static bool go_together(const experiment_t *experiment, const uint32_t *point)
 {
     for (uint32_t s = 0; s < experiment->sweep_count; s++) {

@@ -1,4 +1,4 @@
-/* Reading an experiment's file: what it has beyond a scenario. */
+/* Reads an experiment's file: the parts that a scenario does not have. */
 #include "host_sim/lab/experiment_read.h"
 
 #include <math.h>
@@ -120,7 +120,7 @@ bool file_is_name(const file_t *file, const toml_entry_t *entry)
                entry->text);
 }
 
-/* ---- [begin], and what a point has alike ---- */
+/* ---- [begin], and the same keys of a point ---- */
 
 bool file_read_uses(const file_t *file, const toml_entry_t *table, point_t *point)
 {

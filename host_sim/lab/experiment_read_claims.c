@@ -1,4 +1,4 @@
-/* Reading the claims of an experiment, and judging what can be judged of them without a run. */
+/* Reads the claims of an experiment, and judges them as far as possible without a run. */
 #include "host_sim/lab/experiment_read.h"
 
 #include <math.h>
@@ -7,7 +7,7 @@
 
 /* ---- [let] ---- */
 
-/* Has the name a meaning in expressions already? */
+/* True if the name already has a meaning in expressions. */
 static bool is_taken(const file_t *file, const toml_entry_t *entry)
 {
     static const char *const words[] = {"pi", "rpm", "mrad", "value", "lost", "for", "if", "and"};
@@ -123,7 +123,7 @@ static bool read_at(const file_t *file, const toml_entry_t *table, uint32_t s, c
         return entry == NULL ||
                file_fail(file, entry, "this sweep is that of `each`; accepted: the other sweeps");
     }
-    if (entry == NULL) { /* its first, if it has others that `value` goes over: file_check_claims */
+    if (entry == NULL) { /* its first one, if `value` combines the others: file_check_claims */
         claim->unsaid |= sweep->count > 1u ? UINT32_C(1) << s : 0u;
         return true;
     }
@@ -293,7 +293,7 @@ bool file_read_claims(const file_t *file)
     return experiment->claims != NULL;
 }
 
-/* Runs at all points of the claim? */
+/* True if there is a run at all points of the claim. */
 static bool check_points(const file_t *file, const claim_t *claim, const toml_entry_t *entry)
 {
     const experiment_t *experiment = file->experiment;

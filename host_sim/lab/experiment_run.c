@@ -9,7 +9,7 @@
 #include "host_sim/lab/experiment_parts.h"
 #include "host_sim/lab/paper_theory.h"
 
-/* Where a row is in the tap. */
+/* The place of a row in the tap. */
 typedef struct {
     uint32_t slot;
     slot_kind_t kind;
@@ -173,7 +173,7 @@ static double initial(const experiment_run_t *run, const char *row)
     return experiment_initial(run, rig_row_by_name(row));
 }
 
-/* Rows that the dynamometer's beginning has in its own hands. */
+/* Rows that the start by the dynamometer sets itself. */
 static bool is_held(const table_row_t *row)
 {
     static const char *const names[] = {"params.position_source", "plant.load_torque", "plant.shaft_locked",
@@ -192,7 +192,7 @@ static bool refused(const experiment_run_t *run, rig_t *rig, const scenario_sett
     return false;
 }
 
-/* All that is set at t = 0 but what is held. */
+/* All settings at t = 0 except those that are held. */
 static bool configure(const experiment_run_t *run, rig_t *rig, scenario_error_t *error)
 {
     const scenario_event_t *all = &run->scenario->events[0];

@@ -1,4 +1,4 @@
-/* Points of the grid, what rows have at t = 0, and texts with numbers in them. */
+/* Points of the grid, values of rows at t = 0, and texts with numbers in them. */
 #include <stdio.h>
 #include <string.h>
 

@@ -23,9 +23,9 @@
 #define LEARN_HERTZ      20.0                /* [Hz] electrical */
 #define LEARN_LONGER     2.0                 /* [-] */
 #define EVENLY           0.38196601125010515 /* [-] (3 - sqrt 5)/2 */
-#define NOT_WHOLE        1e-6                /* [-] what rounding may take of a whole number */
+#define NOT_WHOLE        1e-6                /* [-] largest rounding error of a whole number */
 
-/* ---- what a point changes ---- */
+/* ---- the changes of a point ---- */
 
 /* The row's value becomes factor times it plus shift. */
 typedef struct {
@@ -52,7 +52,8 @@ static const deviation_t deviations[MAP_DEVIATIONS] = {
         {"L +20 %", true, {{"params.motor_inductance_d", 1.2, 0.0}, {"params.motor_inductance_q", 1.2, 0.0}}},
     /* The error voltage of the drive is proportional to dead_time + turn_on_delay - turn_off_delay;
      * dead_time itself also
-     * sets the ePWM. Either way by the delay that grows: one that is less than 0.5 us can not shrink. */
+     * sets the ePWM. In either direction the larger delay is used, because a delay of less than 0.5 us cannot
+     * be reduced. */
     [MAP_DEAD_TIME_LOW] = {"dead time -0.5 us", false, {{"params.turn_off_delay", 1.0, 0.5e-6}}},
     [MAP_DEAD_TIME_HIGH] = {"dead time +0.5 us", false, {{"params.turn_on_delay", 1.0, 0.5e-6}}},
     [MAP_OFFSET] = {"offset 50 mA", false, {{"plant.current_offset_a", 0.0, 0.05}}},
@@ -66,7 +67,8 @@ static const deviation_t deviations[MAP_DEVIATIONS] = {
 
 /* Lists end at CHANGES_MAX or with an empty row. */
 static const change_t ideal_changes[CHANGES_MAX] = {
-    /* The arms switch off as late as the dead band lets the others switch on: no error voltage is left. */
+    /* The turn-off delay equals the delay that the dead band causes at turn-on, so that no error voltage
+     * remains. */
     {"plant.turn_on_delay", 0.0, 0.0},  {"plant.turn_off_delay", 0.0, 2.5e-6},
     {"plant.igbt_voltage", 0.0, 0.0},   {"plant.igbt_resistance", 0.0, 0.0},
     {"plant.diode_voltage", 0.0, 0.0},  {"plant.diode_resistance", 0.0, 0.0},
@@ -137,7 +139,8 @@ static bool adapt(rig_t *rig, map_adaptation_t adaptation)
     return true;
 }
 
-/* Before the drive measures its offsets: a scenario's are there from the beginning. */
+/* Applied before the drive measures its offsets, because those of a scenario are present from the beginning.
+ */
 static bool stand_on(rig_t *rig, const scenario_t *scenario)
 {
     const scenario_event_t *initial = &scenario->events[0];
@@ -176,7 +179,7 @@ static bool begin(rig_t *rig, const map_setup_t *setup, const map_point_t *point
     return dynamometer_begin(rig, &to);
 }
 
-/* ---- what a point measures ---- */
+/* ---- the measurements of a point ---- */
 
 enum { THETA_HAT_ERR, OMEGA_M, I_D, I_Q, INDUCTANCE, CONFIDENCE, TAPPED };
 static const char *const tapped[TAPPED] = {

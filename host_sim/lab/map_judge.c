@@ -6,16 +6,15 @@
 #include "host_sim/rig/rig.h"
 
 #define SURE 0.9 /* [-] confidence of an L that is learnt */
-/* [-] share of the effect of i_d with a wrong R. It is there at low speed and load, where the dead time's
- * zones leave
- * gaps in the voltages that are assumed. */
+/* [-] share of the effect that i_d has with a wrong R. It occurs at low speed and load, where the zones of
+ * the dead time cause errors of the assumed voltages. */
 #define OPEN 0.2
 
 static const double limits[MAP_CLAIMS] = {
     [MAP_CLAIM_INDUCTANCE] = 2.0,
     [MAP_CLAIM_NO_EFFECT] = 0.3,
     [MAP_CLAIM_LEARNT] =
-        3.5}; /* [mrad]; what is learnt: 0.14 +- 0.90 over 32 points of 8 seeds at 100 r/min, worst 2.7 */
+        3.5}; /* [mrad]; with learnt values: 0.14 +- 0.90 over 32 points of 8 seeds at 100 r/min, worst 2.7 */
 
 const map_point_t *map_find(const map_point_t *points, size_t count, map_deviation_t deviation, double rpm,
                             double load, map_adaptation_t adaptation)

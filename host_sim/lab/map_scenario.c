@@ -46,7 +46,7 @@ static bool fail(const scenario_t *scenario, scenario_error_t *error, scenario_p
     return false;
 }
 
-/* All values of a row, over `unit`; 0 is no value of a list that has a least one. */
+/* All values of a row, over `unit`. In a list with a least value 0 is left out. */
 static bool gather(const scenario_t *scenario, const table_row_t *row, double unit, double least, list_t *to,
                    scenario_error_t *error)
 {

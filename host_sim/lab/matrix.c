@@ -1,4 +1,4 @@
-/* Cells: which there are, which are chosen, what they are called, and the judgement. */
+/* Cells: their list, the selection, their names, and the judgement. */
 #include "host_sim/lab/matrix.h"
 
 #include <math.h>
@@ -15,8 +15,8 @@
 #define NOTICED_MOST 1.0 /* [s] */
 #define HALF         0.5
 #define PI           3.14159265358979323846
-/* [r/min] ... by this; the bare rotor by the speed that 5 A give it in the 20 ms in which a fault is
- * noticed. */
+/* [r/min] ... by this; the bare rotor by the speed that it gains with 5 A in the 20 ms until a fault is
+ * detected. */
 #define AWAY_HEAVY 100.0
 #define AWAY_LIGHT 400.0
 #define SLOW_RPM   300.0 /* [r/min] */
@@ -140,7 +140,7 @@ static double draw(uint64_t seed, uint64_t cell)
     return (double)((z ^ z >> 31) >> 11) / 9007199254740992.0;
 }
 
-/* Is it the cell of this name, or below it? */
+/* True if the cell has this name, or belongs to it. */
 static bool is_below(const char *name, const char *part)
 {
     const size_t length = strlen(part);
@@ -185,7 +185,7 @@ size_t matrix_lay_out(const matrix_choice_t *choice, matrix_cell_t *cells)
 
 /* ---- of a scenario ---- */
 
-/* Where its drive is at the time: the cell that all faults share; false: `error`. */
+/* The state of the drive at this time: the cell that all faults share; false: `error`. */
 static bool stands_at(const matrix_user_t *user, matrix_cell_t *cell, scenario_error_t *error)
 {
     course_t course = {0};
@@ -268,7 +268,7 @@ bool matrix_accepts(const char *accepted, int32_t reason)
     return false;
 }
 
-/* Are all that warned among the reasons? */
+/* True if all warnings are among the reasons. */
 static bool warned_of(const char *accepted, uint64_t warnings)
 {
     for (uint32_t n = 0; n < (uint32_t)FAULTS; n++) {
@@ -279,7 +279,7 @@ static bool warned_of(const char *accepted, uint64_t warnings)
     return true;
 }
 
-/* Does the reason fit? What rides and what catches needs none, but may warn of nothing else either. */
+/* True if the reason is a promised one. RIDES and CATCHES need no reason, but no other warning may occur. */
 static bool right_reason(const matrix_cell_t *cell)
 {
     const matrix_seen_t *seen = &cell->seen;

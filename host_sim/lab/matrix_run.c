@@ -1,4 +1,4 @@
-/* Cells run: manoeuvres are come to once, then each fault starts from there. */
+/* Runs the cells: each manoeuvre is reached once, and each fault starts from its state. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,8 +13,8 @@
 
 #define PI           3.14159265358979323846
 #define SEED         1u
-#define PATIENCE     6.0 /* [s] for a state to be come to */
-#define LOADING      2.0 /* [N m/s] so gently a load is put on: what the light rotor's speed control can hold */
+#define PATIENCE     6.0   /* [s] within which a state must be reached */
+#define LOADING      2.0   /* [N m/s] slow enough for the speed control of the light rotor */
 #define LOAD_STEP    25e-3 /* [s] of it */
 #define FOLLOW       0.01  /* [s] 15 time constants of the encoder's speed */
 #define TO_ENABLE    0.1   /* [s] from a fault in manoeuvre off to the request for the bridge */
@@ -50,7 +50,7 @@ typedef struct {
     bool refused;
 } turner_t;
 
-/* Runs this number of periods, or fewer where a stop holds. */
+/* Runs this number of periods, or fewer if the stop condition is met. */
 static void turn(turner_t *turner, uint32_t periods)
 {
     if (turner->course == NULL) {
@@ -71,7 +71,7 @@ static void pass(rig_t *rig, double seconds)
     rig_run(rig, rig_periods(seconds));
 }
 
-/* Runs until it is so, no longer than this [s]. false: it never was. */
+/* Runs until the condition is met, at most for this time [s]. false: it was not met. */
 static bool until(rig_t *rig, const char *row, rig_compare_t compare, double value, double seconds)
 {
     rig_stop_when(rig, rig_row_by_name(row)->id, compare, value);
@@ -80,7 +80,7 @@ static bool until(rig_t *rig, const char *row, rig_compare_t compare, double val
     return stopped;
 }
 
-/* The fault comes, in a scenario as large as it is for its motor; `before`: what its rows were. */
+/* Injects the fault, in a scenario scaled to its motor; `before`: what its rows were. */
 static bool change(rig_t *rig, const matrix_fault_t *fault, bool scaled, double before[CHANGES])
 {
     for (size_t n = 0; n < CHANGES && fault->changes[n].row != NULL; n++) {
@@ -96,7 +96,7 @@ static bool change(rig_t *rig, const matrix_fault_t *fault, bool scaled, double 
     return true;
 }
 
-/* When its time is over; the last row first. */
+/* Ends the fault when its time is over; the last row first. */
 static bool take_back(turner_t *turner, const matrix_fault_t *fault, const double before[CHANGES])
 {
     rig_t *rig = turner->rig;
@@ -201,17 +201,17 @@ static const char *const tapped[TAPPED] = {
     [OMEGA_E] = "true_omega_e", [FRAME] = "omega_e",
 };
 
-/* State of a cell while it runs. Times [s] count from the injection, or from the wish to come on;
- * NAN: not yet. */
+/* State of a cell while it runs. Times [s] count from the injection, or from the request for the bridge; NAN:
+ * not yet. */
 typedef struct {
     matrix_seen_t *seen;
     const matrix_promise_t *promise;
     uint32_t since;                         /* [periods] when time begins */
     double warned, lost, stopping, latched; /* [s] first time that ... */
     double off;                             /* [s] since when all legs are held off */
-    bool was_on;                            /* [-] the gates were on, be it at the injection */
+    bool was_on;                            /* [-] the gates were on at any time from the injection on */
     double rotor, frame;                    /* [rad] electrical, of rotor and forced frame ... */
-    uint32_t turns;                         /* [periods] ... in this number, until it was noticed */
+    uint32_t turns;                         /* [periods] ... in this number, until the detection */
     uint32_t losses, try;                   /* [-] at the injection */
     int32_t state, refusal;                 /* [-] of the last period */
     bool ending;                            /* [-] the final state of the rotor is being judged */
@@ -238,7 +238,7 @@ static void watch_edge(void *context, uint64_t tick, uint32_t what, uint32_t val
     }
 }
 
-/* Does one of these bits of the fault table belong to a reason that is promised? */
+/* True if one of these bits of the fault table belongs to a promised reason. */
 static bool warns_of(const watch_t *watch, uint64_t warnings)
 {
     for (uint32_t n = 0; n < (uint32_t)FAULTS && warnings != 0u; n++) {
@@ -417,7 +417,8 @@ static bool run_on(turner_t *turner, matrix_cell_t *cell)
 
 /* ---- all cells ---- */
 
-/* A manoeuvre as it is come to in a place: the rig's state, from which each fault starts that comes later. */
+/* A manoeuvre that was reached in a place: the saved state of the rig, from which each fault with when =
+ * LATER starts. */
 typedef struct {
     bool wanted;
     void *state; /* octets of rig_save; NULL: not come to */

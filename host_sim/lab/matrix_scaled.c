@@ -1,5 +1,5 @@
-/* Faults in a scenario, as large for its motor, its link and its limits as those of the table are for the
- * paper's rig. */
+/* Scales the faults of a scenario to its motor, its link and its limits, as those of the table are scaled to
+ * the paper's rig. */
 #include <math.h>
 #include <string.h>
 
@@ -10,7 +10,7 @@
 #define SQRT_3     1.7320508075688772
 #define JUST_BELOW 0.95 /* [-] of dc_undervoltage */
 #define WITHIN_LEFT                                                                                          \
-    0.4 /* [-] of the torque that the load leaves: what a brake within current_limit takes at most */
+    0.4 /* [-] of the torque that the load leaves: largest torque of a brake within current_limit */
 
 /* The sensors of the paper's rig. */
 #define PAPER_PER_CODE (40.0 / 4095.0) /* [A] */
@@ -36,7 +36,7 @@ double matrix_standard(const char *row)
     return rig_initial_named(row);
 }
 
-/* The scenario's value of a row over that of the paper's rig; 1 where there is none to divide by. */
+/* The scenario's value of a row over that of the paper's rig; 1 if one of them is 0. */
 static double ratio(rig_t *rig, const char *row)
 {
     const double standard = matrix_standard(row);
@@ -62,8 +62,8 @@ static double able_by_default(void)
                 matrix_standard("current_limit"));
 }
 
-/* A brake that holds more than current_limit can turn still does; one well within it stays within what the
- * scenario's own load leaves. */
+/* A brake that is stronger than current_limit stays stronger; a brake well within current_limit stays within
+ * the torque that the scenario's own load leaves. */
 static double brake(rig_t *rig, double torque)
 {
     const double most = able_now(rig);
@@ -76,7 +76,8 @@ static double brake(rig_t *rig, double torque)
     return torque < able_by_default() ? fmin(scaled, WITHIN_LEFT * left) : scaled;
 }
 
-/* A voltage of the link by the trip that it is beyond, or by the link itself between them. */
+/* A link voltage is scaled with the trip that it exceeds, or between the trips with the link voltage itself.
+ */
 static double link_voltage(rig_t *rig, double volts)
 {
     const double over = matrix_standard("dc_overvoltage");
@@ -84,8 +85,8 @@ static double link_voltage(rig_t *rig, double volts)
     if (volts > over) {
         return volts / over * rig_value(rig, "dc_overvoltage");
     }
-    /* Below the EMF between two lines the diodes load the link: a low link is not lower than that if it need
-     * not. */
+    /* Below the EMF between two lines the diodes charge the link. Therefore a low link voltage stays above
+     * this EMF if possible. */
     const double own = rig_value(rig, "dc_undervoltage");
     const double emf = SQRT_3 * rig_value(rig, "plant.flux_linkage") * rig_value(rig, "plant.pole_pairs") *
                        fabs(rig_value(rig, "true_omega_m"));

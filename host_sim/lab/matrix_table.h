@@ -169,9 +169,10 @@
 #define SOON     MATRIX_NOTICED
 #define SOON_IN_ITS_HALF MATRIX_NOTICED_LATER
 #define AT_ONCE  1e-3
-/* [s] Two rounds of the background's check of the simulated chip's memory, of 50 steps each. A step comes 0.4 ms after
- * the one before, or later, when the list of five or six tasks comes to it; the list makes one task a period, or two in three
- * periods of a carrier so fast that the medium task takes the third one. */
+/* [s] Two rounds of the background's check of the simulated chip's memory, of 50 steps each. A step follows
+ * the previous one after 0.4 ms or more, when it is its turn in the list of five or six tasks. The list
+ * executes one task per period, or two in three periods with a carrier so fast that the medium task needs the
+ * third one. */
 #define CHECK_LIST ((BOARD_STORE == BOARD_STORE_I2C ? 6.0 : 5.0) * (double)DRIVE_PERIOD)
 #define CHECK_STEP ((double)(uint32_t)(0.4e-3 / CHECK_LIST + 0.999) * CHECK_LIST)
 #define ONE_CHECK  (100.0 * CHECK_STEP * ((double)DRIVE_PERIOD < 75e-6 ? 1.5 : 1.0))
@@ -181,8 +182,9 @@
  * is reported in the next one, and the gates are off a period later. */
 #define STUCK_WINDOWS ((double)(3u * DRIVE_WINDOW + 1u) * (double)DRIVE_PERIOD)
 
-/* From `enable` through the end of its window and the one after that to gates that are on, and then three late periods
- * and the one in which the gates go off; each takes two, for every second interrupt does not come. */
+/* Periods from `enable` to the end of its window and of the next one, and until the gates are on; then three
+ * late periods, and the one in which the gates go off. Each counts twice, because every second interrupt is
+ * missing. */
 #define COMING_ON      4u /* [periods] until the samples show the gates on: FAST_ON of the firmware */
 #define LATE_COMING_ON (2.0 * (double)(2u * DRIVE_WINDOW + COMING_ON + 3u + 1u) * (double)DRIVE_PERIOD)
 #define LIMIT    PROMISED_CURRENT

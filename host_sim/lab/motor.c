@@ -20,7 +20,7 @@
 #define FLUX_AGREES                                                                                          \
     0.05 /* [-] largest difference between two values of psi_f that count as the same: data sheets round     \
             them */
-#define TORQUE_MORE    1.1  /* [-] rated torque over Kt I that no motor without reluctance torque has */
+#define TORQUE_MORE    1.1  /* [-] rated torque over Kt I, which no motor without reluctance torque exceeds */
 #define TORQUE_LESS    0.6  /* [-] below this ratio more than the iron loss at speed is missing */
 #define FRICTION_SHARE 0.01 /* [-] of the rated torque, where none is given */
 #define SPEED_UP_TIME  0.05 /* [s] to rated speed at rated torque, where no inertia is given */
@@ -325,7 +325,7 @@ bool motor_override(motor_sheet_t *sheet, const char *assignment, scenario_error
     }
     const motor_quantity_t quantity = family(key);
     for (size_t n = 0; n < MOTOR_KEY_COUNT; n++) {
-        /* one axis leaves the other one as it is */
+        /* L_d and L_q do not exclude each other */
         const bool axis = quantity == MOTOR_INDUCTANCE_Q &&
                           (key == MOTOR_KEY_inductance_d || key == MOTOR_KEY_inductance_q) &&
                           (n == MOTOR_KEY_inductance_d || n == MOTOR_KEY_inductance_q);
@@ -387,7 +387,7 @@ static void name_family(motor_quantity_t quantity, char *to, size_t size)
     }
 }
 
-/* Every quantity but the flux is given once. */
+/* Every quantity except the flux has only one key. */
 static bool said_once(const motor_sheet_t *sheet, scenario_error_t *error)
 {
     const bool both = sheet->has[MOTOR_KEY_inductance] || sheet->has[MOTOR_KEY_inductance_line];

@@ -48,7 +48,7 @@ size_t names_distance(const char *a, const char *b)
     return rows[a_length % 3u][b_length];
 }
 
-/* Does the longer name begin or end with the shorter one, up to a '_' or '.'? */
+/* True if the longer name begins or ends with the shorter one, up to a '_' or '.'. */
 static bool is_part(const char *shorter, const char *longer)
 {
     const size_t length = strlen(shorter);

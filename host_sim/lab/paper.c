@@ -29,7 +29,7 @@ const paper_figure_t paper_figures[PAPER_FIGURES] = {
                             "not; learning removes the errors of L and dead time"},
 };
 
-/* Run n of those of files: which of which. */
+/* The experiment and the number of run n of the files. */
 typedef struct {
     experiment_t *experiment;
     size_t n;
@@ -71,7 +71,7 @@ static void list_runs(work_t *work, experiment_t *file)
     }
 }
 
-/* Those of all files; false: no memory. */
+/* The runs of all files; false: no memory. */
 static bool list_filed(work_t *work)
 {
     size_t count = 0;
@@ -104,7 +104,7 @@ static bool run_all(work_t *work, unsigned threads, char why[POOL_WHY])
     return true;
 }
 
-/* Those of this one of the experiment's `each`. */
+/* The rows for this point of the experiment's `each`. */
 static void judge_file(paper_t *paper, size_t figure, const experiment_t *file, uint32_t each)
 {
     for (size_t n = 0; n < experiment_row_count(file); n++) {
@@ -152,7 +152,7 @@ static void tell_of(paper_figure_t *about, const experiment_t *file)
                               .paper = experiment_source(file)};
 }
 
-/* The experiment NAME_MORE of the paper's; more NULL: NAME. */
+/* The experiment NAME_MORE of the paper; more = NULL: NAME. */
 static experiment_t *read_file(const char *name, const char *more, paper_error_t *why)
 {
     const char *folder = getenv("LAGLESS_EXPERIMENTS");

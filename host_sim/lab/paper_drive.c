@@ -11,7 +11,7 @@ const setting_t paper_drive[] = {
     {"params.dead_time_adaptation", 0.0},
     {"params.inertia_adaptation", 0.0},
     {"params.torque_feedforward", 0.0},
-    {"params.encoder_fault_reaction", 2.0}, /* an EMF that chatters is no measure for the encoder */
+    {"params.encoder_fault_reaction", 2.0}, /* an EMF that chatters cannot be compared with the encoder */
 };
 const size_t paper_drive_count = sizeof paper_drive / sizeof paper_drive[0];
 

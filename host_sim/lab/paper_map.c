@@ -1,6 +1,6 @@
-/* The error map as a figure beyond the paper: runs, rows and data. It is no experiment's file, for its
- * machine differs from what the drive assumes by a deviation that is measured against a run without it, on
- * gate edges, and in its second half the drive learns: host_sim/lab/map.h, which `lagless map` runs as well.
+/* The error map as a figure beyond the paper: runs, rows and data. It is not described by an experiment's
+ * file, because each deviation is compared with a run without it, on gate edges, and the drive learns in the
+ * second half. host_sim/lab/map.h runs it, also for `lagless map`.
  */
 #include <math.h>
 #include <stdio.h>

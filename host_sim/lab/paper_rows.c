@@ -1,4 +1,4 @@
-/* A claim and a number make a row, a row makes a verdict. */
+/* Makes a row of a claim and a number, and a verdict of a row. */
 #include <assert.h>
 #include <math.h>
 #include <stdio.h>

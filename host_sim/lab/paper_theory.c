@@ -94,8 +94,8 @@ double paper_sign_gain(double x)
     return 1.0 / fmax(fabs(x), 1e-6);
 }
 
-/* Describing function of tanh(slope x/2) for a sine of this amplitude: the trapezoidal rule over a whole
- * period, whose four quarters are alike, converges faster than any power. */
+/* Describing function of tanh(slope x/2) for a sine of this amplitude, by the trapezoidal rule over a whole
+ * period, which converges faster than any power of the step. The four quarters of the period are equal. */
 static double describing_gain(double slope, double amplitude)
 {
     const int points = 8; /* of a quarter */

@@ -4,8 +4,8 @@
 #include <stdatomic.h>
 #include <string.h>
 
-/* The caller's among them. More than any machine that this runs on has cores; one where executed lines are
- * counted. */
+/* The caller's among them. More than the number of cores of any machine in use; one in a build that counts
+ * executed lines. */
 #ifndef POOL_THREADS_MAX
 #define POOL_THREADS_MAX 256u
 #endif

@@ -165,7 +165,7 @@ void recorder_sink(void *context, uint32_t period, const uint32_t *slots, uint32
         rewind_rows(recorder, period);
     }
     recorder->last_period = period;
-    /* Nothing after the first loss, or there would be a gap. */
+    /* After the first loss nothing more is stored, because the recording must not have a gap. */
     uint32_t *sample = recorder->lost_rows == 0u ? store_take(&recorder->rows, &recorder->memory_left) : NULL;
     if (sample == NULL) {
         if (recorder->lost_rows++ == 0u) {
@@ -295,7 +295,7 @@ static bool check(const recorder_options_t *options, recorder_error_t *error)
     return true;
 }
 
-/* Columns with names that no other row can claim. */
+/* Columns with unique names. */
 static bool name_columns(recorder_t *recorder, const recorder_options_t *options, recorder_error_t *error)
 {
     char text[sizeof error->text];
@@ -407,7 +407,7 @@ static bool claim(recorder_file_t *file, recorder_error_t *error)
         if (flock(file->claim, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
             return no_file(error, file->partial_path, "another run is writing it; give another folder");
         }
-        /* the one before may have given it its final name between the two */
+        /* the previous owner may have renamed it between the two calls */
         if (fstat(file->claim, &mine) == 0 && stat(file->partial_path, &there) == 0 &&
             mine.st_ino == there.st_ino && mine.st_dev == there.st_dev) {
             break;

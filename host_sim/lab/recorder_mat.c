@@ -35,7 +35,7 @@ static size_t utf16(uint16_t *to, const char *text)
     return units;
 }
 
-/* matio copies the text; that it takes no const is an oversight of its interface. */
+/* matio copies the text, although its parameter is not const. */
 static matvar_t *text_variable(const char *text)
 {
     const size_t length = strlen(text);
@@ -194,7 +194,7 @@ static matvar_t *variable(const recorder_t *recorder, uint32_t n, void *data)
     return NULL;
 }
 
-/* Same kind, shape and octets, down to the last field. A structure in a structure is a tree that
+/* True if kind, shape and octets of all fields are equal. A structure in a structure is a tree that
  * meta_variable made, two levels deep. */
 static bool same(matvar_t *a, matvar_t *b)
 {

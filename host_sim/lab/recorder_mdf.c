@@ -28,7 +28,7 @@ enum { FH_COMMENT = 1, FH_LINKS };
 enum { DG_CHANNELS = 1, DG_DATA = 2, DG_LINKS = 4 };
 enum { CG_CHANNEL = 1, CG_NAME = 2, CG_LINKS = 6 };
 enum { CN_NEXT = 0, CN_NAME = 2, CN_CONVERSION = 4, CN_UNIT = 6, CN_COMMENT = 7, CN_LINKS };
-enum { CC_TEXTS = 4 }; /* first of as many as there are choices, and one for every other number */
+enum { CC_TEXTS = 4 }; /* first of the links: one for each choice, and one for all other numbers */
 
 /* Sizes of the data that follow the links [octets]. */
 enum { HD_DATA = 32, FH_DATA = 16, DG_DATA_SIZE = 8, CG_DATA = 32, CN_DATA = 72, CC_DATA = 24 };
@@ -114,7 +114,8 @@ static void close_text(image_t *image, size_t at)
 
 /* ---- text ---- */
 
-/* Adds UTF-8 that XML accepts: what is none becomes U+FFFD, markup an entity, a control character \xNN. */
+/* Adds UTF-8 that XML accepts: invalid characters become U+FFFD, markup becomes an entity, a control
+ * character \xNN. */
 static void add_text(image_t *image, const char *text, bool xml)
 {
     while (*text != '\0') {

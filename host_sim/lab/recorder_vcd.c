@@ -1,8 +1,8 @@
 /* Edges as a value change dump (IEEE 1364, clause 18).
  *
- * Simulated interrupts take no time: isr falls isr_ticks after it rose, later if the function let time pass,
- * and one that follows while another is shown begins where that ends. These falling edges are later than
- * the present edge, so that the dump is written from a short list of future changes. */
+ * Simulated interrupts take no time: isr falls isr_ticks after it rose, or later if the function let time
+ * pass. An interrupt that follows while another one is shown begins at the end of that one. These falling
+ * edges are later than the present edge, so that the dump is written from a short list of future changes. */
 #include "host_sim/lab/recorder_parts.h"
 
 #include <string.h>
@@ -24,7 +24,7 @@ typedef struct {
     uint32_t isr_depth;      /* [-] interrupt functions that have not returned */
     uint64_t isr_until;      /* [1/150 MHz] the shown interrupt lasts at least to here */
     uint64_t adc_until;      /* [1/150 MHz] end of the mark of the last start */
-    bool isr_ends, adc_ends; /* those ends are still to come */
+    bool isr_ends, adc_ends; /* those ends are in the future */
 } dump_t;
 
 static uint64_t later(uint64_t a, uint64_t b)

@@ -138,7 +138,7 @@ static char *read_text(const char *path, char why[REPLAY_FILE_WHY])
     return text;
 }
 
-/* The last line, and that it is right for all before it. */
+/* Compares the checksum in the last line with that of all lines before it. */
 static bool judge_check(const char *text, char why[REPLAY_FILE_WHY])
 {
     const char *last = strstr(text, "\ncheck ");

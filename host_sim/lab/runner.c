@@ -103,7 +103,7 @@ static bool set_up_tap(run_t *run)
     if (options->sink != NULL && (options->record_count == 0u || options->record_count > RIG_TAP_MAX)) {
         return refuse(run, "record", "accepted: 1 to 160 rows");
     }
-    /* The recorded rows first and as they are, so that the sink gets a piece of the tap. */
+    /* The recorded rows first and unchanged, so that the sink receives a part of the tap. */
     for (uint32_t n = 0; n < options->record_count && options->sink != NULL; n++) {
         run->rows[run->row_count++] = options->record[n];
     }
@@ -188,7 +188,7 @@ static void look_for_fault(run_t *run)
     run->was_held = held;
 }
 
-/* ---- was it ever on? ---- */
+/* ---- whether the drive was ever on ---- */
 
 /* The fault that stopped it, else what refuses it now. */
 static int32_t why_off(rig_t *rig)
@@ -288,14 +288,14 @@ static void judge(run_t *run)
     }
 }
 
-/* Do the limits of an expectation include this value and exclude that one? */
+/* True if the limits of an expectation include the first value and exclude the second. */
 static bool names(const scenario_expect_t *expect, double value, double other)
 {
     return !expect->measure && expect->minus == NULL && value >= expect->at_least &&
            value <= expect->at_most && (other < expect->at_least || other > expect->at_most);
 }
 
-/* Does one expectation name the fault that is latched at the end, or the refusal that lasts to it? */
+/* True if an expectation names the fault that is latched at the end, or the refusal that lasts to the end. */
 static bool names_end(const run_t *run, const scenario_expect_t *expect)
 {
     const runner_result_t *result = run->result;

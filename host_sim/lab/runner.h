@@ -70,7 +70,7 @@ typedef enum {
 typedef enum {
     RUNNER_MET,
     RUNNER_FAILED,
-    RUNNER_NOT_JUDGED, /* the run ended before the window did */
+    RUNNER_NOT_JUDGED, /* the run ended before the end of the window */
     RUNNER_MEASURED    /* it has no limit */
 } runner_judgement_t;
 

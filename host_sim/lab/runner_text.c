@@ -27,7 +27,7 @@ const char *runner_unexpected_text(const runner_result_t *result, char *to, size
     return to;
 }
 
-/* Appends to a text of this size; what does not fit is cut. */
+/* Appends to a text of this size, and cuts it at the end. */
 static void append(char *to, size_t size, const char *before, const char *text)
 {
     const size_t used = strlen(to);
@@ -47,7 +47,7 @@ static int digits_of(const runner_verdict_t *verdict)
     return 4;
 }
 
-/* "0.468106 mrad" with `digits` digits, but the whole number at least; a word stays. */
+/* "0.468106 mrad" with `digits` digits, but at least those before the point; a word is unchanged. */
 static void shorten(char to[UNITS_TEXT_SIZE], int digits)
 {
     char unit[UNITS_TEXT_SIZE], *end;
@@ -60,7 +60,7 @@ static void shorten(char to[UNITS_TEXT_SIZE], int digits)
     }
 }
 
-/* Is the row the number of a reason, which is shown by its name? */
+/* True if the row is the number of a reason, which is shown by its name. */
 static bool is_reason(const table_row_t *row)
 {
     return strcmp(row->name, "fault_reason") == 0 || strcmp(row->name, "refusal") == 0;

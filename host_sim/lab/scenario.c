@@ -428,8 +428,8 @@ typedef struct {
     bool done;
 } unit_t;
 
-/* Parameters side by side at the place of the first, the rest in the order of the file. Returns how many
- * units there are. */
+/* Moves all parameters to the place of the first one; the rest stays in the order of the file. Returns how
+ * many units there are. */
 static uint32_t make_units(scenario_setting_t *settings, uint32_t count, scenario_setting_t *sorted,
                            unit_t *units)
 {
@@ -490,7 +490,7 @@ static bool settle(const scenario_t *scenario, rig_t *rig, scenario_setting_t *s
     }
     const unit_t *stuck = NULL;
     for (uint32_t n = 0; n < unit_count; n++) {
-        /* what the others wait for is most likely a limit that the parameters did not bring */
+        /* the others most likely wait for a limit that the parameters did not change */
         const bool params = scenario_is_param(sorted[units[n].first].row);
         stuck = !units[n].done && (stuck == NULL || params) ? &units[n] : stuck;
     }
@@ -503,8 +503,8 @@ static bool settle(const scenario_t *scenario, rig_t *rig, scenario_setting_t *s
     return good;
 }
 
-/* A ramp takes each float row through the values between; on a rig that has the final ones, try one that is
- * no round number. Whole numbers in float rows fail here. Nothing of it stays. */
+/* With a ramp each float row has values between the end points. One such value, which is no round number, is
+ * tried on a rig with the final values. Whole numbers in float rows fail here. Nothing of it stays. */
 static bool check_ramp(const scenario_t *scenario, rig_t *rig, const scenario_setting_t *before,
                        const scenario_event_t *event, scenario_error_t *error)
 {
@@ -572,8 +572,8 @@ static bool check_times(scenario_t *scenario, scenario_error_t *error)
                                  "the run ends before it acts; accepted: 0 s to less than the duration, %s",
                                  units_text(text, duration, "s"));
         }
-        /* Rounding may leave less of the run than its times do: a ramp that fills it has the periods there
-         * are. */
+        /* After rounding the run may be shorter than its times: a ramp up to the end has the periods that
+         * remain. */
         const uint32_t left = scenario->periods - event->period;
         const double most = fmax(left * RIG_PERIOD_SECONDS, duration - event->time);
         if (!scenario_in_range(event->ramp, 0.0, most, "s", event->ramp_place, "ramp", error)) {

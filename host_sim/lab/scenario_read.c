@@ -174,7 +174,7 @@ bool reading_row_value(const reading_t *reading, const toml_entry_t *entry, cons
 
 /* ---- keys ---- */
 
-/* Is an entry's key one of these ("a|b|c")? */
+/* True if an entry's key is one of these ("a|b|c"). */
 static bool is_one_of(const toml_entry_t *entry, const char *keys)
 {
     const size_t length = strlen(entry->key);
@@ -501,7 +501,7 @@ bool reading_time(const reading_t *reading, const toml_entry_t *entry, double *s
 #define EVENT_KEYS "time|ramp|params|requests|plant|rig"
 #define EVENT_ROWS "rows by their names (speed_request) or as params.ROW, requests.ROW, plant.ROW, rig.ROW"
 
-/* The rows that an event sets by their names alone. A row that has been set in its section too is refused. */
+/* The rows that an event sets by their names alone. A row that is also set in its section is refused. */
 static bool read_named_rows(const reading_t *reading, const toml_entry_t *table, scenario_event_t *event)
 {
     const uint32_t in_sections = event->count;
@@ -638,7 +638,7 @@ static bool read_shape(const reading_t *reading, const toml_entry_t *shape, bool
                          shape->text);
 }
 
-/* A row has one course: a profile of the same one further up is refused. */
+/* A row can have only one profile: a second one is refused. */
 static bool is_first(const reading_t *reading, const toml_entry_t *profiles, const toml_entry_t *profile,
                      const table_row_t *row, const toml_entry_t *name)
 {
@@ -705,7 +705,7 @@ static bool read_profile(const reading_t *reading, const toml_entry_t *profiles,
         if (!first && !steps) { /* from the previous point to this one */
             change = before;
             change.ramp = event.time - before.time;
-            change.time_place = event.time_place; /* behind the point ahead, where both are at one time */
+            change.time_place = event.time_place; /* after the previous point, if both have the same time */
         }
         if ((first || value != last) && !add_event(reading, &change, row, value)) {
             return false;
@@ -716,7 +716,7 @@ static bool read_profile(const reading_t *reading, const toml_entry_t *profiles,
     return true;
 }
 
-/* The [[at]] and [[profile]] of a table: how many events they make at most. */
+/* The largest number of events that the [[at]] and [[profile]] of a table make. */
 static bool count_events(const reading_t *reading, const toml_entry_t *table, uint32_t *all)
 {
     bool good;
@@ -738,7 +738,7 @@ static bool count_events(const reading_t *reading, const toml_entry_t *table, ui
     return true;
 }
 
-/* They themselves, behind the events there are. */
+/* Adds the events of [[at]] and [[profile]] after the present ones. */
 static bool read_more_events(const reading_t *reading, const toml_entry_t *table)
 {
     scenario_t *scenario = reading->scenario;
@@ -1198,7 +1198,7 @@ static scenario_t *scenario_of(const char *path, toml_file_t *file, const toml_e
     return NULL;
 }
 
-/* Whatever went wrong below, the message names the file. */
+/* The message of every error names the file. */
 static scenario_t *in_file(const char *path, scenario_t *scenario, scenario_error_t *error)
 {
     if (scenario == NULL) {

@@ -32,7 +32,7 @@ void tally_count(tally_t *tally, double x)
     tally->mean += from_mean / tally->count;
     tally->squares_about += from_mean * (x - tally->mean);
     tally->squares += x * x;
-    /* the negations let a NaN in, and never out again */
+    /* with the negations a NaN is stored and stays */
     tally->min = !(x >= tally->min) && tally->min == tally->min ? x : tally->min;
     tally->max = !(x <= tally->max) && tally->max == tally->max ? x : tally->max;
     tally->last = x;

@@ -38,7 +38,7 @@ struct draft_t {
     std::string key, path, text;
 };
 
-/* A path longer than this is good for no message, and paths of paths fill the memory. */
+/* A longer path is useless in a message, and a tree of long paths would fill the memory. */
 constexpr size_t path_max = 200;
 
 struct place_t {
@@ -215,9 +215,9 @@ key_t key_on_line(const char *text, size_t octets, uint32_t line)
             static_cast<uint32_t>(begin - at) + 1u};
 }
 
-/* toml++ limits how deep brackets nest, but not how many tables one dotted key makes, and takes all of them
- * apart by recursion. No sane file comes near these limits, which bound the depth of the tree by their
- * product. */
+/* toml++ limits the nesting of brackets, but not the number of tables that a dotted key makes, and frees all
+ * of them by recursion. No reasonable file reaches these limits. Their product limits the depth of the tree.
+ */
 constexpr uint32_t brackets_max = 16u;
 constexpr uint32_t dots_max = 64u; /* in one line, outside of texts and comments */
 
@@ -268,7 +268,7 @@ bool is_readable(const char *text, size_t octets, toml_error_t *error)
         } else if (c == '"' || c == '\'') {
             scanner.skip_text(c == '"' ? "\"" : "'", c == '"', false);
         } else if (static_cast<unsigned char>(c) >= 0x80u) {
-            /* no TOML 1.0, and toml++ 3.3 runs into undefined behaviour on some */
+            /* this is no TOML 1.0, and in some cases toml++ 3.3 has undefined behaviour */
             say(error, scanner.place, key_on_line(text, octets, scanner.place.line).name,
                 "not TOML: a character outside of ASCII; accepted only in text and comments");
             return false;
@@ -291,7 +291,7 @@ bool is_readable(const char *text, size_t octets, toml_error_t *error)
     return true;
 }
 
-/* Does toml++ trip over itself on this text? */
+/* True if toml++ fails on this text. */
 bool trips(const char *text, size_t octets)
 {
     try {
@@ -302,7 +302,7 @@ bool trips(const char *text, size_t octets)
     return false;
 }
 
-/* Where it trips: the last octet of the shortest beginning on which it does. */
+/* The place of the failure: the last octet of the shortest beginning of the text on which it fails. */
 void say_trip(const char *text, size_t octets, toml_error_t *error)
 {
     size_t good = 0;
@@ -350,7 +350,7 @@ toml_file_t *parse(const char *text, size_t octets, toml_error_t *error)
 bool load(const char *path, std::vector<char> &content, toml_error_t *error)
 {
     const place_t nowhere = {0u, 0u};
-    /* A pipe or device might never begin or never end. */
+    /* Reading a pipe or a device might never end. */
     const int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     struct stat kind {
     };

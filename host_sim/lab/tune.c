@@ -17,7 +17,7 @@
 #define CURRENT_RESERVE  2.0   /* 23: a start with 0.7 of its torque for the load */
 #define RESISTIVE_MOST   0.5   /* R I at current_limit, of the voltage that the link gives */
 #define CURRENT_LEAST    1.3   /* of the rated current, for any R I */
-#define SALIENT_MOST     0.8   /* 30: of psi_f that (L_q - L_d) I may take away in a start */
+#define SALIENT_MOST     0.8   /* 30: of psi_f, largest (L_q - L_d) I in a start */
 #define TRIP_SHARE       1.5   /* the board's own: 15 A over 10 A */
 #define TRIP_LEAST       1.2   /* the firmware's rule */
 #define LINK_OVER        1.286 /* the board's own: 400 V over 311 V */
@@ -29,7 +29,7 @@
 #define TURN_MOST        0.5   /* [rad] a period, the firmware's rule */
 #define TURN_GOOD        0.35  /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
 #define GAIN_RULE        1.25  /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
-#define WITHIN_MADE      0.98  /* 30: of the voltage that duties and dead time leave */
+#define WITHIN_MADE      0.98  /* 30: of the voltage that remains after duties and dead time */
 #define VOLTAGE_USE      0.93  /* the row's own, of U_dc/sqrt3 */
 #define LINK_LEAST       1.27  /* 29: of dc_undervoltage, at which the drive begins to hold the link */
 #define SLOPE_RULE       1.6   /* 3: the firmware's rule */
@@ -48,11 +48,11 @@
 #define ANSWER            14.0        /* 23: pll_bandwidth over the bandwidth of the speed control */
 #define LOAD_DIP          0.03        /* of the speed, while a load comes */
 #define LOAD_TIME         0.05        /* [s] of it at least */
-#define RIPPLE_MOST       0.25  /* of the rated current: beyond, the legs' signs at their edges are a guess */
-#define RIPPLE_JUDGED     0.1   /* of the range: beyond, the winding is no check of the sensors */
+#define RIPPLE_MOST       0.25  /* of the rated current: above this a leg's sign at its edges is uncertain */
+#define RIPPLE_JUDGED     0.1   /* of the range: above this the winding's law is no check of the sensors */
 #define HANDOVER_EMF      1.15  /* 23: the drive's own rule, over dead time and R I ... */
 #define HANDOVER_SHARE    0.3   /* ... and no more than this of overspeed_trip */
-#define FALLBACK_SHARE    0.4   /* 23: of the hand-over, below which the frame is forced again */
+#define FALLBACK_SHARE    0.4   /* 23: of the hand-over speed, below which the forced frame is used again */
 #define WINDING_LEAST     2.0   /* [periods] of L_q/R, the firmware's rule */
 #define COARSE            0.2   /* 3: L_q i/T of a step of the converter, of the EMF at overspeed_trip */
 #define SATURATED_MOST    2.5   /* 30: current_limit over the saturation current, the drive's limit */
@@ -94,8 +94,8 @@ static double larger(double a, double b)
     return a > b ? a : b;
 }
 
-/* Six digits, as it will be printed: the same bits whether the row is written out or not. More of them where
- * six would leave the range of the row that the value itself is in. */
+/* Six digits, as it will be printed: the same bits whether the row is written out or not. More digits if with
+ * six the value would leave the range of the row. */
 static double printed(const table_row_t *row, double value)
 {
     double read = value;
@@ -150,7 +150,7 @@ double tune_load_time(double torque, double speed, double inertia, double bandwi
     return time > LOAD_TIME ? time : LOAD_TIME;
 }
 
-/* ---- what the board leaves of the motor ---- */
+/* ---- the limits of the motor by the board ---- */
 
 typedef struct {
     double p, r, l_d, psi, kt, inertia;
@@ -159,14 +159,14 @@ typedef struct {
     double saturation;                  /* [A] of the q axis; 0: none */
     double rated_current, rated_torque; /* [A] peak, [N m] */
     double limit, trip, start;          /* [A] */
-    bool resistive;                     /* the limit is what R leaves of it */
+    bool resistive;                     /* the limit is the part that R leaves */
     bool by_module;           /* the current of the start is limited by the current of a leg of the module */
     double link, over, under; /* [V] */
     double voltage;           /* [V] of a phase, that duties, dead time and drops leave */
     double drop;              /* [V] of that, which no link changes */
     double reach;             /* [rad/s] mechanical, with the current under way */
     double speed;             /* [rad/s] mechanical, top */
-    double free;              /* [rad/s] mechanical, that it may come to without load */
+    double free;              /* [rad/s] mechanical, largest speed without load */
     double overspeed;         /* [rad/s] mechanical */
     double handover;          /* [rad/s] mechanical, by the drive's rule without its limit */
     double ripple;            /* [A] peak to peak, at most */
@@ -314,7 +314,7 @@ static void take_speed(const motor_t *motor, tune_t *tune, given_t *g)
     tune->speed_top = g->speed;
 }
 
-/* ---- what will not work ---- */
+/* ---- warnings ---- */
 
 /* Current of a step of the converter [A]. */
 static double current_step(void)
@@ -486,7 +486,7 @@ static double most_per_ampere(const given_t *g, double current)
     return -2.0 * taken * current / (g->psi + hypot(g->psi, sqrt(8.0) * taken));
 }
 
-/* Speed from which on this current at most torque per ampere takes more than that voltage [rad/s] mechanical.
+/* Speed from which on this current at most torque per ampere needs more than that voltage [rad/s] mechanical.
  */
 static double corner(const given_t *g, double current)
 {

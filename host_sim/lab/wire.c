@@ -18,7 +18,7 @@
     524288u /* [octets] written and not sent yet: 0.8 s of twelve floats a period, for a busy client */
 #define WAITING_IN   4096u /* [octets] received and not read yet */
 #define KERNEL_OUT   65536 /* [octets] buffer of the kernel: its content delays the octets that follow */
-#define SILENCE      7u    /* [calls of wire_poll] longer than a half frame is waited for */
+#define SILENCE      7u    /* [calls of wire_poll] longer than the drive waits within a frame */
 #define STOP_LOOK_MS 100   /* [ms] of waiting, then *stop is checked */
 #define STALE        2000u /* [calls of wire_poll] of a terminal that accepts nothing, until it counts as unused */
 
@@ -31,10 +31,10 @@ static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};
 struct wire {
     int listener; /* -1: a terminal */
     int client;   /* -1: no client; of a terminal its master side */
-    int keep;     /* of a terminal its other side, held open so that a client may come and go; -1: none */
+    int keep; /* the other side of a terminal, kept open so that clients may open and close it; -1: none */
     bool wait;
     const volatile sig_atomic_t *stop;
-    uint32_t leaving; /* [calls of wire_poll] until the next client is heard */
+    uint32_t leaving; /* [calls of wire_poll] until the next client is served */
     uint32_t stuck;   /* [calls of wire_poll] without progress although octets wait for the terminal */
     char name[64];
     uint32_t out_count, in_count, in_at; /* [octets] */
@@ -221,9 +221,8 @@ static void send_waiting(wire_t *wire)
     }
 }
 
-/* Number of octets up to the end of the last whole frame. A client that speaks something else is no client
- * any more: a length of 0 or
- * above the largest is also what a request of HTTP begins with. */
+/* Number of octets up to the end of the last whole frame. A client with another protocol is disconnected: a
+ * request of HTTP, for example, begins with what would be a length above the largest one. */
 static void look_for_frames(wire_t *wire)
 {
     while (!is_terminal(wire) && wire->in_count - wire->in_whole >= 2u) {

@@ -138,7 +138,7 @@ static int open_serial(const transport_target_t *parsed, char *why, size_t size)
     if (descriptor < 0) {
         snprintf(why, size, "%s: %s%s", parsed->place, strerror(errno),
                  errno == EACCES   ? "; your user needs the group of the device, often dialout"
-                 : errno == ENOENT ? "; is the adapter plugged in?"
+                 : errno == ENOENT ? "; check that the adapter is plugged in"
                                    : "");
         return -1;
     }

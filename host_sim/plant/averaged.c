@@ -83,7 +83,7 @@ static void set_sign(const period_t *period, handover_t *edge, double sign)
     edge->leaves = edge->near + (edge->far - edge->near) * 0.5 * (1.0 - period->way * sign);
 }
 
-/* Drop of a leg [V] that is at the upper rail for this share of the time, at one current. */
+/* Drop [V] of a leg that is at the upper rail for this share of the time, at one current. */
 static double drop_at(const plant_t *plant, int leg, double share, double i)
 {
     double at_lower;

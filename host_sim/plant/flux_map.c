@@ -10,7 +10,7 @@
 struct flux_map {
     uint32_t count_d, count_q;
     double step;  /* [A] smallest */
-    double *i_d;  /* [A] count_d; all that follows is in the same block */
+    double *i_d;  /* [A] count_d; all following arrays are in the same block */
     double *i_q;  /* [A] count_q */
     double *node; /* NODE for each point */
 };

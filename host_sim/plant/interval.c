@@ -20,9 +20,10 @@
 #define LARGEST_ANGLE 0.09
 /* Step in time constants of the zone [-]. Runge-Kutta leaves 3e-4 of the transient. */
 #define STIFFEST 0.5
-/* The same while a rotor whose EMF is near the link's voltage or beyond feeds it through the diodes: a leg
- * that takes no part floats inside the zone, often for long. Its transient is over where its current moves by
- * less than this of the zone in a time constant; of that a third is left after a step, where e^-2 would be.
+/* The same while a rotor whose EMF is near the link voltage or above feeds the link through the diodes: a leg
+ * without current floats inside the zone, often for a long time. Its transient has ended when its current
+ * changes by less than this share of the zone in a time constant. After a step a third of the change remains,
+ * instead of e^-2.
  */
 #define RECTIFYING       0.9
 #define STIFFEST_SETTLED 2.0
@@ -30,10 +31,11 @@
 /* Repetitions end when a further one would change less than this [A], or after this number. */
 #define SETTLED     2e-6
 #define MOST_PASSES 6
-/* A sub-step ends this much [s] behind a border of the zone, so that the next one is across. */
+/* A sub-step ends by this time [s] after a border of the zone, so that the next one begins beyond the border.
+ */
 #define PAST_BORDER 5e-9
 
-/* What an interval adds up. */
+/* The sums of an interval. */
 typedef struct {
     double flux_alpha, flux_beta; /* [V s] */
     double charge;                /* [A s] from the link */
@@ -290,8 +292,8 @@ static double driving(const plant_t *plant)
     return plant->works && plant->load_inverse == 0.0 ? drive - angle_load(plant, 0.0) : drive;
 }
 
-/* The shaft from its speed and torque as they are: which way dry friction acts, whether it holds, and the
- * extrapolation of the speed. */
+/* Sets the state of the shaft for the present speed and torque: the direction of dry friction, whether it
+ * holds, and the extrapolation of the speed. */
 static void shaft_restart(plant_t *plant)
 {
     plant->shaft_torque = twisted(plant);
@@ -436,8 +438,8 @@ static __attribute__((noinline)) void open_voltage(const plant_t *plant, double 
     out->u_beta = u_d * sine + u_q * cosine;
 }
 
-/* Derivative of the currents at (i_d, i_q) with the rotor at (cosine, sine). Powers only where they are
- * wanted. */
+/* Derivative of the currents at (i_d, i_q) with the rotor at (cosine, sine). Powers only if metering is on.
+ */
 static inline void slope_at(const plant_t *plant, const line_t lines[3], double omega_e, double cosine,
                             double sine, double i_d, double i_q, slope_t *out)
 {
@@ -680,7 +682,8 @@ static inline double least(double x, double y)
 }
 
 /* Charge, copper heat and losses of an interval with pole voltages v (r_mean i added) and shares s; currents
- * taken as straight lines from i to j. The power that the link gives and the motor does not get is lost. */
+ * taken as straight lines from i to j. The difference of the power from the link and the power into the motor
+ * is lost. */
 static void add_up(const plant_t *plant, double h, const double j[3], const double v[3], const double s[3],
                    sums_t *sums)
 {
@@ -698,9 +701,9 @@ static void add_up(const plant_t *plant, double h, const double j[3], const doub
     }
 }
 
-/* A leg's current touches the zone, or resistance hangs on it that is not that of all: its voltage is the
- * mean over the way of the current, found by repetition from the first guess in v and j. false if a leg is
- * too stiff for that. */
+/* For a leg whose current touches the zone, or whose resistance differs from the others: the voltage is the
+ * mean over the change of the current, found by repetition from the initial values in v and j. false if a leg
+ * is too stiff for that. */
 static bool bend(const plant_t *plant, const series_t *series, double v[3], double s[3], double j[3],
                  double *i_d, double *i_q)
 {
@@ -752,7 +755,7 @@ static bool bend(const plant_t *plant, const series_t *series, double v[3], doub
     return true;
 }
 
-/* The interval under constant voltages. false, and nothing changed, where that does not do. */
+/* The interval under constant voltages. false, and nothing is changed: this method is not valid here. */
 static inline bool series_interval(plant_t *plant, double h, double omega_e, double cos_1, double sin_1,
                                    sums_t *sums)
 {
@@ -774,9 +777,8 @@ static inline bool series_interval(plant_t *plant, double h, double omega_e, dou
     series_end(plant, &series, (2.0 * v[0] - v[1] - v[2]) * (1.0 / 3.0), (v[1] - v[2]) * INV_SQRT_3, &i_d,
                &i_q);
     to_phases(cos_1, sin_1, i_d, i_q, j);
-    /* Both ends are outside the zone and on the same side; the signs of the products show the sides. A mean
-     * over the period is
-     * one straight line, and has no zone. */
+    /* Both ends are outside the zone and on the same side; the signs of the products show the sides. In
+     * averaged mode the law is one straight line without a zone. */
     bool away = plant->kind[0] >= PLANT_LAW_AVERAGED ||
                 (!plant->uneven && least(least(fabs(i[0]), fabs(i[1])), fabs(i[2])) >= zone &&
                  least(least(fabs(j[0]), fabs(j[1])), fabs(j[2])) >= zone &&
@@ -824,8 +826,9 @@ double interval_source(const plant_t *plant, double ahead)
     return q->dc_voltage + q->dc_ripple * sine;
 }
 
-/* Voltage of a soft link after `charge` has left it; the source only gives unless it is a battery, the
- * chopper only takes. Implicit, so that any time constant is safe. The diodes keep it from turning round. */
+/* Voltage of a soft link after `charge` has left it. The source only supplies current unless it is a battery,
+ * and the chopper only draws current. Implicit, so that any time constant is safe. The diodes prevent a
+ * change of its direction. */
 static void link_step(plant_t *plant, double h, double charge)
 {
     const plant_params_t *q = &plant->params;
@@ -983,7 +986,8 @@ static uint64_t smooth_step(plant_t *plant, uint64_t ticks)
         plant->v_dc = interval_source(plant, 0.5 * h); /* as its mean */
     }
 
-    /* From what was known before the last torque: the chain of currents need not wait for the shaft. */
+    /* Extrapolates from the torque before the last one, so that the computation of the currents does not
+     * depend on the last result of the shaft. */
     double omega_mid = plant->omega_ahead + 0.5 * h * plant->acceleration;
     double omega_e = plant->p * omega_mid;
     double delta = omega_e * h;
@@ -1089,8 +1093,8 @@ typedef struct {
     double drive, omega_m, slip;
 } shaft_t;
 
-/* Where in an interval the shaft came to rest or broke loose, as a share of it, 0..1: torque and speed taken
- * as straight lines; beyond 1: it did not. */
+/* The time in an interval at which the shaft came to rest or broke loose, as a share of the interval, 0..1,
+ * with torque and speed as straight lines; above 1: neither occurred. */
 static double event_share(const shaft_t *before, const plant_t *after)
 {
     if (before->held) {
@@ -1115,7 +1119,7 @@ uint64_t interval_step(plant_t *plant, uint64_t ticks)
     if (plant->hold_torque == 0.0 || plant->params.shaft_locked != 0.0) {
         return smooth_step(plant, ticks);
     }
-    /* Taken again, shorter, until what happens in it happens in its last tick. */
+    /* The interval is repeated with a shorter length until the event is in its last tick. */
     unsigned char state[STATE_SIZE];
     memcpy(state, (const unsigned char *)plant + STATE_AT, STATE_SIZE);
     const shaft_t before = {interval_held(plant), driving(plant), plant->omega_m, plant->slip};

@@ -23,7 +23,7 @@ static uint64_t ticks_of(double seconds)
 
 /* ---- parameters ---- */
 
-/* With a drop [V] and a resistance [ohm] that this leg alone has. */
+/* The law with a drop [V] and a resistance [ohm] that only this leg has. */
 static plant_law_t law_of(const plant_params_t *q, double share_positive, double share_negative, double drop,
                           double resistance)
 {
@@ -108,7 +108,7 @@ static uint32_t rewired(const plant_t *plant, uint32_t gates)
 static void rewire(plant_t *plant, double pair)
 {
     plant->rewired = pair != 0.0;
-    uint32_t moved[3]; /* phase by phase, on which one its leg hangs from now on */
+    uint32_t moved[3]; /* for each phase, the phase to which its leg is connected from now on */
     for (uint32_t leg = 0; leg < 3; leg++) {
         moved[plant->wire[leg]] = changed(pair, leg);
         plant->wire[leg] = changed(pair, leg);
@@ -265,7 +265,8 @@ static bool edge_is_silent(const plant_t *plant, const plant_edge_t *edge)
 static void push_edge(plant_t *plant, uint64_t tick, uint32_t gate, uint32_t on)
 {
     if (plant->waiting[gate]) {
-        /* The last pending edge of this gate is the opposite one: overtaken, or one too many, both go. */
+        /* The last pending edge of this gate is the opposite one: if it is overtaken, or there are too many
+         * edges, both are removed. */
         uint32_t last = plant->pending_count - 1u;
         while (pending(plant, last)->gate != gate) {
             last--;
@@ -405,7 +406,8 @@ static void make_shaft(plant_t *plant)
     plant->width_inverse = width_inverse(plant->dry_torque, plant->inertia_inverse);
 }
 
-/* Loads that go with the square of speed or with the angle, and how fast the inertia that they act on swings.
+/* Loads that depend on the square of the speed or on the angle, and the rate of the oscillation of their
+ * inertia.
  */
 static void make_works(plant_t *plant)
 {
@@ -490,7 +492,7 @@ static uint32_t tracks_at(const plant_params_t *q, int64_t count)
     return q->encoder_stuck_b < 0.0 ? tracks : (tracks & 1u) | (uint32_t)q->encoder_stuck_b << 1;
 }
 
-/* Edges [counts] that the decoder makes of a step from these tracks to those; two at once are none. */
+/* Edges [counts] that the decoder counts for a step from these tracks to those; two at once count as none. */
 static int64_t quadrature(uint32_t from, uint32_t to)
 {
     static const int64_t place[4] = {0, 1, 3, 2};
@@ -622,7 +624,7 @@ void plant_init(plant_t *plant, const plant_params_t *params, uint64_t seed)
     for (uint32_t leg = 0; leg < 3; leg++) {
         plant->wire[leg] = leg;
     }
-    /* An encoder that is broken from the start has no count to keep. */
+    /* An encoder that is broken from the start has no previous count. */
     plant->params.encoder_slip = params->encoder_slip;
     plant->params.encoder_reversed = params->encoder_reversed;
     plant->params.encoder_stuck_a = params->encoder_stuck_a;

@@ -63,7 +63,7 @@ static bool refuse(plant_params_error_t *why, const row_t *row, double value, do
     return false;
 }
 
-/* A shaft between two masses that swings or settles faster than the steps can follow. */
+/* True if a shaft between two masses swings or settles too fast for the steps. */
 static bool shaft_resolved(const plant_params_t *params, plant_params_error_t *why)
 {
     if (params->load_inertia == 0.0 || params->shaft_stiffness == 0.0) {
@@ -87,7 +87,7 @@ static bool shaft_resolved(const plant_params_t *params, plant_params_error_t *w
     return false;
 }
 
-/* A map that is there, whose flux without current is flux_linkage, within a hundredth. */
+/* True if the map exists, and its flux without current agrees with flux_linkage within a hundredth. */
 static bool map_fits(const plant_params_t *params, plant_params_error_t *why)
 {
     const flux_map_t *map = flux_map_of((uint32_t)params->flux_map);

@@ -132,7 +132,7 @@ typedef struct {
     uint32_t tracks;   /* the tracks of the encoder do not follow its disc */
     uint32_t ripples;  /* the link has no capacitor, and its voltage is not constant */
     uint32_t uneven;   /* a leg has an additional resistance */
-    uint32_t averaged; /* PLANT_EDGES: no; whose zero vector is at the ends of a period */
+    uint32_t averaged; /* PLANT_EDGES: no; else the switches that are on at the ends of a period */
     uint32_t map;      /* [-] number of the flux map; 0: none */
     uint32_t chops;    /* the chopper output is on */
     uint32_t released; /* the brake output is on */

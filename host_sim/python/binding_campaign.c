@@ -1,4 +1,4 @@
-/* Campaigns: a shard of one, and what lines of any shards come to. */
+/* Campaigns: the runs of a shard, and the summary of the lines of any shards. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -84,7 +84,7 @@ bool binding_campaign(const binding_campaign_t *campaign, char why[WHY_SIZE])
     return good || refuse(why, pool_why);
 }
 
-/* Reads every line behind the head. */
+/* Reads every line after the head. */
 static bool read_lines(const char *lines, uint32_t runs, campaign_result_t *results, char why[WHY_SIZE])
 {
     while (*lines != '\0') {

@@ -1,4 +1,4 @@
-/* Life of a rig, its step, onlookers, its state as bytes. */
+/* Creation of a rig, its step, its observers, its state as bytes. */
 #include "host_sim/rig/rig.h"
 
 #include <stdio.h>
@@ -45,7 +45,7 @@ static void start_software(rig_t *rig)
     const uint64_t first =
         (zero != CHIP_NEVER && zero > begin ? zero : chip_now(&state->chip)) + RIG_PERIOD_TICKS;
     state->start =
-        first - RIG_PERIOD_TICKS * state->period; /* of period 0, had it been like that all along */
+        first - RIG_PERIOD_TICKS * state->period; /* of period 0, as if the carrier had never stopped */
     state->begun = state->period;
     state->background_next = first;
     chip_run(first);
@@ -152,7 +152,7 @@ static void show_truth(rig_t *rig)
     truth->theta_hat_err = last.theta_hat_err;
 }
 
-/* Up to `ticks` of the present period; the background has its turns behind the interrupts. How many it had.
+/* Runs up to `ticks` of the present period; the background runs after the interrupts. How many it had.
  */
 static uint32_t run_period(rig_t *rig, uint64_t ticks)
 {
@@ -189,7 +189,7 @@ __attribute__((noinline)) void rig_stop_at(rig_t *rig, uint32_t period)
 {
     (void)rig;
     (void)period;
-    __asm__ volatile(""); /* keeps the call, and with it the place to break on */
+    __asm__ volatile(""); /* keeps the call, and with it the place for a breakpoint */
 }
 
 void rig_step(rig_t *rig)
@@ -319,7 +319,7 @@ bool rig_stop_when(rig_t *rig, uint32_t id, rig_compare_t compare, double value)
     return true;
 }
 
-/* ---- the line, and what stays ---- */
+/* ---- the serial line, and stored data ---- */
 
 void rig_serial_baud(rig_t *rig, uint32_t baud)
 {
@@ -416,7 +416,8 @@ bool rig_load(rig_t *rig, const void *state, size_t size)
     return true;
 }
 
-/* FNV-1a over the octets. The PIE vectors are left out: they hold where functions lie in this very program.
+/* FNV-1a over the octets. The PIE vectors are left out, because they contain addresses of functions of this
+ * program.
  */
 uint64_t rig_hash(const rig_t *rig)
 {

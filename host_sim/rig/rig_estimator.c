@@ -1,4 +1,4 @@
-/* The estimator by itself: what it gets in a run, and the same steps once more; its angle spoilt. */
+/* The estimator alone: records its inputs in a run, repeats the same steps, and disturbs its angle. */
 #include <math.h>
 
 #include "host_sim/rig/rig_parts.h"
@@ -95,7 +95,7 @@ __attribute__((noinline)) float rig_estimator_replay(const void *record, bool em
     return position.theta_e;
 }
 
-/* The least of some times: what another process took from a replay is in the others. */
+/* The smallest of several times: the others contain the time of other processes. */
 static double replay_seconds(const void *record, bool empty)
 {
     double least = HUGE_VAL;

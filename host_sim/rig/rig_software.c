@@ -12,7 +12,7 @@
 /* The rig whose chip and application run on this thread: for the interrupts, which get no argument. */
 static __thread rig_t *bound;
 
-/* ---- the line that leads past the chip; octets one a word, as the HAL has them ---- */
+/* ---- a line that does not use the chip; one octet per word, as in the HAL ---- */
 
 static uint32_t line_read(uint16_t *octets, uint32_t room)
 {
@@ -63,14 +63,14 @@ static void take_time(rig_t *rig, uint64_t ticks)
     }
 }
 
-/* Ideal sensors: the truth of t_k. The drive takes off the zero that it has measured of the real sensors; it
- * is put on, so that sensors may change at any time after that. */
+/* Ideal sensors: the truth of t_k. The drive subtracts the offsets that it has measured with the real
+ * sensors. They are added here, so that the choice of the sensors may change at any later time. */
 static void take_exact(const rig_state_t *state, drive_samples_t *samples)
 {
     const rig_truth_t *truth = &state->truth;
     const drive_t *drive = &state->app.drive;
     const float i[3] = {truth->true_i_a, truth->true_i_b, truth->true_i_c};
-    const uint32_t *wire = state->plant.wire; /* the sensors are on the inverter's side of it */
+    const uint32_t *wire = state->plant.wire; /* the sensors are before the exchanged wires */
     const bool measuring = drive->state == (int32_t)DRIVE_NOT_READY;
     samples->i_a = i[wire[0]] + (measuring ? 0.0f : drive->fast.measure.offset.a);
     samples->i_b = i[wire[1]] + (measuring ? 0.0f : drive->fast.measure.offset.b);
@@ -107,7 +107,7 @@ void desk_drive_medium_step(drive_t *drive)
     }
 }
 
-/* A task whose time has not passed yet has no duration yet. */
+/* The duration of a task is set when its time has passed. */
 void desk_drive_medium_took(drive_t *drive, uint32_t cycles)
 {
     if (bound->state.medium_until == 0u) {

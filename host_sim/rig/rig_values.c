@@ -98,7 +98,7 @@ static bool refuse_in_favour(rig_t *rig, const table_row_t *row, int32_t reason,
     return false;
 }
 
-/* "; advised 281.8 V"; where the row itself has no room, which one to change. */
+/* "; advised 281.8 V"; if no value of the row is accepted, the row to change. */
 static void advice_text(char *to, size_t size, const params_error_t *why)
 {
     const table_row_t *row = rig_row(why->change);
@@ -213,7 +213,7 @@ static bool set_request(rig_t *rig, const table_row_t *row, double value)
     return app_request(&next, &why) || refuse_value(rig, &why);
 }
 
-/* A refused order may speak of a row of another table, or of no value at all. */
+/* The reason of a refused order may be a row of another table, or no value at all. */
 static bool set_service(rig_t *rig, const table_row_t *row, double value)
 {
     services_t next = rig->state.app.services;
@@ -244,7 +244,7 @@ static bool set_plant(rig_t *rig, const table_row_t *row, double value)
     const plant_params_t params = rig_plant_params(&next);
     plant_params_error_t why;
     if (!plant_params_check(&params, &why)) {
-        /* A rule between rows may speak of another one than was set. */
+        /* A rule between rows may name another row than the one that was set. */
         const table_row_t *named = table_by_name(&plant_table, why.field);
         char behind[sizeof rig->error];
         snprintf(behind, sizeof behind, " (%s)", why.rule);
@@ -256,14 +256,14 @@ static bool set_plant(rig_t *rig, const table_row_t *row, double value)
         return refuse_in_favour(rig, row, REASON_CROSS_RULE, value, 0.0, 0.0,
                                 " (fidelity = averaged has no single switches; use switched)");
     }
-    plant_advance(&state->plant, chip_now(&state->chip)); /* until now the old ones act */
+    plant_advance(&state->plant, chip_now(&state->chip)); /* until now the old values act */
     state->plant_values = next;
     plant_set_params(&state->plant, &params);
     rig_follow_fault_line(rig);
     return true;
 }
 
-/* A bit of the application's memory turns over, as by radiation or a bad line of its supply. */
+/* Flips a bit of the application's memory, as radiation or a disturbed supply may do. */
 static void flip(app_t *at, uint32_t word, uint32_t bit)
 {
     char *place = (char *)at + word * sizeof(uint32_t) % sizeof *at;
@@ -350,7 +350,7 @@ static bool set_condition(rig_t *rig, const table_row_t *row, double value)
         plant_set_metering(&state->plant, now->metering != 0);
     }
     if (row->offset == offsetof(rig_conditions_t, brake_torque)) {
-        plant_advance(&state->plant, chip_now(&state->chip)); /* until now it was another one */
+        plant_advance(&state->plant, chip_now(&state->chip)); /* until now another one was active */
         plant_set_brake(&state->plant, (double)now->brake_torque);
     }
     happen_once(rig, row);

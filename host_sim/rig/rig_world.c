@@ -3,7 +3,7 @@
 #include "hal/f28335/qep.h"
 #include "host_sim/rig/rig_parts.h"
 
-/* Which leg of the plant, and of the board, hangs on which ePWM. */
+/* The assignment of the legs of plant and board to the ePWMs. */
 static const uint32_t legs[3] = {BOARD_LEG_A, BOARD_LEG_B, BOARD_LEG_C};
 
 static void tell_edge(rig_t *rig, uint64_t tick, rig_edge_t what, uint32_t value)
@@ -67,7 +67,7 @@ void rig_follow_outputs(rig_t *rig)
     plant_outputs(&rig->state.plant, chopper, released);
 }
 
-/* Only the currents move within a microsecond; slow quantities are taken at the plant's present instant. */
+/* Only the currents change within a microsecond; slow quantities are read at the plant's present time. */
 static double on_analog(void *context, uint64_t tick, uint32_t channel)
 {
     static const struct {

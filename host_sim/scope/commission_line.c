@@ -32,7 +32,7 @@ static bool apply(void *context)
     return master_order(line->master, "apply", &refusal, &line->error);
 }
 
-/* Counts on with the drive's own count of periods, which wraps. */
+/* Continues the drive's own count of periods, which wraps. */
 static bool look_at_time(commission_line_t *line)
 {
     double value = 0.0;

@@ -311,7 +311,7 @@ static bool header(const char *head, const char *name, char *to, size_t size)
     return count < size;
 }
 
-/* Is this one of the two names of this server, with this before it? */
+/* True if the text is one of the two names of this server after this prefix. */
 static bool is_own(const http_t *http, const char *before, const char *text)
 {
     char address[64], name[64];
@@ -337,8 +337,8 @@ static bool is_own_page(const http_t *http, const char *head)
             (strcasecmp(site, "same-origin") == 0 || strcasecmp(site, "none") == 0));
 }
 
-/* Behind the token of the path; NULL: it has none, or another one. The time does not show how much of the
- * answer fits.
+/* Behind the token of the path; NULL: the path has no token, or another one. The time of the comparison does
+ * not depend on the number of right characters.
  */
 static const char *behind_token(const http_t *http, const char *path)
 {
@@ -358,7 +358,7 @@ static void refuse(http_t *http, uint32_t client, int status, const char *text)
     http_answer(http, client, status, "text/plain; charset=utf-8", text, strlen(text));
 }
 
-/* [octets] of the body; -1: no length that can be. */
+/* [octets] of the body; -1: an invalid length. */
 static long body_length(const char *head)
 {
     char text[16];
@@ -396,7 +396,7 @@ static void serve(http_t *http, uint32_t client, char *head, const char *body)
     http->handler(http->context, client, &request);
 }
 
-/* One request, if it is there as a whole. */
+/* Handles one request, if it is complete. */
 static bool serve_next(http_t *http, uint32_t number)
 {
     client_t *client = &http->clients[number];

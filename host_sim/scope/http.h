@@ -1,16 +1,16 @@
 /* A small HTTP/1.1 server for one page on this machine: it listens at 127.0.0.1 alone, answers requests of up
  * to HTTP_BODY_MAX octets, and keeps event streams ("server-sent events") open.
  *
- * Other pages in the same browser can neither control nor read anything. Every request, including GET, must
- * - name this server as its host, which ends tricks with names that resolve to this machine,
+ * Other pages in the same browser can neither control nor read anything. Every request, including GET, must -
+ * name this server as its host, so that names that resolve to this machine cannot be misused,
  * - come from a page of this server, or from none, if the browser states it (Sec-Fetch-Site, Origin),
  * - begin its path with a token of 128 random bits, new in each http_open, which only the address has
- * that was printed for the user; else it is answered with 403. One that changes anything (POST) must carry
- * the header X-Lagless besides, which a browser lets no foreign page send without a permission that is never
- * given.
+ * that was printed for the user; else it is answered with 403. A request that changes anything (POST) must
+ * also have the header X-Lagless. A browser allows a foreign page to send it only with a permission, which
+ * this server does not give.
  *
- * Nothing waits; all calls from one thread. A stream whose reader is slow is spared events that may be lost,
- * and closed when HTTP_OUT_MAX octets wait for it. */
+ * No function waits. All calls must come from one thread. A stream whose reader is slow is spared events that
+ * may be lost, and closed when HTTP_OUT_MAX octets wait for it. */
 #ifndef HOST_SIM_SCOPE_HTTP_H
 #define HOST_SIM_SCOPE_HTTP_H
 

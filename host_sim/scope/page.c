@@ -56,7 +56,7 @@ static char *read_uplot(const char *file)
     return text;
 }
 
-/* The page's text with {{name}} put in for each part. */
+/* The text of the page, in which each {{name}} is replaced by the part with this name. */
 static char *put_together(const char *uplot_style, const char *uplot_script, const char *licence,
                           size_t *octets)
 {

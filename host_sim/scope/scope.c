@@ -19,7 +19,7 @@
 
 #define FRAME       0.025 /* [s] from one picture to the next */
 #define ASK         0.03  /* [s] from one request for values to the next */
-#define TELL        0.1   /* [s] from one telling of values and state of the line to the next */
+#define TELL        0.1   /* [s] between two reports of values and state of the line */
 #define AGAIN       0.5   /* [s] from one try to find a lost drive to the next */
 #define AGAIN_TRY   0.05  /* [s] that a try lasts, at least */
 #define LONGEST     0.1   /* [s] of waiting */
@@ -54,7 +54,7 @@ struct scope {
     /* samples */
     const table_row_t *rows[SCOPE_SIGNALS];
     uint32_t row_count, every;
-    bool every_given;    /* by a page, else as the line allows */
+    bool every_given;    /* chosen by a page, else as often as the line allows */
     uint32_t generation; /* of the choice of signals */
     uint32_t first, last, sample_count;
     double sample_at; /* [s] of the last one, or of the start */
@@ -118,7 +118,7 @@ static void tell_samples(scope_t *scope)
     scope->sample_count = 0u;
 }
 
-/* Samples of one telling follow each other without a gap. */
+/* The samples of one message have no gap. */
 static void on_sample(void *context, uint32_t period, const uint32_t *slots, uint32_t count)
 {
     scope_t *scope = context;
@@ -220,7 +220,7 @@ static void greet(scope_t *scope, uint32_t client)
     tell(scope, &text, client, "hello", false);
 }
 
-/* ---- values, round and round ---- */
+/* ---- values, read cyclically ---- */
 
 static bool is_fast(const table_row_t *row)
 {
@@ -509,7 +509,7 @@ static bool order(scope_t *scope, const char *name, char *why, size_t size)
     } else {
         snprintf(why, size, "%s", good ? "" : error.text);
     }
-    for (uint32_t n = 0; n < scope->values.count; n++) { /* what follows may have changed anything */
+    for (uint32_t n = 0; n < scope->values.count; n++) { /* an order may have changed any row */
         scope->values.known[n] = false;
     }
     if (good && strcmp(name, "restart") == 0) {
@@ -521,7 +521,8 @@ static bool order(scope_t *scope, const char *name, char *why, size_t size)
     return good;
 }
 
-/* Brake, then off; off at once if the drive will not brake. *why: what it does then. */
+/* Brakes, then switches off; switches off at once if the drive refuses to brake. *why: the state after that.
+ */
 static bool stop_motor(scope_t *scope, char *why, size_t size)
 {
     const table_row_t *row = rig_row_by_name("enable");

@@ -53,7 +53,7 @@ bool scope_capture_is_over(const scope_capture_t *capture)
            (capture->done == capture->wanted || capture->result != MASTER_OK);
 }
 
-/* Is it still what the pieces were taken of? */
+/* True if the buffer is still the one from which the pieces were read. */
 static bool is_the_same(const scope_capture_t *capture, master_t *master, master_error_t *error)
 {
     master_capture_t now;

@@ -6,7 +6,7 @@
 
 #include "host_sim/lab/json.h"
 
-#define TELL 0.25 /* [s] of the drive's time from one telling to the next */
+#define TELL 0.25 /* [s] of the drive's time between two reports */
 #define WORK 0.05 /* [s] while an answer is awaited */
 
 /* ---- requests of a page ---- */

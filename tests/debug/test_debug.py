@@ -162,7 +162,7 @@ class TravelTest(unittest.TestCase):
         _, _, forward, back, listed = session(
             "period 60", "break drive_step", "period 90", "period 40", "info breakpoints"
         )
-        self.assertIn("stopped on the way: period 60,", forward)
+        self.assertIn("stopped before that: period 60,", forward)
         self.assertTrue(back.startswith("period 40, "), back)
         self.assertRegex(listed, r"keep y .*drive_step")
 
@@ -396,12 +396,12 @@ class WrongUseTest(unittest.TestCase):
 
     def test_wrong_arguments_are_told_in_one_line(self):
         cases = {
-            "period": "which period?",
+            "period": "the number is missing",
             "period x": "'x' is no period",
             "period 1.5": "'1.5' is no period",
             "period 4294967295": "a whole number from 0 to 4294967294",
             "period -11": "before the start: this is period 10",
-            "at": "at which time?",
+            "at": "the time is missing",
             "at 1 h": "'1 h' is no time",
             "at -1 s": "is no time",
             "until-fault soon": "'soon' is no period",

@@ -335,7 +335,7 @@ class CheckImage(unittest.TestCase):
 
     def test_a_good_image(self):
         self.assertEqual(self.assert_passes(self.image), "lagless.out: 17 of 17 checks passed; 3 of the "
-                         "interrupt's 3 functions have a symbol, the others were made in line\n")
+                         "interrupt's 3 functions have a symbol, the others are inline\n")
 
     def test_the_program_itself(self):
         self.image.write(self.folder / "lagless.out")
@@ -536,7 +536,7 @@ class CallGraph(unittest.TestCase):
     def test_what_is_no_call_graph_is_refused(self):
         for name, text, status, why in (
                 ("graph.json", '[{"directory": "/"}]', 2, "accepted is the compile_commands.json of a build for the chip"),
-                ("names", "app_interrupt\nint main(void)\n", 2, "names:2: 'int main(void)' is no name of a function"),
+                ("names", "app_interrupt\nint main(void)\n", 2, "names:2: 'int main(void)' is not the name of a function"),
                 ("names", "# none\n", 2, "names no function; accepted is one a line"), ("nothing", None, 3, "nothing")):
             if text:
                 (self.folder / name).write_text(text, encoding="utf-8")

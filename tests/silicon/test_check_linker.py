@@ -99,7 +99,7 @@ BREACHES = (
     ("hal/f28335/codestart.asm", r"\.ref    _c_int00", ".ref    _c_int00, nobody", 'hal/f28335/codestart.asm:',
      'unresolved symbol "nobody"'),
     ("hal/f28335/wait.c", r"uint32_t turn;", "uint32_t turn", "hal/f28335/wait.c: ", "gives no call graph"),
-    (FLASH, "SECTIONS\n", "GROUP\n", "f28335_flash.cmd:", "'GROUP' where MEMORY or SECTIONS should stand"),
+    (FLASH, "SECTIONS\n", "GROUP\n", "f28335_flash.cmd:", "'GROUP', but MEMORY or SECTIONS is expected here"),
 )
 
 

@@ -222,8 +222,8 @@ class FrontEnd(gdb.Parameter):
     """The user interface. cli: gdb itself. ide: a program that controls gdb (VS Code), to which gdb reports every stop. When going back,
     the new process starts before the old one ends, because such a program ends its session with the last process."""
 
-    set_doc = "Set who talks to the user: gdb's own command line or an IDE."
-    show_doc = "Show who talks to the user: gdb's own command line or an IDE."
+    set_doc = "Set the interface to the user: gdb's own command line or an IDE."
+    show_doc = "Show the interface to the user: gdb's own command line or an IDE."
 
     def __init__(self):
         super().__init__("lagless-front-end", gdb.COMMAND_RUNNING, gdb.PARAM_ENUM, ["cli", "ide"])
@@ -235,7 +235,7 @@ class FrontEnd(gdb.Parameter):
         return ""
 
     def get_show_string(self, value):
-        return f"The one who talks to the user: {value}."
+        return f"The interface to the user: {value}."
 
 
 def quietly(command):
@@ -328,7 +328,7 @@ def tell_place():
 
 def stopped_on_the_way():
     try:
-        gdb.write(f"stopped on the way: {place_text()}\n")
+        gdb.write(f"stopped before that: {place_text()}\n")
     except NO_RIG:
         pass
 
@@ -359,7 +359,7 @@ def go_to(period):
             )
         raise gdb.GdbError(
             f"the program ended before period {period} "
-            "(if it had that many: does it honour LAGLESS_STOP, as 'lagless run' does?)"
+            "(if it has that many, it may not use LAGLESS_STOP as 'lagless run' does)"
         )
     if not entry_hit():
         stopped_on_the_way()
@@ -420,7 +420,7 @@ breakpoints."""
     def invoke(self, argument):
         sign = argument[:1]
         if not argument:
-            raise gdb.GdbError("which period? 'period 5000', 'period +1', 'period -2'")
+            raise gdb.GdbError("period: the number is missing; write for example 'period 5000', 'period +1' or 'period -2'")
         if sign in "+-":
             steps = time.period_number(argument[1:].strip())
             here = present_period()
@@ -443,7 +443,7 @@ TIME counts from power-on, with a unit or in seconds: at 0.5 s, at 12.3ms, at 0.
     @one_line_errors
     def invoke(self, argument):
         if not argument:
-            raise gdb.GdbError("at which time? 'at 0.5 s'")
+            raise gdb.GdbError("at: the time is missing; write for example 'at 0.5 s'")
         go_to(time.period_of_time(argument, period_ticks()))
 
 

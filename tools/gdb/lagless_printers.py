@@ -29,7 +29,7 @@ def global_value(name):
     """A global variable of the program, also if a local variable hides it."""
     symbol = gdb.lookup_global_symbol(name)
     if symbol is None:
-        raise gdb.GdbError(f"this program has no '{name}': is it lagless, built with debug information?")
+        raise gdb.GdbError(f"this program has no '{name}': take a lagless that was built with debug information")
     return symbol.value()
 
 
@@ -66,7 +66,7 @@ def reason_row(value):
         reasons = global_value("reasons")
         count = int(global_value("reasons_count"))  # the array may be seen through its header, without a length
     except (gdb.error, gdb.GdbError):  # the linker leaves out what a program does not use
-        return f"reason {int(value)}", "this program does not carry the table of reasons", "see settings/reasons.h"
+        return f"reason {int(value)}", "this program does not contain the table of reasons", "see settings/reasons.h"
     for n in range(count):
         if int(reasons[n]["number"]) == int(value):
             return tuple(text_at(reasons[n][field]) for field in ("name", "text", "remedy"))

@@ -168,7 +168,7 @@ class Bench:
         dear = [program.name for program in self.programs if program.cost is None]
         self.programs = [program for program in self.programs if program.cost is not None]
         self.say(f"{len(self.programs)} programs judge, {sum(program.cost for program in self.programs):.0f} s of a processor altogether"
-                 + (f"; dearer than {self.dearest:g} s each and left out: {', '.join(dear)}" if dear else ""))
+                 + (f"; longer than {self.dearest:g} s each and left out: {', '.join(dear)}" if dear else ""))
 
     # ---- of a file ----
 

@@ -116,7 +116,7 @@ def main():
             print(f"documents.py: {name}: no line `{mark.strip()}` with a line `{END.strip()}` after it", file=sys.stderr)
             return 2
         if options.check and fresh != texts[name]:
-            print(f"documents.py: {name} is not what this report says: run tools/demo, then "
+            print(f"documents.py: {name} differs from this report: run tools/demo, then "
                   "tools/plot/documents.py report docs", file=sys.stderr)
             stale = 1
         if not options.check:

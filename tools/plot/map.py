@@ -59,7 +59,7 @@ def read_points(path):
             raise InputError(f"{where}: theory_mrad: `{point['theory_mrad']}` is not a finite number")
         place = (point["deviation"], point["load_nm"], point["rpm"], point["adaptation"])
         if place in seen:
-            raise InputError(f"{where}: {place[0]} at {place[2]:g} r/min, {place[1]:g} N m, adaptation {place[3]} is there twice")
+            raise InputError(f"{where}: {place[0]} at {place[2]:g} r/min, {place[1]:g} N m, adaptation {place[3]} occurs twice")
         seen.add(place)
     return points
 

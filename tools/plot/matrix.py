@@ -68,7 +68,7 @@ def read_matrix(path):
                     wanted(f"{where}: {key}", wanted(where, cell, key, dict, "an object"), text, str, "a text")
         place = tuple(cell[key] for key in TEXTS[1:])
         if place in seen:
-            raise InputError(f"{where}: {cell['cell']} is there twice")
+            raise InputError(f"{where}: {cell['cell']} occurs twice")
         seen.add(place)
     return matrix
 

@@ -35,7 +35,7 @@ def units_of(path, cells):
     for cell in cells:
         name, _, unit = cell.strip().partition("[")
         if name in units:
-            raise InputError(f"{path}:1: column `{name}` is there twice")
+            raise InputError(f"{path}:1: column `{name}` occurs twice")
         units[name] = unit[:-1] if unit.endswith("]") else None
     return units
 

@@ -1,13 +1,14 @@
 /* Excitation of a standing motor whose data are unknown, in place of current control. The medium task orders
- * it and evaluates the sums (medium/commission/commission.h); here is only what has to happen in each period.
+ * it and evaluates the sums (medium/commission/commission.h); this module contains only the part that runs in
+ * each period.
  *
  *     pulse   +U for n periods, -U for n periods, then the zero vector until the current has ended
  *     hold    a current along a fixed axis by a slow PI control, and along or across it a sine of voltage;
  *             across the axis a resistance only, u = -r i, so that a rotor that swings is braked; a larger
- *             resistance for the part of the whole current that exceeds a length, because the EMF of a light
+ *             resistance for the part of the whole current that exceeds a limit, because the EMF of a light
  *             rotor that swings drives more current than the trip accepts
- *     loop    along the axis the current control of the drive itself, with a reference that steps to and fro;
- *             across the axis the same resistance
+ *     loop    along the axis the current control of the drive itself, whose reference steps between two
+ *             values; across the axis the same resistance
  *
  * With e the distance of the current from the reference after a step, the loop obeys (current_control.h)
  *
@@ -44,7 +45,7 @@ typedef enum {
 
 typedef struct {
     int32_t kind;       /* [-] excite_kind_t */
-    uint32_t serial;    /* [-] another number begins it again: a new pulse, or a current from zero */
+    uint32_t serial;    /* [-] a new number restarts the excitation: a new pulse, or a current from zero */
     rotation_t axis;    /* direction of pulse or current [-] */
     float voltage;      /* of the pulse, or amplitude of the sine [V] */
     uint32_t periods;   /* [periods] of each half of a pulse, or from one step of the reference to the next */
@@ -58,8 +59,8 @@ typedef struct {
     float across;       /* resistance across the axis [V/A] */
     float across_hard;  /* additional resistance for the current above across_from [V/A] */
     float across_from;  /* [A] */
-    float most_inverse; /* 1 over the square of the length from which the whole current is braked [1/A^2] */
-    float most_hard;    /* resistance for what exceeds this length [V/A] */
+    float most_inverse; /* 1 over the square of the length above which the whole current is reduced [1/A^2] */
+    float most_hard;    /* resistance for the part above this length [V/A] */
     float turn;         /* phase of the sine per period [rad], 0 to pi */
     uint32_t sine_across; /* [-] 1: the sine acts across the axis; 0: along it */
 } excite_order_t;
@@ -92,8 +93,8 @@ typedef struct {
 /* No excitation has begun. */
 void excite_init(excite_t *excite);
 
-/* The voltage [V] that is to act, in the stationary frame, from the current [A] at t_k; `acted` [V]: what the
- * duties made of the period that ends at t_k, without a loss. */
+/* The voltage [V] that is to act, in the stationary frame, from the current [A] at t_k; `acted` [V]: the
+ * voltage of the duties in the period that ends at t_k, without losses. */
 ab_t excite_step(excite_t *excite, const excite_order_t *order, ab_t current, ab_t acted);
 
 /* The same for EXCITE_LOOP: along the axis the reference [A] of the current control, across it the voltage

@@ -36,14 +36,14 @@ typedef struct {
 /* Computes the coefficients; the model has no state. Two divisions. */
 dead_time_tuning_t dead_time_prepare(const dead_time_params_t *params);
 
-/* Voltage [V] that a leg loses whose sign is certain, at the DC link `u_dc` [V]. */
+/* Voltage [V] that a leg whose sign is certain loses, at the DC link `u_dc` [V]. */
 static inline float dead_time_leg(const dead_time_tuning_t *dead_time, float u_dc)
 {
     return dead_time->volt_per_volt * u_dc + dead_time->drop;
 }
 
-/* Signs of the currents of the three legs [-1 to 1], linear within the zone. The sign is the share of its
- * full loss that a leg has whose two edges occur at the same `current` [A]. No division, six compares. */
+/* Signs of the currents of the three legs [-1 to 1], linear within the zone. The sign of a leg is its loss
+ * over its full loss, if both of its edges occur at the same `current` [A]. No division, six compares. */
 static inline abc_t dead_time_signs(const dead_time_tuning_t *dead_time, abc_t current)
 {
     return (abc_t){bounds_clamp(dead_time->per_zone * current.a, 1.0f),

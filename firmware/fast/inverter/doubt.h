@@ -8,11 +8,11 @@
  *     leg current > DOUBT_ANGLE |e| largest
  *
  * with the smallest and the largest phase current, and the loss `leg` of one leg. The tracking loop coasts in
- * this time and as long as the EMF filter contains the effect. Coasting requires one of two conditions: a
- * steady speed, or large currents whose torque the loop receives. In the second case the load must turn the
- * rotor by little in this time, because the direction of the load at a reversal of speed is unknown, and the
- * speed must have changed as foreseen from the inertia, except for a share that also turns the rotor by
- * little. Reasons: docs/theory.md, 13. Does not handle: identification of the leg. */
+ * this time, and until the effect has decayed in the EMF filter. Coasting requires one of two conditions: a
+ * steady speed, or large currents whose torque the loop receives. In the second case two errors must be small
+ * enough to turn the rotor by little in this time: the load, because its direction at a reversal of speed is
+ * unknown, and the difference of the speed from the change that follows from the inertia. Reasons:
+ * docs/theory.md, 13. Does not handle: identification of the leg. */
 #ifndef FAST_INVERTER_DOUBT_H
 #define FAST_INVERTER_DOUBT_H
 
@@ -24,7 +24,7 @@
 
 #define DOUBT_EMF            4.0f /* [-] of the loss of a leg: a longer EMF is tracked even with a wrong sign */
 #define DOUBT_SHARE          0.2f   /* [-] of the largest phase current: limit of the doubtful current */
-#define DOUBT_REMEMBERED     0.577f /* [-] of this share: a turn by 1 rad in the memory takes as long */
+#define DOUBT_REMEMBERED     0.577f /* [-] of this share: reduction if the rotor turns by 1 rad in the memory */
 #define DOUBT_ANGLE          0.005f /* [rad] least error of the angle that matters */
 #define DOUBT_SPEED_STEADY   8.0f  /* [rad/s] at a lower speed a current is near zero for too long to coast */
 #define DOUBT_DETECTOR       0.1f  /* [-] least error of the loop at which it must track; noise is smaller */

@@ -19,7 +19,7 @@ svpwm_tuning_t svpwm_prepare(float duty_min, float duty_max, bool over)
     return (svpwm_tuning_t){0.5f * (duty_min + duty_max), range, over ? CORNER_SPAN * range : range, over};
 }
 
-/* A vector shortened in its direction to the edge of the hexagon. */
+/* The vector, shortened in its direction to the edge of the hexagon. */
 static svpwm_t shortened(const svpwm_tuning_t *tuning, ab_t voltage, abc_t phases, float u_dc)
 {
     const bounds_span_t ends = bounds_span(phases.a, phases.b, phases.c);

@@ -29,8 +29,8 @@ still_watch_tuning_t still_watch_prepare(const still_watch_params_t *params)
     };
 }
 
-/* The jump of the voltage of each phase [V]: the sum of the last two of three periods, less what the first
- * one would make of it. The control responds to a sample in the second of three periods. */
+/* The jump of the voltage of each phase [V]: the sum of the last two of three periods, minus twice the
+ * voltage of the first one. The control responds to a sample in the second of three periods. */
 static abc_t jumps(const still_watch_t *watch, ab_t voltage)
 {
     const ab_t was = watch->voltage[1];
@@ -38,7 +38,7 @@ static abc_t jumps(const still_watch_t *watch, ab_t voltage)
                                         voltage.beta + watch->voltage[0].beta - 2.0f * was.beta});
 }
 
-/* Largest jump that a turning EMF and the dead time explain, and little current [V]. */
+/* Largest jump that a rotating EMF, the dead time and a small change of the current explain [V]. */
 static float explained(const still_watch_t *watch, const still_watch_tuning_t *tuning, float u_dc,
                        float omega_e)
 {

@@ -2,17 +2,18 @@
  * fast part of current_watch.h, in the fast task: where V/L makes 25 A/ms, a window is too long. In each
  * period, for each sensor:
  *
- *     stuck   the value has not changed by a bit in any of the last periods, and differs from the reference
+ *     stuck   the value has not changed by a bit in the last periods, and differs from the reference
  *             by more than 5 % of the range in each of the last four of them
  *
  *             or it has not changed in the last three periods, while the voltage of its phase jumped: in the
- *             last two of them it was larger than in the first, by volt seconds for 10 % of the range. An EMF
- *             does not jump
+ *             last two of them it was larger than in the first, enough to change the current by 10 % of the
+ *             range. An EMF does not jump
  *
- * With such a control error the current changes by many codes per period, unless the link gives no more
- * voltage; with noise a value repeats for one or two periods. Behind an open wire no current flows: where any
- * phase has almost no current, only a difference of 15 % is judged, and the value has to repeat for longer,
- * as it has to after a jump of the voltage.
+ * With such a control error the current changes by many codes per period, unless the voltage is at the limit
+ * of the link. Because of noise a value repeats for one or two periods at most. A phase with an open wire has
+ * no current, which does not change either. Therefore, while any phase has almost no current, only a
+ * difference of 15 % is judged, and the value must have repeated for longer, also after a
+ * jump of the voltage.
  *
  * Does not handle: a sensor that is stuck near the reference without a jump of the voltage. */
 #ifndef FAST_PROTECT_STILL_WATCH_H
@@ -42,8 +43,8 @@ typedef struct {
     float none;       /* limit of almost no current [A] */
     float slow;       /* link voltage below which a current changes by only a few codes in a period [V] */
     float push;       /* least jump of the voltage, as the sum of two periods [V] ... */
-    float push_link;  /* ... and more per volt of the link: what the dead time may take [-] */
-    float turn;       /* ... and more per speed and volt: what an EMF turns in this time [s] */
+    float push_link;  /* ... in addition, per volt of the link: largest change of the dead time's loss [-] */
+    float turn;       /* ... in addition, per speed and volt: change of a rotating EMF in this time [s] */
 } still_watch_tuning_t;
 
 typedef struct {

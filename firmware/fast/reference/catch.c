@@ -103,8 +103,9 @@ static ab_t turned_on(const catch_t *catching, ab_t emf, float time)
 }
 
 /* One period of the slip: `emf` is compared with `before`, the vector of the frame, whose low-pass is the
- * proportional part of the loop. The loop is not faster than the rotor, because a constant voltage error
- * rotates in this frame. Its effect on the slip is limited to its share of the EMF. */
+ * proportional part of the loop. The natural frequency of the loop is not above the rotor's speed, because
+ * a constant voltage error rotates in this frame. Its effect on the slip is limited to its share of the EMF.
+ */
 static float slip_of(const catch_t *catching, const catch_tuning_t *tuning, ab_t before, ab_t emf,
                      float speed)
 {
@@ -137,8 +138,9 @@ static float turning_speed(catch_t *catching, const catch_tuning_t *tuning, ab_t
     return tuning->frequency * arc;
 }
 
-/* Updates omega_e. `last`: the EMF of the last period as it is, and once the slip has its loop, turned on
- * with the rotor. Noise and a voltage error that does not rotate have no turn that fits to their length. */
+/* Updates omega_e. `last`: the EMF of the last period; after the loop of the slip has started, this EMF
+ * rotated with the rotor by one period. Noise, and a voltage error that does not rotate, are excluded because
+ * their rotation does not agree with their length. */
 static void find_speed(catch_t *catching, const catch_tuning_t *tuning, ab_t last, ab_t emf)
 {
     const float speed = catching->length * tuning->speed_per_volt;

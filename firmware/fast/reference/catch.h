@@ -1,9 +1,9 @@
 /* Catch: detects from the back-EMF whether the rotor rotates, in which direction and at which angle, with the
  * gates on and almost no current, in the stationary frame.
  *
- *     voltage     the EMF itself, so that almost no current flows, rotated by 1.5 T omega for the delay; that
- *                 of a rotor faster than 500 rad/s as soon as the observer has found the EMF, because the
- *                 current that its lag and the delay drive grows with the square of the speed
+ *     voltage     the EMF itself, so that almost no current flows, rotated by 1.5 T omega for the delay. For
+ *                 a rotor faster than 500 rad/s it acts as soon as the observer has found the EMF: until then
+ *                 lag and delay drive a current, which grows with the square of the speed
  *     current     a small current along phase a, which is outside the zone of the dead time in all three
  *                 legs; once a rotor is detected, more, along its d axis, where it makes no torque
  *     direction   sign of the sum of  e x <e>,  <e>: the EMF low-passed: a vector that rotates leads its
@@ -11,10 +11,10 @@
  *     speed       <|e|>/psi_f,  a low-pass that begins with the value after 2 ms: the observer, which
  *                 starts from zero, has converged by then, and its earlier error is left out; and the
  *                 slip: the difference between the speed of the EMF and that of a frame with this speed,
- *                 independent of psi_f. At first, for a rotor faster than 500 rad/s, it follows from the turn
- *                 of the EMF in a period, which no constant lag changes; after 4 ms a tracking loop finds it
- *                 that is not faster than the rotor; that of a slow rotor, whose EMF is too noisy, is left to
- *                 the estimator
+ *                 independent of psi_f. At first, for a rotor faster than 500 rad/s, it follows from the
+ *                 rotation of the EMF in a period, on which a constant lag has no effect; after 4 ms it
+ *                 follows from a tracking loop whose natural frequency is not above the rotor's speed. The
+ *                 slip of a slow rotor, whose EMF is too noisy, is not measured: the estimator corrects it
  *     angle       of the d axis, from the EMF: the EMF leads it by a quarter turn, or lags it in reverse;
  *                 the EMF is low-passed in a frame that rotates with its speed, and so has no lag
  *
@@ -41,9 +41,9 @@ typedef struct {
     float doubtful;     /* current below which the loss of a leg is in doubt [A] */
     float current_d;    /* along the d axis of a detected rotor [A]; at least the current of phase a */
     bool salient;       /* L_q > L_d by so much that i_d has to be negative */
-    float reach;        /* longest EMF beside which current control can work, over the largest voltage of the
-                           link [-], >= 1 */
-    float period;       /* T [s] */
+    float reach;  /* longest EMF against which current control can work, over the largest voltage of the link
+                     [-], >= 1 */
+    float period; /* T [s] */
 } catch_params_t;
 
 typedef struct {

@@ -15,7 +15,7 @@ typedef enum {
 
 /* Origin of the EMF in the feed-forward. */
 typedef enum {
-    EMF_OTHER,   /* of a manoeuvre that begins again */
+    EMF_OTHER,   /* of a manoeuvre that starts without a known EMF */
     EMF_MODEL,   /* psi_f omega of the encoder */
     EMF_OBSERVED /* of the estimator */
 } demand_emf_t;

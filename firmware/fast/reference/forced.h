@@ -89,7 +89,7 @@ void forced_init(forced_t *forced);
 /* Continues from this frame at t_k with this current on its d axis [A] and without a swing. */
 void forced_enter(forced_t *forced, float theta_e, float omega_e, float current);
 
-/* Advances the frame to t_k: with the speed of the last period for T. */
+/* Advances the frame to t_k: by T at the speed of the last period. */
 static inline void forced_advance(forced_t *forced, const forced_tuning_t *tuning)
 {
     frame_t *frame = &forced->frame;

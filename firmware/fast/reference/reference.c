@@ -46,7 +46,7 @@ void reference_take(reference_t *reference, const reference_tuning_t *tuning, co
     const bool other = setpoint->source != reference->named || setpoint->enter != 0u;
     reference->fresh = 1u;
     reference->left = tuning->periods;
-    /* without an order to enter, a catch continues that the fast task itself has begun or ended */
+    /* without an order to enter, a catch that the fast task itself has begun or ended continues */
     if (other && (setpoint->source != (int32_t)SOURCE_CATCH || setpoint->enter != 0u)) {
         reference->source = setpoint->source;
     }
@@ -164,7 +164,7 @@ void reference_follow_catch(reference_t *reference, const reference_tuning_t *tu
     }
     const catch_outcome_t outcome = catch_step(catching, &tuning->catching, estimate->emf,
                                                estimate->amplitude, FRAMES_ONE_OVER_SQRT_3 * u_dc);
-    if (outcome != CATCH_TURNING) { /* else in the next period, because finding and locking are both long */
+    if (outcome != CATCH_TURNING) { /* else in the next period: finding and locking both take long */
         reference->outcome = (int32_t)outcome;
     }
 }

@@ -166,9 +166,10 @@ static inline void reference_run(reference_t *reference, const setpoint_t *setpo
 }
 
 /* Run with the observed EMF, as the loop filters it: after one or two periods it is correct for any angle, so
- * that a lost angle causes no large current. For a salient rotor it is the EMF of the active flux, beside
- * omega L_q i_d; current control uses omega L_d i_d, and the term with D is added; so is the EMF of a
- * saturated q axis beyond omega L_q i_q, which the estimator has taken out. */
+ * that a lost angle causes no large current. For a salient rotor the observed EMF is that of the active flux,
+ * to which omega L_q i_d belongs. Current control adds omega L_d i_d, so the difference, a term with D, is
+ * added here. If the q axis saturates, its EMF beyond omega L_q i_q, which the estimator has removed, is
+ * added as well. */
 static inline void reference_run_on_estimate(reference_t *reference, const reference_tuning_t *tuning,
                                              const setpoint_t *setpoint, const estimate_t *estimate,
                                              float omega_m, demand_t *demand)

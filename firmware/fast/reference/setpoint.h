@@ -45,7 +45,8 @@ typedef enum {
     CALIBRATE_BLOCKS /* repeated measurement, block by block */
 } calibrate_t;
 
-/* The outputs of the board beside the gates: bits. Without them the chopper is off and the brake is set. */
+/* The outputs of the board other than the gates: bits. Without them the chopper is off and the brake is set.
+ */
 #define DRIVE_OUTPUT_CHOPPER UINT32_C(1) /* the brake resistor is connected to the link */
 #define DRIVE_OUTPUT_BRAKE   UINT32_C(2) /* the holding brake is released */
 

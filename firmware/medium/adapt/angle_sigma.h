@@ -77,7 +77,7 @@ typedef struct {
     float window;              /* [s] */
 } angle_sigma_tuning_t;
 
-/* What is known at the end of a window. */
+/* The inputs at the end of a window. */
 typedef struct {
     float amplitude;       /* |e| in the loop [V] */
     float omega_e;         /* smoothed speed [rad/s], electrical */
@@ -101,7 +101,7 @@ typedef struct {
 /* Computes the coefficients. Three divisions and an exponential: for the background. */
 angle_sigma_tuning_t angle_sigma_prepare(const angle_sigma_params_t *params);
 
-/* Sets sigma to `known` [rad], the deviation of an encoder or of another angle: no angle is estimated. */
+/* Sets sigma to `known` [rad], the deviation of an angle that is not estimated, for example an encoder's. */
 void angle_sigma_reset(angle_sigma_t *sigma, float known);
 
 /* Updates sigma->sigma after a window in which the loop tracked or coasted. Four divisions. */

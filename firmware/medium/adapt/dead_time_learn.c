@@ -68,8 +68,9 @@ static inline bool same(ab_t a, ab_t b)
     return a.alpha == b.alpha && a.beta == b.beta;
 }
 
-/* True if a current of this square [A^2] makes the error visible beside the dead band's voltage [V], at a
- * speed that is low enough for the steps. A value that is not a number is never visible. */
+/* True if an error of the dead time can be measured: the current, whose square [A^2] this is, is large
+ * enough, and the speed suits the dead band's voltage [V] and is low enough for the steps. A value that is
+ * not a number is never visible. */
 static bool visible(const dead_time_learn_tuning_t *tuning, const dead_time_learn_input_t *input,
                     float square, float band)
 {

@@ -26,12 +26,12 @@
  * is lost. The learnt quantity is a time, because the unknown part is delays; the voltage then follows the
  * link. An error of the drop is learnt as if it were time.
  *
- * A component across the current that exceeds the whole dead band's voltage is ignored. If the component
- * against the current exceeds the effect of unequal legs, the current measurement is wrong and nothing is
- * learnt. Learning has further conditions; otherwise the value is held. The EMF of the speed is not small
- * compared with the dead band's voltage, and not so large that a sample contains only noise. A step is short
- * enough for the twelfth harmonic. The current is outside of the zone, large compared with its ripple and
- * with the noise of its sensors, and turns with the reference. The speed is near its reference.
+ * A component across the current that exceeds the whole dead band's voltage is ignored. If the component that
+ * rotates against the current exceeds the effect of unequal legs, the current measurement is wrong and
+ * nothing is learnt. Learning has further conditions; otherwise the value is held. The EMF of the speed is
+ * not small compared with the dead band's voltage, and not so large that a sample contains only noise. A step
+ * is short enough for the twelfth harmonic. The current is outside of the zone, large compared with its
+ * ripple and with the noise of its sensors, and turns with the reference. The speed is near its reference.
  *
  * One step in every `every` periods of T, from the means over these. The deviation of each step
  * from the mean is provided for emf_shape.h and unequal_legs.h. Does not handle: eleventh and
@@ -59,8 +59,8 @@
     1.7f /* [-] largest T_e over the dead band or the configured T_e; gate delays are below */
 #define DEAD_TIME_LEARN_EMF_LIMIT 1e4f /* [V], [A] larger values are invalid measurements */
 
-/* [-] of the initial rate: below this share the dead time counts as known, also for the
- * laws that are learnt beside it. */
+/* [-] of the initial rate: below this share the dead time counts as known, also for the laws that are learnt
+ * together with it. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f
 #define DEAD_TIME_LEARN_NEAR    0.6f
 #define DEAD_TIME_LEARN_CHANCE  0.028f /* [-] of the dead band: effect of noise at the initial rate */

@@ -139,8 +139,8 @@ static bool looks_for_resistance(const inductance_t *x, float speed)
            x->resistance_rate > SETTLED * x->tuning.rate;
 }
 
-/* A cycle has ended, with or without a result, and L or R has followed it or not. Once the learning interval
- * has enough results, or misses too many, the dither pauses. */
+/* Counts a cycle that has ended, with or without a result that L or R has used. Once the learning interval
+ * has enough results, or too many cycles without one, the dither pauses. */
 static void look(inductance_t *x, bool said, bool learnt, float speed)
 {
     const inductance_tuning_t *tuning = &x->tuning;
@@ -238,8 +238,8 @@ static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, floa
 
 /* A voltage per ampere of i_d, from its sums with s and c: the component in step with i_d in this cycle
  * [ohm]. The low-pass that is subtracted, and the current control, shift i_d against the wave. The component
- * a quarter of a cycle ahead of i_d has no part in it: that is the voltage of a wrong L in e_d, and in e_q
- * the EMF of a light rotor whose torque follows the dither. */
+ * a quarter of a cycle ahead of i_d is not used: in e_d it is the voltage of a wrong L, and in e_q the EMF of
+ * a light rotor whose torque follows the dither. */
 static float per_ampere(const inductance_sums_t *sum, float with_s, float with_c)
 {
     const float power = with_s * sum->answer + with_c * sum->answer_c;
@@ -280,8 +280,8 @@ static void oppose(inductance_t *x, const inductance_wave_t *wave)
     x->swing.against_c = bounds_clamp(x->swing.against_c - part * x->swing.c, most);
 }
 
-/* A value follows the result of a cycle of this time [s] by its rate, which falls; it stays between half and
- * twice the parameter from which it started. */
+/* A value moves towards the result of a cycle of this time [s] by its rate, which falls. It stays between
+ * half and twice the parameter from which it started. */
 static void learn(const inductance_tuning_t *tuning, float time, float said, learnt_value_t *learnt,
                   float *rate)
 {
@@ -300,7 +300,7 @@ static float resistance_said(const inductance_t *x)
     return x->tuning.resistance + bounds_clamp(beyond, x->resistance.from);
 }
 
-/* How steady the speed was in a cycle: RIPPLED is accepted for a light rotor, STEADY by all laws. */
+/* How steady the speed was in a cycle. All laws accept STEADY; RIPPLED is accepted for a light rotor only. */
 typedef enum { UNSTEADY, RIPPLED, STEADY } steadiness_t;
 
 static steadiness_t steadiness(const inductance_t *x, float omega)
@@ -349,8 +349,9 @@ static float flux_change(const inductance_t *x, float turned)
 }
 
 /* The part of the mean of i_q [A] that comes from a change of i_d from one step to the next [A]. The mean is
- * that of a vector that turns by omega T in the step: while i_d rises, the part at its end counts more, and
- * points ahead of the middle. The integral of omega t di_d/dt t over the step is omega T/12 of the change. */
+ * that of a vector that turns by omega T in the step. While i_d rises, the vectors at the end of the step are
+ * longer, and they point ahead of the middle. The integral of omega t di_d/dt t over the step is omega T/12
+ * of the change. */
 static float turned_part(const inductance_t *x, float change)
 {
     return TWELFTH * x->tuning.time * x->omega * change;

@@ -11,12 +11,12 @@
  *
  *     dL = sum(e_q s)/(omega sum(i_d s))
  *
- * and the learnt L follows the result of the cycle by its rate (medium/adapt/gain.h) times the cycle's
- * length. The ratio of L_d and L_q is kept.
+ * and the learnt L moves towards the result of the cycle by the share rate (medium/adapt/gain.h) times length
+ * of the cycle. The ratio of L_d and L_q is kept.
  *
- * Without a countermeasure i_q would swing: a wrong R or L turns the estimate to and fro with the dither, its
- * speed swings with it, and the speed control responds. Each cycle measures this swing in step with the wave
- * and a quarter of a cycle ahead (c), and the next cycle opposes it.
+ * Without a countermeasure i_q would swing: a wrong R or L makes the estimated angle oscillate with the
+ * dither, the estimated speed oscillates as well, and the speed control responds. Each cycle measures this
+ * swing in step with the wave and a quarter of a cycle ahead (c), and the next cycle opposes it.
  *
  * Components that are not in step average out, constants exactly; a low-pass is subtracted from all of them
  * to remove slow changes. The wave consists of parabolas, s = 4 t (1 - |t|) for t from -1 to 1: a sine with a
@@ -24,23 +24,24 @@
  * the electrical one, because errors of the current sensors, the dead time, and both together make e_q and
  * i_d swing at these frequencies (docs/theory.md, 24).
  *
- * A cycle has a result only if throughout the cycle the samples were sound, the loop was locked and the speed
- * was constant, if i_d followed its command, the EMF is present, and the resulting L is plausible. The result
- * is used only if it agrees with the one before, and while most results agree. Where no result is possible,
- * at low speed or without torque, there is no dither. The same applies where the response omega L i_d is so
- * small that errors of the dead time exceed it, as with a motor of 0.1 mH.
+ * A cycle has a result only if throughout the cycle the samples were sound, the loop was locked, the speed
+ * was constant, i_d followed its command and the EMF was present, and if the resulting L is plausible. The
+ * result is used only if it agrees with the one before, and while most results agree. Where no result is
+ * possible, at low speed or without torque, there is no dither. The same applies where the response omega L
+ * i_d is so small that errors of the dead time exceed it, as with a motor of 0.1 mH.
  *
  * The dither is audible and adds half a per cent to the copper loss. It therefore pauses when nothing more is
  * to be learnt: the first learning interval lasts until the rate has fallen to INDUCTANCE_LOOKED of the
  * initial one, and then an interval of INDUCTANCE_LOOK follows each pause of INDUCTANCE_REST, which is less
  * than a twentieth of the time. A pause ends early if i_q has changed by INDUCTANCE_MOVED of the limit,
  * because the saturation of the iron changes then; there is no pause while R is learnt. The learnt value and
- * its confidence are held during a pause. An interval whose cycles give no value, because the shaft is not
- * steady or the results contradict each other, ends as well: the dither of a light rotor moves its angle.
+ * its confidence are held during a pause. An interval also ends if its cycles give no value, because the
+ * shaft is not steady or the results contradict each other, as they do if the dither moves the angle of a
+ * light rotor.
  *
- * One step in every `every` periods of T, from the means over these. The response to the dither of a step
- * is evaluated in the means of the next step; if the dither acts later, it is output earlier by the same
- * time. Two divisions at the end of a cycle.
+ * One step in every `every` periods of T, from the means over these. The means of a step are compared with
+ * the dither of the previous step. If the dither acts later than that, it is output earlier by the
+ * difference. Two divisions at the end of a cycle.
  *
  * The e_q of a salient rotor does not show L_q, because an angle error changes it, too. Its dither keeps the
  * torque, di_q = t di_d with t = D i_q/psi_a, and the angle shows L_q: the angle of the loop and the part

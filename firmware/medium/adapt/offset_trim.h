@@ -10,8 +10,8 @@
  * (docs/theory.md, 14; the second term is the describing function of a relay; some 4 ohm at 1.2 A). The mean
  * is taken over a whole number of turns, for at least TRIM_WINDOW at steady speed, and o follows by a share
  * of it. A sample represents the period before it. If a turn ends within that period, each of the two windows
- * gets its share, and less than omega T/8 samples of the turning EMF remain in a sum. With whole samples
- * alone up to one would remain, and it would vary like an offset that the trim itself makes.
+ * gets its share, and less than omega T/8 samples of the turning EMF remain in a sum. If only whole samples
+ * were summed, up to one sample would remain, and would vary like an offset that the trim itself causes.
  *
  * One step per T. A leg with another dead time than its neighbours also gives e_hat a mean, which is
  * trimmed as if it were an offset: the estimate improves, and the current contains the remaining

@@ -2,9 +2,10 @@
  *
  * All learning laws are slow, but the noise of an observed EMF is L times the change of the current's noise.
  * In a sum only the noise of the two ends remains, while a single sample contains all of it. So every period
- * is summed in the stationary frame, and the laws are evaluated once for several periods. In the rotor's
- * frame a mean is that of the vectors turned to its middle: its length falls by (omega t)^2/24, t being the
- * averaging time: 0.3 % at 650 rad/s and 0.4 ms, for EMF and current alike. */
+ * is summed in the stationary frame, and the laws are evaluated once for several periods. The mean in the
+ * rotor's frame is the mean of the stationary vectors, transformed with the angle of the rotor in the middle
+ * of the periods. It is too short by the share (omega t)^2/24, t being the averaging time: 0.3 % at 650 rad/s
+ * and 0.4 ms, the same for EMF and current. */
 #ifndef MEDIUM_ADAPT_SUMS_H
 #define MEDIUM_ADAPT_SUMS_H
 

@@ -45,7 +45,7 @@ static commission_verdict_t begin(loop_step_t *step, const commission_tuning_t *
 static void run(loop_step_t *step, const commission_tuning_t *tuning, const commission_input_t *input,
                 excite_order_t *order)
 {
-    /* the control answers a step of 2 A by the voltage w_c L 2 A */
+    /* the control responds to a step of 2 A with the voltage w_c L 2 A */
     const float gain = tuning->loop_gain * tuning->inductance_d;
     const float most = VOLTAGE * input->u_dc * tuning->period / gain;
     order->kind = (int32_t)EXCITE_LOOP;

@@ -22,7 +22,7 @@
 
 #define ZONE_COUNT    7u
 #define ZONE_BELOW    0.8f   /* largest level of the zone over the lowest one of the line [-] */
-#define ZONE_SHARE    0.02f  /* missing share of the loss that an error of R or V can be [-] */
+#define ZONE_SHARE    0.02f  /* missing share of the loss that an error of R or V can cause [-] */
 #define ZONE_LEAST    0.001f /* [A] */
 #define ZONE_PER_AREA (4.0f / 3.0f)
 
@@ -50,8 +50,8 @@ static commission_verdict_t first_value(resistance_step_t *step, const commissio
         if (!(rise > 0.0f)) {
             return commission_failed(COMMISSION_REASON_NO_STEADY_CURRENT, 0);
         }
-        /* beside a small R noise can hide the rise of the voltage here; the staircase shows whether there is
-         * one */
+        /* with a small R, noise can hide the rise of the voltage here; the staircase shows whether the
+         * voltage rises */
         const float resistance = bounds_more((step->first.q - voltage.d) / rise, RESISTANCE_LEAST);
         const float rest = step->first.q - resistance * step->first.d; /* of the dead time */
         const float most = (VOLTAGE_MOST * input->u_dc - rest) / resistance;
@@ -76,7 +76,7 @@ static commission_verdict_t first_value(resistance_step_t *step, const commissio
     return commission_goes_on();
 }
 
-/* The mean of a level into the line of this direction. */
+/* Adds the mean of a level to the line of this direction. */
 static void add(resistance_step_t *step)
 {
     const dq_t voltage = commission_mean_of(&step->mean, step->mean.voltage);
@@ -93,7 +93,7 @@ static void add(resistance_step_t *step)
     step->xy += x * y;
 }
 
-/* The line of a direction. */
+/* Evaluates the line of a direction. */
 static void close(resistance_step_t *step)
 {
     const float per_n = 1.0f / step->n;
@@ -103,7 +103,7 @@ static void close(resistance_step_t *step)
     step->rest[step->direction] = step->first.q + middle - slope * step->first.d;
 }
 
-/* All directions are measured. */
+/* The results, when all directions are measured. */
 static commission_verdict_t judge(resistance_step_t *step, const commission_tuning_t *tuning,
                                   commission_results_t *results)
 {
@@ -177,7 +177,7 @@ static bool is_averaged(resistance_step_t *step, const commission_tuning_t *tuni
 }
 
 /* The missing share of the loss at a level of the zone, and its area from the level above. At zero current
- * all is missing. */
+ * the whole loss is missing. */
 static void add_missing(resistance_step_t *step, const commission_results_t *results, dq_t current,
                         dq_t voltage)
 {

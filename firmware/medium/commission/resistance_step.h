@@ -8,8 +8,9 @@
  * differences of the legs cancel in the mean of the directions; their scatter is the uncertainty.
  *
  * Zone: half width z of the linear passage of a leg's loss through zero current. In the last direction the
- * staircase goes on downwards; what is missing of 4/3 V has the area 3/4 z times 4/3 V, because the missing
- * share of a leg is a triangle of the area z/2, and the legs of -i/2 are twice as wide. */
+ * staircase continues downwards. The missing part of 4/3 V, integrated over the current i, is 3/4 z times 4/3
+ * V: the missing share of a leg is a triangle of the area z/2 over its own current, and the two legs with
+ * -i/2 reach the end of their zone only at i = 2 z. */
 #ifndef MEDIUM_COMMISSION_RESISTANCE_STEP_H
 #define MEDIUM_COMMISSION_RESISTANCE_STEP_H
 

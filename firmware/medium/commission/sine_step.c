@@ -26,7 +26,8 @@
 #define BENT          2.5e-3f /* least relative change of L that counts as saturation ... */
 #define BENT_SCATTER  3.0f    /* ... and standard errors of it [-] */
 #define RESULT        2.5f    /* standard errors of the change that count as its error [-] */
-#define FRICTION      0.5f /* of what the motion takes from L: by friction it depends on the amplitude [-] */
+#define FRICTION                                                                                             \
+    0.5f /* error of the change of L by the motion, relative: friction makes it depend on the amplitude */
 #define WRONG         0.03f /* error of L_q at the rated current from which on I_s is not known, relative [-] */
 #define PROBE         0.35f /* of the voltage, while L is a guess [-] */
 #define CROSS_MOST    0.15f /* current across the sine over that along it, for an aligned rotor [-] */
@@ -41,7 +42,7 @@
 /* The runs: direction of the sine, standing current, frequency. The first of each axis finds the voltage. */
 typedef struct {
     bool across;     /* true: across the standing current */
-    bool probe;      /* true: L is a guess yet */
+    bool probe;      /* true: L is not measured yet */
     float bias;      /* [-] of the standing current */
     float frequency; /* [-] of FREQUENCY */
 } sine_run_t;
@@ -95,7 +96,8 @@ static float saturation_from(float l_less, float flux_less, float l_more, float 
 }
 
 /* Amplitude of a run over its standing current [-]; 0: the run is left out. The phases b and c carry half of
- * the standing current and sqrt(3)/2 of the amplitude; neither ripple nor zone shall bring them to zero. */
+ * the standing current and sqrt(3)/2 of the amplitude; neither the ripple nor the zone may bring them to
+ * zero. */
 static float amplitude_of(const sine_step_t *step, const commission_tuning_t *tuning,
                           const commission_results_t *results, float u_dc)
 {
@@ -145,7 +147,7 @@ static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const 
     step->length =
         run->probe ? periods_of(BLOCK, tuning->window) : length_of(step->run, share * bias, tuning, results);
     const float block = (float)step->length * tuning->window;
-    const bool same = step->run == RUN_Q_MORE; /* the motion of the rotor shall be the same, too */
+    const bool same = step->run == RUN_Q_MORE; /* the motion of the rotor has to be the same as well */
     float frequency = same          ? step->turn[RUN_Q] / (ANGLE_TWO_PI * tuning->period)
                       : run->across ? run->frequency * frequency_across(bias * inductance, most)
                                     : run->frequency * FREQUENCY;
@@ -198,7 +200,7 @@ static float variance_of(uint32_t run, const sine_step_t *step, const commission
  *
  * A relative change `bent` from the amplitude A_1 to A_2 is 3/8 (A_2^2 - A_1^2)/I_s^2, and L_q at the rated
  * current I is lower by 1/2 I^2/I_s^2: by 4/3 I^2/(A_2^2 - A_1^2) times `bent`. With this factor the errors
- * of `bent`, and a change that is too small to be seen, become errors of L_q. */
+ * of `bent`, and a change that is too small to be detected, become errors of L_q. */
 static float saturation_of(const sine_step_t *step, const commission_tuning_t *tuning,
                            commission_results_t *results)
 {

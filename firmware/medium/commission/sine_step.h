@@ -11,10 +11,12 @@
  *
  *     i = F/L_q (1 + 3/8 s F^2 + 15/64 s^2 F^4),   s = 1/(L_q I_s)^2      its first harmonic
  *
- * so that two amplitudes give I_s and L_q without current. A motion of the rotor adds the same to both.
+ * so that two amplitudes give I_s and L_q without current. A motion of the rotor adds the same amount to
+ * both.
  *
  * Along the axis the rotor does not move. Across it a free rotor swings with the sine, and its motion adds
- * -1.5 p^2 psi^2/(J w^2) to L_q; two frequencies remove that: L = (L1 w1^2 - L2 w2^2)/(w1^2 - w2^2). */
+ * -1.5 p^2 psi^2/(J w^2) to L_q. Runs at two frequencies eliminate this: L = (L1 w1^2 - L2 w2^2)/(w1^2 -
+ * w2^2). */
 #ifndef MEDIUM_COMMISSION_SINE_STEP_H
 #define MEDIUM_COMMISSION_SINE_STEP_H
 
@@ -33,7 +35,7 @@ typedef struct {
     int32_t phase;          /* [-] sine_phase_t */
     uint32_t run;           /* [-] of the table of runs */
     uint32_t windows;       /* [windows] of this run */
-    uint32_t length;        /* [windows] whose sums this run takes */
+    uint32_t length;        /* [windows] that this run sums */
     uint32_t lowered;       /* [-] times that the current was lowered */
     float current;          /* largest standing current [A] */
     float guess_d, guess_q; /* L by which the next voltage is chosen [H] */
@@ -46,7 +48,8 @@ typedef struct {
     sine_sum_t across;  /* and across it [A] */
 } sine_step_t;
 
-/* L [H] from U and I; `turn`: w T [rad] with its cosine and sine. Not positive: there is none. */
+/* L [H] from U and I; `turn`: w T [rad] with its cosine and sine. A result that is not positive means that no
+ * L fits. */
 float sine_solve(sine_sum_t voltage, sine_sum_t current, rotation_t turn, float period);
 
 void sine_step_begin(sine_step_t *step);

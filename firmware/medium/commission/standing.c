@@ -11,7 +11,7 @@
 #define ACROSS_HARD 450.0f  /* [rad/s] the same above ACROSS_FROM */
 #define ACROSS_FROM 0.4f    /* of the held current [-] */
 #define MOST        1.1f    /* length of the current over the largest, from which it is braked [-] */
-#define MOST_HARD   2500.0f /* [rad/s] of the resistance that does it, over L */
+#define MOST_HARD   2500.0f /* [rad/s] of the resistance that brakes it, over L */
 #define VOLTAGE     0.55f   /* of the DC link [-] */
 #define SLEW        0.02f   /* [s] from zero to the largest current */
 
@@ -20,7 +20,7 @@
 #define TURN_SLOW 0.25f
 #define AGREE     0.003f
 #define AGREE_V   0.01f /* [V] */
-#define NEAR      0.05f /* distance of the current from its reference, relative [-] */
+#define NEAR      0.05f /* largest distance of the current from its reference, relative [-] */
 #define TRIES     40u
 
 void standing_gains(float u_dc, const commission_tuning_t *tuning, const commission_results_t *results,

@@ -1,5 +1,5 @@
-/* A standing motor on a current vector, for the steps that need one: the gains of the hold, the slow turn of
- * its axis, and when rotor and current have settled. */
+/* A motor that is held by a current vector, for the steps that need one: the gains of the hold, the slow turn
+ * of its axis, and the test whether rotor and current have settled. */
 #ifndef MEDIUM_COMMISSION_STANDING_H
 #define MEDIUM_COMMISSION_STANDING_H
 
@@ -23,15 +23,16 @@ void standing_begin(standing_t *standing, float angle, float u_dc, const commiss
 void standing_gains(float u_dc, const commission_tuning_t *tuning, const commission_results_t *results,
                     excite_order_t *order);
 
-/* Waits again until it is steady. */
+/* Restarts the wait until rotor and current are steady. */
 void standing_wait(standing_t *standing);
 
-/* One window towards an angle [rad], slower while a current flows across the axis: the rotor lags, or the
- * loss of the dead time, which lies on the axis only at multiples of 60 degrees. true: it has arrived. */
+/* One window of the turn towards an angle [rad]. The turn is slower while a current flows across the axis,
+ * because the rotor lags, or because the loss of the dead time lies on the axis only at multiples of 60
+ * degrees. true: it has arrived. */
 bool standing_turn(standing_t *standing, float angle, const commission_tuning_t *tuning,
                    const excite_seen_t *seen, excite_order_t *order);
 
-/* What is steady. */
+/* The conditions for a steady rotor and current. */
 typedef struct {
     uint32_t block; /* [windows] of a mean; two in succession agree */
     float current;  /* along the axis [A] */

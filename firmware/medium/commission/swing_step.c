@@ -6,13 +6,13 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-#define JUMPS         5u          /* the first one only for the voltage at rest of the second direction */
-#define BLOCK         0.1f        /* [s] of a mean at rest */
-#define LEAST         0.25f       /* [s] of a jump */
-#define ACROSS        0.004f      /* current across over that along of a rotor at rest [-] */
-#define ACROSS_LEAST  0.01f       /* [A] added to it */
-#define SLOW          0.2f        /* of the largest speed of a jump: its motion ends [-] */
-#define UNDER_WAY     0.8f        /* cosine of the least angle before that [-] */
+#define JUMPS         5u     /* the first one only measures the voltage at rest in the second direction */
+#define BLOCK         0.1f   /* [s] of a mean at rest */
+#define LEAST         0.25f  /* [s] of a jump */
+#define ACROSS        0.004f /* current across over that along of a rotor at rest [-] */
+#define ACROSS_LEAST  0.01f  /* [A] added to it */
+#define SLOW          0.2f   /* of the largest speed of a jump: its motion ends [-] */
+#define UNDER_WAY     0.8f   /* cosine of the least angle before that [-] */
 #define THIRD_TURN    2.09439510f /* [rad] */
 #define SHARE_MOST    0.9f        /* of the largest current [-] */
 #define HOLD_MOST     1.3f        /* of the held current, for a short time [-] */
@@ -83,7 +83,7 @@ static ab_t moved(const swing_motion_t *motion, bool known, const commission_res
     return (ab_t){share * a.alpha - motion->before.alpha, share * a.beta - motion->before.beta};
 }
 
-/* The direction has turned by more than a little. */
+/* true: the direction has turned by more than an error can explain. */
 static bool is_under_way(ab_t from, ab_t now)
 {
     const float along = from.alpha * now.alpha + from.beta * now.beta;
@@ -92,7 +92,7 @@ static bool is_under_way(ab_t from, ab_t now)
     return along < 0.0f || along * along < UNDER_WAY * UNDER_WAY * squares;
 }
 
-/* Speed and torque of a window into the regression, from the active flux at its ends. */
+/* Adds speed and torque of a window to the regression, from the active flux at its ends. */
 static void learn(swing_step_t *step, const commission_tuning_t *tuning, ab_t before, ab_t after,
                   ab_t current, float time)
 {
@@ -125,7 +125,7 @@ static void learn(swing_step_t *step, const commission_tuning_t *tuning, ab_t be
     fit->pp += until * until;
 }
 
-/* A point of the circle. */
+/* Adds a point of the circle to the fit. */
 static void add_point(swing_motion_t *motion, ab_t point)
 {
     const float square = point.alpha * point.alpha + point.beta * point.beta;
@@ -136,7 +136,7 @@ static void add_point(swing_motion_t *motion, ab_t point)
     motion->yz += point.beta * square;
 }
 
-/* The centre of the circle; zero: there is none. */
+/* The centre of the circle; zero: no circle fits. */
 static ab_t centre_of(const swing_motion_t *motion)
 {
     const float det = motion->xx * motion->yy - motion->xy * motion->xy;
@@ -167,7 +167,7 @@ static void add(swing_step_t *step, const commission_tuning_t *tuning, const swi
     }
 }
 
-/* The next direction: to and fro. */
+/* The next direction: the jumps alternate between two directions. */
 static void jump(swing_step_t *step, const commission_input_t *input, ab_t before,
                  const commission_results_t *results, excite_order_t *order)
 {
@@ -181,7 +181,7 @@ static void jump(swing_step_t *step, const commission_input_t *input, ab_t befor
     step->phase = (int32_t)SWING_JUMP;
 }
 
-/* The voltage of the rest, from the mean of a block: what R and the loss of the legs do not explain. */
+/* The voltage at rest, from the mean of a block, that R and the loss of the legs do not explain. */
 static ab_t rest_of(const swing_step_t *step, const commission_results_t *results)
 {
     const dq_t voltage = commission_mean_of(&step->standing.mean, step->standing.mean.voltage);
@@ -194,7 +194,7 @@ static ab_t rest_of(const swing_step_t *step, const commission_results_t *result
                   stands.beta - results->resistance * flows.beta - loss.beta};
 }
 
-/* J by the regression; 0: there is none. */
+/* J by the regression; 0: it has no solution. */
 static float inertia_of(const swing_fit_t *fit)
 {
     const float det = fit->ww * fit->tt - fit->wt * fit->wt;
@@ -202,14 +202,14 @@ static float inertia_of(const swing_fit_t *fit)
     return bounds_more(inertia, 0.0f);
 }
 
-/* The current that takes this share from a psi_f [A]; there is no limit for a round rotor. */
+/* The current that reduces the active flux by this share of psi_f [A]; without limit for a round rotor. */
 static float salient_current(float share, float psi, const commission_results_t *results)
 {
     const float apart = bounds_magnitude(results->inductance_q - results->inductance_d);
     return apart * ANY_CURRENT > psi ? share * psi / apart : ANY_CURRENT;
 }
 
-/* After all jumps: the values, or the jumps once more with less braking. */
+/* After all jumps: computes the values, or repeats the jumps with less braking. */
 static commission_verdict_t conclude(swing_step_t *step, const commission_input_t *input, ab_t before,
                                      commission_results_t *results, excite_order_t *order)
 {
@@ -240,8 +240,8 @@ static commission_verdict_t conclude(swing_step_t *step, const commission_input_
     return commission_finished();
 }
 
-/* Psi_m of the rotor at rest. A salient one is taken to lie on the axis: what a motion has shown, `shown`,
- * would carry its errors into the next one, where they turn the active flux. */
+/* Psi_m of the rotor at rest. A salient rotor is assumed to lie on the axis. The Psi_m from the last motion,
+ * `shown`, would carry its errors into the next motion, where they turn the active flux. */
 static ab_t begins_at(const swing_step_t *step, const commission_results_t *results, ab_t shown, float psi)
 {
     if (results->inductance_q < SALIENT_FROM * results->inductance_d) {
@@ -263,7 +263,7 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
     const ab_t now = {end.alpha - centre.alpha, end.beta - centre.beta};
     const ab_t before = begins_at(step, results, now, psi);
     if (step->jump > 0u) {
-        /* the first circle is only a first value: the others know the direction of the rotor */
+        /* the first circle gives only a first value: for the others the direction of the rotor is known */
         step->flux_sum += step->jump > 1u ? psi : 0.0f;
         results->flux_first = step->jump > 1u ? step->flux_sum / (float)(step->jump - 1u) : psi;
         if (results->flux_first <

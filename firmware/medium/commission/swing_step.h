@@ -3,7 +3,7 @@
  *
  *     z(t) = int (u - R i - v) dt - L_d (i - i(0))     change of the magnets' flux, by the winding's law;
  *                                                      v: loss of the dead time
- *     |z|^2 = 2 c z                                    it moves on a circle through zero with the centre c:
+ *     |z|^2 = 2 c z                                    z moves on a circle through zero with the centre c:
  *                                                      least squares, psi_f = |c|, Psi_m = z - c
  *     J d omega/dt = 1.5 p (Psi_m x i) - T_c           regression over the motion
  *
@@ -23,7 +23,7 @@
 
 #include "medium/commission/standing.h"
 
-/* What the flux of the magnets and the torque do during a jump. */
+/* The flux of the magnets and the torque during a jump. */
 typedef struct {
     ab_t flux;                /* int (u - R i - v) dt [Wb] */
     ab_t from;                /* current at the beginning [A] */
@@ -32,7 +32,7 @@ typedef struct {
     ab_t begun;               /* active flux at the beginning [Wb] */
     float xx, xy, yy, xz, yz; /* sums for the fit of the circle */
     float impulse;            /* int of the torque [N m s] */
-    float moving;             /* time forwards minus time backwards [s] */
+    float moving;             /* time of motion forwards minus that backwards [s] */
     float peak;               /* largest speed, electrical [rad/s] */
     uint32_t over; /* [-] 1: the first motion after the jump has ended, and friction holds the rotor */
 } swing_motion_t;

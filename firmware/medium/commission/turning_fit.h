@@ -19,7 +19,8 @@ typedef struct {
 /* Adds y = c0 x0 + c1 x1 + c2 x2 to the fit. */
 void turning_fit_add(turning_fit_t *fit, const float x[TURNING_UNKNOWNS], float y);
 
-/* Solves it for c. false: the unknowns are not separable. `error`: standard error of the first, relative. */
+/* Solves it for c. false: the unknowns cannot be separated. `error`: standard error of the first, relative.
+ */
 bool turning_fit_solve(const turning_fit_t *fit, float x[TURNING_UNKNOWNS], float *error);
 
 #endif

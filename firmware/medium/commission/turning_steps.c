@@ -51,7 +51,7 @@
 #define CONFIRMS    0.04f /* the same of two torque tests [-] */
 #define AGREES      0.08f /* largest relative distance from the J of the swing [-] */
 #define SLICES_LEAST                                                                                         \
-    24.0f                /* of a fit: with fewer ones its standard error is small by chance too often [-]    \
+    24.0f                /* of a fit: with fewer slices its standard error is too often small by chance [-]  \
                           */
 #define STEADY_HIGH 0.9f /* of the high speed: first steady speed [-] */
 #define STEADY_SLICES                                                                                        \
@@ -110,8 +110,8 @@ static float apparent(const commission_tuning_t *tuning, float i_q)
     return tuning->inductance_q * inverse_root(1.0f + x * x);
 }
 
-/* The observer takes L_q for constant: c = psi_q - L_q i_q of a saturating axis adds -omega c along the
- * magnet to its EMF, which has to be taken out before it shows the angle. */
+/* The observer assumes a constant L_q. If the axis saturates, c = psi_q - L_q i_q adds -omega c along the
+ * magnet to its EMF, which is removed before the EMF shows the angle. */
 static turning_input_t straightened(const commission_tuning_t *tuning, const turning_input_t *input)
 {
     turning_input_t straight = *input;
@@ -158,7 +158,7 @@ static void mean_add(turning_mean_t *mean, const commission_tuning_t *tuning, co
     mean->windows += 1.0f;
     mean->omega += input->omega_e;
     mean->speed += speed;
-    mean->volts += volts; /* about a near value, for the sum of the squares */
+    mean->volts += volts; /* the distance from an approximate value, because of the sum of the squares */
     mean->square += volts * volts;
     mean->torque += torque_of(tuning, input, psi);
 }
@@ -217,7 +217,7 @@ static void begin_phase(torque_test_t *step, torque_phase_t phase)
 /* A row of the fit. */
 static void add_row(const torque_test_t *step, turning_fit_t *fit, float weight, turning_point_t point)
 {
-    const float middle = 0.5f * (step->low + step->high); /* about which the fit is well conditioned */
+    const float middle = 0.5f * (step->low + step->high); /* relative to it the fit is well conditioned */
     const float x[TURNING_UNKNOWNS] = {weight * point.torque, weight, weight * (point.omega - middle)};
     turning_fit_add(fit, x, weight * point.acceleration);
 }
@@ -274,7 +274,8 @@ static void slice(torque_test_t *step, const commission_tuning_t *tuning, const 
     }
 }
 
-/* The first push, without the friction: PUSH_TIME for the way, by the J known so far. */
+/* The first push, friction neglected: with the J known so far the speed rises from low to high in PUSH_TIME.
+ */
 static float first_push(const torque_test_t *step, const commission_tuning_t *tuning, float psi)
 {
     const float inertia = step->earlier > 0.0f ? step->earlier : tuning->inertia;
@@ -294,7 +295,8 @@ static void begin_pushing(torque_test_t *step, const commission_tuning_t *tuning
     begin_phase(step, TORQUE_UP);
 }
 
-/* What is left of the dead time turns the EMF, and i_d then counts as torque. true: by too much of the push.
+/* The remaining voltage error of the dead time turns the EMF, and a part of i_d then counts as torque. true:
+ * this part is too large a share of the push.
  */
 static bool is_turned(const torque_test_t *step, const commission_tuning_t *tuning,
                       const commission_results_t *results, float current_d, float psi)
@@ -303,7 +305,7 @@ static bool is_turned(const torque_test_t *step, const commission_tuning_t *tuni
     return LOSS_REST * results->dead_voltage * bounds_magnitude(current_d) > TURNED_MOST * step->push * emf;
 }
 
-/* Solves the fit of the slices and of the steady speeds. false: it has no solution yet. */
+/* Solves the fit of the slices and of the steady speeds. false: the fit has no solution yet. */
 static bool solve(const torque_test_t *step, float x[TURNING_UNKNOWNS], float *error)
 {
     turning_fit_t fit = step->fit;
@@ -332,7 +334,7 @@ static bool is_confirmed(const torque_test_t *step, const commission_results_t *
            bounds_within(inertia - step->earlier, CONFIRMS * step->earlier);
 }
 
-/* The pushes are over: friction by the steady speeds, or a second test. */
+/* The pushes have ended: computes the friction by the steady speeds, or starts a second test. */
 static commission_verdict_t judge(torque_test_t *step, commission_results_t *results, float psi)
 {
     float error;
@@ -373,8 +375,8 @@ static bool goes_on(const torque_test_t *step)
     return step->cycle < least || (!(solved && error < SCATTER_GOOD) && step->cycle < CYCLES_MOST);
 }
 
-/* A phase ends. That of the first cycle has shown how long it takes: slices as long as possible, because the
- * variance of an acceleration falls with the fifth power of their length. */
+/* The end of a phase. The phases of the first cycle show how long they take. The slices are then made as long
+ * as possible, because the variance of an acceleration falls with the fifth power of their length. */
 static void end_phase(torque_test_t *step, torque_phase_t next)
 {
     if (step->cycle == 0u && step->phase >= (int32_t)TORQUE_UP) {
@@ -398,7 +400,7 @@ static commission_verdict_t push(torque_test_t *step, const commission_tuning_t 
     if (step->phase == (int32_t)TORQUE_UP) {
         if (step->windows > periods_of(PUSH_WAIT, tuning->window)) {
             step->push = bounds_less(PUSH_GROWTH * step->push, PUSH_MOST * tuning->current_max);
-            step->fit = (turning_fit_t){.n = 0.0f}; /* the rotor may have stood: friction was anything */
+            step->fit = (turning_fit_t){.n = 0.0f}; /* at standstill the friction could have any value */
             step->changed = 1u;
             begin_phase(step, TORQUE_UP);
         } else if (omega_m > step->high) {
@@ -467,7 +469,8 @@ commission_verdict_t torque_test_step(torque_test_t *step, const commission_tuni
     if (!(step->low < 0.7f * step->high)) {
         return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
     }
-    /* the same i_d in all phases: what it adds to the torque by an error of the angle is the same, too */
+    /* the same i_d in all phases: the torque that it adds by an error of the angle is then the same as well
+     */
     const float most = BIAS_PUSHES * first_push(step, tuning, psi);
     *wish = (turning_wish_t){0u, step->low, {bounds_clamp(bias(BIAS_TORQUE, tuning, psi), most), 0.0f}};
     if (step->phase < (int32_t)TORQUE_UP) {

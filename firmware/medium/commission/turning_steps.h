@@ -2,7 +2,7 @@
  *
  *     psi_f      means at a steady speed, with a current on the d axis that keeps the signs of the legs
  *                certain:   psi_f = |e|/omega - (L_d - L_q) i_d       e: back-EMF of the active flux
- *     friction   the torque of two steady speeds, less J times what is left of an acceleration
+ *     friction   the torque of two steady speeds, less J times the remaining acceleration
  *     J          torque up, coast, brake, two times or more; over slices of N windows
  *                  a = (1.5 p psi i_q - T_c - B omega)/J              least squares
  *                the two steady speeds are rows of this fit, too: the phases of a light rotor have nearly
@@ -10,8 +10,8 @@
  *                speed and acceleration of a slice from a parabola through the angles of its EMF; a is the
  *                dependent one, because it is far noisier than the torque, and noise of an independent one
  *                would make its coefficient too small
- *                the current is taken across the EMF and not in the frame of the loop: its lag in an
- *                acceleration would take i_d for torque
+ *                the current is taken across the EMF and not in the frame of the loop: with the lag of the
+ *                loop in an acceleration, i_d would count as torque
  *
  * These steps order a speed or a current; start, hand-over and run are those of the drive. */
 #ifndef MEDIUM_COMMISSION_TURNING_STEPS_H
@@ -31,7 +31,7 @@ typedef struct {
     float least;   /* speed of the hand-over, mechanical [rad/s] */
 } turning_input_t;
 
-/* What the drive shall do. */
+/* The order to the drive. */
 typedef struct {
     uint32_t by_current; /* [-] 1: i_q of `current`; 0: the speed */
     float omega_m_ref;   /* [rad/s] mechanical */
@@ -43,7 +43,7 @@ typedef struct {
     float windows; /* [windows] */
     float omega;   /* electrical [rad/s] */
     float speed;   /* magnitude of the same [rad/s] */
-    float volts;   /* EMF of the magnets beyond that of a near psi_f [V] */
+    float volts;   /* EMF of the magnets minus that of an approximate psi_f [V] */
     float square;  /* its square [V^2] */
     float torque;  /* [N m] */
 } turning_mean_t;
@@ -76,7 +76,7 @@ typedef enum { TORQUE_STEADY_FAST, TORQUE_STEADY_SLOW, TORQUE_UP, TORQUE_COAST, 
 typedef struct {
     float torque;       /* mean [N m] */
     float omega;        /* mean, mechanical [rad/s] */
-    float acceleration; /* what is left of one, mechanical [rad/s^2] */
+    float acceleration; /* remaining one, mechanical [rad/s^2] */
 } turning_point_t;
 
 typedef struct {
@@ -91,7 +91,7 @@ typedef struct {
     turning_slice_t slice;
     turning_fit_t fit;
     turning_mean_t mean;
-    float half;               /* its sum of omega_e over the first half of a steady speed [rad/s] */
+    float half;               /* sum of omega_e over the first half of a steady speed [rad/s] */
     uint32_t changed;         /* [-] 1: the friction is no longer that of the steady speeds */
     turning_point_t point[2]; /* fast, slow */
 } torque_test_t;

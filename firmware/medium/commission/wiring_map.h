@@ -3,9 +3,9 @@
  *     M = 1/3 sum r d^T    over six directions 60 degrees apart: r answer, d unit vector of the pulse
  *
  * Opposite pulses cancel offsets and the loss of the dead time. An open phase leaves one direction without an
- * answer: M has rank one. A correct wiring has a symmetric, positive M (L^-1 of the winding); each of the 24
- * maps of two sensors (leg and sign of each) is removed from M, and the best one is the map whose rest is
- * symmetric and positive. Runs once, after the pulses. */
+ * answer: M has rank one. With correct wiring M is symmetric and positive (L^-1 of the winding). There are 24
+ * maps of two sensors (leg and sign of each). The effect of each map is removed from M; the true map is the
+ * one that leaves a symmetric and positive matrix. Runs once, after the pulses. */
 #ifndef MEDIUM_COMMISSION_WIRING_MAP_H
 #define MEDIUM_COMMISSION_WIRING_MAP_H
 

@@ -50,7 +50,7 @@ static float length(ab_t vector)
     return root_or_none(vector.alpha * vector.alpha + vector.beta * vector.beta);
 }
 
-/* Three pulses had no sufficient answer: the next ones are larger. False: there is none. */
+/* Three pulses had no sufficient answer: the next ones are larger. False: no larger pulse is permitted. */
 static bool grow(wiring_step_t *step, float u_dc)
 {
     if (step->voltage < MOST_SHARE * u_dc) {
@@ -62,8 +62,8 @@ static bool grow(wiring_step_t *step, float u_dc)
     return step->periods <= PERIODS_MOST;
 }
 
-/* The answers do not cancel: the matrix once more, because noise can be the reason where the pulses are
- * small. */
+/* The answers do not cancel: the matrix is measured once more, because with small pulses noise can be the
+ * reason. */
 static commission_verdict_t turns(wiring_step_t *step, const commission_tuning_t *tuning,
                                   excite_order_t *order)
 {
@@ -83,7 +83,8 @@ static commission_verdict_t judge(wiring_step_t *step, const commission_tuning_t
     if (wiring_rank(&step->matrix) < RANK_LEAST) {
         return commission_failed(COMMISSION_REASON_OPEN_PHASE, wiring_open_phase(&step->matrix));
     }
-    /* before the inductance: by sensors of the wrong sign or leg the current falls along its pulse */
+    /* judged before the inductance: with a sensor of the wrong sign or leg the current falls along its pulse
+     */
     const wiring_map_t map = wiring_best(&step->matrix);
     if (!wiring_is_right(map)) {
         return commission_failed(COMMISSION_REASON_SENSOR_MAP, wiring_code(map));

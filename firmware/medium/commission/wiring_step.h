@@ -1,5 +1,5 @@
-/* The wiring, by pulses that move no rotor: motor there, no phase open, sensors on their phases; and a first
- * value of L.
+/* Checks the wiring by pulses that do not move the rotor: a motor is connected, no phase is open, and each
+ * sensor is on its phase. The step also gives a first value of L.
  *
  *     zero vector   no current may flow
  *     search        pulses in three directions, with a voltage that grows by a quarter, later a longer pulse,

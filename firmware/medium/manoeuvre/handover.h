@@ -6,11 +6,11 @@
  *     LP(eps^2) < 0.05                                       and is steady (both of lock.h)
  *     |LP(i_d)| < 1.6 |LP(i_q)| + 0.15 I                     the current is little more than the load needs
  *
- * so that only the frame changes. Control continues with the mean of the current, LP(i): if a leg passes zero
- * in that period, its damping changes i_q, which is no load. Until then the current is reduced from the start
- * current I to what the load needs, because the effect of errors of R and of the dead time falls with it.
- * The limits of the length contain an error of 30 % of the configured psi_f, and of about 15 % by these
- * errors (docs/theory.md, 23).
+ * so that only the frame changes. Control continues with the mean of the current, LP(i), because i_q in a
+ * single period may contain a response of the damping to a leg that passes zero current, which is no load.
+ * Until then the current is reduced from the start current I to what the load needs, because the effect of
+ * errors of R and of the dead time falls with the current. The limits of the length allow for an error of
+ * psi_f by 30 %, and of about 15 % by R and dead time (docs/theory.md, 23).
  *
  * A salient rotor with a current along its magnet has nearly no EMF and swings for a long time: it is handed
  * over as soon as the loop has been locked for 40 ms, within 0.7 omega_forced and with any i_d.

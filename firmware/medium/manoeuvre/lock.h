@@ -7,10 +7,10 @@
  *     standing     |omega| slow, |omega_ref| not, and the      the case that the other two miss
  *                  torque is at its limit, for 20 ms
  *
- * LP: a low-pass of 5 ms. Below the limit of the torque the speed control is still answering a load, or a
- * reference that moves fast. One step per window, of its means; the guard defines how long a sign must last
- * (settings/faults.h). Does not handle: the passage through zero speed, where there is no EMF (the caller
- * does not judge the lock then). */
+ * LP: a low-pass of 5 ms. While the torque is below its limit, a slow estimate is no sign, because the speed
+ * control is still responding to a load or to a fast reference. One step per window, of its means; the guard
+ * defines how long a sign must last (settings/faults.h). Does not handle: the passage through zero speed,
+ * where there is no EMF (the caller does not judge the lock then). */
 #ifndef MEDIUM_MANOEUVRE_LOCK_H
 #define MEDIUM_MANOEUVRE_LOCK_H
 
@@ -92,8 +92,8 @@ static inline bool lock_is_scattered(const lock_t *lock)
     return lock->scatter > LOCK_SCATTER_MAX;
 }
 
-/* The same window, while control uses the estimate: is it slow although its reference [rad/s] is not, and the
- * torque is at its limit? */
+/* The same window, while control uses the estimate: counts how long the estimate has been slow although its
+ * reference [rad/s] is not, with the torque at its limit. */
 static inline void lock_compare(lock_t *lock, float omega_smooth, float omega_ref, bool limited)
 {
     const bool stands = limited && bounds_within(omega_smooth, lock->tuning.speed_slow) &&

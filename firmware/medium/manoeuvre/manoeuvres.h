@@ -95,9 +95,9 @@ typedef struct {
  * would be attributed to the motor. */
 #define MANOEUVRE_STEADY DRIVE_WINDOWS(50e-3f)
 
-/* A rotor that was lost, is caught again and turns against the reference keeps its speed for this time: the
- * following reversal is not judged where the EMF is small, so ten means of the signs of a lost lock,
- * including the scatter, must be good before it. */
+/* A rotor that was lost, is caught again and turns against the reference keeps its speed for this time. In
+ * the reversal that follows, the lock cannot be judged where the EMF is small. Therefore the signs of a lost
+ * lock, including the scatter, must first be absent for ten of these means. */
 #define MANOEUVRE_PROVING (MANOEUVRE_STEADY + DRIVE_WINDOWS(10e-3f))
 
 /* The limits that end a manoeuvre. */
@@ -140,7 +140,7 @@ typedef struct {
 typedef struct {
     uint32_t count;    /* [-] since the bridge was switched on */
     uint32_t clock[2]; /* [windows] times of the last two */
-    uint32_t relocks;  /* [-] catches since the last one without a proved lock */
+    uint32_t relocks;  /* [-] catches since the last loss, without a proved lock */
     uint32_t brief;    /* [-] consecutive, each after a run that did not last */
 } manoeuvres_losses_t;
 

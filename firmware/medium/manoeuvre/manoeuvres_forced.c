@@ -46,8 +46,8 @@ static void begin_frame(manoeuvres_t *m, frame_change_t change, float ahead, set
     force_by(m, setpoint);
 }
 
-/* The frame turns from the first period on, in the requested direction: slowly and once round, so that it
- * takes along a rotor at any angle. */
+/* The frame turns from the first period on, in the requested direction: one slow turn, which takes along a
+ * rotor from any angle. */
 void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const manoeuvres_limits_t *limits = &m->limits;
@@ -69,7 +69,7 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, se
 
 void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
-    const bool stops = input->wish.mode == RUN_STOP; /* a stop skips the first turn of the frame */
+    const bool stops = input->wish.mode == RUN_STOP; /* a stop omits the first turn of the frame */
     raise_current(m, m->forced.wanted);
     if (m->windows >= m->limits.align_windows || stops) {
         manoeuvres_enter(m, MANOEUVRE_RAMP);
@@ -145,8 +145,8 @@ static void see_need(manoeuvres_t *m, const manoeuvres_input_t *input, const set
 
 /* The current of the forced frame: the full start current while it accelerates or passes zero; at a constant
  * speed the measured need of the load and a reserve, because a step of the load is not detected beforehand.
- * The need is measured in the estimate's frame: a wrong dead time turns that frame so far that a load seems
- * to need nothing. */
+ * The need is measured in the estimate's frame. A wrong dead time turns that frame so far that a load seems
+ * to need no current. */
 static void force_current(manoeuvres_t *m, bool voltage_near)
 {
     float wanted = m->forced.wanted;
@@ -158,7 +158,7 @@ static void force_current(manoeuvres_t *m, bool voltage_near)
     raise_current(m, wanted);
 }
 
-/* A start has failed for this reason: another try after a catch, or the fault if no try is left. */
+/* A start has failed for this reason: another try follows after a catch, or the fault if no try is left. */
 static void fail(manoeuvres_t *m, uint32_t why, setpoint_t *setpoint)
 {
     if (m->start_try >= m->limits.start_tries) {

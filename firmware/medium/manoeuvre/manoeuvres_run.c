@@ -4,7 +4,7 @@
 #include "math/bounds.h"
 #include "math/trig.h"
 
-#define LOSS_WINDOWS  DRIVE_WINDOWS(2.0f)  /* time within which three losses are one too many */
+#define LOSS_WINDOWS  DRIVE_WINDOWS(2.0f)  /* time within which the third loss is a fault */
 #define SLOW_PERIODS  DRIVE_PERIODS(5e-3f) /* below fallback_speed when the reference is, too */
 #define SOUND_WINDOWS DRIVE_WINDOWS(0.5f)  /* of run, after which a start counts as successful */
 #define RELOCKS       10u   /* [-] largest number of catches after one loss without a proved lock */
@@ -36,8 +36,8 @@ static void caught(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t 
 }
 
 /* The loop agrees with its EMF: run begins. A rotor that turns against the
- * reference keeps its speed first. One that is slower than at a hand-over goes on in the forced frame, which
- * takes it there: run would have to accelerate it by an angle that the dead time turns. */
+ * reference keeps its speed first. A rotor that is slower than at a hand-over continues in the forced frame,
+ * which accelerates it to this speed: in run the angle would be wrong because of the dead time. */
 static void proved(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const float omega_e = input->estimate->omega_smooth;
@@ -56,8 +56,8 @@ static void proved(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t 
     manoeuvres_run_at(m, input, omega_e, m->run.omega_m_ref, setpoint);
 }
 
-/* A relock whose loop is locked. A loop that does not agree with its EMF is caught again: it has had no
- * torque, so this does not count as another loss, unless it happens too often. */
+/* A relock whose loop is locked. If the loop does not agree with its EMF, the rotor is caught again. This
+ * does not count as another loss, because there was no torque yet, unless it happens too often. */
 static void prove_lock(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     switch (proof_step(&m->proof, input->estimate)) {
@@ -151,8 +151,8 @@ static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
  * change of direction, for a reference that is too slow to track, for a loop whose speed should make an EMF,
  * and for a loop that does not settle. The mean along the axis is judged, because noise has a length, too.
  * While the loop coasts the EMF is old and is not judged. Below the speed from which on the lock is judged,
- * an EMF is no proof of the angle: a loop that has had its time and does not settle counts as one without
- * EMF. */
+ * an EMF is no proof of the angle: a loop that has had enough time and does not settle counts as a loop
+ * without EMF. */
 static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const manoeuvres_limits_t *limits = &m->limits;
@@ -196,8 +196,9 @@ static void lock_to_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, se
     manoeuvres_run_at(m, input, omega_e, omega_e * m->limits.pole_pairs_inverse, setpoint);
 }
 
-/* Mean square of the detector in the periods in which the loop tracked; without one, the present mean. With
- * the zeros of the others a loop that coasts for most of the time would seem to settle at any angle. */
+/* Mean square of the detector in the periods in which the loop tracked; without one, the present mean. If the
+ * zeros of the other periods counted, a loop that coasts for most of the time would seem to settle at any
+ * angle. */
 static float scatter_of(const manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     return input->tracked != 0u ? (float)DRIVE_WINDOW / (float)input->tracked * input->scatter

@@ -91,8 +91,8 @@ static float most_per_ampere_bent(const run_t *run, float i_q)
     return lean * i_q / (1.0f + root_or_none(square));
 }
 
-/* Magnitude of the i_d of most torque per ampere beside this i_q [A]: 2 D i_q^2/(psi_f
- * + sqrt(psi_f^2 + 4 D^2 i_q^2)). */
+/* Magnitude of the i_d of most torque per ampere for this i_q [A]: 2 D i_q^2/(psi_f + sqrt(psi_f^2 + 4 D^2
+ * i_q^2)). */
 static float most_per_ampere(const run_t *run, float i_q)
 {
     if (saturation_is_on(&run->tuning.saturation)) {
@@ -113,7 +113,7 @@ static float salient(run_t *run, float i_q, float low)
     return run->i_d_left - (run->i_d_low > run->i_d_mtpa ? run->i_d_low : run->i_d_mtpa);
 }
 
-/* i_d beyond the requested one [A] beside an i_q [A], without the effect of the voltage. */
+/* i_d in addition to the requested one [A], for this i_q [A], without the effect of the voltage. */
 static float unweakened(run_t *run, float i_q, float omega_e)
 {
     const run_tuning_t *tuning = &run->tuning;
@@ -203,8 +203,8 @@ static void follow_torque(run_t *run, float wanted, float omega_m, bounds_t limi
     speed_control_reset(&run->speed, run->torque, omega_m);
 }
 
-/* The current that makes the torque [A]: i_d from the i_q that is needed beside the i_d of the last step, and
- * from the voltage limit; i_q is psi_f/psi_a of the torque. */
+/* The current that makes the torque [A]: i_d follows from the i_q that is needed with the i_d of the last
+ * step, and from the voltage limit; i_q is psi_f/psi_a of the torque. */
 static dq_t current_of(run_t *run, float i_d_wanted, float omega_e)
 {
     const bool salient_rotor = run->tuning.saliency > 0.0f;

@@ -36,7 +36,9 @@
 #define RUN_TORQUE_LEAST 0.1f
 #define RUN_MTPA_SHARE   0.5f
 
-#define RUN_RELAX 0.995f /* [-] of a higher bandwidth of the speed control, per step: 0.3 s from 7 to 1 */
+#define RUN_RELAX                                                                                            \
+    0.995f /* [-] per step, of an increased bandwidth of the speed control: 0.3 s from 7 to 1                \
+            */
 
 typedef struct {
     speed_control_tuning_t speed;
@@ -47,7 +49,7 @@ typedef struct {
     float low_share;   /* low-pass of that i_d, because i_q is noisy [-] */
     float fade;        /* share of a hand-over's i_d that remains one step later [-] */
     float saliency;    /* D/psi_f of a salient rotor [1/A]; 0: a round one, or nearly */
-    saturation_t saturation; /* of the q axis, beside the L_q of `saliency` */
+    saturation_t saturation; /* of the q axis; changes the L_q of `saliency` */
     uint32_t mtpa;           /* [-] 1: i_d of a salient rotor for most torque per ampere */
     float per_torque;        /* current of psi_f that makes a torque, 1/(1.5 p psi_f) [A/(N m)] */
     float slew;              /* by which a torque may grow per step, as a current of psi_f [A]; 0: no limit */
@@ -127,8 +129,9 @@ static inline void run_take(run_t *run, const run_tuning_t *tuning)
 void run_calm(run_t *run, bool whole);
 
 /* Sets the factor [-] by which the bandwidth of the speed control is higher while it takes over a load. Its
- * next output for zero error is kept. With a factor of 1 the bandwidth returns gradually, by RUN_RELAX at a
- * call: a step of the gains would leave a difference of i_q to the load that the slower control removes late.
+ * next output for zero error is kept. With a factor of 1 the bandwidth returns gradually, by RUN_RELAX at
+ * each call. After a step of the gains the slower control would need a long time to remove the difference of
+ * i_q from the load.
  */
 void run_stiffen(run_t *run, float factor);
 
@@ -163,8 +166,8 @@ static inline bool run_weakens(const run_t *run)
     return run->weakening.weakens != 0u;
 }
 
-/* The i_q [A] that the longest vector leaves beside the fading i_d, for a salient rotor or a weakened field
- * beside all of i_d; without the limits of heat and DC link. */
+/* The largest i_q [A] that the longest current vector permits together with the fading i_d, or, for a salient
+ * rotor or a weakened field, together with the whole i_d; without the limits of heat and DC link. */
 float run_room(const run_t *run);
 
 /* Current [A] and speed reference [rad/s] of this step in the rotor's frame, at this electrical

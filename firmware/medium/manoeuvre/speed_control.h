@@ -7,8 +7,8 @@
  * a reference step: 1 is the paper's PI, which overshoots; with 0 (I-P) only the integral raises the torque,
  * and with sufficient damping there is no overshoot. The response to a disturbance of the shaft does not
  * depend on b. At the limit the integral follows the reference that would just reach the limit (math/pi.h):
- * ki T/(b kp) of the shortfall; but no faster than in 10 ms, because noise is cut off at the limit on one
- * side only, and an integral that followed it at once would sink.
+ * ki T/(b kp) of the shortfall; but no faster than in 10 ms, because the limit cuts off noise on one side
+ * only, and an integral that followed at once would decrease.
  *
  * The paper prints no units; k_p 0.5 A/(rad/s), k_i 2.5 A/rad, mechanical, +-10 A fit its figures
  * (docs/theory.md, 17). While the output is at its limit the integral is back-calculated (math/pi.h).

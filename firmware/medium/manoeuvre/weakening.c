@@ -8,7 +8,7 @@
 
 #define TRIM_RATE    100.0f /* [1/s] */
 #define TRIM_MOST    0.2f   /* [-] */
-#define TRIM_FORGETS 0.9f   /* [-] share that remains one step later, while the voltage does not limit */
+#define TRIM_FORGETS 0.9f   /* [-] share that remains one step later, while the voltage is no limit */
 #define ASKED_MOST   1.3f   /* [-] of `use`: a requested voltage counts up to this */
 #define FLUX_SHARE   0.5f   /* low-pass of psi_m: link and speed are noisy [-] */
 #define HALVINGS     12     /* of the range of i_d: 10 A to 3 mA */

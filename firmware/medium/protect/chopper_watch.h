@@ -13,7 +13,8 @@
  * chopper.
  *
  * Does not handle: a resistor of a wrong value within a factor of two, its initial temperature, the losses
- * between motor and link (P counts at the motor, which delays the judgement, and does not make it wrong). */
+ * between motor and link (P is the power at the motor, which delays the judgement and does not make it
+ * wrong). */
 #ifndef MEDIUM_PROTECT_CHOPPER_WATCH_H
 #define MEDIUM_PROTECT_CHOPPER_WATCH_H
 

@@ -20,7 +20,7 @@
 #define GAIN_MIN      0.65f /* [-] assumed L 30 % too small: 0.7 */
 #define GAIN_MAX      1.45f /* [-] assumed L 30 % too large: 1.3 */
 #define GAIN_RATIO    1.2f  /* [-] of two sensors, if L is the same along all axes */
-#define GAIN_APART    1e-3f /* [-] with less the ratio of two sensors is not limited */
+#define GAIN_APART    1e-3f /* [-] below this the ratio of two sensors is not limited */
 #define GAIN_SALIENT  0.05f /* [-] (L_q - L_d)/(L_q + L_d) from which the position of the rotor counts */
 #define GAIN_AXIS     0.33333333f /* [-] half of the vector along the axis of the sensor: 3/4 of a square 1/4 */
 #define GAIN_SWING    3.0f        /* [-] Dp over the error by the EMF of a rotor that swings */
@@ -31,7 +31,7 @@
 #define FLUX_TURN     2.6f  /* [-] of psi_f: half a turn, and an assumed psi_f that is a quarter too small */
 #define SUM_SHARE     0.08f /* [-] of the range */
 #define TURN_DOUBT    3.33333333f /* [-] speed of a tracked rotor over the speed whose EMF is uncertain */
-#define KNOWN         3u          /* [windows] with which p - m of the last but one is known */
+#define KNOWN         3u          /* [windows] from which on p - m of the last but one is known */
 
 current_watch_tuning_t current_watch_prepare(const current_watch_params_t *params)
 {
@@ -170,10 +170,11 @@ static bool stands(const current_watch_tuning_t *tuning, const current_watch_pha
            !bounds_within(beside - phase->beside, tuning->beside);
 }
 
-/* Part of p of this window by which a value that stays contradicts the winding [A]: p beyond its uncertainty,
- * its change since the value was first constant, and p less p - m of a window in which the value was right.
- * The uncertain part of the EMF turns with the rotor, the windows are at most one window more than `still`
- * apart, and the rotor that is assumed now may depend on the suspected sensor. */
+/* By how much a value that stays constant contradicts the law of the winding in this window [A]. It is the
+ * largest of three: p beyond its uncertainty; the change of p since the value was first constant; and p less
+ * the p - m of a window in which the value was right. The uncertain part of the EMF turns with the rotor
+ * between the two windows, which are at most one window more than `still` apart. The smaller of both EMFs
+ * counts, because the rotor that is assumed now may depend on the suspected sensor. */
 static float contradiction(const current_watch_t *watch, uint32_t n, const current_watch_window_t *window,
                            float doubt)
 {
@@ -191,8 +192,8 @@ static float contradiction(const current_watch_t *watch, uint32_t n, const curre
 }
 
 /* True if a value is stuck: it has not changed by one bit in all periods of a window and the following ones,
- * and p contradicts that, or the value stays for too long. A value that has jumped, with any EMF, or that
- * differs from the observer's, is suspected, too. */
+ * and p contradicts that, or the value stays for too long. A value is suspected as well if it has jumped by
+ * more than any EMF explains, or if it differs from the observer's. */
 static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_window_t *window,
                      const current_watch_input_t *input)
 {
@@ -243,8 +244,8 @@ static uint32_t judge_phases(current_watch_t *watch, const current_watch_input_t
     return watch->suspected != 0u ? bits | CURRENT_WATCH_MAYBE : bits;
 }
 
-/* True if control changes the current in this window or the last. A current that only turns may
- * be that of a rotor that swings. */
+/* Stores in which windows control has changed the length of the current. A current that only turns may be
+ * that of a rotor that swings. */
 static void see_reference(current_watch_t *watch, dq_t reference, float largest)
 {
     const float asked = reference.d * reference.d + reference.q * reference.q;

@@ -10,15 +10,17 @@
  *
  *     stuck   a sensor's value has not changed by one bit, and p exceeds the effect of wrong assumed values,
  *                 d = T_w/L (U_dead + R/2 |i| + share psi_f |omega_e|);   sum of |p| - d above the limit
- *             or p differs from p - m of the window before the value stayed by more than these effects change
- *             or it has not changed for long, while another sensor's value has and p went up and down
+ *             or p differs from the p - m of the window before the value became constant by more than these
+ *             effects can change
+ *             or the value has not changed for long, while another sensor's value and p have changed
  *     gain    of the new part of the change in a window, Dm against Dp:  g = sum Dm Dp/sum Dp^2  per sensor;
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one differs from another by more than GAIN_RATIO
  *             and by more than the saliency of a rotor in any position explains
  *     loss    a phase for which a current is requested, on a window's mean, with more voltage than the dead
- *             time may take, has nearly no current for some time, while another carries some; or for twice
- * the time, while the current of any phase deviates from the requested one; or its voltage exceeds the effect
- * of any rotor's flux sum     three sensors whose currents do not add up to zero
+ *             time may take, has nearly no current for some time, while another carries some;
+ *             or for twice the time, while the current of any phase deviates from the requested one;
+ *             or its voltage exceeds the effect of any rotor's flux
+ *     sum     three sensors whose currents do not add up to zero
  *
  * Derivation, margins and undetected errors: docs/theory.md, 27. Only the voltage is summed in each period;
  * the rest is computed once per window. No division.
@@ -36,7 +38,7 @@
 #include "math/winding.h"
 
 /* Conditions of the fault table. */
-#define CURRENT_WATCH_STUCK UINT32_C(1)  /* a sensor does not follow what must flow */
+#define CURRENT_WATCH_STUCK UINT32_C(1)  /* a sensor does not show the current that must flow */
 #define CURRENT_WATCH_GAIN  UINT32_C(2)  /* the gain of all sensors, or of one, is wrong */
 #define CURRENT_WATCH_LOSS  UINT32_C(4)  /* no current flows through a phase */
 #define CURRENT_WATCH_SUM   UINT32_C(8)  /* three currents do not add up to zero */
@@ -64,7 +66,7 @@ typedef enum {
     STILL_KINDS
 } current_watch_still_t;
 
-/* What the comparison of measured changes with expected ones is judged by. */
+/* Limits for the comparison of measured changes with expected ones. */
 typedef struct {
     float least; /* smallest Dp that is judged, squared [A^2] */
     float pair;  /* least sum of Dp^2 of a sensor that is compared with the other [A^2] */
@@ -104,11 +106,11 @@ typedef struct {
     float change;    /* m of the last window [A] */
     float expected;  /* p of the last window [A] */
     float stuck;     /* sum of p beyond its uncertainty since the value last changed [A] */
-    float held;      /* p of a period when the value was first constant [A] */
-    float error;     /* p - m of the last window, at the next one's end of the last but one [A] */
+    float held;      /* p per period when the value was first constant [A] */
+    float error;     /* p - m of the last window; at the end of a window still of the last but one [A] */
     float bias;      /* p - m of the last window in which the suspected value was certainly right [A] */
-    float emf;       /* uncertain part of a window's EMF, by the rotor assumed before that [A] */
-    float path;      /* sum of the changes of p since then, up and down [A] */
+    float emf;       /* uncertain part of a window's EMF when the value was first constant [A] */
+    float path;      /* sum of the magnitudes of the changes of p since then [A] */
     float beside;    /* another sensor's value then [A] */
     float fed;       /* sum of p without the EMF, beyond its uncertainty, while nearly no current flows [A] */
     uint32_t absent; /* [periods] with a requested current, and without a measured one */
@@ -131,9 +133,9 @@ typedef struct {
     ab_t current;       /* at the last window's end [A] */
     float emf;          /* uncertain part of the EMF in the last window [A] */
     float asked;        /* square of the requested current at the last window's end [A^2] */
-    uint32_t steered;   /* [-] bits: the requested length changed in this window, 1, or the last two, 2, 4 */
-    uint32_t windows;   /* [windows] since the watch began */
-    uint32_t unknown;   /* [windows] of these up to the last one whose values are not known */
+    uint32_t steered; /* [-] bits: the requested length changed in this window, 1; one or two before, 2, 4 */
+    uint32_t windows; /* [windows] since the watch began */
+    uint32_t unknown; /* [windows] number of the last window whose values cannot be used */
     current_watch_phase_t phase[3];
     float noise;               /* mean square of Dm - Dp of a sensor where Dp is nearly zero [A^2] */
     current_watch_gain_t all;  /* of both sensors together */
@@ -147,7 +149,7 @@ typedef struct {
     dq_t asked_for;   /* sum of the requested currents, one period before each sample [A] */
     uint32_t moved;   /* [-] bits of the phases whose value differed in a sample from the last window's end */
     abc_t current;    /* measured at t_k, offsets removed [A] */
-    ab_t error;       /* value expected by the observer there, less that [A] */
+    ab_t error;       /* value expected by the observer at t_k, minus this current [A] */
     dq_t reference;   /* requested current [A] ... */
     rotation_t frame; /* ... in this frame at t_k */
     float u_dc;       /* [V] */

@@ -14,7 +14,7 @@
 #define NOISE_LEAST  0.1f  /* [-] of the smallest Dp^2: noise below this is ignored */
 #define NOISE_MOST   0.1f  /* [-] of the smallest Dp^2: largest noise */
 #define NOISE_SHARE  0.05f /* [-] of a window in the mean noise */
-#define GAIN_AXES    1.5f  /* [-] most that the noise of two sensors counts in the length of the vector */
+#define GAIN_AXES    1.5f  /* [-] largest effect of the noise of two sensors on the length of the vector */
 #define ZONE_SHARE   0.67f /* [-] of the zone: above this the loss of a leg is constant */
 
 /* True if the loss of a leg is constant at all three window ends. */

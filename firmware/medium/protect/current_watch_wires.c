@@ -6,7 +6,7 @@
 #define APART_SHARE     0.25f /* [-] of the largest phase current: least deviation from the requested current */
 #define LITTLE_SHARE    0.5f /* [-] of the requested current: limit where the EMF contradicts */
 #define ELSEWHERE_TIMES 4u   /* [-] factor on the time if the encoder may be wrong: its watch needs 8 ms */
-#define FED_SHARE       0.1f /* [-] of its limit: from here on only this law is used */
+#define FED_SHARE       0.1f /* [-] of its limit: above this only this law is used */
 /* The same where a forced frame takes the rotor along, which then does not turn by 80 degrees. */
 #define FORCED_SHARE 0.5f /* [-] */
 #define ALL_SIGNS    2.0f /* [-] of the dead time's voltage, if all three signs are uncertain */
@@ -35,14 +35,14 @@ static bool deviates(const float asked[3], const current_watch_window_t *window,
     return apart;
 }
 
-/* True if a phase has been without current for long enough, counted while another phase carries some and the
- * current control does not reach the requested current: in this phase, or in the others, whose current an
- * open wire couples. `asked`: requested currents, in all of the window's periods [A]. The others alone count
- * half, because a frame with a wrong angle causes a deviation as well. If the EMF contradicts, a diode may
- * carry the current in place of a switch: half of the requested current then counts as no current. If the EMF
- * contradicts along no phase's axis, the encoder is probably wrong, and the dead time, compensated with a
- * wrong angle, may hold a phase at zero for some milliseconds: the time is longer then. At the limit of a low
- * link voltage a current lags behind the requested one. */
+/* True if a phase has been without current for long enough. The time counts while another phase carries
+ * current and the current control does not reach the requested current, either in this phase or in the
+ * others, whose currents an open wire makes dependent. `asked`: requested currents, in all of the window's
+ * periods [A]. A deviation of only the others counts half, because a frame with a wrong angle causes one as
+ * well. If the EMF contradicts, a diode may carry the current in place of a switch: half of the requested
+ * current then counts as no current. If the EMF contradicts along no phase's axis, the encoder is probably
+ * wrong, and the dead time, compensated with a wrong angle, may hold a phase at zero for some milliseconds:
+ * the time is longer then. At the limit of a low link voltage a current lags behind the requested one. */
 static bool is_absent(current_watch_t *watch, uint32_t n, const current_watch_input_t *input,
                       const current_watch_window_t *window, const float asked[3])
 {

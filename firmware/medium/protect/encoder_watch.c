@@ -7,8 +7,8 @@
 #include "math/root.h"
 #include "math/trig.h"
 
-/* [windows] after a rest until two are known: the turn of the EMF is measured from one to the next. This
- * number of windows may be part of the step with which a sign begins, which is no turn. */
+/* [windows] after a rest until two are known, because the turn of the EMF is measured from one to the next.
+ * The step with which a sign begins, which is no turn, may extend over as many windows. */
 #define FOR_A_TURN 2u
 
 /* Limits for a rotor that turns the other way: its speed over that of the encoder, and
@@ -17,8 +17,8 @@
 #define BACKWARD_MOST  300.0f /* [rad/s] at higher speeds the sine of its turn is less accurate */
 #define BACKWARD_ERROR 0.3f   /* [-] of psi_f |omega| */
 
-/* Of psi_f |omega| of an encoder that turns: a longer EMF may come from a current that is not controlled,
- * which the next periods report, and must last twice as long. */
+/* Of psi_f |omega| of an encoder that turns. A longer EMF must last twice as long, because it may come from a
+ * current that is not controlled, which is reported in the next periods. */
 #define TOO_LONG 1.5f /* [-] */
 
 #define MUCH_BESIDE 0.3f /* [-] of the EMF: above the effect of a wrong psi_f */
@@ -36,12 +36,12 @@
 /* The mean difference: over these windows the noise, which has opposite signs from one window to the next,
  * falls to a fifth of a single window's, and a difference that turns at 100 rad/s lags by 14 degrees. */
 #define OFF_WINDOWS 4u
-/* Of the least EMF that is judged: so large a difference across the axis the dead time of the two other
- * phases may make, whose currents are opposite and small, or noise. */
+/* Of the least EMF that is judged: largest difference across the axis that noise, or the dead time of the
+ * other two phases with small opposite currents, may cause. */
 #define OFF_BESIDE 0.5f /* [-] */
 
-/* [windows] on one axis, less ALONG_MISSED for each beside it, after which a wire is the cause: a rotor at
- * the lowest speed that is judged, 12 rad/s or more, leaves the axis within 20. */
+/* [windows] on one axis, minus ALONG_MISSED for each window off it, after which a wire is the cause: a rotor
+ * at the lowest speed that is judged, 12 rad/s or more, leaves the axis within 20. */
 #define ALONG_WINDOWS 32u
 #define ALONG_MISSED  8u
 
@@ -162,7 +162,8 @@ static inline float noise_of(const encoder_watch_t *watch)
 }
 
 /* True if it lies along the axis of one phase, in either direction. On each axis the sine of three times its
- * angle is 0; a part `beside` it [V^2] makes that sine up to three times its share. */
+ * angle is 0. A part `beside` the axis [V^2] increases that sine by up to three times the share of this part.
+ */
 static bool is_along(ab_t off, float beside)
 {
     const float square = square_of(off);
@@ -182,8 +183,8 @@ static inline bool is_noisy(const encoder_watch_t *watch, ab_t off)
     return 9.0f * watch->tuning.noise > PHASE_SINE * PHASE_SINE * square_of(off);
 }
 
-/* Takes the difference of a wrong window into the mean of consecutive ones; where neither noise nor the dead
- * time matters the last window alone counts. */
+/* Adds the difference of a wrong window to the mean of consecutive ones. If neither noise nor the dead time
+ * matters, only the last window counts. */
 static void add_off(encoder_watch_t *watch, bool wrong, ab_t off)
 {
     if (!wrong) {
@@ -224,7 +225,7 @@ static void count_along(encoder_watch_t *watch)
     }
 }
 
-/* True if it is large and lies along no phase axis. */
+/* True if the difference is large and does not lie along the axis of a phase. */
 static bool is_elsewhere(const encoder_watch_t *watch, ab_t off)
 {
     const dq_t emf = watch->last;
@@ -239,7 +240,7 @@ static bool is_beyond_noise(const encoder_watch_t *watch, float length)
     return turn * turn > watch->tuning.turn_noise;
 }
 
-/* The step with which a sign begins is no turn: the EMF's speed stays what it was. */
+/* The step with which a sign begins is no turn: the EMF's speed keeps its value. */
 static inline void hold_speed(encoder_watch_t *watch, bool wrong, float omega_emf)
 {
     if (wrong && watch->wrong < FOR_A_TURN && watch->windows >= watch->tuning.settles) {

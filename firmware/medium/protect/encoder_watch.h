@@ -32,8 +32,8 @@
  * of the rotor leaves the axis when the rotor turns. In a single window the noise of the currents may turn
  * the difference by more than the angle between two axes. This noise has opposite signs in consecutive
  * windows. Therefore, with small currents, the mean difference of the windows with the sign is used. If it
- * stays on the axis for ENCODER_WATCH_WAIT, the wire or the switch is reported. The currents of a motor that
- * is small for the sensors would not show this fault.
+ * stays on the axis for ENCODER_WATCH_WAIT, the wire or the switch is reported. If the motor's currents are
+ * small for the range of the sensors, the currents do not show this fault.
  *
  *     wire        the same sign, all the time along the axis of one phase
  *
@@ -85,10 +85,10 @@ typedef struct {
     float speed_least;  /* omega_least [rad/s] electrical, > 0 */
     float noise;        /* of a measured current, standard deviation [A], >= 0 */
     float doubtful;     /* length of a current whose phases may have any sign [A], >= 0 */
-    float unseen;   /* length of a current with which no wire is reported by the current itself [A], >= 0 */
-    float step;     /* a count of the encoder [rad] electrical */
-    float period;   /* T [s] */
-    uint32_t every; /* n, periods of a window [-] */
+    float unseen;       /* below this length the currents do not show a broken wire [A], >= 0 */
+    float step;         /* a count of the encoder [rad] electrical */
+    float period;       /* T [s] */
+    uint32_t every;     /* n, periods of a window [-] */
 } encoder_watch_params_t;
 
 typedef struct {
@@ -97,7 +97,7 @@ typedef struct {
     float doubtful;     /* square of the length of a current whose phases may have any sign [A^2] */
     float alone;        /* square of the EMF from which a single window is judged [V^2] */
     float noise;        /* square of three standard deviations of the EMF of a single window [V^2] */
-    float unseen;       /* square of the length of a current that does not show a wire [A^2] */
+    float unseen;       /* square of the same length [A^2] */
     float turn_noise; /* square of three standard deviations of the EMF's speed times its length [V^2/s^2] */
     float beside;     /* square of the part of a mean difference beside the axis of its phase [V^2] */
     float leap;       /* [rad] electrical; more than half a turn: not judged */
@@ -180,7 +180,7 @@ static inline void encoder_watch_add(encoder_watch_t *watch, ab_t voltage)
     watch->voltage.beta += voltage.beta;
 }
 
-/* The shaft is not driven: nothing is known of the EMF any more. */
+/* The shaft is not driven: the EMF is no longer known. */
 static inline void encoder_watch_forget(encoder_watch_t *watch)
 {
     encoder_watch_rest(watch);

@@ -3,7 +3,7 @@
 #include "math/bounds.h"
 #include "math/periods.h"
 
-/* Looks from a look until the setpoint that was made of it has set the output. */
+/* [looks] from a look until the setpoint that results from it has set the output. */
 #define OUTPUT_LOOKS 2u
 
 /* A time in looks, which may end between two of them. */

@@ -52,8 +52,8 @@ static bool is_fed(link_watch_t *x, const link_watch_tuning_t *tuning, const lin
     return fed;
 }
 
-/* A link voltage in the band of the driving limit, or below: the hold sinks until it is known whether the
- * rotor or the supply feeds the link. */
+/* For a link voltage in the band of the driving limit or below: u_hold decreases until it is known whether
+ * the rotor or the supply feeds the link. */
 static void look_in_the_band(link_watch_t *x, const link_watch_tuning_t *tuning,
                              const link_watch_input_t *input)
 {

@@ -13,7 +13,7 @@
 /* [-] least speed of a runaway that is reported, over the speed at its beginning. */
 #define GROWN 1.1f
 
-/* The result is 0 only for a time of 0. */
+/* Number of judgements in this time; 0 only for a time of 0. */
 static uint32_t judgements_in(float time, float period)
 {
     const uint32_t whole = periods_of(time, period);

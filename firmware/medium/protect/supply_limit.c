@@ -47,8 +47,8 @@ static float smaller(float power, float e, float root)
     return power > 0.0f && sum > 0.0f ? 2.0f * power / sum : 0.0f;
 }
 
-/* The limits for the largest power that may be drawn, and the largest that may be returned [W], beside the
- * power P_r; `e` is K_t |omega_m| [V]. */
+/* The limits for the largest power that may be drawn, and the largest that may be returned [W], in addition
+ * to the power P_r; `e` is K_t |omega_m| [V]. */
 static void limit(supply_limit_t *x, const supply_limit_tuning_t *tuning, float drawn, float back, float e)
 {
     const float most = tuning->current_max;
@@ -59,7 +59,7 @@ static void limit(supply_limit_t *x, const supply_limit_tuning_t *tuning, float 
         x->driving = bounds_less(smaller(drawn, e, root), most);
         x->braking = bounds_less(tuning->third_inverse * (e + root), most);
     }
-    /* below zero no braking current returns as much: the copper takes it */
+    /* negative: no braking current returns that much, because the copper loss is larger */
     const float square = back < FLT_MAX ? e * e - tuning->sixfold * back : -1.0f;
     if (square > 0.0f) {
         const float opened = bounds_more(1.0f - e * tuning->free_inverse, 0.0f);
@@ -68,7 +68,7 @@ static void limit(supply_limit_t *x, const supply_limit_tuning_t *tuning, float 
     }
 }
 
-/* 1: i_q has reached its limit, and that is not the one of the drive. */
+/* 1: i_q has reached its limit, and this limit is below the drive's own. */
 static uint32_t reached(float i, float limit, float most)
 {
     return limit < most && i > SUPPLY_LIMIT_NEAR * limit ? UINT32_C(1) : UINT32_C(0);

@@ -6,7 +6,7 @@
 
 #define TWO_THIRDS 0.666666667f /* i_alpha^2 + i_beta^2 of i_a^2 + i_b^2 + i_c^2, their sum being zero */
 
-#define HEAT_MOST 10.0f /* [-] of the trip: the drive has stopped far below */
+#define HEAT_MOST 10.0f /* [-] of the trip: the drive has stopped long before */
 
 /* A body whose i^2 is `share` of the sum of squares. */
 static thermal_body_t prepare_body(const thermal_params_t *params, float continuous, float time, float share)

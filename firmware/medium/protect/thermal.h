@@ -36,7 +36,7 @@
 
 #define THERMAL_WARM   0.9f  /* [-] h from which the limit falls */
 #define THERMAL_TRIP   1.1f  /* [-] h that stops the drive */
-#define THERMAL_KELVIN 10.0f /* [K] below a temperature limit, the same */
+#define THERMAL_KELVIN 10.0f /* [K] below a temperature limit: from here on the limit falls as well */
 #define THERMAL_LEAST  0.25f /* [-] of I_max, at a temperature limit */
 
 /* The conditions: bits. */

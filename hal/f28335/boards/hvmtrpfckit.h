@@ -4,8 +4,8 @@
  * line and its check on the bench. */
 #define BOARD_NAME "hvmtrpfckit" /* 1 */
 
-/* 2: cards of later revisions carry 30 MHz. A crystal of 20 MHz gives 100 MHz, one of 25 MHz gives 125 MHz:
- * measure it (bench check 3), and enter it here. */
+/* 2: cards of later revisions have a crystal of 30 MHz. A crystal of 20 MHz gives 100 MHz, one of 25 MHz
+ * gives 125 MHz: measure it (bench check 3), and enter it here. */
 #define BOARD_CRYSTAL_HZ 30000000
 #define BOARD_SYSCLK_HZ  150000000
 
@@ -28,12 +28,12 @@
 #define BOARD_CURRENT_B_INPUT BOARD_ADC_B(1)
 #define BOARD_CURRENT_C_INPUT BOARD_ADC_A(3)
 
-#define BOARD_CURRENT_ZERO_MV 1650 /* 9: +-10 A are 0 to 3.3 V, of which the ADC sees 3.0 V */
+#define BOARD_CURRENT_ZERO_MV 1650 /* 9: +-10 A are 0 to 3.3 V, of which the ADC converts 3.0 V */
 #define BOARD_CURRENT_STEP_MA 10000
 #define BOARD_CURRENT_STEP_MV 1650
 
 #define BOARD_SAMPLES_AT                                                                                     \
-    BOARD_LOWER_ZERO_VECTOR /* 10: the shunts see a current while the lower switch is on */
+    BOARD_LOWER_ZERO_VECTOR /* 10: a shunt carries current while its lower switch is on */
 #define BOARD_SHUNT_SETTLED_NS 2000
 
 #define BOARD_DC_INPUT   BOARD_ADC_A(7) /* 11: 409 V are 3.3 V */

@@ -30,7 +30,8 @@
 #define BOARD_CURRENT_STEP_MA 20000
 #define BOARD_CURRENT_STEP_MV 1500
 
-#define BOARD_SAMPLES_AT       BOARD_UPPER_ZERO_VECTOR /* 10: sensors in the leads see the current at any time */
+#define BOARD_SAMPLES_AT                                                                                     \
+    BOARD_UPPER_ZERO_VECTOR /* 10: sensors in the leads measure the current at any time */
 #define BOARD_SHUNT_SETTLED_NS 0
 
 #define BOARD_DC_INPUT   BOARD_ADC_A(1) /* 11: 500 V are 3 V */

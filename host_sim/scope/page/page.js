@@ -1,18 +1,18 @@
-/* The scope's page. Samples come as they were taken, with the drive's own stamps; this page keeps them, looks for the
-   trigger, and draws least and largest of each pixel's column. Everything that is asked of the drive is answered by the
-   drive; the page shows that answer. Numbers of samples and time are periods until they are shown. */
+/* The scope's page. Samples arrive with the drive's own time stamps; this page keeps them, looks for the
+   trigger, and draws least and largest of each pixel's column. The drive answers every request, and
+   the page shows its answer. Numbers of samples and time are periods until they are shown. */
 "use strict";
 const scope = (() => {
     const ROOM = 1 << 19; // [samples] kept of each signal
     const WINDOWS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20]; // [s]
     const SAMPLING = [0, 1, 2, 5, 10, 20, 50, 100, 200]; // [periods] 0: as fast as the link allows
-    const AUTO_AFTER = 1; // [s] and a window without a trigger: the picture rolls on
+    const AUTO_AFTER = 1; // [s] plus a window without a trigger, after which the picture rolls
     const NOISE_SHARE = 0.05;
     const STOP_TRIES = 3;
     const STOP_WAIT = 1500; // [ms] for the answer of one
     const START_WAIT = 3000; // [ms] for the bridge to come on
     const RESET_WAIT = 1000; // [ms] for a fault to be gone
-    const STALE = 2; // [s] after which values do not say any more what the drive does
+    const STALE = 2; // [s] older values no longer show the state of the drive
     const NAMED = {ohm: "Ω", degC: "°C", "N m": "N·m", "kg m^2": "kg·m²", "rad/s^2": "rad/s²", "N m s/rad": "N·m·s/rad", "-": ""};
     const PREFIXED = new Set(["A", "V", "s", "rad", "Wb", "H", "ohm", "W", "J", "N m"]);
     const LEAST_SPAN = {"r/min": 20, A: 1, V: 2, rad: 0.01, "rad/s": 5, degC: 2}; // [shown unit] of an axis
@@ -30,7 +30,7 @@ const scope = (() => {
     const state = {
         hello: null, link: false, choice: null, held: false, zoom: null, cursors: [], frames: 0, gaps: 0, armed: "roll",
         pictures: 0, dirty: true, undo: new Map(), started: performance.now(),
-        kept: null, // what the drive's own buffer held, while it is shown: its signals, and the picture
+        kept: null, // while the drive's own buffer is shown: its signals, and the picture
     };
 
     const signalsShown = () => state.kept ? state.kept.signals : state.choice.signals;
@@ -47,7 +47,7 @@ const scope = (() => {
         return text.replace("-", "−").replace("e+", "e");
     }
 
-    /* As few digits as tell a float from its neighbours. */
+    /* The fewest digits that distinguish a float from its neighbours. */
     function shortest(number) {
         if (!Number.isFinite(number)) {
             return "";
@@ -77,7 +77,7 @@ const scope = (() => {
         return (row.choices[number] || String(number)).replaceAll("_", " ");
     }
 
-    /* A value of a row [its unit] as people read it. */
+    /* The text of a value, which is in the unit of its row. */
     function shown(row, number) {
         if (number == null) {
             return "–";
@@ -142,7 +142,7 @@ const scope = (() => {
         if (ring.last >= 0 && p !== ring.last + e) {
             state.gaps++;
             if (p <= ring.last) {
-                clearRing(ring.columns.length); // the drive has begun anew
+                clearRing(ring.columns.length); // the drive has started again
                 trigger.record = null;
             }
         }
@@ -168,8 +168,8 @@ const scope = (() => {
 
     const trigger = {
         mode: "roll", source: 0, edge: "rise", level: 0, pre: 0.25, armedAt: 0, at: null, record: null, seen: 0,
-        below: false, above: false, // it was so by more than `noise`, and the level has not been reached since
-        noise: 0, // a share of what was seen of the signal: noise on a slow edge of the other direction is none of its own
+        below: false, above: false, // the signal was beyond the level by more than `noise`, and has not reached it since
+        noise: 0, // a share of the signal's range: noise on a slow edge of the other direction must not trigger
 
         arm() {
             this.armedAt = ring.total;
@@ -203,7 +203,7 @@ const scope = (() => {
             }
         },
 
-        /* The triggered picture, as a copy: the ring goes on. */
+        /* A copy of the triggered picture, because the ring continues. */
         keep(begin, end) {
             const all = wholeRing();
             const from = place(begin, all), to = Math.min(place(end, all) + 1, all.to);
@@ -253,7 +253,7 @@ const scope = (() => {
             trigger.arm();
         }
         if (!on && state.held) {
-            ring.last = -1; // what was not taken meanwhile is no gap
+            ring.last = -1; // samples that were not recorded meanwhile are no gap
             clearRing(ring.columns.length);
             trigger.arm();
             state.zoom = null;
@@ -366,7 +366,7 @@ const scope = (() => {
                 ctx.lineTo(at, bbox.top + bbox.height);
                 ctx.stroke();
                 if (text && first) {
-                    const left = text.length > 1; // of the line, where no cursor's letter is
+                    const left = text.length > 1; // the part of the line without a cursor's letter
                     ctx.setLineDash([]);
                     ctx.textAlign = left ? "right" : "left";
                     ctx.fillText(text, at + (left ? -4 : 4) * ratio, bbox.top + 11 * ratio);
@@ -410,7 +410,7 @@ const scope = (() => {
             ctx.clip();
             ctx.fillStyle = traceColour(panel.traces[angle].index);
             ctx.globalAlpha = 0.25;
-            ctx.beginPath(); // one area: what overlaps is no darker
+            ctx.beginPath(); // one area, so that overlapping parts are not darker
             for (let k = 0; k < x.length; k++) {
                 if (ys[angle][k] == null || ys[sigma][k] == null) {
                     continue;
@@ -502,7 +502,7 @@ const scope = (() => {
         state.dirty = true;
     }
 
-    /* All panels in view, where there is room: the tools above them may have taken another line. */
+    /* Fits all panels into the window if there is space: the tools above them may need another line. */
     function fit() {
         const width = $("panels").clientWidth, tall = height(panels.length);
         panels.forEach((panel, at) => {
@@ -622,7 +622,7 @@ const scope = (() => {
 
     /* ---- numbers beside the plots ---- */
 
-    function sampleAt(x) { // the values that hold at x [s of the axis], in shown units
+    function sampleAt(x) { // the values at x [s of the axis], in displayed units
         const picture = state.picture;
         if (!picture || picture.to <= picture.from) {
             return null;
@@ -638,7 +638,7 @@ const scope = (() => {
         return row.kind === "float" ? shown(row, number / row.factor) : shown(row, number);
     }
 
-    /* As the axis of its panel has it: the same prefix, and a thousandth of it is seen. */
+    /* With the prefix of the panel's axis, and digits for a thousandth of the axis. */
     function inPanel(panel, row, number) {
         if (row.kind !== "float" || !Number.isFinite(number)) {
             return inShown(row, number);
@@ -785,11 +785,11 @@ const scope = (() => {
         }
     }
 
-    /* What a lost link makes useless. STOP is not among it: it says itself whether it reached the drive. */
+    /* The controls that have no effect without a link. STOP is none of them, because it reports whether it reached the drive. */
     const COMMANDS = "#speed button, #speed input, #requests select, #requests input, #params select, #params input, #staged button, " +
         ".orders button, #buffer select, #buffer input, #chosen button, #every, #find_signal";
 
-    /* How old the values are that the page shows, and whether they still say what the drive does. */
+    /* Shows the age of the displayed values, and whether they still agree with the drive. */
     function showAge() {
         const age = (performance.now() - state.heard) / 1000;
         const stale = state.heard !== undefined && (state.link === false || age > STALE);
@@ -840,7 +840,7 @@ const scope = (() => {
         say($("said"), answer, answer.text);
     }
 
-    /* What a user wrote, with the unit that stands beside it. */
+    /* The text that the user entered, with the unit next to the field. */
     const withUnit = (row, text) => /[a-zµΩ°%]/i.test(text.replace(/[0-9.]e[-+0-9]/i, "")) ? text.trim()
         : row.factor !== 1 ? `${text.trim().replace("−", "-")} ${row.shown}` : text.trim().replace("−", "-");
 
@@ -852,7 +852,7 @@ const scope = (() => {
         return answer;
     }
 
-    /* Until something is so, or the time is over. */
+    /* Waits until the condition is met or the time is over. */
     async function until(met, milliseconds) {
         const end = performance.now() + milliseconds;
         while (!met() && performance.now() < end) {
@@ -864,7 +864,7 @@ const scope = (() => {
     const nameOf = number => (state.hello.reasons[number] || {name: `reason ${number}`}).name.replaceAll("_", " ");
     const choiceNow = name => named.get(name).choices[value(name)];
 
-    /* The drive's own state decides what is said, not that the request arrived. */
+    /* The message depends on the state of the drive, not on the arrival of the request. */
     async function run() {
         if (!(await takeSpeed()).ok) {
             return;
@@ -882,7 +882,7 @@ const scope = (() => {
     }
 
     async function resetFault() {
-        await set("enable", "off"); // the request to run that was there before the fault starts nothing after it
+        await set("enable", "off"); // a request to run from before the fault does not start the motor after it
         await set("fault_reset", "no");
         const answer = await set("fault_reset", "yes");
         const gone = answer.ok && await until(() => !value("fault_reason"), RESET_WAIT);
@@ -906,7 +906,7 @@ const scope = (() => {
         }
         const field = make("input", {inputMode: "decimal", autocomplete: "off", ariaLabel: row.name});
         field.dataset.name = row.name;
-        let seen = "", given = ""; // of the drive; to it
+        let seen = "", given = ""; // received from the drive; sent to it
         const give = () => {
             if (field.value.trim() === "") {
                 field.value = seen;
@@ -1123,7 +1123,7 @@ const scope = (() => {
         $("capture_level").nextElementSibling.textContent = row ? unitOf(row) : "";
     }
 
-    /* As they stand in the drive, which another client may have set. */
+    /* The values in the drive, which another client may have set. */
     function takeCaptureSettings() {
         const at = state.hello.values;
         const of = name => at[named.get(name).id];
@@ -1150,7 +1150,7 @@ const scope = (() => {
 
     const sayCapture = (answer, good) => say($("capture_said"), answer, good);
 
-    /* Each value in turn; the first one that is refused ends it. */
+    /* Sends each value in turn, up to the first one that is refused. */
     async function armCapture() {
         const source = captureSource(), level = decimal($("capture_level")), after = decimal($("capture_after"));
         const signals = state.choice.signals;
@@ -1236,7 +1236,7 @@ const scope = (() => {
 
     const ANSWERS = {direction: [["as_said", "Forward"], ["reversed", "Backward"]], turn: [["one", "One turn"]]};
 
-    /* What the drive's parameters say of the motor, until the user writes something else. */
+    /* The data of the motor from the drive's parameters, until the user enters others. */
     function offerPlate() {
         const current = value("motor_current_continuous") || 0.5 * value("current_limit");
         const given = {plate_pairs: value("motor_pole_pairs"), plate_current: current,
@@ -1358,7 +1358,7 @@ const scope = (() => {
         offerPlate();
     }
 
-    /* A speed that this motor certainly reaches: half of what its overspeed trip leaves, rounded down, 500 r/min at most. */
+    /* A speed that this motor certainly reaches: half of the largest speed below its overspeed trip, rounded down, at most 500 r/min. */
     function offerSpeed() {
         const trip = value("overspeed_trip");
         if ($("speed_value").value === "" && trip !== undefined) {

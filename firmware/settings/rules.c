@@ -323,7 +323,7 @@ bool rules_hold(rule_number_t rule, const params_t *params)
         /* A step of the angle above 25 mrad makes the current noisy. */
         return 256 * params->motor_pole_pairs <= 4 * params->encoder_lines;
     case RULE_TURN:
-        /* Ten periods a turn: beyond, the current control is unstable with an L that is a fifth too large. */
+        /* Ten periods a turn: the current control is stable there with an L that is a fifth too large. */
         return params->overspeed_trip * (float)params->motor_pole_pairs * DRIVE_PERIOD <= 0.63f * ROUNDING;
     case RULE_FEEDFORWARD:
         return params->feedforward_cutoff <= 0.95f * params->pll_bandwidth * ROUNDING;

@@ -40,10 +40,10 @@ static inline rotation_t trig_turn(float theta)
 }
 
 /* Largest angle of trig_advance() [rad]. */
-#define TRIG_ADVANCE_LIMIT 0.8f
+#define TRIG_ADVANCE_LIMIT 0.95f
 
 /* A rotation advanced by `angle` [rad], |angle| <= TRIG_ADVANCE_LIMIT: the error of the added angle is within
- * 4e-7 rad, that of the length within 1e-7, and the rounding; at twice the limit within 2e-4. No branches; 21
+ * 1.2e-6 rad, that of the length within 1.5e-6, and the rounding; at 1.6 rad within 2e-4. No branches; 21
  * multiplications, additions and subtractions. */
 static inline rotation_t trig_advance(rotation_t from, float angle)
 {

@@ -26,7 +26,7 @@ static void judge_estimate(medium_t *medium, const window_t *window)
 }
 
 /* The means of the window, in the stationary frame and in the rotor's; medium->estimate: the estimate at the
- * end of the window, with the mean of the EMF rotated to this time. */
+ * end of the window. */
 static void average(medium_t *medium, const window_t *window)
 {
     const estimate_t *estimate = &window->estimate;
@@ -42,7 +42,6 @@ static void average(medium_t *medium, const window_t *window)
     medium->estimate = *estimate;
     medium->estimate.invalid =
         medium->trust.validity.debounce.invalid | (estimate->invalid & ESTIMATOR_SAMPLE);
-    medium->estimate.emf = frames_inverse_park(medium->means.emf_rotor, estimate->frame.rotation);
     medium->estimate.coasted = window->sum.tracked < window->sum.periods ? UINT32_C(1) : UINT32_C(0);
 }
 

@@ -59,6 +59,11 @@ const campaign_invariant_row_t campaign_invariants[CAMPAIGN_INVARIANT_COUNT] = {
 #define LEG_LOSES    "the voltage loss of a leg hides the EMF of a slow rotor", CAMPAIGN_WHILE_SLOW
 #define TURNS_BACK   "without the encoder the direction of rotation is unknown", CAMPAIGN_UNCODED
 
+/* A board without this input cannot report the temperature. */
+#define TEMPERATURE_AT(input)                                                                                \
+    (input) != BOARD_NONE ? 0u : CAMPAIGN_BIT(NOTICE),                                                       \
+        (input) != BOARD_NONE ? "" : "the board has no sensor of this temperature", CAMPAIGN_ALWAYS
+
 /* In a late interrupt the drive reads samples and executes requests late. */
 #define TIME_BITS (CAMPAIGN_BIT(LATE) | CAMPAIGN_BIT(OFF))
 
@@ -100,10 +105,10 @@ const campaign_fault_t campaign_faults[] = {
     {"dc_sag", "dc_voltage", CAMPAIGN_EVEN, 0.0, 0.9, CAMPAIGN_OF_ROW, 0u, "", CAMPAIGN_ALWAYS},
     {"dc_surge", "dc_voltage", CAMPAIGN_EVEN, 1.1, 1.4, CAMPAIGN_OF_ROW, 0u, "", CAMPAIGN_ALWAYS},
     {"module_fault", "force_fault", CAMPAIGN_EVEN, 1.0, 1.0, CAMPAIGN_AS_IT_IS, 0u, "", CAMPAIGN_ALWAYS},
-    {"sink_hot", "plant.sink_temperature", CAMPAIGN_EVEN, 80.0, 150.0, CAMPAIGN_AS_IT_IS, 0u, "",
-     CAMPAIGN_ALWAYS},
-    {"motor_hot", "plant.motor_temperature", CAMPAIGN_EVEN, 128.0, 150.0, CAMPAIGN_AS_IT_IS, 0u, "",
-     CAMPAIGN_ALWAYS},
+    {"sink_hot", "plant.sink_temperature", CAMPAIGN_EVEN, 80.0, 150.0, CAMPAIGN_AS_IT_IS,
+     TEMPERATURE_AT(BOARD_SINK_INPUT)},
+    {"motor_hot", "plant.motor_temperature", CAMPAIGN_EVEN, 128.0, 150.0, CAMPAIGN_AS_IT_IS,
+     TEMPERATURE_AT(BOARD_MOTOR_INPUT)},
     {"late_interrupt", "interrupt_delay", CAMPAIGN_LOG, 1e-6, 200e-6, CAMPAIGN_AS_IT_IS, TIME_BITS,
      "the interrupt begins late", CAMPAIGN_ALWAYS},
     {"slow_interrupt", "interrupt_time", CAMPAIGN_LOG, 1.5, 8.0, CAMPAIGN_AS_IT_IS, TIME_BITS,

@@ -26,8 +26,8 @@
 #define SPEED_RESERVE    1.4   /* tests and defaults: 220 rad/s over 157 */
 #define SPEED_LEAST_TRIP 1.05  /* overspeed_trip over the top speed, at least */
 #define OPEN_SHARE       0.999 /* of the largest link voltage of the board: EMF with the bridge off */
-#define TURN_MOST        0.5   /* [rad] a period, the firmware's rule */
-#define TURN_GOOD        0.35  /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
+#define TURN_MOST        0.63  /* [rad] a period, the firmware's rule */
+#define TURN_GOOD        0.45  /* [rad] a period at the top speed: overspeed_trip keeps its 1.4 */
 #define GAIN_RULE        1.25  /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
 #define WITHIN_MADE      0.98  /* 30: of the voltage that remains after duties and dead time */
 #define VOLTAGE_USE      0.93  /* the row's own, of U_dc/sqrt3 */
@@ -437,7 +437,7 @@ static void add_limits(const motor_t *motor, tune_t *tune, const given_t *g)
     add(tune, "low_speed_current", four_digits(LOW_CURRENT * g->limit),
         "[A] a fifth of current_limit (theory, 23)");
     add(tune, "overspeed_trip", g->overspeed,
-        "[rad/s] 1.4 of the top speed, %.0f r/min; 0.5 rad a period at most", g->speed / RPM);
+        "[rad/s] 1.4 of the top speed, %.0f r/min; 0.63 rad a period at most", g->speed / RPM);
     if (g->ripple > RIPPLE_JUDGED * (double)BOARD_CURRENT_RANGE) {
         add(tune, "current_judged", 0.0, "the ripple of %.3g A would trip the check of the gain", g->ripple);
     }

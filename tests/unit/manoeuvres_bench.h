@@ -183,7 +183,7 @@ static inline double made_i_q(void)
 static inline void close_window(const position_t *encoder, float omega_m)
 {
     estimate_t seen = estimate;
-    seen.emf = mean_at_end(sum.emf);
+    seen.emf_loop = frames_park(mean_at_end(sum.emf), estimate.frame.rotation);
     seen.flux = params.motor_flux_linkage;
     seen.coasted = sum.tracked < W ? 1u : 0u;
     const manoeuvres_input_t input = {

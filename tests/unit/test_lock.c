@@ -21,8 +21,7 @@ static void make_estimate(float omega_e, float along, float across)
     estimate.flux = PSI;
     estimate.frame.theta_e = (float)theta;
     estimate.frame.rotation = (rotation_t){(float)sin(theta), (float)cos(theta)};
-    estimate.emf =
-        frames_inverse_park((dq_t){across * PSI * omega_e, along * PSI * omega_e}, estimate.frame.rotation);
+    estimate.emf_loop = (dq_t){across * PSI * omega_e, along * PSI * omega_e};
 }
 
 void setUp(void)

@@ -110,7 +110,7 @@ static void check_rule(const rule_t *rule)
     expect_accepted_at(rule->field, rule->bad > why.max ? why.max : why.min);
 }
 
-#define FASTEST "observer_gain=1010 observer_slope=0.19 motor_flux_linkage=0.05 "
+#define FASTEST "observer_gain=1010 observer_slope=0.19 motor_flux_linkage=0.04 "
 
 static const rule_t between_rows[] = {
     {"overcurrent_trip", 12.0f, 11.9f, 12.0f, 19.0f, "current_limit=10"},
@@ -121,11 +121,11 @@ static const rule_t between_rows[] = {
     /* turned off before the other switch turns on */
     {"turn_off_delay", 2.4e-6f, 2.6e-6f, 0.0f, 2.5e-6f, "dead_time=2e-6 turn_on_delay=0.5e-6"},
     {"motor_pole_pairs", 4.0f, 5.0f, 1.0f, 4.0f, "encoder_lines=256"},
-    /* 0.5 rad/(4 pole pairs x 100 us), of a motor of 0.05 Wb that does not charge the link. The observer
+    /* 0.63 rad/(4 pole pairs x 100 us), of a motor of 0.04 Wb that does not charge the link. The observer
      * reaches its EMF, slope by its rule. Down to estimate_speed_min, or to where 0.3 of it, the largest
      * hand-over by rule, is a start_speed that is not. */
-    {"overspeed_trip", 1249.0f, 1251.0f, 3.0f, 1250.0f, FASTEST},
-    {"overspeed_trip", 1249.0f, 1251.0f, 8.0f / 0.3f, 1250.0f, FASTEST "start_speed=8"},
+    {"overspeed_trip", 1574.0f, 1576.0f, 3.0f, 1575.0f, FASTEST},
+    {"overspeed_trip", 1574.0f, 1576.0f, 8.0f / 0.3f, 1575.0f, FASTEST "start_speed=8"},
     /* the board's link withstands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; the observer reaches more */
     {"overspeed_trip", 354.8f, 355.1f, 3.0f,
      BOARD_VOLTS(BOARD_OVERVOLTAGE_MAX_MV) / (1.7320508f * 0.183f * 4.0f), "observer_gain=295"},

@@ -25,7 +25,7 @@ static void given(double omega, double off, double share)
     estimate.frame.rotation = (rotation_t){(float)sin(0.7), (float)cos(0.7)};
     estimate.omega_smooth = (float)omega;
     estimate.flux = (float)PSI;
-    estimate.emf = (ab_t){(float)(-emf * sin(0.7 + off)), (float)(emf * cos(0.7 + off))};
+    estimate.emf_loop = (dq_t){(float)(-emf * sin(off)), (float)(emf * cos(off))};
 }
 
 /* Outcome after at most this number of periods; `taken`: the number of periods. */

@@ -7,10 +7,12 @@
  *     standing     |omega| slow, |omega_ref| not, and the      the case that the other two miss
  *                  torque is at its limit, for 20 ms
  *
- * LP: a low-pass of 5 ms. While the torque is below its limit, a slow estimate is no sign, because the speed
- * control is still responding to a load or to a fast reference. One step per window, of its means; the guard
- * defines how long a sign must last (settings/faults.h). Does not handle: the passage through zero speed,
- * where there is no EMF (the caller does not judge the lock then). */
+ * LP: a low-pass of 5 ms. e_q is that of the loop, filtered in its frame. A mean of samples in the stationary
+ * frame is shorter at a high speed: half of the EMF at 0.47 rad a period. While the torque is below its
+ * limit, a slow estimate is no sign, because the speed control is still responding to a load or to a fast
+ * reference. One step per window, of its means; the guard defines how long a sign must last
+ * (settings/faults.h). Does not handle: the passage through zero speed, where there is no EMF (the caller
+ * does not judge the lock then). */
 #ifndef MEDIUM_MANOEUVRE_LOCK_H
 #define MEDIUM_MANOEUVRE_LOCK_H
 
@@ -66,12 +68,12 @@ static inline void lock_take(lock_t *lock, const lock_tuning_t *tuning)
 /* Sets the state as if the loop had been locked at omega_e [rad/s] for a long time. */
 void lock_reset(lock_t *lock, float omega_e);
 
-/* One window in which the loop tracked; `estimate` has its mean EMF; `scatter`:
- * mean square of the detector [-]. */
+/* One window in which the loop tracked; `estimate` is that at its end; `scatter`: mean square of the detector
+ * [-]. */
 static inline void lock_step(lock_t *lock, const estimate_t *estimate, float scatter)
 {
     const lock_tuning_t *tuning = &lock->tuning;
-    const float across = frames_park(estimate->emf, estimate->frame.rotation).q;
+    const float across = estimate->emf_loop.q;
     const float speed = bounds_magnitude(estimate->omega_smooth);
     const float along = estimate->omega_smooth < 0.0f ? -across : across;
     const float length = estimate->flux * (speed > tuning->speed_floor ? speed : tuning->speed_floor);

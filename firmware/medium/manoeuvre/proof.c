@@ -48,7 +48,7 @@ proof_outcome_t proof_step(proof_t *proof, const estimate_t *estimate)
     const proof_tuning_t *tuning = &proof->tuning;
     proof->periods++;
     if (estimate->coasted == 0u) {
-        const dq_t emf = frames_park(estimate->emf, estimate->frame.rotation);
+        const dq_t emf = estimate->emf_loop;
         proof->emf.d += emf.d;
         proof->emf.q += estimate->omega_smooth < 0.0f ? -emf.q : emf.q;
         proof->expected += estimate->flux * bounds_magnitude(estimate->omega_smooth);

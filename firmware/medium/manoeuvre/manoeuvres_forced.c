@@ -17,7 +17,10 @@
 #define RETRY_CURRENT 1.3f        /* [-] factor on the last try's current */
 #define RETRY_RAMP    0.6f        /* [-] factor on the last try's ramp */
 #define GRIP_MAX      0.83f       /* [-] sine of the largest load angle at which a forced frame takes over */
-#define NEED_SHARE    (5.0f * DRIVE_WINDOW_PERIOD) /* [-] low-pass of the current that the load needs */
+#define ALIGN_RISE                                                                                           \
+    (DRIVE_WINDOW_PERIOD / 75e-3f) /* [-] of the current per window in an alignment: a quarter of its turn   \
+                                    */
+#define NEED_SHARE (5.0f * DRIVE_WINDOW_PERIOD) /* [-] low-pass of the current that the load needs */
 
 /* Writes the state of the forced frame, which holds for the end of the next window, to the setpoint. */
 static void force_by(const manoeuvres_t *m, setpoint_t *setpoint)
@@ -32,6 +35,14 @@ static void force_by(const manoeuvres_t *m, setpoint_t *setpoint)
 static void raise_current(manoeuvres_t *m, float wanted)
 {
     m->forced.current += bounds_clamp(wanted - m->forced.current, m->limits.current_rise);
+}
+
+/* The current of an alignment. A rotor far from the frame is released as soon as the torque exceeds its
+ * friction. At the full current a light one would swing in so fast that the current control cannot hold the
+ * current beside its EMF. */
+static void raise_slowly(manoeuvres_t *m)
+{
+    m->forced.current += bounds_clamp(m->forced.wanted - m->forced.current, ALIGN_RISE * m->forced.wanted);
 }
 
 /* A forced frame begins, ahead of the estimate or of zero by this angle [rad], at its present speed. */
@@ -63,14 +74,14 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, se
     const float speed = input->wish.mode == RUN_STOP ? 0.0f : limits->align_speed;
     m->forced.speed = manoeuvres_wanted(m, &input->wish) < 0.0f ? -speed : speed;
     m->forced.current = 0.0f;
-    raise_current(m, m->forced.wanted);
+    raise_slowly(m);
     begin_frame(m, FRAME_ANEW, 0.0f, setpoint);
 }
 
 void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const bool stops = input->wish.mode == RUN_STOP; /* a stop skips the first turn of the frame */
-    raise_current(m, m->forced.wanted);
+    raise_slowly(m);
     if (m->windows >= m->limits.align_windows || stops) {
         manoeuvres_enter(m, MANOEUVRE_RAMP);
     }

@@ -36,7 +36,8 @@
  * than a twentieth of the time. A pause ends early if i_q has changed by INDUCTANCE_MOVED of the limit,
  * because the saturation of the iron changes then; there is no pause while R is learnt. The learnt value and
  * its confidence are held during a pause. An interval whose cycles give no value, because the shaft is not
- * steady or the results contradict each other, ends as well: the dither of a light rotor moves its angle.
+ * steady or the results contradict each other, ends as well: the dither of a light rotor moves its angle. If
+ * the confidence is then small, the learnt value returns to the last one that had confidence.
  *
  * One step in every `every` periods of T, from the means over these. The response to the dither of a step
  * is evaluated in the means of the next step; if the dither acts later, it is output earlier by the same
@@ -169,6 +170,8 @@ typedef struct {
     learnt_value_t learnt;     /* L_q [H] */
     learnt_value_t resistance; /* R [ohm] */
     float rate;                /* present rate of L [1/s] */
+    float kept;                /* last L_q with enough confidence, or the parameter [H] */
+    float kept_rate;           /* rate of L at that time [1/s] */
     float resistance_rate;     /* present rate of R [1/s] */
     float confidence;          /* share of the last cycles that agreed with the one before them [-] */
     float said;                /* result of the last cycle [H] */

@@ -81,6 +81,7 @@ static uint32_t watch_shaft(medium_t *medium, const window_t *window, const requ
         .omega_m_ref = window->omega_m_ref,
         .measured = m->sensorless == 0u,
         .confirmed = medium->encoder_watch.confirmed != 0u,
+        .running = m->windows,
         .asked = requests->mode == (int32_t)MODE_SPEED || medium->sequence.state == (int32_t)DRIVE_QUICK_STOP,
     };
     return motion_watch_step(&medium->motion_watch, &input);

@@ -14,6 +14,8 @@
 #define EMF_WRONG          1.3f    /* [-] of psi_f: possible error of the assumed value */
 #define EMF_HELD           0.15f   /* [-] of the voltage that R holds: permitted excess of the feed-forward */
 #define RISE_TIME          1.5e-3f /* [s] of the forced current from zero to that of a start */
+#define ALIGN_RISE_TIME    75e-3f  /* [s] the same in the alignment of a light rotor: a quarter of its turn */
+#define ALIGN_ERROR        0.25f   /* [-] of I: largest error of the current when a rotor swings in */
 #define FADE_TIME          0.1f    /* [s] in which the remaining i_d of a hand-over fades */
 #define ALIGN_NATURAL      16.0f   /* [rad] of the pendulum's phase in the turn of an alignment */
 #define ALIGN_TIME_MIN     0.3f    /* [s] by the rule */
@@ -155,6 +157,19 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
     tuning->run = prepare_run(params, assumed, pole_pairs * start->handover_speed);
 }
 
+/* Rise of the current per window in an alignment [A]. A rotor that the full current finds at its unstable
+ * equilibrium swings in with up to 2 w_n. The part of its EMF that is not fed forward, 2 w_n psi_f (1 -
+ * share), makes an error of this voltage over L_d bandwidth. If the error is large, the current rises slowly:
+ * the rotor is released at the least current that overcomes its friction (docs/theory.md, 23). */
+static float align_rise(const params_t *params, const forced_params_t *forced)
+{
+    const float left = 1.0f - forced_prepare(forced).emf_share;
+    const float volts = 2.0f * forced_natural(forced) * forced->flux_linkage * left;
+    const float holds = (forced->inductance - forced->saliency) * params->current_bandwidth;
+    const bool light = volts > ALIGN_ERROR * holds * forced->current;
+    return forced->current * DRIVE_WINDOW_PERIOD / (light ? ALIGN_RISE_TIME : RISE_TIME);
+}
+
 manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const assumed_t *assumed)
 {
     const start_params_t start = params_start(params, assumed);
@@ -184,6 +199,7 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const assumed_t *
         .current_start = start.current,
         .current_inverse = 1.0f / start.current,
         .current_rise = start.current * DRIVE_WINDOW_PERIOD / RISE_TIME,
+        .align_rise = align_rise(params, &forced),
         .current_retry = start.current_most,
         .current_caught =
             catch_current_along(params->doubtful_current, params->low_speed_current, params_salient(assumed)),

@@ -168,8 +168,9 @@ static double left_after(double seconds, double share)
     return left;
 }
 
-/* Of the twelfth harmonic the mean, which turns with the rotor and follows at omega, takes 1/(1 + 144): so
- * much slower than the rate, and half a turn of ripple. */
+/* Of the twelfth harmonic the mean, which turns with the rotor and follows at omega, takes 1/(1 + 144), and
+ * the mean over a step leaves sin x/x, x = 6 omega times the step. While the parameters are still in use, the
+ * law approaches this part of their error; half a turn of ripple. */
 static void test_error_falls_with_the_rate(void)
 {
     static const double speeds[] = {42.0, 70.0, 90.0};
@@ -182,7 +183,8 @@ static void test_error_falls_with_the_rate(void)
         const double before = unlearnt();
         const double whole = 4.0 * PI / fabs(world.omega);
         turn(whole);
-        const double expected = 144.0 / 145.0 * log(left_after(0.15, 1.0) / left_after(0.15 + whole, 1.0));
+        const double expected =
+            log((1.0 + 144.0 * left_after(0.15, 1.0)) / (1.0 + 144.0 * left_after(0.15 + whole, 1.0)));
         char message[120];
         snprintf(message, sizeof message, "%.0f rad/s, current %.1f pi ahead", world.omega, ahead[n / 6]);
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.05 * expected, expected, -log(unlearnt() / before), message);
@@ -243,6 +245,19 @@ static void test_only_what_is_more_than_chance_is_used(void)
     TEST_ASSERT_TRUE(dead_time_learn_is_settled(&world.learn));
     TEST_ASSERT_EQUAL_FLOAT(world.learn.learnt, world.learn.effective);
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, off());
+}
+
+/* Whatever a start teaches, the parameters stay in use until the rate has fallen to 0.6: after 6 (1/0.6 -
+ * 1)/g seconds, by the law of the rate without its floor of a hundredth; then the learnt value is. */
+static void test_a_value_is_used_only_once_it_is_nearly_known(void)
+{
+    const double nearly = 6.0 * (1.0 / 0.6 - 1.0) / RATE;
+    const float given = world.learn.effective;
+    turn(0.95 * nearly);
+    TEST_ASSERT_TRUE(fabs((double)world.learn.learnt - (double)given) > 0.5 * fabs(TRUE - (double)given));
+    TEST_ASSERT_EQUAL_FLOAT(given, world.learn.effective);
+    turn(0.1 * nearly);
+    TEST_ASSERT_EQUAL_FLOAT(world.learn.learnt, world.learn.effective);
 }
 
 /* At 600 rad/s the twelfth harmonic turns by 2.9 rad from step to step, which is nearly half a turn; at

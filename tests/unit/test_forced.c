@@ -25,6 +25,7 @@ static void begin(double inertia, double dead_voltage, double damping)
     params = (forced_params_t){
         .resistance = (float)R,
         .inductance = (float)L,
+        .inductance_least = (float)L,
         .flux_linkage = (float)PSI,
         .pole_pairs = (float)POLE_PAIRS,
         .inertia = (float)inertia,
@@ -103,7 +104,9 @@ static void test_damping_takes_energy_out_of_every_swing_from_slow_to_fast(void)
     }
 }
 
-/* The loop through a current along d, share D/L_d, is 0.8 at most: all of 0.8 up to L_q = 2 L_d. */
+/* The loop through a current along d, share D/L_d, is 0.8 at most: all of 0.8 up to L_q = 2 L_d. So is that
+ * through a winding that the current sees with L_i instead of the observer's L_o = L_d, of which the observed
+ * EMF has u (1 - L_o/L_i): all of 0.8 down to L_i = L_o/2. */
 static void test_feed_forward_of_the_emf_is_a_loop_below_one_for_any_saliency(void)
 {
     TEST_ASSERT_EQUAL_FLOAT(0.8f, tuning.emf_share);
@@ -112,6 +115,12 @@ static void test_feed_forward_of_the_emf_is_a_loop_below_one_for_any_saliency(vo
         tuning = forced_prepare(&params);
         TEST_ASSERT_DOUBLE_WITHIN(1e-4, fmin(0.8 * (ratio - 1.0), 0.8),
                                   (double)tuning.emf_share * (ratio - 1.0));
+        params.saliency = (float)(L - L / 2.0);
+        params.inductance_least = (float)(L / 2.0 / ratio);
+        tuning = forced_prepare(&params);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4, fmin(0.8 * (ratio - 1.0), 0.8),
+                                  (double)tuning.emf_share * (ratio - 1.0));
+        params.inductance_least = (float)L;
     }
 }
 

@@ -387,6 +387,40 @@ static void test_a_rotor_too_salient_is_left_as_it_is(void)
     }
 }
 
+/* Six cycles that agree bring the confidence to 1 - 0.8^5 = 0.67, 2 s of them above 0.9. Cycles that
+ * contradict each other follow until the interval ends: the value returns to that of the parameter, or to the
+ * one that was certain. */
+static void test_what_an_interval_without_agreement_has_learnt_is_not_kept(void)
+{
+    for (int known = 0; known < 2; known++) {
+        motor_t motor = usual();
+        begin(&motor);
+        if (known != 0) { /* an L that is 10 % larger, until the confidence is above 0.9 */
+            motor.l_d = motor.l_q = 1.1 * L_TRUE;
+            run(&motor, 2.0);
+            TEST_ASSERT_TRUE(x.confidence > 0.9f);
+            TEST_ASSERT_DOUBLE_WITHIN(0.02 * L_TRUE, 1.1 * L_TRUE, (double)x.learnt.value);
+        } else { /* six cycles that agree */
+            motor.l_d = motor.l_q = 1.3 * L_TRUE;
+            run(&motor, 0.22);
+            TEST_ASSERT_TRUE(x.learnt.value > (float)(1.02 * L_TRUE));
+        }
+        const double had = (known != 0 ? 1.1 : 1.0) * L_TRUE;
+        double furthest = 0.0; /* from `had` before the end */
+        for (int n = 0; n < 400 && x.look.failed == 0u;
+             n++) { /* cycles of 33 Hz that contradict each other */
+            motor.l_d = motor.l_q = (n % 3 == 0 ? 0.8 : 1.4) * L_TRUE;
+            run(&motor, 0.0304);
+            const double away = x.look.failed == 0u ? fabs((double)x.learnt.value - had) : 0.0;
+            furthest = fmax(furthest, away);
+        }
+        TEST_ASSERT_EQUAL_UINT32(1u, x.look.failed);
+        TEST_ASSERT_TRUE(x.confidence <= 0.5f);
+        TEST_ASSERT_TRUE(known != 0 || furthest > 0.05 * L_TRUE);
+        TEST_ASSERT_DOUBLE_WITHIN(known != 0 ? 0.02 * L_TRUE : 1e-8, had, (double)x.learnt.value);
+    }
+}
+
 /* Noise of a volt, +-: a cycle's sum of 303 has a SD of 0.58 sqrt(303 x 0.533) = 7.3 V against the 400 x
  * L x 0.5 x 0.533 x 303 = 404 V of a whole L, times 0.9 of the low-pass: 2 %; the mean of 2/share cycles 0.35
  * %. */

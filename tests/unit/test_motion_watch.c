@@ -10,6 +10,7 @@
 static motion_watch_t watch;
 static motion_watch_params_t params;
 static double omega; /* [rad/s] */
+static uint32_t running;
 
 static void begin(double assumed_per_ampere)
 {
@@ -28,6 +29,7 @@ static void begin(double assumed_per_ampere)
     motion_watch_init(&watch, &tuning);
     motion_watch_rest(&watch);
     omega = 0.0;
+    running = 63u; /* 50 ms and more before: 62.5 judgements */
 }
 
 void setUp(void)
@@ -43,6 +45,7 @@ static motion_watch_input_t input_of(double i, double reference)
                                   .omega_m = (float)omega,
                                   .omega_m_ref = (float)reference,
                                   .measured = true,
+                                  .running = running++,
                                   .asked = true};
 }
 
@@ -266,5 +269,23 @@ static void test_a_shaft_that_is_braked_or_coasts_overruns_nothing(void)
         for (int k = 0; k < 1000; k++) {
             TEST_ASSERT_EQUAL_UINT32(0u, turn(cases[n].i, 1.0, cases[n].load, 60.0) & MOTION_SPEED_ERROR);
         }
+    }
+}
+
+/* A loop that settles after a catch, 4 exp(-t/25 ms) slower than a shaft that is braked by 17 rad/s^2: in the
+ * first 50 ms its speed grows by 3.5 - 0.9 rad/s, where 0.5 rad/s count. Of the remaining 0.54 rad/s at most
+ * 0.02 are left by the brake. A load that drives the shaft by 51 rad/s^2 is reported. */
+static void test_a_speed_that_settles_after_a_catch_overruns_nothing(void)
+{
+    for (int drives = 0; drives < 2; drives++) {
+        begin(PER_AMPERE);
+        running = 0u;
+        uint32_t seen = 0u;
+        for (int n = 0; n < 200; n++) {
+            const double t = n * LOOK;
+            const double shaft = 150.0 + (drives != 0 ? 51.0 : -17.0) * t;
+            seen |= judged(shaft - 4.0 * exp(-t / 0.025), -10.0, 100.0);
+        }
+        TEST_ASSERT_EQUAL_HEX32(drives != 0 ? MOTION_SPEED_ERROR : 0u, seen & MOTION_SPEED_ERROR);
     }
 }

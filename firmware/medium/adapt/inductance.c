@@ -17,6 +17,7 @@
 #define ANSWER_MAX    1.5f                                    /* [-] of the commanded i_d */
 #define EMF_MIN       0.5f                                    /* [-] of psi_f |omega| */
 #define SETTLED       0.2f /* [-] of the initial rate: at this rate R has been learnt for long enough */
+#define CERTAIN       0.9f /* [-] confidence from which a learnt value is kept at once */
 #define ALONG_MIN     0.2f /* [-] least t with which the angle shows L_q */
 #define ALONG_MAX     3.0f /* [-] */
 #define PLAUSIBLE_MAX 3.0f /* [-] of the parameter: largest L that a noisy cycle can give */
@@ -74,6 +75,8 @@ static void start(inductance_t *x)
     x->learnt = (learnt_value_t){x->tuning.from, x->tuning.from};
     x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
     x->rate = x->tuning.rate;
+    x->kept = x->tuning.from;
+    x->kept_rate = x->tuning.rate;
     x->resistance_rate = x->tuning.rate;
     x->look = (inductance_look_t){.looked = 0u};
     inductance_rest(x);
@@ -139,6 +142,24 @@ static bool looks_for_resistance(const inductance_t *x, float speed)
            x->resistance_rate > SETTLED * x->tuning.rate;
 }
 
+/* Keeps the present value, to which a later interval without agreement returns. */
+static void keep(inductance_t *x)
+{
+    x->kept = x->learnt.value;
+    x->kept_rate = x->rate;
+}
+
+/* An interval ends. What it has learnt before its cycles contradicted each other is not used. */
+static void settle(inductance_t *x, bool failed)
+{
+    if (x->confidence > CONFIDENT) {
+        keep(x);
+    } else if (failed) {
+        x->learnt.value = x->kept;
+        x->rate = x->kept_rate;
+    }
+}
+
 /* Counts a cycle that has ended, with or without a result that L or R has used. Once the learning interval
  * has enough results, or too many cycles without one, the dither pauses. */
 static void look(inductance_t *x, bool said, bool learnt, float speed)
@@ -153,6 +174,7 @@ static void look(inductance_t *x, bool said, bool learnt, float speed)
     const bool failed = at->missed >= (slow ? SLOW_TIMES * tuning->missed : tuning->missed);
     if (failed || (at->looked >= tuning->look && x->rate <= INDUCTANCE_LOOKED * tuning->rate &&
                    !looks_for_resistance(x, speed))) {
+        settle(x, failed);
         at->looked = 0u;
         at->missed = 0u;
         at->failed = failed ? UINT32_C(1) : UINT32_C(0);
@@ -336,6 +358,9 @@ static void end(inductance_t *x, float omega_smooth)
         if (is_trusted(x, said) && loaded(x, x->mean.q) && shows(x, bounds_magnitude(omega_smooth))) {
             learn(tuning, time, said, &x->learnt, &x->rate);
             learnt = true;
+            if (x->confidence > CERTAIN) {
+                keep(x);
+            }
         }
     }
     look(x, said > 0.0f, learnt, bounds_magnitude(omega_smooth));

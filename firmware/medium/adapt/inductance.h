@@ -37,7 +37,8 @@
  * because the saturation of the iron changes then; there is no pause while R is learnt. The learnt value and
  * its confidence are held during a pause. An interval also ends if its cycles give no value, because the
  * shaft is not steady or the results contradict each other, as they do if the dither moves the angle of a
- * light rotor.
+ * light rotor. If the confidence is small when an interval ends without a value, the learnt value
+ * returns to the last one that had confidence.
  *
  * One step in every `every` periods of T, from the means over these. The means of a step are compared with
  * the dither of the previous step. If the dither acts later than that, it is output earlier by the
@@ -170,6 +171,8 @@ typedef struct {
     learnt_value_t learnt;     /* L_q [H] */
     learnt_value_t resistance; /* R [ohm] */
     float rate;                /* present rate of L [1/s] */
+    float kept;                /* last L_q with enough confidence, or the parameter [H] */
+    float kept_rate;           /* rate of L at that time [1/s] */
     float resistance_rate;     /* present rate of R [1/s] */
     float confidence;          /* share of the last cycles that agreed with the one before them [-] */
     float said;                /* result of the last cycle [H] */

@@ -114,6 +114,7 @@ typedef struct {
     float current_start;       /* of the forced frame in a start [A] */
     float current_inverse;     /* 1/current_start [1/A] */
     float current_rise;        /* rise of the forced current per window [A] */
+    float align_rise;          /* the same in an alignment [A] */
     float current_retry;       /* largest current of a start after a failed one [A] */
     float current_caught;      /* along the d axis of a rotor that is caught [A] */
     float doubtful;            /* smaller currents leave the sign of a leg's loss uncertain [A]; 0: never */

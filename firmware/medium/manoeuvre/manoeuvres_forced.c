@@ -28,10 +28,10 @@ static void force_by(const manoeuvres_t *m, setpoint_t *setpoint)
     setpoint->omega_m_ref = m->forced.speed * m->limits.pole_pairs_inverse;
 }
 
-/* Moves the current towards `wanted` [A], by no more than the rise. */
-static void raise_current(manoeuvres_t *m, float wanted)
+/* Moves the current towards `wanted` [A], by no more than this rise [A]. */
+static void raise_current(manoeuvres_t *m, float wanted, float rise)
 {
-    m->forced.current += bounds_clamp(wanted - m->forced.current, m->limits.current_rise);
+    m->forced.current += bounds_clamp(wanted - m->forced.current, rise);
 }
 
 /* A forced frame begins, ahead of the estimate or of zero by this angle [rad], at its present speed. */
@@ -63,14 +63,14 @@ void manoeuvres_begin_start(manoeuvres_t *m, const manoeuvres_input_t *input, se
     const float speed = input->wish.mode == RUN_STOP ? 0.0f : limits->align_speed;
     m->forced.speed = manoeuvres_wanted(m, &input->wish) < 0.0f ? -speed : speed;
     m->forced.current = 0.0f;
-    raise_current(m, m->forced.wanted);
+    raise_current(m, m->forced.wanted, m->limits.align_rise);
     begin_frame(m, FRAME_ANEW, 0.0f, setpoint);
 }
 
 void manoeuvres_align(manoeuvres_t *m, const manoeuvres_input_t *input, setpoint_t *setpoint)
 {
     const bool stops = input->wish.mode == RUN_STOP; /* a stop omits the first turn of the frame */
-    raise_current(m, m->forced.wanted);
+    raise_current(m, m->forced.wanted, m->limits.align_rise);
     if (m->windows >= m->limits.align_windows || stops) {
         manoeuvres_enter(m, MANOEUVRE_RAMP);
     }
@@ -155,7 +155,7 @@ static void force_current(manoeuvres_t *m, bool voltage_near)
         wanted = with_margin < wanted ? with_margin : wanted;
         wanted = wanted > 0.5f * m->forced.wanted ? wanted : 0.5f * m->forced.wanted;
     }
-    raise_current(m, wanted);
+    raise_current(m, wanted, m->limits.current_rise);
 }
 
 /* A start has failed for this reason: another try follows after a catch, or the fault if no try is left. */

@@ -32,6 +32,7 @@ void proof_enter(proof_t *proof)
 {
     begin_window(proof);
     proof->agreed = 0u;
+    proof->denied = 0u;
     proof->periods = 0u;
 }
 
@@ -41,6 +42,13 @@ static bool agrees(const proof_t *proof)
     const float along = proof->emf.q;
     return bounds_within(proof->emf.d, ASIDE_SHARE * along) && along > LENGTH_MIN * proof->expected &&
            along < LENGTH_MAX * proof->expected;
+}
+
+/* True if the window's EMF is shorter than that of any rotor with the loop's speed. */
+static bool denies(const proof_t *proof)
+{
+    const float least = LENGTH_MIN * proof->expected;
+    return proof->emf.d * proof->emf.d + proof->emf.q * proof->emf.q < least * least;
 }
 
 proof_outcome_t proof_step(proof_t *proof, const estimate_t *estimate)
@@ -56,10 +64,12 @@ proof_outcome_t proof_step(proof_t *proof, const estimate_t *estimate)
     }
     if (proof->tracked >= tuning->window) {
         proof->agreed = agrees(proof) ? proof->agreed + 1u : 0u;
+        proof->denied = denies(proof) ? proof->denied + 1u : 0u;
         begin_window(proof);
     }
     if (proof->agreed >= PROOF_WINDOWS) {
         return PROOF_GOOD;
     }
-    return proof->periods >= tuning->longest ? PROOF_FAILED : PROOF_GOES_ON;
+    const bool ends = proof->denied >= PROOF_DENIED || proof->periods >= tuning->longest;
+    return ends ? PROOF_FAILED : PROOF_GOES_ON;
 }

@@ -6,7 +6,13 @@
  *
  * A window consists of PROOF_TIME of periods in which the loop tracks; the voltage of the others is
  * uncertain. A window that does not agree restarts the count, and the proof fails after
- * PROOF_LONGEST without enough windows.
+ * PROOF_LONGEST without enough windows. It fails earlier, after PROOF_DENIED windows in succession whose EMF
+ * denies the speed:
+ *
+ *     |sum e| < 0.5 sum psi_a |omega|
+ *
+ * Such a loop does not come back: without the rotor's EMF its speed drifts as far as its limit, and control
+ * would take it for an overspeed.
  *
  * One step per T; bounded, no division. */
 #ifndef MEDIUM_MANOEUVRE_PROOF_H
@@ -20,6 +26,7 @@
 
 #define PROOF_TIME    2e-3f  /* [s] of a window */
 #define PROOF_WINDOWS 4u     /* [windows] that must agree, in succession */
+#define PROOF_DENIED  3u     /* [windows] whose EMF denies the speed, in succession */
 #define PROOF_LONGEST 50e-3f /* [s] */
 
 typedef struct {
@@ -33,6 +40,7 @@ typedef struct {
     float expected;   /* sum of psi_a |omega| [V] */
     uint32_t tracked; /* [periods] of this window */
     uint32_t agreed;  /* [windows] that agreed so far, in succession */
+    uint32_t denied;  /* [windows] that denied the speed so far, in succession */
     uint32_t periods; /* [periods] so far */
 } proof_t;
 

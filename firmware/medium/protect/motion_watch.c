@@ -101,7 +101,8 @@ static bool overruns(motion_watch_t *watch, const motion_watch_input_t *input)
     const float beyond = MOTION_OVERRUN * bounds_magnitude(input->omega_m_ref) + tuning->progress;
     const bool over = input->asked && tuning->speed_error != 0u &&
                       input->omega_m * input->omega_m_ref > 0.0f && input->i_q_ref * input->omega_m < 0.0f &&
-                      speed > beyond && !bounds_within(input->i_q_ref, MOTION_AT_LIMIT * input->limit);
+                      speed > beyond && !bounds_within(input->i_q_ref, MOTION_AT_LIMIT * input->limit) &&
+                      input->running > tuning->overrun;
     if (!over || watch->over == 0u || speed < watch->overrun) {
         watch->overrun = speed;
         watch->over = 0u;

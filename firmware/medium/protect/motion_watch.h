@@ -28,7 +28,8 @@
  *     stalled      for stall_time, and the shaft is at standstill
  *     speed error  for speed_error_time; or for MOTION_OVERRUN_TIME, while a load drives the shaft: it is
  *                  faster than the reference by a tenth, the current brakes at its limit, and the speed has
- *                  grown in this time by `progress`
+ *                  grown in this time by `progress`. The speed of an estimate that has just caught the
+ *                  rotor still settles, and does not count for the same time after the catch
  *
  * motion_watch_step() every `every`-th T. Does not handle: loads beyond 1.3 times the
  * motor's limit, which accelerate the shaft; an assumed J of less than half of the true one
@@ -107,6 +108,7 @@ typedef struct {
     float omega_m_ref; /* [rad/s] */
     bool measured;     /* the speed comes from a sensor: a runaway is judged ... */
     bool confirmed;    /* ... unless the back-EMF agrees with the angle of that sensor */
+    uint32_t running;  /* judgements since control has used the source of this speed [-] */
     bool asked;        /* a speed is requested, not a current */
 } motion_watch_input_t;
 

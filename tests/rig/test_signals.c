@@ -122,6 +122,7 @@
     X(commission_state)                                                                                      \
     X(commission_reason)                                                                                     \
     X(commission_detail)                                                                                     \
+    X(commission_angle)                                                                                      \
     X(commission_largest)                                                                                    \
     X(commission_noise)                                                                                      \
     X(commission_inductance_pulse)                                                                           \

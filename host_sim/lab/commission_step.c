@@ -109,7 +109,10 @@ static void end_with_reason(commission_work_t *work)
     } else if (strcmp(name, "current_loop") == 0) {
         snprintf(detail, sizeof detail, "%.2f of the design", commission_value(work, "commission_loop_gain"));
     } else if (strcmp(name, "no_standstill_angle") == 0) {
-        snprintf(detail, sizeof detail, "%s", value != 0 ? "the axis is known, its polarity is not" : "");
+        snprintf(detail, sizeof detail, "%s",
+                 value == 1   ? "the axis is known, its polarity is not"
+                 : value == 2 ? "the ripple brings a phase current to zero"
+                              : "");
     } else if (value != 0) {
         snprintf(detail, sizeof detail, "sensor %c", 'a' + value - 1);
     }

@@ -122,6 +122,7 @@
     X(commission_state)                                                                                      \
     X(commission_reason)                                                                                     \
     X(commission_detail)                                                                                     \
+    X(commission_angle)                                                                                      \
     X(commission_largest)                                                                                    \
     X(commission_noise)                                                                                      \
     X(commission_inductance_pulse)                                                                           \
@@ -533,6 +534,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(commission_state, 0.0, 0.0)
     EXPECT(commission_reason, 0.0, 0.0)
     EXPECT(commission_detail, 0.0, 0.0)
+    EXPECT(commission_angle, 0.0, 0.0)
     EXPECT(commission_largest, 0.0, 0.0)
     EXPECT(commission_noise, 0.0, 0.0)
     EXPECT(commission_inductance_pulse, 0.0, 0.0)

@@ -11,13 +11,16 @@
 #define APART      0.523598776f /* [rad] 30 degrees */
 #define RATE       4.19f        /* [rad/s] of the turn from one direction to the next */
 
-#define BIAS            0.8f   /* standing current over I_h [-] */
-#define AMPLITUDE       0.1f   /* of the sine over the standing current [-] */
-#define AMPLITUDE_PLAIN 0.4f   /* the same over I_h, without a standing current [-] */
-#define FREQUENCY       500.0f /* [Hz] */
-#define VOLTAGE_LEAST   3.0f   /* [V] below it the frequency is doubled */
-#define VOLTAGE_MOST    0.2f   /* of the DC link [-] */
-#define DEAD            1.70f  /* fundamental of the lost voltage, 4/3 V as a square wave, over V [-] */
+#define BIAS            0.8f        /* standing current over I_h [-] */
+#define AMPLITUDE       0.1f        /* of the sine over the standing current, at most ... */
+#define AMPLITUDE_LEAST 0.04f       /* ... and at least [-] */
+#define LEAST_PHASE     0.25881905f /* sin 15 degrees: least phase current over the standing current [-] */
+#define CLEAR           1.2f        /* zones that a phase keeps from zero current [-] */
+#define AMPLITUDE_PLAIN 0.4f        /* the same over I_h, without a standing current [-] */
+#define FREQUENCY       500.0f      /* [Hz] */
+#define VOLTAGE_LEAST   3.0f        /* [V] below it the frequency is doubled */
+#define VOLTAGE_MOST    0.2f        /* of the DC link [-] */
+#define DEAD            1.70f       /* fundamental of the lost voltage, 4/3 V as a square wave, over V [-] */
 #define STIFF           2000.0f /* [rad/s] of the resistance across the axis, over L: the rotor needs no braking */
 
 #define BLOCK   0.1f   /* [s] */
@@ -32,6 +35,15 @@
 void angle_step_begin(angle_step_t *step)
 {
     *step = (angle_step_t){.phase = (int32_t)ANGLE_BEGIN};
+}
+
+/* Amplitude over the standing current at which neither ripple nor zone bring a phase current to zero; too
+ * small or negative: there is none. */
+static float clear_amplitude(const angle_step_t *step, const commission_tuning_t *tuning,
+                             const commission_input_t *input, const commission_results_t *results)
+{
+    const float ripple = input->u_dc * tuning->period / (24.0f * results->inductance_pulse);
+    return bounds_less(LEAST_PHASE - (CLEAR * results->current_zone + ripple) / step->bias, AMPLITUDE);
 }
 
 /* The voltage of the sine for this amplitude [A]; without a standing current the sine also has to pay for the
@@ -58,8 +70,8 @@ static uint32_t length_of(float amplitude, const commission_tuning_t *tuning,
 static void prepare(angle_step_t *step, const commission_tuning_t *tuning, const commission_input_t *input,
                     const commission_results_t *results, excite_order_t *order)
 {
-    const float amplitude =
-        step->biased != 0u ? AMPLITUDE * step->bias : AMPLITUDE_PLAIN * results->current_hold;
+    const float amplitude = step->biased != 0u ? clear_amplitude(step, tuning, input, results) * step->bias
+                                               : AMPLITUDE_PLAIN * results->current_hold;
     step->length = length_of(amplitude, tuning, results);
     const float block = (float)step->length * tuning->window;
     const float cycle = ANGLE_TWO_PI * tuning->period / block;
@@ -109,7 +121,7 @@ static commission_verdict_t judge(const angle_step_t *step, commission_results_t
     const angle_harmonics_t *bent = &step->bent;
     const bool salient = share_of(plain->cos_2, plain->sin_2, plain->mean) > SALIENCY;
     if (!(share_of(bent->cos_1, bent->sin_1, bent->mean) > SATURATION)) {
-        return commission_failed(COMMISSION_REASON_NO_STANDSTILL_ANGLE, salient ? 1 : 0);
+        return commission_failed(COMMISSION_REASON_NO_STANDSTILL_ANGLE, salient ? ANGLE_AXIS_ONLY : 0);
     }
     const float direction = trig_atan2(bent->sin_1, bent->cos_1);
     const float axis = 0.5f * trig_atan2(plain->sin_2, plain->cos_2);
@@ -152,6 +164,8 @@ static commission_verdict_t next(angle_step_t *step, const commission_tuning_t *
     } else if (step->direction < DIRECTIONS) {
         point(step, FIRST + APART * (float)step->direction, order);
         prepare(step, tuning, input, results, order);
+    } else if (clear_amplitude(step, tuning, input, results) < AMPLITUDE_LEAST) {
+        return commission_failed(COMMISSION_REASON_NO_STANDSTILL_ANGLE, ANGLE_NOT_CLEAR);
     } else {
         step->biased = 1u;
         step->direction = 0u;

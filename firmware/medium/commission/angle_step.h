@@ -11,7 +11,8 @@
  *
  *     y_1 seen, y_2 not     theta_d is the phase of y_1
  *     y_1 and y_2 seen      theta_d is the axis by y_2 that is nearest to the phase of y_1
- *     y_1 not seen          `no_standstill_angle`; detail 1: y_2 is seen, the polarity is not known
+ *     y_1 not seen          `no_standstill_angle`; detail 1: y_2 is seen, the polarity is not known; detail
+ *                           2: ripple and zone of the legs would bring a phase current to zero
  *
  * The directions are 15, 45, ... degrees. There no phase current of the standing current is near zero, and
  * the loss of the dead time is the same in all directions. A rotor that follows the current has the same L in
@@ -21,6 +22,10 @@
 
 #include "medium/commission/sine_step.h"
 #include "medium/commission/standing.h"
+
+/* Details of `no_standstill_angle`. */
+#define ANGLE_AXIS_ONLY 1
+#define ANGLE_NOT_CLEAR 2
 
 /* First and second harmonic of 1/L over the directions: sums [1/H]. */
 typedef struct {

@@ -75,8 +75,8 @@ typedef enum {
 typedef struct {
     uint32_t finished; /* [-] 1: the step has ended */
     int32_t reason;    /* [-] commission_reason_t; NONE: with a result */
-    int32_t detail;    /* [-] open_phase: 1 to 3; sensor_map: wiring_code(); no_standstill_angle: 1 if the
-                           axis is known; else 0 */
+    int32_t detail;    /* [-] open_phase: 1 to 3; sensor_map: wiring_code(); no_standstill_angle: 1 or 2,
+                           see angle_step.h; else 0 */
 } commission_verdict_t;
 
 static inline commission_verdict_t commission_goes_on(void)

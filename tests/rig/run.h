@@ -25,9 +25,6 @@
 /* Torque of the paper's motor [N m] at this number of amperes. */
 #define RUN_TORQUE(current) (1.5 * 4.0 * 0.183 * (current))
 
-/* [periods] from `enable` to operation: what is left of the window, and three more. */
-#define RUN_SWITCHING_ON (4u * DRIVE_WINDOW)
-
 /* Prints the measured values, and returns the line, which is the message of the next checks.
  */
 __attribute__((format(printf, 1, 2))) static inline const char *run_say(const char *format, ...)

@@ -26,6 +26,19 @@ static void test_a_calibration_ends_in_ready_or_in_a_fault(void)
 
 /* ---- ready ---- */
 
+static void test_on_goes_through_switched_on_until_the_bridge_is_on(void)
+{
+    from(DRIVE_READY);
+    go(10, DRIVE_READY, OFF);
+    wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, ON | BEGIN);
+    go(3, DRIVE_SWITCHED_ON, ON);
+    is.tripped = false;
+    bridge = BRIDGE_CHARGES;
+    go(20, DRIVE_SWITCHED_ON, ON);
+    bridge = BRIDGE_ON;
+    go(100, DRIVE_OPERATION_ENABLED, ON);
+}
+
 static void expect_refused(int32_t reason)
 {
     const bool refused = reason != REASON_NONE;

@@ -143,55 +143,42 @@ static commission_results_t known(double flux, double inertia_first)
 
 /* ---- J and friction ---- */
 
+/* A round rotor of 10 mH by its inertia [kg m^2], its friction [N m], [N m s] and its flux [Wb]. */
+#define ROTOR(j, dry, wet, psi)                                                                              \
+    .inertia = (j), .coulomb = (dry), .viscous = (wet), .flux = (psi), .inductance_d = 0.01,                 \
+    .inductance_q = 0.01
+#define GOOD ROTOR(2e-3, 0.1, 0.0, 0.1)
+
+/* The torque test of a rotor whose swing has given this inertia ends with this reason. */
+static void expect_of_torque(commission_reason_t reason, const rotor_t *is, double swung,
+                             commission_results_t *results)
+{
+    TEST_ASSERT_EQUAL_INT32(reason, torque_test(is, swung, 10.0, results).reason);
+}
+
+static commission_results_t expect_inertia(const rotor_t *is, double swung, double share)
+{
+    commission_results_t results = known(is->flux, swung);
+    expect_of_torque(COMMISSION_REASON_NONE, is, swung, &results);
+    TEST_ASSERT_DOUBLE_WITHIN(share * is->inertia, is->inertia, (double)results.inertia);
+    return results;
+}
+
 static void test_inertia_and_friction_of_light_and_heavy_rotors(void)
 {
-    static const rotor_t rotors[] = {
-        {.inertia = 2e-3,
-         .coulomb = 0.1,
-         .viscous = 5e-4,
-         .flux = 0.1,
-         .inductance_d = 0.01,
-         .inductance_q = 0.01},
-        {.inertia = 0.2,
-         .coulomb = 0.2,
-         .viscous = 1e-3,
-         .flux = 0.2,
-         .inductance_d = 0.01,
-         .inductance_q = 0.01},
-        {.inertia = 0.2, /* a steady speed is still being approached with 2 rad/s^2 */
-         .coulomb = 0.2,
-         .viscous = 1e-3,
-         .flux = 0.2,
-         .inductance_d = 0.01,
-         .inductance_q = 0.01,
-         .slow = 0.8},
-        {.inertia = 6e-5,
-         .coulomb = 0.02,
-         .viscous = 1e-4,
-         .flux = 0.05,
-         .inductance_d = 0.01,
-         .inductance_q = 0.01},
-        {.inertia = 2e-3,
-         .coulomb = 0.1,
-         .viscous = 5e-4,
-         .flux = 0.1,
-         .inductance_d = 0.01,
-         .inductance_q = 0.03},
-        {.inertia = 2e-2,
-         .coulomb = 0.1,
-         .viscous = 5e-4,
-         .flux = 0.1,
-         .inductance_d = 0.01,
-         .inductance_q = 0.03,
-         .saturation = 5.0,
-         .observed_q = 0.016},
+    rotor_t rotors[] = {
+        {ROTOR(2e-3, 0.1, 5e-4, 0.1)},
+        {ROTOR(0.2, 0.2, 1e-3, 0.2)},
+        {ROTOR(0.2, 0.2, 1e-3, 0.2),
+         .slow = 0.8}, /* a steady speed is still being approached with 2 rad/s^2 */
+        {ROTOR(6e-5, 0.02, 1e-4, 0.05)},
+        {ROTOR(2e-3, 0.1, 5e-4, 0.1)},
+        {ROTOR(2e-2, 0.1, 5e-4, 0.1), .saturation = 5.0, .observed_q = 0.016},
     };
+    rotors[4].inductance_q = rotors[5].inductance_q = 0.03;
     for (uint32_t n = 0u; n < sizeof rotors / sizeof rotors[0]; n++) {
-        const rotor_t *is = &rotors[n];
-        commission_results_t results = known(is->flux, is->inertia);
-        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, torque_test(is, is->inertia, 10.0, &results).reason);
-        TEST_ASSERT_DOUBLE_WITHIN(0.01 * is->inertia, is->inertia, (double)results.inertia);
-        const double friction = is->coulomb + 60.0 * is->viscous;
+        const commission_results_t results = expect_inertia(&rotors[n], rotors[n].inertia, 0.01);
+        const double friction = rotors[n].coulomb + 60.0 * rotors[n].viscous;
         TEST_ASSERT_DOUBLE_WITHIN(0.01 * friction, friction,
                                   (double)results.friction_coulomb + 60.0 * (double)results.friction_viscous);
     }
@@ -202,17 +189,11 @@ static void test_inertia_and_friction_of_light_and_heavy_rotors(void)
  * it too large. */
 static void test_inertia_from_noisy_angles(void)
 {
-    rotor_t is = {.inertia = 1.5e-4,
-                  .coulomb = 0.02,
-                  .flux = 0.1,
-                  .inductance_d = 0.01,
-                  .inductance_q = 0.01,
-                  .angle_noise = 0.07,
-                  .speed_noise = 0.03};
+    rotor_t is = {ROTOR(1.5e-4, 0.02, 0.0, 0.1), .angle_noise = 0.07, .speed_noise = 0.03};
     double sum = 0.0;
     for (is.draw = 1u; is.draw <= 8u; is.draw++) {
         commission_results_t results = known(is.flux, is.inertia);
-        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, torque_test(&is, is.inertia, 10.0, &results).reason);
+        expect_of_torque(COMMISSION_REASON_NONE, &is, is.inertia, &results);
         sum += (double)results.inertia / 8.0;
     }
     TEST_ASSERT_TRUE(sum > 0.995 * is.inertia && sum < 1.02 * is.inertia);
@@ -222,69 +203,37 @@ static void test_inertia_from_noisy_angles(void)
  * same mean speed: without the steady speeds the fit would not separate B from J. */
 static void test_friction_of_the_steady_speeds_shows_the_inertia_of_a_light_rotor(void)
 {
-    rotor_t is = {.inertia = 1.2e-5,
-                  .coulomb = 8e-3,
-                  .viscous = 2e-5,
-                  .flux = 0.02,
-                  .inductance_d = 0.01,
-                  .inductance_q = 0.01,
-                  .angle_noise = 0.04};
+    rotor_t is = {ROTOR(1.2e-5, 8e-3, 2e-5, 0.02), .angle_noise = 0.04};
     for (is.draw = 1u; is.draw <= 8u; is.draw++) {
-        commission_results_t results = known(is.flux, is.inertia);
-        TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, torque_test(&is, is.inertia, 10.0, &results).reason);
-        TEST_ASSERT_DOUBLE_WITHIN(0.03 * is.inertia, is.inertia, (double)results.inertia);
+        (void)expect_inertia(&is, is.inertia, 0.03);
     }
 }
 
-static void test_push_that_does_not_suffice_grows(void)
+/* A swing that was wrong is confirmed by a second test. */
+static void test_a_push_that_does_not_suffice_grows_and_a_wrong_swing_is_put_right(void)
 {
-    const rotor_t is = {.inertia = 2e-3,
-                        .coulomb = 0.1,
-                        .flux = 0.1,
-                        .inductance_d = 0.01,
-                        .inductance_q = 0.01,
-                        .later = 1.0};
-    commission_results_t results = known(is.flux, is.inertia);
-    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, torque_test(&is, is.inertia, 10.0, &results).reason);
-    TEST_ASSERT_DOUBLE_WITHIN(0.01 * is.inertia, is.inertia, (double)results.inertia);
+    const rotor_t sticks = {GOOD, .later = 1.0}, good = {GOOD};
+    (void)expect_inertia(&sticks, sticks.inertia, 0.01);
+    (void)expect_inertia(&good, 0.5 * good.inertia, 0.01);
 }
 
-static void test_second_test_confirms_a_swing_that_was_wrong(void)
-{
-    const rotor_t is = {
-        .inertia = 2e-3, .coulomb = 0.1, .flux = 0.1, .inductance_d = 0.01, .inductance_q = 0.01};
-    commission_results_t results = known(is.flux, 0.5 * is.inertia);
-    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE,
-                            torque_test(&is, 0.5 * is.inertia, 10.0, &results).reason);
-    TEST_ASSERT_DOUBLE_WITHIN(0.01 * is.inertia, is.inertia, (double)results.inertia);
-}
-
+/* A fiftieth of 500 V is 10 V; the EMF at 35 rad/s is 14 V. Two tests and the swing give three values of an
+ * inertia that grows; an angle may be noisier than the test can average. */
 static void test_reasons_of_the_torque_test(void)
 {
-    const rotor_t good = {
-        .inertia = 2e-3, .coulomb = 0.1, .flux = 0.1, .inductance_d = 0.01, .inductance_q = 0.01};
-    rotor_t is = good;
-    commission_results_t results = known(is.flux, is.inertia);
+    const rotor_t good = {GOOD}, lost = {GOOD, .lost_after = 100.0}, grows = {GOOD, .grows = 1e-3};
+    const rotor_t noisy = {ROTOR(2e-5, 0.1, 0.0, 0.1), .angle_noise = 0.5};
+    commission_results_t results = known(good.flux, good.inertia);
     TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_EMF_TOO_SMALL,
-                            torque_test(&is, is.inertia, 60.0, &results).reason);
-    results.dead_voltage = 500.0f; /* its fiftieth is 10 V; the EMF at 35 rad/s is 14 V */
-    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_EMF_TOO_SMALL,
-                            torque_test(&is, is.inertia, 10.0, &results).reason);
-    results = known(is.flux, is.inertia);
-    is.lost_after = 100.0;
-    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_SENSORLESS_LOST,
-                            torque_test(&is, is.inertia, 10.0, &results).reason);
-    is = good; /* two tests and the swing give three values */
-    is.grows = 1e-3;
-    results = known(is.flux, 0.5 * is.inertia);
-    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_INERTIA_NOT_SEEN,
-                            torque_test(&is, is.inertia, 10.0, &results).reason);
-    is = good; /* more noise than the test can average */
-    is.inertia = 2e-5;
-    is.angle_noise = 0.5;
-    results = known(is.flux, is.inertia);
-    TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_INERTIA_NOT_SEEN,
-                            torque_test(&is, is.inertia, 10.0, &results).reason);
+                            torque_test(&good, good.inertia, 60.0, &results).reason);
+    results.dead_voltage = 500.0f;
+    expect_of_torque(COMMISSION_REASON_EMF_TOO_SMALL, &good, good.inertia, &results);
+    results = known(lost.flux, lost.inertia);
+    expect_of_torque(COMMISSION_REASON_SENSORLESS_LOST, &lost, lost.inertia, &results);
+    results = known(grows.flux, 0.5 * grows.inertia);
+    expect_of_torque(COMMISSION_REASON_INERTIA_NOT_SEEN, &grows, grows.inertia, &results);
+    results = known(noisy.flux, noisy.inertia);
+    expect_of_torque(COMMISSION_REASON_INERTIA_NOT_SEEN, &noisy, noisy.inertia, &results);
     TEST_ASSERT_EQUAL_FLOAT(0.0f, results.inertia);
 }
 
@@ -322,13 +271,8 @@ static void test_flux_of_round_and_salient_rotors(void)
                 {0.03, -0.3 * 0.09 / 0.02, 0.0, 100.0f},
                 {0.03, -0.3 * 0.09 / 0.02, 5.0, 100.0f}};
     for (uint32_t n = 0u; n < sizeof rows / sizeof rows[0]; n++) {
-        const rotor_t is = {.inertia = 2e-3,
-                            .coulomb = 0.1,
-                            .flux = 0.1,
-                            .inductance_d = 0.01,
-                            .inductance_q = rows[n].inductance_q,
-                            .saturation = rows[n].saturation,
-                            .observed_q = 0.016};
+        rotor_t is = {GOOD, .saturation = rows[n].saturation, .observed_q = 0.016};
+        is.inductance_q = rows[n].inductance_q;
         commission_results_t results = {.noise = 0.0f};
         turning_wish_t wish;
         TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE,
@@ -341,12 +285,7 @@ static void test_flux_of_round_and_salient_rotors(void)
 /* An estimate of each window that is off by up to 20 %, as where the back-EMF is small. */
 static void test_noise_of_the_speed_neither_delays_nor_changes_the_flux(void)
 {
-    const rotor_t is = {.inertia = 2e-3,
-                        .coulomb = 0.1,
-                        .flux = 0.1,
-                        .inductance_d = 0.01,
-                        .inductance_q = 0.01,
-                        .speed_noise = 0.2};
+    const rotor_t is = {GOOD, .speed_noise = 0.2};
     commission_results_t results = {.noise = 0.0f};
     turning_wish_t wish;
     TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_NONE, flux_test(&is, 100.0f, &results, &wish).reason);
@@ -356,8 +295,7 @@ static void test_noise_of_the_speed_neither_delays_nor_changes_the_flux(void)
 
 static void test_rotor_without_magnets_has_no_flux(void)
 {
-    const rotor_t is = {
-        .inertia = 2e-3, .coulomb = 0.0, .flux = 0.0, .inductance_d = 0.01, .inductance_q = 0.01};
+    const rotor_t is = {ROTOR(2e-3, 0.0, 0.0, 0.0)};
     commission_results_t results = {.noise = 0.0f};
     turning_wish_t wish;
     flux_test_t step;

@@ -10,6 +10,8 @@ void tracker_prepare(tracker_tuning_t *tuning, const tracker_params_t *params)
     tuning->saliency_rate = params->saliency / params->pll.period;
     tuning->torque_feedforward = params->torque_feedforward / params->flux_linkage;
     tuning->frequency = 1.0f / params->pll.period;
+    const float share = bounds_more(tuning->pll.feedforward_share, 1e-3f);
+    tuning->pull_most = bounds_more(TRACKER_SHARE_MOST / share, 1.0f);
     tuning->saturation = saturation_prepare(&params->saturation);
     tuning->salient = 0u;
     if (params->saliency != 0.0f || saturation_is_on(&tuning->saturation)) {
@@ -39,6 +41,7 @@ void tracker_reset(tracker_t *tracker, position_t start, dq_t current, float amp
     motor->moved = motor->lean;
     motor->gain = 1.0f;
     motor->share = 1.0f;
+    motor->turning = 1.0f;
     motor->pull = 1.0f;
     motor->inverse = 1.0f / (speed + pll->tuning.kp * bounds_magnitude(motor->lean));
 }

@@ -10,6 +10,10 @@
  *     f = 1/(1 + kp |t/omega|)     factor of kp and ki where t omega < 0, braking: there the motion of the
  *                                  loop itself changes psi_a in the opposite direction
  *
+ * While braking the detector also shows the motion that an error of F causes, in the wrong direction. Only
+ * the speed from the length of the EMF, which is free of it, can correct F: its cutoff is multiplied by
+ * 1/f^3.
+ *
  * Where the iron of the q axis saturates (saturation.h), psi_q = L_q i_q + c with the constant L_q of the
  * observer, and the flux behind the EMF is psi_a + j c in the frame of the rotor. The part of c is known:
  * omega c is added to the EMF along the d axis, and the change of c to the voltage along the q axis. Then
@@ -45,8 +49,10 @@
 /* Largest factor for the detector of a saturated rotor [-]. */
 #define TRACKER_GAIN_MOST 2.0f
 
-/* Largest factor for the cutoff of the feed-forward in braking [-]. */
-#define TRACKER_PULL_MOST 3.0f
+/* Largest 1/f for the cutoff of the feed-forward in braking [-], and largest share of its low-pass there
+ * [-]. */
+#define TRACKER_TURNING_MOST 2.5f
+#define TRACKER_SHARE_MOST   0.5f
 
 typedef struct {
     pll_params_t pll;
@@ -67,6 +73,7 @@ typedef struct {
     float saliency_rate;      /* D/T [V/A] */
     float torque_feedforward; /* K = 1.5 p^2/J [rad/s^2 per Wb and A] */
     float frequency;          /* 1/T [1/s] */
+    float pull_most;          /* largest factor of the feed-forward's cutoff, 1 or more [-] */
     saturation_t saturation;
 } tracker_tuning_t;
 
@@ -80,7 +87,8 @@ typedef struct {
     float moved;          /* D i_q/psi_t, with saturation; else t [-] */
     float gain;           /* psi_a/psi_t from 1 to 2, with saturation; else 1 [-] */
     float share;          /* factor of kp and ki [-]: f, with saturation times `gain` */
-    float pull;           /* 1/f, from 1 to 3: factor of the feed-forward's cutoff [-] */
+    float turning;        /* 1/f, from 1 to TRACKER_TURNING_MOST [-] */
+    float pull;           /* its cube, limited: factor of the feed-forward's cutoff [-] */
     float inverse;        /* 1/(|omega| + kp |t|) [s/rad] */
     float cross;          /* c = psi_q - L_q i_q of the last step [Wb]; 0 without saturation */
     float per_turned;     /* 1/psi_t [1/Wb], with saturation */
@@ -94,6 +102,7 @@ typedef struct {
     float torque_feedforward; /* K, of the tuning [rad/s^2 per Wb and A] */
     float load;               /* i_L [A], set by the caller; 0: the load is unknown */
     float frequency;          /* 1/T, of the tuning [1/s] */
+    float pull_most;          /* of the tuning [-] */
     saturation_t saturation;  /* of the tuning */
     tracker_motor_t motor;
     pll_t pll;
@@ -131,6 +140,7 @@ static inline void tracker_take(tracker_t *tracker, const tracker_tuning_t *tuni
     tracker->saliency_rate = tuning->saliency_rate;
     tracker->torque_feedforward = tuning->torque_feedforward;
     tracker->frequency = tuning->frequency;
+    tracker->pull_most = tuning->pull_most;
     if (saturation_is_on(&tuning->saturation)) {
         tracker->saturation = tuning->saturation;
     } else {

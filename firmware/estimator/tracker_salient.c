@@ -69,7 +69,8 @@ void tracker_follow(tracker_t *tracker, dq_t current)
         bend(tracker, current, motor);
     }
     const float share = share_of(pll, motor);
-    const float pull = tracker_reciprocal(share, motor->pull);
-    motor->pull = bounds_between(pull, (bounds_t){1.0f, TRACKER_PULL_MOST});
+    const float turning = tracker_reciprocal(share, motor->turning);
+    motor->turning = bounds_between(turning, (bounds_t){1.0f, TRACKER_TURNING_MOST});
+    motor->pull = bounds_less(motor->turning * motor->turning * motor->turning, tracker->pull_most);
     motor->share = motor->gain * share;
 }

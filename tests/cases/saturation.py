@@ -80,10 +80,11 @@ class Saturation(unittest.TestCase):
         return seen
 
     def test_a12_steady(self):
-        """Braking with 14.5 A at 300 r/min loses the rotor while the torque comes (docs/not_there.md)."""
+        """Braking with 14.5 A at 300 r/min is in each share: the torque comes within 10 ms, and the rotor is lost if the feed-forward of
+        the loop does not follow the EMF faster there."""
         cells = [*itertools.product((300, 700), (3.0, 6.0, 9.0, 12.0, 14.5), (1,)),
                  *itertools.product((300, 700), (3.0, 9.0, 12.0), (-1,)), (700, 14.5, -1)]
-        for speed, current, way in share(cells, 2):
+        for speed, current, way in [(300, 14.5, -1), *share(cells, 2)]:
             with self.subTest(speed=speed, current=current, way=way):
                 seen = self.steady(speed, current, way)
                 keep(self, "A12 mean", abs(seen["error"]), 25.0)

@@ -9,8 +9,10 @@ desk_room(lagless_fmu_objects)
 target_compile_definitions(lagless_fmu_objects PRIVATE _GNU_SOURCE LAGLESS_ANY_BOARD)
 target_include_directories(lagless_fmu_objects SYSTEM PRIVATE ${FMI_DIR})
 target_link_libraries(lagless_fmu_objects PRIVATE lagless_lab)
+# Linked plainly, as the FMUs of the other boards and the Python library of a build are: optimising across modules took 17 s of processor
+# in each build, for a library that a check runs for seconds.
 add_library(lagless_fmu SHARED $<TARGET_OBJECTS:lagless_fmu_objects>)
 target_link_libraries(lagless_fmu PRIVATE lagless_lab lagless_flags)
-target_link_options(lagless_fmu PRIVATE ${LAGLESS_FAST_LINK} -Wl,--as-needed -Wl,--no-undefined -Wl,--exclude-libs,ALL -Wl,--strip-all
+target_link_options(lagless_fmu PRIVATE ${LAGLESS_PLAIN_LINK} -Wl,--as-needed -Wl,--no-undefined -Wl,--exclude-libs,ALL -Wl,--strip-all
     -static-libgcc -static-libstdc++)
 set_target_properties(lagless_fmu PROPERTIES OUTPUT_NAME lagless LINKER_LANGUAGE CXX PREFIX "" LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/fmu)

@@ -16,7 +16,7 @@
 /* No scenario of a campaign names a board's file: tune_scenario.c, which reads them, finds none. */
 const board_facts_t *const board_facts[] = {NULL};
 
-/* A whole number from 1 to `most`; 0: it is none. */
+/* Reads a whole number from 1 to `most`; 0: the text is none. */
 static uint64_t number(const char *word, uint64_t most)
 {
     char *end = NULL;

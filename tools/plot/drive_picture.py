@@ -20,7 +20,7 @@ FAULT = "#E39A96"
 
 
 def tint(trace, value, names):
-    """As page.js has it: nothing has no colour, a fault that of one."""
+    """As in page.js: `none` has no colour, a fault has the colour of faults."""
     name = name_of(names, value)
     if value == 0 or name == "none":
         return None

@@ -66,7 +66,7 @@ class Data:
 
 
 def quick(path, count):
-    """Columns of a CSV of nothing but numbers, a few times as fast as line by line; None: look at it line by line."""
+    """Columns of a CSV of nothing but numbers, a few times as fast as line by line; None: it has to be read line by line."""
     with open(path, encoding="utf-8") as file:
         text = "\n" + file.read().partition("\n")[2]
     if not text.strip():
@@ -117,7 +117,7 @@ class Layout:
 
 
 class Drawer:
-    """Makes traces of one figure's data, and sees to it that their columns are there, in the unit of their axis."""
+    """Makes traces of one figure's data, and checks that their columns exist, in the unit of their axis."""
 
     def __init__(self, figure, data):
         self.id, self.data = figure["id"], data

@@ -1,5 +1,5 @@
 /* An ATmega2560 with external RAM up to 64 K and twice its flash, 512 K, run by libsimavr: 16-bit int, 32-bit
- * double. Three spare registers are the door to the desk:
+ * double. Three spare registers are the interface to the PC:
  *
  *     GPIOR0 written: a character for standard output
  *     GPIOR1 written: the end; the value is the exit code

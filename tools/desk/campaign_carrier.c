@@ -1,5 +1,5 @@
-/* `lagless campaign` on the board of the libraries that it is linked with, for carriers of which there is no
- * program.
+/* `lagless campaign` on the board of the libraries that it is linked with, for carriers without a program of
+ * their own.
  *
  * usage: campaign_carrier campaign --seed S --runs N --json --as-drawn     in this order, as
  * tools/judge-campaign writes it

@@ -39,7 +39,7 @@ static void on_sample(void *context, uint32_t period, const uint32_t *slots, uin
     }
 }
 
-/* What the motor gets. The times of interrupts are not included, because they are no values of the drive. */
+/* What the motor gets. The times of interrupts are not included, because they are not values of the drive. */
 static void on_edge(void *context, uint64_t tick, uint32_t what, uint32_t value)
 {
     hashes_t *hashes = context;

@@ -66,7 +66,7 @@ def period_ticks():
 
 
 def place_text():
-    """Where simulated time stands."""
+    """The simulated time."""
     state = ring()
     ticks = period_ticks()
     period = int(state["period"])
@@ -84,7 +84,8 @@ DRIVE_SOURCES = re.compile(r"/firmware/(drive|fast|medium)/")  # the two tasks a
 
 
 class Entry(gdb.Breakpoint):
-    """The interrupt's first line. On only from rig_stop_at() to the next interrupt, so that it costs nothing else."""
+    """The interrupt's first line. Enabled only from rig_stop_at() to the next interrupt, because it slows the
+    program down."""
 
     def __init__(self):
         super().__init__(function=INTERRUPT, internal=True)
@@ -292,7 +293,7 @@ def go_on(stop_before, again):
             "take build/debug/lagless"
         )
     travelling = True
-    entry.enabled = False  # it is still enabled after a program that ended between gate and entry
+    entry.enabled = False  # it is still enabled if the last program ended between gate and entry
     for breakpoint in (entry, gate, fault, begun):
         breakpoint.hit = False
     freed.periods = 0
@@ -600,7 +601,7 @@ For a fault, also print the last periods before it that the drive has stored; th
 
     @staticmethod
     def tell_log(log, latched):
-        """Earlier faults, newest first, from the drive's log. Were there some?"""
+        """Earlier faults, newest first, from the drive's log. Returns True if there were some."""
         count, kept = int(log["count"]), log["faults"].type.range()[1] + 1
         newest = count - (1 if latched else 0)
         for number in range(newest - 1, max(-1, count - kept - 1), -1):

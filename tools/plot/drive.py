@@ -16,7 +16,7 @@ SKY, AMBER, GREY, RED = "#56B4E9", "#E69F00", "#777777", "#B3261E"
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER, GREY)
 BANDS_MAX = 400      # stretches; what changes more often is a line
 NEAR_LIMIT = 0.4     # of a limit: from there on it is on the axis
-UNKNOWN = 1.81       # [rad] theta_sigma of an angle of which nothing is known
+UNKNOWN = 1.81       # [rad] theta_sigma of an unknown angle
 LOCKED = 350.0       # [mrad] a larger error of the angle counts as a lost lock
 
 
@@ -244,7 +244,8 @@ def colour(n):
 
 
 def spans(times, values):
-    """(begin, end, value) of each stretch of equal values, those that are no number left out; the last ends with the last sample."""
+    """(begin, end, value) of each stretch of equal values, without those that are not numbers; the last ends
+    with the last sample."""
     if not len(values):
         return []
     none = numpy.iinfo(numpy.int64).min

@@ -68,7 +68,7 @@ def fit(text, middle, room):
 
 
 def reach(axis, panel, data):
-    """The axis, as in page.js: a given range, otherwise that of the traces and of the limits that they come near to."""
+    """The axis, as in page.js: a given range, otherwise that of the traces and of the limits that are near them."""
     if panel.range:
         axis.set_ylim(*panel.range)
         return

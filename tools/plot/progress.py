@@ -28,7 +28,7 @@ def clear():
 
 
 def end():
-    """Nothing more is told."""
+    """Nothing more is reported."""
     clear()
     descriptor = os.environ.pop(ASKED, "")
     if descriptor.isdigit():

@@ -206,7 +206,7 @@ static bool run_orders(void)
     app->drive.state = (int32_t)DRIVE_READY;
     app->staged = app->active;
     app->staged.speed_kp *= 0.9f;
-    (void)order(ORDER_LOAD); /* nothing is stored: it reads that, and refuses */
+    (void)order(ORDER_LOAD); /* nothing is stored: the drive reads the empty storage, and refuses */
     (void)order(ORDER_CAPTURE_ARM);
     return order(ORDER_APPLY) && order(ORDER_CAPTURE_RELEASE) && order(ORDER_DEFAULTS);
 }

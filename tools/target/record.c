@@ -16,7 +16,7 @@
 
 #define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
 
-/* ---- what is written ---- */
+/* ---- the output file ---- */
 
 static FILE *file;
 static uint32_t recorded, length;                   /* [periods] of this part: so far, in all */

@@ -91,7 +91,8 @@ static void bring(void)
     }
 }
 
-/* Each part of the recording by `play`, which has to take so many periods; the drive is new in each. */
+/* Calls `play` for each part of the recording, with the number of its periods; each part begins with a new
+ * drive. */
 static void play_parts(void (*play)(void))
 {
     uint32_t periods[RECORDING_PARTS];

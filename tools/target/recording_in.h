@@ -52,7 +52,7 @@ static inline uint32_t take_parts(uint32_t periods[RECORDING_PARTS])
             (void)take();
         }
         periods[part] = take();
-        (void)take(); /* whether it has to fit */
+        (void)take(); /* whether it must fit */
     }
     return parts;
 }

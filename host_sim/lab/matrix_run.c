@@ -80,7 +80,7 @@ static bool until(rig_t *rig, const char *row, rig_compare_t compare, double val
     return stopped;
 }
 
-/* Injects the fault, in a scenario scaled to its motor; `before`: what its rows were. */
+/* Injects the fault, in a scenario scaled to its motor. `before` gets the values that its rows had. */
 static bool change(rig_t *rig, const matrix_fault_t *fault, bool scaled, double before[CHANGES])
 {
     for (size_t n = 0; n < CHANGES && fault->changes[n].row != NULL; n++) {

@@ -74,7 +74,7 @@ static bool find_key(const char *name, motor_key_t *key)
     return false;
 }
 
-/* Both axes are one family: `inductance` sets both. */
+/* The inductances of both axes belong to one quantity: `inductance` sets both. */
 static motor_quantity_t family(motor_key_t key)
 {
     return keys[key].quantity == MOTOR_INDUCTANCE_D ? MOTOR_INDUCTANCE_Q : keys[key].quantity;

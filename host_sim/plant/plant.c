@@ -761,7 +761,7 @@ static int64_t disc_count(const plant_t *plant, double theta_e)
     return plant->count_whole + floor_of(theta_e * plant->count_per_rad + plant->count_rest);
 }
 
-/* The effect of the tracks: if one is stuck, the edges of the other count forward and backward. */
+/* The count with the tracks' faults: if one is stuck, the edges of the other count forward and backward. */
 static int64_t shown_count(const plant_t *plant, int64_t count)
 {
     if (!plant->tracks) {

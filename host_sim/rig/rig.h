@@ -195,8 +195,8 @@ typedef struct {
     uint32_t begin;        /* [periods] of the snapshot, by the drive's count */
     uint32_t periods;      /* [periods] run */
     uint32_t windows;      /* [windows] run: calls of the medium task */
-    uint32_t tunings;      /* [-] new tunings meanwhile */
-    uint32_t requests;     /* [-] requests changed meanwhile */
+    uint32_t tunings;      /* [-] new tunings during this time */
+    uint32_t requests;     /* [-] requests changed during this time */
     bool differs;          /* duties or gates were not those of the record */
     uint32_t wrong;        /* [periods] the first of them */
     int32_t reason;        /* [-] of the drive's last fault; 0: none */

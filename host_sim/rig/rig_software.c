@@ -63,7 +63,7 @@ static void take_time(rig_t *rig, uint64_t ticks)
     }
 }
 
-/* Ideal sensors: the truth of t_k. The drive subtracts the offsets that it has measured with the real
+/* Ideal sensors: the true values at t_k. The drive subtracts the offsets that it has measured with the real
  * sensors. They are added here, so that the choice of the sensors may change at any later time. */
 static void take_exact(const rig_state_t *state, drive_samples_t *samples)
 {

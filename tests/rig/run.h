@@ -1,5 +1,5 @@
-/* What closed-loop tests share: a rig brought to a speed, in words of the field; what the estimator's angle
- * is off, over a time. */
+/* Functions for tests in closed loop: they bring a rig to a speed, and measure the error of the estimated
+ * angle over a time. */
 #ifndef TESTS_RIG_RUN_H
 #define TESTS_RIG_RUN_H
 
@@ -18,8 +18,9 @@
 
 /* ---- the board ---- */
 
-/* Shafts, loads and times of these tests were chosen for the paper's motor and a current limit of 10 A. What
- * a test needs on a board of another one, follows from this [-]; it is 1 where the board has that. */
+/* Shafts, loads and times of these tests were chosen for the paper's motor and a current limit of 10 A. The
+ * current that a test needs, on a board with another limit, is multiplied by this share [-]; 1 if the board
+ * allows the whole current. */
 #define RUN_LIMIT_SHARE (BOARD_CURRENT_LIMIT_MA / 10000.0)
 
 /* Torque of the paper's motor [N m] at this number of amperes. */
@@ -90,8 +91,8 @@ static inline void run_times(rig_t *rig, const char *name, double factor)
     run_put(rig, name, factor * rig_value(rig, name));
 }
 
-/* The drive of the paper, from which a test's numbers come: it turns by the encoder, its speed control is
- * the PI of its figures, nothing is learnt of motor and inverter, and no current flows but what makes torque
+/* The drive of the paper, from which a test's numbers come: it uses the encoder, its speed control is the PI
+ * of the figures, it learns no parameter of motor and inverter, and only the current that makes torque flows
  * (the last matters without the encoder only). Applied: what scales its gains comes after it. */
 static inline void run_paper_drive(rig_t *rig)
 {
@@ -113,7 +114,7 @@ static inline void run_shaft_of_board(rig_t *rig)
     }
 }
 
-/* From power-on to ready; offsets are measured with whatever the plant does. */
+/* From power-on to ready. The offsets are measured with the actual currents of the plant. */
 static inline void run_to_ready(rig_t *rig)
 {
     rig_run(rig, seed_phase());
@@ -128,7 +129,7 @@ static inline void run_on(rig_t *rig, double rpm)
     run_put(rig, "enable", 1.0);
 }
 
-/* The rig as it is now, for several continuations; to be freed. */
+/* A copy of the rig in its present state, for several continuations; the caller frees it. */
 static inline void *run_kept(rig_t *rig)
 {
     void *const state = malloc(rig_state_size());
@@ -150,8 +151,8 @@ static inline void run_expect_no_fault(rig_t *rig)
 
 /* ---- sensorless ---- */
 
-/* Inverter without dead time and drops, exact sensors; plant and firmware agree on it. What the dead band
- * delays one edge by, the turn-off delays the other. Before ready. */
+/* Inverter without dead time and drops, exact sensors; plant and firmware agree on it. The dead band delays
+ * one edge by the time by which the turn-off delays the other. Before ready. */
 static inline void run_ideal(rig_t *rig)
 {
     static const char *const none[] = {
@@ -162,16 +163,16 @@ static inline void run_ideal(rig_t *rig)
         run_put(rig, none[n], 0.0);
     }
     run_puts(rig, "sensors=1 params.current_zone=1e-3");
-    run_put(rig, "dead_time_adaptation", 0.0); /* nothing is nothing: what noise teaches shows */
+    run_put(rig, "dead_time_adaptation", 0.0); /* zero in both: only the effect of the noise remains */
     const double dead_time = rig_value(rig, "dead_time");
     run_put(rig, "plant.turn_off_delay", dead_time);
     run_parameter(rig, "params.turn_off_delay", dead_time);
 }
 
-/* What calibration leaves of the current sensors' errors, beside the defaults: dead time, drops and delays of
- * the module, 12-bit ADC, 10 mA noise. Where phase c has no sensor, the offset of a comes with the other sign
- * in the c that is reckoned; a sensor of c gets the same, so that the vector is off by (30, 17) mA on every
- * board. After ready. */
+/* The errors of the current sensors that remain after the calibration, together with the defaults: dead time,
+ * drops and delays of the module, 12-bit ADC, 10 mA noise. Where phase c has no sensor, the offset of a comes
+ * with the other sign in the c that is reckoned; a sensor of c gets the same, so that the vector is off by
+ * (30, 17) mA on every board. After ready. */
 static inline void run_real(rig_t *rig)
 {
     run_puts(rig, "current_offset_a=0.03 current_offset_c=-0.03 current_gain_error_b=0.002");
@@ -185,9 +186,9 @@ typedef struct {
     double bandwidth;                                        /* [rad/s] of the speed control */
 } run_motor_t;
 
-/* Plant and firmware get it; what the rules of thumb make of it: k_s = 1.75 e_max, slope 1.6 L/(k_s T_s), a
- * current error at 96 % of k_s. Limits of current, voltage and speed are the caller's. Set before the state
- * ready, and not yet applied. */
+/* Plant and firmware get the motor, and the values of the rules of thumb: k_s = 1.75 e_max, slope 1.6 L/(k_s
+ * T_s), a current error at 96 % of k_s. Limits of current, voltage and speed are the caller's. Set before the
+ * state ready, and not yet applied. */
 static inline void run_put_motor(rig_t *rig, const run_motor_t *m)
 {
     const double gain = 1.75 * m->flux_linkage * m->pole_pairs * m->speed;
@@ -234,8 +235,8 @@ static inline void run_to_ready_at(rig_t *rig, double rpm)
     run_put(rig, "friction_coulomb", friction);
 }
 
-/* The load is put on, or taken off, evenly over this number of seconds: by a step at low speed the rotor
- * would stop. */
+/* The load is applied or removed as a ramp of this number of seconds, because a step would stop the rotor at
+ * low speed. */
 static inline void run_load(rig_t *rig, double torque, double seconds)
 {
     const double before = rig_value(rig, "load_torque");
@@ -315,7 +316,7 @@ static inline double run_leg_loss(rig_t *rig)
     return effective / RIG_PERIOD_SECONDS * rig_value(rig, "u_dc") + drop;
 }
 
-/* What is learnt of that, over the truth [-]. */
+/* The learnt value divided by the true one [-]. */
 static inline double run_learnt_loss(rig_t *rig)
 {
     return rig_value(rig, "dead_time_hat") / run_leg_loss(rig);

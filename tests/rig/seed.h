@@ -1,7 +1,7 @@
-/* Which noise a closed-loop test runs with, and which points of a grid run at all.
+/* Selects the noise of a closed-loop test, and the points of a grid that run.
  *
  * LAGLESS_SEED (0) moves every seed of noise, and the period at which a drive is switched on, of 0 to 7: what
- * is learnt is summed over eight. A claim holds for every one of them.
+ * is learnt is summed over eight. A claim holds for every seed.
  *
  * A grid is a product of parameters. Of its points one in LAGLESS_GRID_SHARE (10; 1: all) runs, by a draw
  * from LAGLESS_GRID_SEED (the date, UTC, as YYYYMMDD), at least one of each grid. The draw also makes the
@@ -90,7 +90,7 @@ static inline void seed_run(void (*test)(void), const char *name, int line, uint
     }
     seed_member = 0u;
 }
-#undef RUN_TEST /* a grid that failed leaves its last point's noise */
+#undef RUN_TEST /* after a grid that failed, the noise is still that of its last point */
 #define RUN_TEST(test) seed_run(test, #test, __LINE__, 1u)
 
 /* ---- a grid ---- */
@@ -100,7 +100,7 @@ typedef struct {
     uint32_t points, next, least; /* `least` runs in any case; `points`: none */
 } grid_t;
 
-/* Of a point, by its grid's name: FNV-1a, mixed once more so that each bit hangs on all. */
+/* Of a point, by its grid's name: FNV-1a, mixed again so that each bit depends on all others. */
 static inline uint32_t grid_draw(const char *name, uint32_t point)
 {
     uint32_t hash = 2166136261u ^ seed_values()->grid;
@@ -113,7 +113,7 @@ static inline uint32_t grid_draw(const char *name, uint32_t point)
     return hash ^ (hash >> 16);
 }
 
-/* Its one point, where none is drawn, is that of the least draw. */
+/* If no point is drawn, the point with the least draw runs. */
 static inline grid_t grid_of(const char *name, uint32_t points)
 {
     grid_t grid = {name, points, 0u, 0u};
@@ -126,7 +126,7 @@ static inline grid_t grid_of(const char *name, uint32_t points)
     return grid;
 }
 
-/* The next point that runs, with noise of its own; false: that was all. */
+/* Selects the next point that runs, and its own noise; false: no point is left. */
 static inline bool grid_next(grid_t *grid, uint32_t *point)
 {
     seed_member = 0u;
@@ -142,7 +142,8 @@ static inline bool grid_next(grid_t *grid, uint32_t *point)
 }
 
 /* A document has the numbers of the drive as it is built: there all points run, each with the noise that the
- * test has written down; on another board, and with the fixed-point twin beside it, as many as of any grid.
+ * test specifies. On another board, and together with the fixed-point twin, the usual share of the points
+ * runs.
  */
 #ifndef GRID_DOCUMENTED
 #define GRID_DOCUMENTED (BOARD_CURRENT_SENSORS == 2)

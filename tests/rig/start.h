@@ -1,5 +1,5 @@
-/* What the tests of the start without an encoder share: two shafts, what is watched of every period, grids of
- * starts and the line of measured values that each prints.
+/* Common parts of the tests of the start without an encoder: two shafts, the values that are measured in
+ * every period, grids of starts, and the line of measured values that each of them prints.
  *
  * Inverter and sensors are the realistic ones (defaults and run_real()). Angles are spread over an electrical
  * turn; each point of a grid has noise of its own. */
@@ -18,8 +18,8 @@ enum { OFF, CATCHES, ALIGNS, RAMPS, HANDS_OVER, RUNS, FORCES, REVERSES, RELOCKS 
 
 /* ---- shafts ---- */
 
-/* HEAVY: the paper's rig. LIGHT: the bare motor, with the bandwidths that a rotor as light needs. BARE: the
- * same without friction. */
+/* HEAVY: the paper's rig. LIGHT: the bare motor, with the bandwidths that a light rotor needs. BARE: the same
+ * without friction. */
 typedef enum { HEAVY, LIGHT, BARE } start_shaft_t;
 #define START_SHAFT_NAMES "HLB" /* in what is printed */
 
@@ -38,7 +38,7 @@ typedef struct {
     double value;
 } start_row_t;
 
-/* Just switched on, nothing applied yet. */
+/* At power-on, before any parameters are applied. */
 static inline rig_t *start_on_desk(start_shaft_t shaft, uint32_t seed)
 {
     rig_t *rig = run_rig(seed);
@@ -116,7 +116,7 @@ static inline void start_see(void *context, uint32_t period, const uint32_t *slo
     seen->bad_most = fmax(seen->bad_most, seen->bad);
 }
 
-/* `seen` is what there is to see from now on. */
+/* `seen` gets the values from now on. */
 static inline void start_watch(rig_t *rig, start_seen_t *seen)
 {
     *seen = (start_seen_t){0};

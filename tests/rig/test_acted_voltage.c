@@ -90,7 +90,7 @@ static void test_the_observer_is_told_what_was_on_the_winding(void)
     static const struct {
         double rpm, load; /* [r/min], [N m] */
         double limit;     /* [V] */
-        double share;     /* of what one current for both edges leaves, at most [-] */
+        double share;     /* largest share of the error that one current for both edges leaves [-] */
     } points[] = {
         {100.0, 0.0, 0.035, 1.0},  {100.0, 5.0, 0.045, 1.0},  {503.0, 0.0, 0.19, 0.45},
         {503.0, 5.0, 0.11, 0.35},  {1013.0, 0.0, 0.24, 0.25}, {1013.0, 5.0, 0.17, 0.25},

@@ -1,6 +1,6 @@
 /* Inductance and dead time learnt together, as the drive does by default, without encoder on the real
- * inverter: what it costs where all was known, what it is worth on other motors where all is wrong, and what
- * it must not learn from. */
+ * inverter: the added error if all values were known, the benefit on other motors with all values wrong, and
+ * what it must not learn from. */
 #include "tests/rig/motors.h"
 
 /* A leg's effective dead time that the plant has [s]. */
@@ -18,7 +18,7 @@ static double learnt_inductance(rig_t *rig)
 /* ---- all was known ---- */
 
 /* At 100 r/min 0.1 % of the legs' loss is 1.3 mrad without load, 0.4 % of L 1.3 mrad with it. Limits: of 24
- * seeds the mean of the magnitude and four standard deviations of it, and no less than the worst of both
+ * seeds the mean of the magnitude plus four of its standard deviations, and at least the worst of both
  * boards, times 1.3. */
 static void test_nothing_is_lost_where_all_was_known(void)
 {
@@ -52,11 +52,12 @@ static void test_nothing_is_lost_where_all_was_known(void)
 typedef struct {
     const rated_motor_t *of;
     double slowest;    /* [-] of its largest speed */
-    double inductance; /* [-] of L, by which what is learnt may be off */
+    double inductance; /* [-] of L, the largest error of the learnt value */
     double mean;       /* [mrad] */
 } other_t;
 
-/* L_d, L_q, R, psi_f, the delays and the drop are assumed so much too small or too large, little by little.
+/* L_d, L_q, R, psi_f, the delays and the drop are gradually changed until they are too small or too large by
+ * this share.
  */
 static void assume_step(rig_t *rig, double step, double share)
 {
@@ -94,7 +95,8 @@ static rig_t *other(const rated_motor_t *m, uint32_t seed)
     return rig;
 }
 
-/* Brought under its load at three tenths of its speed, where all goes wrong; then ten seconds, slow and fast.
+/* Runs under its load at three tenths of its speed, where all parameters become wrong; then ten seconds, slow
+ * and fast.
  */
 static void expect_learnt(const other_t *o, double share, double direction)
 {
@@ -127,9 +129,9 @@ static void expect_learnt(const other_t *o, double share, double direction)
 /* Down to where the loop, with all this wrong and nothing learnt, is not lost, and the EMF of a psi_f that is
  * assumed a fifth too large is below 3.3 times the dead band's voltage, above which no dead time is learnt:
  * at 0.2 of its speed the direct drive keeps a dead time that is a fifth too large, and L and the mean are
- * off by up to 3.5 % and 8.1 mrad (40 runs). Of two of them L is seen 2 % too large, whatever it is assumed
- * to be at first. Limits: of 22 runs each the mean and four standard deviations, of the direct drive of 80
- * runs. Asked was a mean of 8 mrad, which the miniature keeps in 999 of a thousand. */
+ * off by up to 3.5 % and 8.1 mrad (40 runs). For two of them the drive measures L 2 % too large, for each
+ * initial value. Limits: of 22 runs each the mean and four standard deviations, of the direct drive of 80
+ * runs. The requirement was a mean of 8 mrad, which the miniature motor meets in 999 of 1000 runs. */
 static const other_t others[] = {{&spindle, 0.1, 0.036, 5.2},
                                  {&direct, 0.19, 0.0185, 3.3},
                                  {&hub, 0.1, 0.03, 5.2},
@@ -147,16 +149,16 @@ static void test_other_motors_with_everything_a_fifth_wrong(void)
     }
 }
 
-/* ---- what teaches nothing ---- */
+/* ---- conditions in which nothing may be learnt ---- */
 
 typedef struct {
     const char *row;
     double value;
 } change_t;
 
-/* All that is learnt, after a second of this, from 100 r/min under load. A current that jumps and stands
- * still from then on is seen to stand after two sums of it, which count: each at the rate of one that has
- * settled, a fifth of 6/s, over its 0.8 ms, of no more than the whole dead band's voltage, times what the
+/* All learnt values after a second of this condition, from 100 r/min under load. A current that jumps and is
+ * constant afterwards is recognised as constant after two sums, which count: each at the rate of one that has
+ * settled, a fifth of 6/s, over its 0.8 ms, of at most the voltage of the whole dead band, times what the
  * weight of a phase is at most over its mean, 1.3/0.165 (medium/adapt/dead_time_learn.h): within 1.5 %, of
  * which 38 runs had 0.8. Of L a look that is nearly over may end with it: one run of 24, by 0.16 %, times 3.
  */
@@ -174,7 +176,8 @@ static void expect_kept(rig_t *rig, const void *learnt, const char *what, const 
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.005, inductance, learnt_inductance(rig), what);
 }
 
-/* One sensor alone: with three the sum of currents that is no more zero is not looked at. */
+/* One sensor alone: with three the test of the sum of currents, which is not zero any more, is not evaluated.
+ */
 static void test_no_emf_and_frozen_samples_teach_nothing(void)
 {
     static const change_t no_emf[] = {{"plant.flux_linkage", 0.0}, {"plant.flux_linkage", 0.0}};

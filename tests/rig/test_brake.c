@@ -1,5 +1,5 @@
 /* A hoist with its holding brake in the closed loop: the load of 100 % (7.7 N m, 7 A, the continuous current)
- * is an active one, without friction, on a light shaft. What counts is the angle that the load takes. */
+ * is an active one, without friction, on a light shaft. The result is the angle by which the load turns. */
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
@@ -13,7 +13,7 @@
 #define SLIP    5.0   /* [deg] */
 #define ANGLES  24u
 
-/* What a period shows, and when the brake was set and the bridge opened. */
+/* Values of a period, and the times at which the brake was set and the bridge opened. */
 static struct {
     double lowest, highest; /* [rad] of the shaft */
     uint32_t held;          /* [periods] the brake holds, at the first one; 0: it does not */
@@ -172,8 +172,8 @@ static void test_without_the_torque_the_brake_stays_set(void)
 
 /* A pre-torque that is wrong by a fifth of the load, and none: the speed control takes the load over. Until
  * its integral has the missing torque dT, the shaft turns by dT/(K_t ki). By the rule ki is 10 A in 5 degrees
- * while the brake is released, whatever the speed control is; a stiffer one stays. A heavier shaft needs the
- * same ki. */
+ * while the brake is released, for every speed control; a stiffer one keeps its own ki. A heavier shaft needs
+ * the same ki. */
 static void test_the_speed_control_replaces_a_wrong_pre_torque(void)
 {
     static const double shares[] = {1.2, 0.8, 0.5, 0.0, 1.29};

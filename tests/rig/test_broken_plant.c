@@ -1,6 +1,6 @@
-/* What rig and plant can break, set on a running drive: that it acts at its instant, reaches the drive
- * through the chip as it would on a board, can be taken back, and costs no bit while it is none. What the
- * drive does about it is judged elsewhere. */
+/* The faults of rig and plant, set on a running drive: each acts at its instant, reaches the drive through
+ * the chip as on a board, can be removed, and changes no bit while it is not set. Other tests judge the
+ * reaction of the drive. */
 #include "hal/f28335/qep.h"
 #include "host_sim/rig/rig_state.h"
 #include "tests/rig/run.h"
@@ -24,7 +24,8 @@ static void running(double fidelity, double rpm, double seconds)
 
 /* ---- none ---- */
 
-/* Every such row, put to what it is: the bits are those of any other row that is put to what it is. */
+/* Every such row, set to its present value: the result has the same bits as if any other row were set to its
+ * present value. */
 static void test_rows_that_are_none_change_no_bit(void)
 {
     static const char *const rows[] = {"leg_a_drop",
@@ -78,8 +79,8 @@ static void test_single_switches_and_mean_voltages_refuse_each_other(void)
     run_puts(rig, "open_switches=0 fidelity=1");
 }
 
-/* In the midst of a period, with the lower switch of a on: shoot-through, trip and open gates within that
- * tick. */
+/* In the middle of a period, while the lower switch of phase a is on: shoot-through, trip and open gates
+ * within that tick. */
 static void test_a_switch_that_shorts_trips_the_module_within_the_tick(void)
 {
     running(0.0, 300.0, 0.05);

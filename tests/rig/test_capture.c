@@ -1,4 +1,4 @@
-/* The capture of a running drive against the recorder's tap of the same run: bit for bit, whatever triggers.
+/* The capture of a running drive against the recorder's tap of the same run: bit for bit, for each trigger.
  */
 #include "app/app.h"
 #include "tests/rig/run.h"
@@ -62,9 +62,8 @@ static void arm(const char *on, const char *source, double level, uint32_t after
     TEST_ASSERT_TRUE(is("armed"));
 }
 
-/* As the line reads it: 512 periods of eight signals, the newest one this number of periods after the
- * trigger: each slot as
- * the tap has seen it. */
+/* The record as the line reads it: 512 periods of eight signals, the newest one this number of periods after
+ * the trigger: each slot as the tap has seen it. */
 static void expect_held(uint32_t at, uint32_t after)
 {
     TEST_ASSERT_TRUE(is("held"));
@@ -95,8 +94,8 @@ static uint32_t now(void)
     return (uint32_t)rig_value(rig, "period");
 }
 
-/* A reference that rises, or an unexpected load: from the period before the level is not passed to the
- * one in which it is. */
+/* A reference that rises, or an unexpected load: the trigger is in the first period in which the level is
+ * passed. */
 static void test_a_signal_that_passes_its_level_triggers_in_its_own_period(void)
 {
     static const struct {
@@ -157,7 +156,7 @@ static void test_trip_triggers_with_the_step_before_it(void)
     expect_held(before, 0u);
 }
 
-/* A fault finds the ring held for something else: that stays, and the fault has no history. */
+/* At the fault the ring is held by another trigger: the ring remains, and the fault has no history. */
 static void test_fault_leaves_what_is_held_already(void)
 {
     arm("command", "omega_m", 0.0, 0u);

@@ -1,4 +1,4 @@
-/* Dead time 3 us at 100 r/min and 5 N m: what is left of the 5th and 7th harmonic of the phase current with
+/* Dead time 3 us at 100 r/min and 5 N m: the rest of the 5th and 7th harmonic of the phase current with
  * compensation. */
 #include "tests/rig/run.h"
 

@@ -1,16 +1,16 @@
 /* The dead time is assumed to be 40 % less or more than it is, of the drop as well, on the real inverter:
- * what is learnt, how quickly, and what it is worth to the estimate. */
+ * the learnt value, the time that learning takes, and the improvement of the estimate. */
 #include <math.h>
 
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 
-/* Asked, of 100 r/min: within 5 % after 1.5 s, then a mean of 2 and an SD of 6 mrad; of 50: 2.5 s, 12 mrad.
- * Where the board's limit is lower, so is the load. Limits: of the means four standard deviations, of times
- * and SD the mean and four of them, over 22 seeds, and no less than the kit's. Those seeds were of the sixth
- * harmonic: of the twelfth the noise is half as large again (docs/theory.md, 25), and so are the limits of
- * mean, SD and voltage without load; times below a second have 0.25 to 0.4 s more, because what may be chance
- * is left out. */
+/* Requirements at 100 r/min: within 5 % after 1.5 s, then a mean of 2 and an SD of 6 mrad; at 50 r/min: 2.5
+ * s, 12 mrad. If the board's limit is lower, the load is lower, too. Limits: of the means four standard
+ * deviations, of times and SD the mean and four of them, over 22 seeds, and no less than the kit's. Those
+ * seeds were of the sixth harmonic: of the twelfth the noise is half as large again (docs/theory.md, 25), and
+ * so are the limits of mean, SD and voltage without load; times below a second have 0.25 to 0.4 s more,
+ * because what may be chance is left out. */
 #define RATED (RUN_LIMIT_SHARE * 5.0) /* [N m] */
 
 #define SENSORLESS 1.0
@@ -18,7 +18,7 @@
 
 static const double factors[] = {0.6, 1.4};
 
-/* Assumed is this share of the effective dead time, by its delays, and of the drop. Staged. */
+/* The drive assumes this share of the effective dead time (through the delays) and of the drop. Staged. */
 static void assume(rig_t *rig, double share)
 {
     const double dead_time = rig_value(rig, "dead_time");
@@ -44,7 +44,7 @@ static double learnt_share(rig_t *rig)
     return rig_value(rig, "dead_time_hat") / truth(rig);
 }
 
-/* At this speed and load, knowing the dead time, not learning. */
+/* At this speed and load, with the right dead time, and without learning. */
 static rig_t *running(double rpm, double load, double source)
 {
     const double rpm_loading = copysign(300.0, rpm);
@@ -82,7 +82,7 @@ static double learn(rig_t *rig, double share, double seconds)
     return until_known(rig, seconds);
 }
 
-/* What 100 r/min does for the offsets of the sensors, which are not trimmed at 50. */
+/* At 100 r/min the offsets of the sensors are trimmed; at 50 r/min they are not. */
 static void trim(rig_t *rig, double rpm)
 {
     run_parameter(rig, "position_source", SENSORLESS);
@@ -94,11 +94,11 @@ static void trim(rig_t *rig, double rpm)
 
 /* From 1.4 the EMF of 7.7 V at 100 r/min has 4.1 V less along the current: by the estimate the rotor is lost
  * there. From the speed on at which the drive itself would hand over, it is not: but without load the speed
- * may hunt about its reference, three times a second and with 300 mrad, until less than 1.2 is assumed. The
- * current passes zero then and the speed is off, most measurements do not count, and the others are
- * inaccurate: half of 40 tries are through within 0.9 s, the worst after 1.4. At 50 r/min by the estimate
- * it would be lost before it is learnt; after that it is the estimate that turns the frame. The kit's mean
- * there is 2.2; the default board's without load is 3.3 +- 1.7 over 20 runs. */
+ * may hunt about its reference, three times a second and with 300 mrad, until less than 1.2 is assumed. Then
+ * the current passes zero and the speed is wrong, most measurements do not count, and the others are
+ * inaccurate: half of 40 tries succeed within 0.9 s, the slowest after 1.4 s. At 50 r/min by the estimate it
+ * would be lost before it is learnt; after that it is the estimate that turns the frame. The kit's mean there
+ * is 2.2; the default board's without load is 3.3 +- 1.7 over 20 runs. */
 static const struct {
     double share;       /* assumed */
     double rpm, source; /* while it learns */
@@ -134,8 +134,8 @@ static void test_a_wrong_dead_time_is_learnt(void)
     }
 }
 
-/* Down to 20 r/min at load; what 100 r/min has taught, stays. At 30 r/min the SD is 7.3 +- 0.5 mrad over 12
- * seeds. */
+/* Down to 20 r/min at load; the value learnt at 100 r/min remains. At 30 r/min the SD is 7.3 +- 0.5 mrad over
+ * 12 seeds. */
 static void test_staircase_to_20_rpm(void)
 {
     static const double stairs[] = {150.0, 100.0, 50.0, 30.0, 20.0};
@@ -172,7 +172,7 @@ static void light(rig_t *rig)
     run_put(rig, "feedforward_cutoff", 125.0);
 }
 
-/* The rig's rotor or the light one, standing; nothing applied yet. */
+/* The rig's rotor or the light one, at standstill; no parameters are applied yet. */
 static rig_t *standing(bool is_light)
 {
     rig_t *rig = run_rig(7);
@@ -186,7 +186,7 @@ static rig_t *standing(bool is_light)
     return rig;
 }
 
-/* From this angle [rad] to this speed under this load, without an encoder, learning. */
+/* From this angle [rad] to this speed under this load, without an encoder and with learning. */
 static void start(rig_t *rig, double theta, double rpm, double load)
 {
     run_put(rig, "dead_time_adaptation", 6.0);
@@ -198,9 +198,9 @@ static void start(rig_t *rig, double theta, double rpm, double load)
     run_on(rig, rpm);
 }
 
-/* From standstill to 100 r/min, where by the rule a forced frame turns and the estimate beside it: it learns
- * on the way, and there. Asked: within 5 % after 1.5 s, 1.1 being the worst of 58; a mean of 2, which is the
- * light rotor's rms without load; and an SD of 6 mrad.
+/* From standstill to 100 r/min, where by the rule a forced frame turns together with the estimate: the drive
+ * learns during the acceleration and at that speed. Requirements: within 5 % after 1.5 s (the worst of 58
+ * runs has 1.1 s); a mean of 2 mrad, which is the light rotor's rms without load; and an SD of 6 mrad.
  *
  * Not every try brings the rig's rotor up under the rated load with a dead time assumed too large by so
  * much, nor the kit's 6.3 A a light one: of 24 seeds 15 started at the first try, 7 at another, and 2 were
@@ -254,8 +254,8 @@ static void test_a_start_to_100_rpm_learns_it(void)
     }
 }
 
-/* A rotor without mass to speak of on a current that turns slowly: its own frequency, 19 Hz at 10 A, is near
- * six times the electrical one, and what it swings looks like dead time. What is known stays known. */
+/* A rotor of negligible inertia on a current that turns slowly: its own frequency, 19 Hz at 10 A, is near six
+ * times the electrical one, and what it swings looks like dead time. A known value remains. */
 static void test_a_light_rotor_in_a_slow_forced_frame_teaches_nothing_wrong(void)
 {
     static const double speeds[] = {50.0, 60.0, 70.0, 80.0};

@@ -1,12 +1,13 @@
-/* A debugger at the drive: what it sees, what its halts, its real-time mode and its restarts do to bridge and
- * motor. It halts between two steps of the rig, and what it writes goes over the bus as software's does. */
+/* A debugger on the drive: the values that it reads, and the effects of its halts, its real-time mode and its
+ * restarts on bridge and motor. It halts between two steps of the rig, and what it writes goes over the bus
+ * as software's does. */
 #include "hal/f28335/bus.h"
 #include "hal/f28335/pwm.h"
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
 
-#define ALL_UPPER   0x15u /* as RIG_EDGE_GATES tells them */
+#define ALL_UPPER   0x15u /* as in RIG_EDGE_GATES */
 #define ALL_LOWER   0x2Au
 #define ZERO_VECTOR (BOARD_SAMPLES_AT == BOARD_UPPER_ZERO_VECTOR ? ALL_UPPER : ALL_LOWER)
 #define ALL_TRIPPED 0x7u
@@ -233,7 +234,7 @@ static void test_a_halt_with_gates_off_keeps_them_off(void)
 
 /* ---- Real-time mode ---- */
 
-/* What an engineer does in the register view before a halt of the background. */
+/* The writes of an engineer in the register view before a halt of the background. */
 static void let_the_carrier_run_through_halts(void)
 {
     rig_bind(rig);
@@ -274,7 +275,7 @@ static void test_a_real_time_halt_stops_the_background_and_leaves_the_drive_runn
     TEST_ASSERT_DOUBLE_WITHIN(1.0, periods, samples() - before);
     TEST_ASSERT_DOUBLE_WITHIN(2.0, 600.0, lowest);
     TEST_ASSERT_DOUBLE_WITHIN(2.0, 600.0, highest);
-    /* one period's against one period's: the speed's noise is in both */
+    /* compares single periods: both contain the noise of the speed */
     TEST_ASSERT_DOUBLE_WITHIN(0.4, torque_current, rig_value(rig, "i_q_ref"));
     TEST_ASSERT_DOUBLE_WITHIN(0.5, torque_current, largest);
     run_expect_no_fault(rig);

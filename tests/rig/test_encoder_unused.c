@@ -1,5 +1,5 @@
-/* A drive without an encoder is one that does not look at it: two rigs, of which one has a broken encoder,
- * run to the same bits. */
+/* A drive that runs without an encoder does not read it: two rigs, one of them with a broken encoder, give
+ * the same bits. */
 #include "tests/rig/run.h"
 #include "tests/rig/the_rig.h"
 
@@ -46,8 +46,8 @@ static void expect_same_period(rig_t *one, rig_t *other, const table_t *signals)
     }
 }
 
-/* The same rig once more, with an encoder that all but stands, four counts a turn in place of 10000, and from
- * the reversal on one whose tracks change both at once now and then. */
+/* The same rig with an encoder that hardly counts, four counts a turn in place of 10000, and from the
+ * reversal on with one whose two tracks sometimes change at once. */
 static void test_without_the_encoder_no_signal_hangs_on_what_it_shows(void)
 {
     const table_t *signals = NULL;

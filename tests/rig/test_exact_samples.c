@@ -1,6 +1,6 @@
-/* Ideal sensors (`sensors` = exact): the drive gets the truth of t_k, at every period, in every order of
- * switching. What the ADC makes of a current: tests/board/test_gates.c, which has edge by edge in which
- * period a voltage acts, too; what currents follow from the edges: test_oracle.c. */
+/* Ideal sensors (`sensors` = exact): the drive gets the true values at t_k, in every period and in every
+ * order of switching. The conversion of a current by the ADC, and the period in which each edge acts:
+ * tests/board/test_gates.c; the currents that follow from the edges: test_oracle.c. */
 #include "tests/rig/run.h"
 
 #define SENSORS_EXACT 1.0
@@ -20,7 +20,7 @@ static rig_t *turning(double rpm)
 static const char *const sampled[] = {"i_a", "i_b", "i_c"};
 static const char *const truths[] = {"true_i_a", "true_i_b", "true_i_c"};
 
-/* Everything wrong that a sensor can have, a link that moves, every gate edge: none of it shows. */
+/* All errors of the sensors, a link that changes, every gate edge: none of them has an effect. */
 static void test_exact_samples_are_past_all_sensor_errors(void)
 {
     rig_t *rig = turning(700.0);
@@ -33,7 +33,8 @@ static void test_exact_samples_are_past_all_sensor_errors(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "offset_a"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "offset_b"));
     run_put(rig, "enable", 1.0);
-    for (uint32_t n = 0; n < 3000u; n++) { /* bits, not numbers: the drive holds the truth's very slot */
+    for (uint32_t n = 0; n < 3000u;
+         n++) { /* compares bits, not numbers: the drive has a copy of the true value */
         rig_step(rig);
         for (uint32_t k = 0; k < BOARD_CURRENT_SENSORS; k++) {
             TEST_ASSERT_EQUAL_DOUBLE(rig_value(rig, truths[k]), rig_value(rig, sampled[k]));

@@ -16,13 +16,13 @@ void setUp(void)
     run_expect_no_fault(rig);
 }
 
-/* Four whole turns between two looks of the eQEP: more counts than its clock has cycles since then, so that
- * both tracks changed within one. The angle is where it was, and the counter follows the tracks modulo 4: it
- * loses what the shaft did between the two looks, up to the 10 counts of a period, and nothing but the phase
- * error tells of it. */
+/* Four whole turns between two samples of the eQEP: more counts than its clock has cycles since then, so that
+ * both tracks changed within one. The angle is the same, and the counter follows the tracks modulo 4: it
+ * loses the motion of the shaft between the two samples, up to the 10 counts of a period, and only the phase
+ * error shows this. */
 #define JUMP (4.0 * 2.0 * 3.14159265358979323846) /* [rad] mechanical */
 
-/* The step that saw it, within the next two: the flag is there for one period. */
+/* The step that detects it is one of the next two: the flag is set for one period. */
 static void expect_phase_error_seen_once(void)
 {
     uint32_t seen = 0;
@@ -57,7 +57,7 @@ static void test_encoder_tracks_that_change_both_at_once_stop_the_drive(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, rig_value(rig, "true_i_b"));
     TEST_ASSERT_DOUBLE_WITHIN(0.5 * lost + 0.004, -0.5 * lost, encoder_error()); /* a count is 2.5 mrad */
 
-    /* Nothing of it is left: a reset, and the drive runs again. */
+    /* The fault has no lasting effect: after a reset the drive runs again. */
     run_puts(rig, "enable=0 fault_reset=1");
     run_seconds(rig, 0.1);
     run_put(rig, "enable", 1.0);
@@ -112,7 +112,7 @@ static void test_switching_on_at_speed_makes_no_current_surge(void)
         peak < 1.0, message); /* a zero vector for one period would give 92 V / 12.5 mH x 100 us = 0.74 A */
 }
 
-/* In 0.1 s (background_time_max); braked in what the watchdog leaves of its time. */
+/* In 0.1 s (background_time_max); the drive brakes in the rest of the watchdog's time. */
 static void test_a_background_that_stalls_brings_the_motor_to_a_stop(void)
 {
     run_put(rig, "background_time", 0.6);

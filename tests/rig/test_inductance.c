@@ -1,5 +1,5 @@
 /* The inductance learnt in the closed loop, without encoder: assumed a fifth too small or too large, beside
- * other values that are wrong, on a heavy and on a light rotor; what it costs in ripple; and what it must not
+ * other values that are wrong, on a heavy and on a light rotor; the ripple that it adds; and what it must not
  * learn from. */
 #include <complex.h>
 
@@ -30,7 +30,7 @@ static void light_rotor(void)
     run_puts(rig, "pll_bandwidth=400 feedforward_cutoff=125");
 }
 
-/* These values go wrong little by little, so that a light rotor does not lose the frame by it. */
+/* These values become wrong gradually, so that a light rotor does not lose the frame. */
 #define STEPS 20
 static void go_wrong(double assumed, const wrong_t *wrong)
 {
@@ -78,7 +78,7 @@ static double ratio(void)
     return rig_value(rig, "inductance_hat") / L_TRUE;
 }
 
-/* So long after the learning was switched on: the angle's mean over half a second [mrad], and L. */
+/* This time after learning was switched on: the angle's mean error over half a second [mrad], and L. */
 static void expect_learnt(bool light, double rpm, double assumed, const wrong_t *wrong, double seconds,
                           double limit, double of_inductance)
 {
@@ -96,9 +96,10 @@ static void expect_learnt(bool light, double rpm, double assumed, const wrong_t 
     run_expect_no_fault(rig);
 }
 
-/* Asked: 8 mrad at 100 r/min after 6 s, 5 at the others after 3 s, and 1.5 % of L. Limits: four standard
- * deviations over 40 seeds, of the light rotor at 100 r/min 2.6 mrad and 0.9 %, of the others at most 0.72
- * mrad and 0.3 %: at 100 r/min one run in fifteen has more than 1.5 % of L, and is less sure of it. */
+/* Requirements: 8 mrad at 100 r/min after 6 s, 5 at the others after 3 s, and 1.5 % of L. Limits: four
+ * standard deviations over 40 seeds, of the light rotor at 100 r/min 2.6 mrad and 0.9 %, of the others at
+ * most 0.72 mrad and 0.3 %: at 100 r/min one run in fifteen has more than 1.5 % of L, and is less sure of it.
+ */
 static void test_l_a_fifth_wrong_is_put_right(void)
 {
     static const double speeds[] = {100.0, 300.0, 600.0, 1000.0, 1500.0};
@@ -116,8 +117,8 @@ static void test_l_a_fifth_wrong_is_put_right(void)
     }
 }
 
-/* Where a light rotor swings with the sixth harmonic, 33 to 46 Hz, all the frequencies of the dither are
- * near: slower there, and not as exact. */
+/* Where a light rotor swings with the sixth harmonic, 33 to 46 Hz, all frequencies of the dither are near
+ * this swing: learning is slower there, and less exact. */
 static void test_a_light_rotor_teaches_it_beside_its_own_swing(void)
 {
     if (!LIGHT_AND_SLOW) {
@@ -138,7 +139,7 @@ static void test_a_light_rotor_teaches_it_beside_its_own_swing(void)
     }
 }
 
-/* Asked: with a wrong R or psi_f 5 mrad; the leg's loss, 2.3 us and 0.875 V, a fifth too small and too
+/* Requirements: with a wrong R or psi_f 5 mrad; the leg's loss, 2.3 us and 0.875 V, a fifth too small and too
  * large: 6. Limits: the mean of the magnitude and four standard deviations, over 22 seeds. */
 static void test_what_else_is_wrong_has_no_part_in_it(void)
 {

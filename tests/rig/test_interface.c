@@ -32,8 +32,7 @@ static void test_ids_are_unique_over_all_tables_and_every_row_can_be_read(void)
     TEST_ASSERT_NULL(rig_row(99999));
 }
 
-/* The rows of the plant count in the order of their table; these two ids are promised to recordings and
- * scenarios. */
+/* The rows of the plant count in the order of their table; recordings and scenarios rely on these two ids. */
 static void test_ids_of_the_plant_stay(void)
 {
     TEST_ASSERT_EQUAL_UINT32(4000, rig_row_by_name("pole_pairs")->id);
@@ -64,7 +63,8 @@ static void test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_
              (double)(1.2f * (float)limit), (double)(0.95f * BOARD_CURRENT_RANGE));
     expect_refusal("overcurrent_trip", REASON_CROSS_RULE, range);
     TEST_ASSERT_EQUAL_DOUBLE(trip, rig_value(rig, "overcurrent_trip"));
-    TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "speed_ki")); /* the set is taken as a whole or not at all */
+    TEST_ASSERT_EQUAL_DOUBLE(0.0,
+                             rig_value(rig, "speed_ki")); /* either the whole set is accepted or none of it */
     run_seconds(rig, 0.1);
     run_expect_no_fault(rig);
     run_put(rig, "current_limit", 0.9 * limit); /* corrected in one set */
@@ -73,8 +73,8 @@ static void test_a_set_that_breaks_a_cross_rule_is_refused_and_the_old_one_runs_
     TEST_ASSERT_EQUAL_DOUBLE(3.0, rig_value(rig, "speed_ki"));
 }
 
-/* What a float would round to a whole number is none, and one that it cannot hold is reported as it was
- * given. */
+/* A value that a float would round to a whole number is not accepted as a whole number, and a number that a
+ * float cannot represent is reported as it was written. */
 static void test_numbers_that_are_none_or_not_whole_are_refused(void)
 {
     const double none[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, 1e300};
@@ -106,7 +106,7 @@ static told_t told_range(void)
     return told;
 }
 
-/* One more (or less) in the last digit that is written; two where the slot does not tell one from none. */
+/* One more (or less) in the last digit that is written; two digits where the slot cannot represent one. */
 static double one_digit_on(const char *text, double direction)
 {
     char step[40];
@@ -129,7 +129,7 @@ static double one_digit_on(const char *text, double direction)
 }
 
 /* Every settable row of every table, past either end of its range: the ends that are reported are accepted as
- * they are written, and one digit on they are not. */
+ * they are written, and a value beyond them by one digit is not. */
 static void test_told_ends_of_every_row_are_accepted_as_they_are_written(void)
 {
     for (uint32_t t = 0; t < rig_table_count(); t++) {
@@ -153,7 +153,7 @@ static void test_told_ends_of_every_row_are_accepted_as_they_are_written(void)
     }
 }
 
-/* The same of rules between rows, by the ends that they leave. */
+/* The same for rules between rows, with the limits that they allow. */
 static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
 {
     static const struct {

@@ -7,7 +7,7 @@
 
 #define LINE_SECONDS (10.0 / (double)BOARD_SERIAL_BAUD) /* of an octet */
 
-/* The slave listens elsewhere: what comes and goes on the chip's line is this file's. */
+/* The slave is connected to another line: this file alone sends and receives on the chip's line. */
 static uint32_t nothing_comes(void *context, uint8_t *octets, uint32_t room)
 {
     (void)context;
@@ -51,7 +51,7 @@ static uint32_t reports(void)
     return chip_report_total(chip());
 }
 
-/* What the firmware's background would find now. */
+/* The octets that the firmware's background would read now. */
 static uint32_t heard(uint16_t octets[16])
 {
     rig_bind(rig);
@@ -117,8 +117,8 @@ static void send(const uint8_t *packet, uint32_t count, uint32_t number)
     }
 }
 
-/* A master that is one command ahead, both as long as there can be, as fast as the line carries them: nothing
- * of them is lost while the background stands until both are there, whatever the carrier's period. */
+/* A master that sends two commands of the greatest length in succession, at the speed of the line: no octet
+ * is lost while the background waits until both have arrived, at every carrier frequency. */
 static void test_two_of_the_largest_commands_wait_for_a_background_that_is_late(void)
 {
     const uint8_t connect[2] = {0xFF, 0};

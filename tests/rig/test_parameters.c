@@ -1,5 +1,5 @@
-/* Parameters that stay, through the whole ring: orders, HAL, the virtual chip's flash, its supply. What a
- * drive does with a corrupt store is asked in tests/unit/test_app.c. */
+/* Saved parameters, through the whole ring: orders, HAL, the virtual chip's flash, its supply.
+ * tests/unit/test_app.c tests a drive with a corrupt store. */
 #include "host_sim/rig/rig_state.h"
 #include "talk/store.h"
 #include "tests/rig/run.h"
@@ -27,7 +27,7 @@ static void expect_store(const char *state)
                              rig_value(rig, "store_state"));
 }
 
-/* Another motor each time: a set that is applied. */
+/* Each call applies the set of a different motor. */
 static params_t given_motor(uint32_t number)
 {
     run_put(rig, "motor_resistance", 0.5 + 0.01 * number);
@@ -49,7 +49,7 @@ static bool runs(const params_t *set)
     return memcmp(set, &rig_state(rig)->app.active, sizeof *set) == 0;
 }
 
-/* An erase keeps the interrupt away for two seconds; the drive stands it and can be started right after. */
+/* An erase delays the interrupt by two seconds; the drive can be started directly afterwards. */
 static void test_the_drive_goes_on_after_a_page_was_erased(void)
 {
     const uint32_t fit = 2048u / store_record_words(params_table.count);

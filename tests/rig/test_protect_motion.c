@@ -1,6 +1,6 @@
 /* An encoder that fails under way while the drive is to go on without it (encoder_fault_reaction): both
- * shafts and directions, without load and with one. What a fault of encoder or shaft does where the drive
- * stops, and how soon, is in the fault matrix (host_sim/lab/matrix_table.h). */
+ * shafts and directions, without load and with one. The effect of a fault of encoder or shaft after which the
+ * drive stops, and the time that this takes, are in the fault matrix (host_sim/lab/matrix_table.h). */
 #include "settings/reasons.h"
 #include "tests/rig/start.h"
 

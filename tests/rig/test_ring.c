@@ -80,7 +80,7 @@ static void expect_the_same_end_after_a_save(double fidelity)
     run_seconds(other, 0.5);
     TEST_ASSERT_EQUAL_HEX64(hash_end, rig_hash(other));
 
-    TEST_ASSERT_TRUE(rig_load(rig, state, rig_state_size())); /* and back in time in the same rig */
+    TEST_ASSERT_TRUE(rig_load(rig, state, rig_state_size())); /* the earlier state in the same rig */
     run_seconds(rig, 0.5);
     TEST_ASSERT_EQUAL_HEX64(hash_end, rig_hash(rig));
     free(state);

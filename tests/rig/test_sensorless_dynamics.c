@@ -1,9 +1,8 @@
-/* Sensorless, while the speed changes at the limit of the current: how far the estimated angle is off in the
+/* Sensorless, while the speed changes at the limit of the current: the error of the estimated angle in the
  * steps of the paper's experiment, in both directions of rotation. The predictions of the theory of both
  * loops at constant acceleration are tested with the estimator (tests/unit/test_estimator_dynamics.c,
  * test_flux.c) and in the paper's figures (lab_paper). Reversals, steps under load and a light rotor at low
- * speed are those of
- * reversal.grid and sensor_errors.grid.
+ * speed are those of reversal.grid and sensor_errors.grid.
  *
  * The true rotor angle is the reference; the estimate closes the loop. Errors are theta_hat - theta,
  * electrical: a late estimate is negative while the rotor accelerates forward. Averaged fidelity where the
@@ -30,7 +29,7 @@
 #define PLATEAU_END       0.85
 #define SETTLED_PERIODS   1000u /* the last 0.1 s */
 #define STEPS_FROM        100.0 /* [r/min] */
-#define STEP_ANGLES       4u    /* rotor angles over a turn that steps begin at */
+#define STEP_ANGLES       4u    /* rotor angles over a turn at which the steps begin */
 #define SETTLING_SECONDS  3.0   /* of the offset trim, at 100 r/min */
 
 /* ---- drives ---- */
@@ -87,7 +86,7 @@ static void start_slow(const drive_case_t *drive)
 
 /* ---- speed changes ---- */
 
-/* What a change of speed did: [rad], electrical, signed. */
+/* Errors caused by a change of speed: [rad], electrical, signed. */
 typedef struct {
     double peak;    /* the largest error by magnitude */
     double plateau; /* mean error on the plateau */
@@ -214,8 +213,8 @@ static void keep_larger_change(change_t *largest, const change_t *change)
  * at 100 r/min without load the angle hunts. */
 #define HUNTING 0.01
 
-/* With a real inverter the peak hangs on where the phase currents stand at the step: from one of several
- * rotor angles. */
+/* With a real inverter the peak depends on the phase currents at the step: it begins at one of several rotor
+ * angles. */
 static steps_t steps_at(const drive_case_t *drive, uint32_t angle)
 {
     run_seconds(rig, angle * 60.0 / (POLE_PAIRS * STEPS_FROM) / STEP_ANGLES);
@@ -235,7 +234,7 @@ static void print_steps(const drive_case_t *drive, const steps_t *of)
            1e3 * of->down.settled);
 }
 
-/* From every angle the worst; an ideal inverter has none. */
+/* The worst of all angles; with an ideal inverter the angle has no effect. */
 static steps_t steps(const drive_case_t *drive)
 {
     steps_t worst = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};

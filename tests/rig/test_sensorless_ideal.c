@@ -1,4 +1,5 @@
-/* The estimate closes the loop; inverter and sensors are ideal, so what is left is the method and its floats.
+/* The estimate closes the loop; inverter and sensors are ideal, therefore the remaining error is that of the
+ * method and of its floats.
  */
 #include "tests/rig/motors.h"
 
@@ -7,7 +8,7 @@
 /* The same motor as the board can run it: with less current where its load needs more than the limit can be,
  * and a tenth to spare, and with less voltage where the board has no more. Impedances, flux linkage, shaft
  * and load go with them, and nothing of an angle or a time changes: L i/psi_f, R T_s/L, omega_e T_s and the
- * steps of the counter over the EMF are those of the motor as it is written down. */
+ * steps of the counter over the EMF are those of the specified motor. */
 static rated_motor_t of_board(const rated_motor_t *written)
 {
     rated_motor_t rated = *written;
@@ -59,10 +60,10 @@ typedef struct {
 #define ENCODER    0.0
 #define SENSORLESS 1.0
 
-/* Rows are changed, the motor is driven to a point, and what the estimate is off there is measured. The rotor
- * turns already when the drive is switched on: the encoder shows the estimator the angle, then the estimate
- * takes over. The catch of a start without it would be no start for all of these: until it has seen the EMF
- * no voltage holds that, and the current grows by e T_s/L a period, 10 A of the spindle. */
+/* Rows are changed, the motor is driven to a point, and the error of the estimate there is measured. The
+ * rotor is already turning when the drive is switched on: the encoder shows the estimator the angle, then the
+ * estimate takes over. The catch of a start without it would be no start for all of these: until it has seen
+ * the EMF no voltage holds that, and the current grows by e T_s/L a period, 10 A of the spindle. */
 static run_error_t measure(const char *what, const rated_motor_t *m, double fidelity, const change_t *changes,
                            size_t count, double rpm, double load)
 {
@@ -108,8 +109,8 @@ static bool comes_on_at(const rated_motor_t *m, double rpm)
     return DRIVE_CHARGE_PERIODS == 0u || 2.0 * emf * RIG_PERIOD_SECONDS / m->motor.inductance < rated_trip(m);
 }
 
-/* Each point in one direction, so that speeds and loads have both in turn: without noise the other is its
- * mirror image. */
+/* Each point runs in one direction, alternately forward and backward over speeds and loads: without noise the
+ * other is its mirror image. */
 static double direction_of(uint32_t point)
 {
     return (point + point / 2u) % 2u != 0u ? -1.0 : 1.0;
@@ -119,8 +120,8 @@ static double direction_of(uint32_t point)
 
 static const rated_motor_t *const motors[] = {&paper, &spindle, &hub, &direct, &miniature};
 
-/* Up to 0.3 rad a sample, with load and without. What algebra and floats leave of the worst motor on the
- * worst board, 0.001, 0.024 and 0.071 mrad, times 1.5. */
+/* Up to 0.3 rad a sample, with load and without. The error that algebra and floats leave for the worst motor
+ * on the worst board, 0.001, 0.024 and 0.071 mrad, times 1.5. */
 static void test_no_error_is_left_of_any_motor_at_any_speed(void)
 {
     static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 2.0 / 3.0, 1.0};

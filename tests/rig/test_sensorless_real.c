@@ -42,7 +42,7 @@ typedef struct {
     limits_t points[5]; /* to the first of 0 r/min */
 } drive_case_t;
 
-/* One point: running at this speed and load, which is put on where the speed control can hold it. */
+/* One point: running at this speed and load, which is applied where the speed control can hold it. */
 static void expect_limits(const drive_case_t *drive, const limits_t *limits, double fidelity,
                           double direction, bool loaded)
 {
@@ -70,9 +70,9 @@ static void expect_limits(const drive_case_t *drive, const limits_t *limits, dou
     rig_free(rig);
 }
 
-/* ---- documented: all of it runs, docs/accuracy.md has these numbers ---- */
+/* ---- documented: all points run, docs/accuracy.md has these numbers ---- */
 
-/* Asked: a mean of 5 mrad and an SD of 10 at 100 r/min, from 300 r/min on 4 and 4 without load
+/* Requirements: a mean of 5 mrad and an SD of 10 at 100 r/min, from 300 r/min on 4 and 4 without load
  * (docs/theory.md, 21), 1.5 and 1.5 under 5 N m: the drive is better than that. At 50 r/min, by the estimate
  * where by the rule a forced frame would turn, an SD of 8 and peaks of 40. */
 static const drive_case_t documented[] = {
@@ -109,11 +109,10 @@ static void test_compensated_inverter(void)
 /* ---- and our own additions ---- */
 
 /* Gains by rule, the current that keeps out of the dead time's zone, inductance and dead time learnt. The
- * leg's loss is 2.3 us of the link and 0.875 V, of both of which four fifths are assumed. What coasting
- * through doubtful voltages and trimming the offsets are worth: without them the loop holds. An offset that
- * nothing trims comes back as an EMF, which the current control gets as a feed-forward: without load the
- * angle ripples
- * with it, at 503 r/min by 2.7 mrad in place of 0.6. */
+ * leg's loss is 2.3 us of the link and 0.875 V, of both of which four fifths are assumed. The benefit of
+ * coasting through doubtful voltages and of trimming the offsets: without them the loop stays locked. An
+ * offset that is not trimmed appears as an EMF, which the current control gets as a feed-forward: without
+ * load the angle ripples with it, at 503 r/min by 2.7 mrad in place of 0.6. */
 #define WITHOUT(name, row)                                                                                   \
     {                                                                                                        \
         name, true, {{row, 0.0}}, 1u, RATED, 1.5, WITHOUT_EITHER                                             \

@@ -3,8 +3,8 @@
  * must be what physics or algebra makes of these and of other rows. The tests do not use the places where
  * the drive keeps a value.
  *
- * That no wrong wiring passes is tested too: with any two rows exchanged, any row in the place of another, or
- * any row a period old, some check fails. */
+ * The test also proves that wrong wiring does not pass: with any two rows exchanged, any row in the place of
+ * another, or any row a period old, some check fails. */
 #include <complex.h>
 #include <math.h>
 #include <stdlib.h>
@@ -157,7 +157,7 @@ static const char *const row_names[ROW_COUNT] = {
 #undef ROW_NAME
 };
 
-/* ---- what is written down ---- */
+/* ---- the record ---- */
 
 typedef struct {
     double row[ROW_COUNT]; /* [unit of the row] */
@@ -167,7 +167,7 @@ typedef struct {
     double on[3]; /* [-] share of this period for which the upper switch of each leg was on */
 } sample_t;
 
-/* What holds all through a stretch of the run. */
+/* Values that are constant during a part of the run. */
 typedef struct {
     const char *name;
     uint32_t first, end;                  /* places in the record */
@@ -181,7 +181,7 @@ typedef struct {
     double i_d_ref, i_q_ref, omega_m_ref; /* [A], [rad/s]; NAN: it is the speed itself */
     bool forced;                          /* the control's frame is not the rotor's */
     bool bridge, sensorless, cut;         /* cut: the link is too low for the voltage that is requested */
-    bool settled;                         /* flux linkage and trim have found what they look for */
+    bool settled;                         /* flux linkage and trim have converged */
 } stretch_t;
 
 #define LENGTH    200u /* [periods] of a stretch */
@@ -313,7 +313,7 @@ static void run_all(void)
     run_put(rig, "current_offset_a", 0.11 + EXTRA);
     run_put(rig, "current_offset_c", 0.05 - EXTRA);
 
-    /* A module that pulls its line: not while that lasts. */
+    /* A power module that pulls its fault line: the value does not apply during this time. */
     run_put(rig, "force_fault", 1.0);
     run_on(rig, 500.0);
     rig_run(rig, 50);
@@ -452,7 +452,8 @@ static void run_all(void)
 
 /* ---- the checks ---- */
 
-/* Which column of the record each row is read from: its own, or another to see that it is found. */
+/* The column of the record from which each row is read: its own, or a wrong one, which the check must detect.
+ */
 static uint32_t wired[ROW_COUNT];
 static uint32_t late[ROW_COUNT]; /* [periods] by which it is old */
 
@@ -677,7 +678,7 @@ static bool frames(const stretch_t *s, uint32_t k)
     return true;
 }
 
-/* What follows from the periods before. */
+/* Values that follow from the periods before. */
 static bool in_time(const stretch_t *s, uint32_t k)
 {
     /* The encoder's speed follows its angle (encoder.h): the error that moved the speed, and the next one. */
@@ -725,7 +726,7 @@ static bool in_time(const stretch_t *s, uint32_t k)
     return true;
 }
 
-/* The estimate against the rotor. */
+/* The estimate compared with the rotor. */
 static bool estimate(const stretch_t *s, uint32_t k)
 {
     const sample_t *sample = &record[k];
@@ -739,7 +740,7 @@ static bool estimate(const stretch_t *s, uint32_t k)
     const double step =
         s->forced ? settings_inductance * (double)BOARD_CURRENT_PER_CODE / settings_period : 0.0;
     EXPECT(omega_hat, sample->true_omega_e, 0.03 * sample->true_omega_e + settings_kp * step / size)
-    /* the k_p term; the integrator has taken its share of the detector meanwhile, 0.3 % of that */
+    /* the k_p term; the integrator has changed by its share of the detector in this time, 0.3 % of that */
     EXPECT_OF("omega_hat", V(omega_hat) - V(omega_smooth), settings_kp * V(detector),
               0.01 * settings_kp * fabs(V(detector)) + 2e-4)
 
@@ -768,7 +769,8 @@ static bool estimate(const stretch_t *s, uint32_t k)
     return true;
 }
 
-/* What of a row turns with cos theta and what with sin theta: the best fit over a stretch. */
+/* The components of a row in proportion to cos theta and to sin theta: the best fit over a part of the run.
+ */
 static double complex fitted(const stretch_t *s, uint32_t row)
 {
     double cc = 0.0, cs = 0.0, ss = 0.0, ec = 0.0, es = 0.0;
@@ -785,7 +787,7 @@ static double complex fitted(const stretch_t *s, uint32_t row)
     return (ec * ss - es * cs) / determinant + J * (es * cc - ec * cs) / determinant;
 }
 
-/* The lag is undone in each axis; at this speed it is 50 mrad or more. */
+/* The lag is compensated in each axis; at this speed it is 50 mrad or more. */
 static bool without_lag(const stretch_t *s)
 {
     const uint32_t k = s->first;

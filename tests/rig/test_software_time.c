@@ -1,5 +1,5 @@
 /* The software takes the time of its rows: the interrupt's writes come when its time is over, and a section
- * with interrupts off holds them up. What the chip does meanwhile, tick by tick: tests/chip/test_busy.c. */
+ * with interrupts off holds them up. The chip during this time, tick by tick: tests/chip/test_busy.c. */
 #include "host_sim/rig/rig_state.h"
 #include "settings/reasons.h"
 #include "tests/rig/run.h"
@@ -113,8 +113,8 @@ static void expect_same_bits(rig_t *other)
     rig_free(other);
 }
 
-/* What hal_read takes is of t_k however long the rest lasts, and duties act from t_{k+1} as long as they are
- * written before it. Gates are switched at the end, so they are on before. */
+/* hal_read takes the samples of t_k independently of the duration of the rest, and duties act from t_{k+1} as
+ * long as they are written before it. Gates are switched at the end, so they are on before. */
 static void test_within_the_period_no_bit_hangs_on_it(void)
 {
     start();
@@ -167,7 +167,7 @@ static void test_within_the_window_no_bit_hangs_on_the_medium_task(void)
     }
 }
 
-/* From its begin to its end: its own time, and that of the interrupts which come meanwhile. */
+/* From its begin to its end: its own time, and that of the interrupts during it. */
 static void test_the_drive_tells_what_its_last_and_its_longest_medium_task_took(void)
 {
     const double period = (double)RIG_PERIOD_TICKS * ((double)BOARD_SYSCLK_HZ / 150e6);
@@ -191,7 +191,7 @@ static void test_the_drive_tells_what_its_last_and_its_longest_medium_task_took(
     TEST_ASSERT_EQUAL_DOUBLE(0.0, rig_value(rig, "medium_cycles"));
 }
 
-/* For one window the last setpoint goes on acting; with the second the gates are off. */
+/* For one window the last setpoint continues to act; in the second one the gates are off. */
 static void test_a_medium_task_longer_than_the_window_is_told_as_late(void)
 {
     start();
@@ -208,7 +208,8 @@ static void test_a_medium_task_longer_than_the_window_is_told_as_late(void)
     TEST_ASSERT_EQUAL_DOUBLE((double)REASON_MEDIUM_LATE, rig_value(rig, "fault_reason"));
 }
 
-/* One that is late once is no fault: the drive goes on with the setpoint that comes a window later. */
+/* A medium task that is late once is not a fault: the drive continues with the setpoint that arrives a window
+ * later. */
 static void test_a_medium_task_that_is_late_once_stops_nothing(void)
 {
     start();
@@ -223,7 +224,7 @@ static void test_a_medium_task_that_is_late_once_stops_nothing(void)
     TEST_ASSERT_EQUAL_DOUBLE((double)DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
 }
 
-/* Three late samples in succession, as of one that comes too late; then the gates are off. */
+/* Three late samples in succession, as for a sample that comes too late; then the gates are off. */
 static void test_an_interrupt_longer_than_the_period_is_told_as_late(void)
 {
     start();
@@ -256,7 +257,7 @@ static void test_truth_is_of_t_k_while_an_interrupt_runs_over_it(void)
 
 /* ---- sections with interrupts off ---- */
 
-/* All rows that may change while the bridge is on, a little this way and back. */
+/* All rows that may change while the bridge is on, changed slightly and back. */
 static void change_live_parameters(double factor)
 {
     const table_t *params = rig_table(0);

@@ -17,8 +17,8 @@ static double asked; /* [r/min] of the start under way */
 
 /* ---- the cases ---- */
 
-/* NOMINAL: runs, within the limits of expect_nominal(). STARTS: runs. ENDS: is not promised to start, as a
- * hoist without a brake is not. For each result of the start: the motor runs, or it has stopped with a
+/* NOMINAL: runs, within the limits of expect_nominal(). STARTS: runs. ENDS: the start is not guaranteed, for
+ * example of a hoist without a brake. For each result of the start: the motor runs, or it has stopped with a
  * fault after start_tries, and no current exceeds the trip. */
 typedef enum { NOMINAL, STARTS, ENDS } promise_t;
 
@@ -28,7 +28,7 @@ typedef struct {
     uint32_t loads;
     double shares[4]; /* of the rated torque */
     double kind;      /* 0 passive, 1 active */
-    double sticks;    /* what the shaft holds at standstill, over what it takes turning; 0: it creeps */
+    double sticks;    /* torque at standstill divided by the torque while turning; 0: the shaft creeps */
     bool wrong;       /* with every row of `wrongs` */
     promise_t promise;
 } start_case_t;
@@ -42,8 +42,8 @@ static const start_case_t cases[] = {
     {"test_starts_wrong_and_sticking", START_BOTH, 8u, 2u, {0.5, 1.0}, 0.0, 1.5, true, STARTS},
 };
 
-/* What is assumed, times these factors; of the dead time's voltage, T_e/T U_dc + V_0 with T_e the dead band
- * and the difference of the delays (docs/theory.md, 12), this share. */
+/* The assumed values are the true ones times these factors; of the dead time's voltage, T_e/T U_dc + V_0 with
+ * T_e the dead band and the difference of the delays (docs/theory.md, 12), this share. */
 static const struct {
     const char *name;
     start_row_t rows[2];
@@ -133,14 +133,15 @@ static double watch_start(start_end_t *end)
     return current;
 }
 
-/* What the drive has made of its parameters [r/min]. */
+/* The value that the drive derives from its parameters [r/min]. */
 static double handover_speed(void)
 {
     const manoeuvres_limits_t *limits = &rig_state(rig)->app.drive.medium.manoeuvres.limits;
     return (double)limits->handover_speed / POLE_PAIRS / RPM;
 }
 
-/* Asked: 2 s, 11 A, 15 r/min, 120 mrad, 1 N m. In the grid the error is 43 mrad and the step 0.5 N m. */
+/* Requirements: 2 s, 11 A, 15 r/min, 120 mrad, 1 N m. In the grid the error is 43 mrad and the step 0.5 N m.
+ */
 static void expect_nominal(const start_end_t *end, double current, const char *where)
 {
     TEST_ASSERT_TRUE_MESSAGE(end->begin <= 2.0, where);
@@ -157,7 +158,7 @@ static void expect_start(const start_case_t *of, start_shaft_t shaft, double loa
     rig_free(rig);
     rig = start_on_desk(shaft, 1u);
     put_wrong(wrong);
-    /* the plant puts a passive load on top of its break-away */
+    /* the plant adds a passive load to its break-away torque */
     run_put(rig, "friction_breakaway", of->sticks > 0.0 ? of->sticks * (data->friction + load) - load : 0.0);
     run_put(rig, "load_kind", of->kind);
     start_ready(rig, theta_e);

@@ -14,7 +14,7 @@
 #define EXTENSION_REQUESTS 2u
 #define EXTENSION_SERVICES 3u
 
-/* ---- the wire: as long as one likes; what the chip's line adds: cases/test_talk_noise.c, test_talk_fuzz.c
+/* ---- the wire, without a limit of its length; the chip's line: cases/test_talk_noise.c, test_talk_fuzz.c
  * ---- */
 
 static struct {
@@ -94,7 +94,7 @@ static uint32_t next_packet(uint8_t packet[256])
 }
 
 static uint8_t answer[256];
-static uint32_t samples; /* that came while an answer was waited for */
+static uint32_t samples; /* that arrived while the master waited for an answer */
 
 /* The answer to what was sent; packets of samples are passed over. Returns its octets. */
 static uint32_t wait_answer(uint32_t patience)
@@ -332,7 +332,7 @@ static void test_a_silent_master_brings_a_quick_stop(void)
     TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
 }
 
-/* Octets that are no command are no sign of life. */
+/* Octets that are not a command do not count as a sign of life. */
 static void test_noise_is_no_sign_of_life(void)
 {
     connect();
@@ -363,7 +363,7 @@ static void test_command_timeout_may_be_another_one_or_none(void)
     TEST_ASSERT_EQUAL_DOUBLE(REQUEST_ON, rig_value(rig, "enable"));
 }
 
-/* Who switched on by another way is not stopped by a master that goes away. */
+/* A drive that was switched on in another way does not stop if a master disconnects. */
 static void test_only_what_the_line_switched_on_stops_with_it(void)
 {
     connect();
@@ -467,7 +467,7 @@ static void test_a_value_out_of_its_range_and_a_row_of_another_table_are_not_sta
     expect_error(0x22);
 }
 
-/* The entry of a list is a whole signal: no row of another table, and no address within a slot. */
+/* The entry of a list is a whole signal: a row of another table, or an address within a slot, is refused. */
 static void test_nothing_but_a_whole_signal_is_measured(void)
 {
     const uint32_t signal = 4u * id_of("i_a");

@@ -8,14 +8,14 @@
 #include "tests/rig/frames.h"
 #include "tests/rig/run.h"
 
-#define RECENT 1024u /* octets that are remembered: more than a command and what waits before it */
+#define RECENT 1024u /* octets that are kept: more than a command and those that wait before it */
 
 static rig_t *rig;
 static uint64_t octets_each = 250000u; /* of each of the six runs */
 static uint32_t seed;
 
 static bool by_chip;
-static bool locked;         /* by a key that no octet knows: any octet is sent, and nothing may be written */
+static bool locked;         /* by a key that is never sent: nothing may be written */
 static bool writes_nothing; /* no octet of a DOWNLOAD or SET_CAL_PAGE is sent, or the drive is locked */
 
 static uint8_t to_drive[4096];
@@ -252,7 +252,7 @@ static uint32_t some_value(uint32_t id)
     }
 }
 
-/* A command that means something, more often than not. */
+/* A command that is valid in most cases. */
 static uint32_t command(uint8_t packet[64])
 {
     static const uint8_t codes[] = {0xFF, 0xFE, 0xFD, 0xFC, 0xFB, 0xFA, 0xF6, 0xF5, 0xF4, 0xF3,
@@ -287,8 +287,8 @@ static uint32_t command(uint8_t packet[64])
     return count;
 }
 
-/* In a frame; mutated by a bit, an octet, its length, or cut off. Half of those on the serial line get a sum
- * that agrees nevertheless. */
+/* In a frame; mutated by a bit, an octet, its length, or cut off. Half of those on the serial line get a
+ * correct sum nevertheless. */
 static void send_frame(const uint8_t *packet, uint32_t length, bool mutated)
 {
     const uint32_t number = by_chip && dice(32u) != 0u ? count_sent : dice(65536u);
@@ -320,7 +320,7 @@ static void send_frame(const uint8_t *packet, uint32_t length, bool mutated)
     }
 }
 
-/* Somebody connects, chooses a row and writes it. */
+/* A client connects, selects a row and writes it. */
 static void send_write(void)
 {
     static const uint8_t connect[] = {0xFF, 0x00};
@@ -378,7 +378,7 @@ static void run(void)
     }
 }
 
-/* After all that a client that comes is served. */
+/* After all this a new client is served. */
 static void expect_sane(void)
 {
     writes_nothing = false;
@@ -405,7 +405,7 @@ void setUp(void)
     booting = 0u;
     locked = false;
     rig = run_rig(1u);
-    run_put(rig, "fidelity", 1.0); /* averaged: it is the software that is tried */
+    run_put(rig, "fidelity", 1.0); /* averaged: the test concerns the software only */
     rig_run(rig, rig_periods(0.06));
 }
 
@@ -442,7 +442,7 @@ static void test_octets_that_write_nothing_change_nothing_over_the_serial_line(v
     expect_nothing_changed(true);
 }
 
-/* Everything is sent, writes among it, to a drive that is locked: nothing is written but a quick stop. */
+/* All commands, also writes, are sent to a locked drive: it accepts only a quick stop. */
 static void expect_a_locked_drive_unchanged(bool over_the_chip)
 {
     locked = true;

@@ -267,7 +267,7 @@ class CheckLinker(unittest.TestCase):
             self.skipTest("arm-none-eabi-gcc is missing")
         self.assertEqual(status, 1)
         self.assertRegex(told.getvalue(), r"room: the code in L0_L3 takes 1\d{4} words of a C28x \(\d+ to \d+\), estimated; accepted are 9216 "
-                         r"of 12288: name in linker/interrupt_in_flash.txt")
+                         r"of 12288: list in linker/interrupt_in_flash.txt")
 
     # Names
 

@@ -1,5 +1,5 @@
-/* Windings that are written down, as they answer the standing steps of commissioning: at once, with the sums
- * of a settled window. */
+/* Specified windings, which answer the steps of commissioning at standstill at once, with the sums of a
+ * settled window. */
 #ifndef TESTS_UNIT_COMMISSION_WINDINGS_H
 #define TESTS_UNIT_COMMISSION_WINDINGS_H
 
@@ -10,7 +10,7 @@
 #define PERIODS 8.0
 #define LINK    311.0
 
-/* A winding, and what is wrong with it. */
+/* A winding and its faults. */
 typedef struct {
     double resistance; /* [ohm] */
     double rest;       /* 4/3 of the loss of a leg [V] */

@@ -1,4 +1,4 @@
-/* What unit tests share: the headers of C and of Unity, and what they compare with. */
+/* Common code of the unit tests: the headers of C and of Unity, and functions that compare. */
 #ifndef TESTS_UNIT_COMPARE_H
 #define TESTS_UNIT_COMPARE_H
 

@@ -1,5 +1,5 @@
-/* A drive on a desk: its parameters, samples and command, what the trip zone does with the command, and the
- * ways to bring it into operation. */
+/* A drive without hardware: its parameters, samples and command, the effect of the trip zone on the command,
+ * and functions that bring it into operation. */
 #ifndef TESTS_UNIT_DRIVE_BENCH_H
 #define TESTS_UNIT_DRIVE_BENCH_H
 
@@ -39,7 +39,7 @@ static inline void steps(uint32_t count)
 {
     for (uint32_t n = 0; n < count; n++) {
         step();
-        /* what the trip zone does with the command */
+        /* the effect of the trip zone on the command */
         if (command.gates == GATES_ON) {
             samples.flags &= ~DRIVE_SAMPLE_TRIPPED;
         } else if (command.gates == GATES_OFF) {
@@ -57,8 +57,8 @@ static inline void windows(uint32_t count)
     } while (count > 0u);
 }
 
-/* What is requested now, or decided at the end of this window, acts from the first period of the window after
- * the next on, and is reached at its end. */
+/* A request of now, or a decision at the end of this window, acts from the first period of the window after
+ * the next on, and has its full effect at the end of that window. */
 static inline void windows_until_it_acts(void)
 {
     windows(2u);
@@ -117,8 +117,8 @@ static inline void bring_to_ready(void)
     expect_state(DRIVE_READY);
 }
 
-/* [windows] from the request to operation: that in which it is seen, the next, the one in which the gates
- * come on, and the one until what was decided of it acts and is shown. */
+/* [windows] from the request to operation: the window in which it is seen, the next one, the one in which the
+ * gates are switched on, and the one until the decision acts and is shown. */
 #define SWITCHING_ON 4u
 
 static inline void bring_to_run(void)

@@ -2,11 +2,11 @@
  * with the estimator as in the drive. The whole estimator, open loop, on exact data of a turning machine
  * (estimator_oracle.h); judged by the true angle: error = theta_hat - theta in mrad.
  *
- * What float leaves: a current of 4.55 A is rounded by 2.4e-7 A, the observer's own by as much, which L/T
- * makes a voltage: 125 V/A 5e-7 A = 6e-5 V on 7.7 V and more (paper's machine at 100 r/min), 0.01 mrad; for
- * the other machines L i_q/(T psi_f omega) is at most ten times that of the paper's, 0.1 mrad a sample, which
- * the PLL averages. lag_emf: 1e-5 rad. The PLL: 1e-5 rad (test_pll.c). FLOAT_MEAN and FLOAT_PEAK are the
- * sums. */
+ * The error of the floats: a current of 4.55 A is rounded by 2.4e-7 A, the observer's own by as much, which
+ * L/T makes a voltage: 125 V/A 5e-7 A = 6e-5 V on 7.7 V and more (paper's machine at 100 r/min), 0.01 mrad;
+ * for the other machines L i_q/(T psi_f omega) is at most ten times that of the paper's, 0.1 mrad a sample,
+ * which the PLL averages. lag_emf: 1e-5 rad. The PLL: 1e-5 rad (test_pll.c). FLOAT_MEAN and FLOAT_PEAK are
+ * the sums. */
 #ifndef TESTS_UNIT_ESTIMATOR_BENCH_H
 #define TESTS_UNIT_ESTIMATOR_BENCH_H
 
@@ -134,7 +134,7 @@ static inline double error_of(const estimator_oracle_case_t *rig, long k, positi
     return 1e3 * circle((double)position.theta_e - sample_of(rig, k).theta);
 }
 
-/* To the true state at t_k but for these [rad], [rad/s]. */
+/* To the true state at t_k, except for these errors [rad], [rad/s]. */
 static inline void reset_near(const estimator_oracle_case_t *rig, long k, double theta, double omega)
 {
     const estimator_oracle_sample_t now = sample_of(rig, k);
@@ -170,7 +170,7 @@ static inline deviation_t deviation(const estimator_oracle_case_t *rig, long fro
     return d;
 }
 
-/* From the true state at t_0 but for this angle [rad], this number of steps on. */
+/* Runs this number of steps from the true state at t_0, except for this angle error [rad]. */
 static inline void run_near(const estimator_params_t *params, const estimator_oracle_case_t *rig,
                             double theta, long count)
 {

@@ -60,7 +60,7 @@ static void limit_at(double u_dc, double omega_m)
     link_limit_step(&limit, &limit_tuning, (float)u_dc, (float)omega_m);
 }
 
-/* A look at the supply, and what the limits take from it. */
+/* One evaluation of the supply, and the limits that follow. */
 static void look(double u_dc)
 {
     const link_watch_input_t input = {.u_dc = (float)u_dc, .slow = limit.slow, .limits = limit.limits};

@@ -43,7 +43,7 @@ static estimate_t estimate;
 static run_wish_t wish;
 static demand_t demand;
 static bool lost;
-static bool again; /* the same set is taken again with each window, which must change nothing */
+static bool again; /* the same set is applied again with each window, and this must not change anything */
 static uint32_t period, in_window;
 
 /* Names in the order in which they came. */
@@ -156,7 +156,7 @@ static inline void note(void)
     }
 }
 
-/* What the fast task sums. */
+/* The sums of the fast task. */
 static inline void sum_up(void)
 {
     sum.tracked += in_window < machine.coasts ? 0u : fast.tracking;
@@ -179,7 +179,7 @@ static inline double made_i_q(void)
     return (double)made.current.q - (double)made.stiffness * machine.omega_m;
 }
 
-/* The medium task: what it makes of this window acts in the one after the next. */
+/* The medium task: its result of this window acts in the window after the next. */
 static inline void close_window(const position_t *encoder, float omega_m)
 {
     estimate_t seen = estimate;
@@ -275,7 +275,7 @@ static inline void steps(double seconds)
     }
 }
 
-/* Periods until this one is under way. */
+/* Runs periods until this manoeuvre is active. */
 static inline uint32_t steps_until(manoeuvre_t manoeuvre, double most_seconds)
 {
     const uint32_t from = period;

@@ -31,7 +31,7 @@ static uint32_t order; /* of the last window */
 #define ON    SEQUENCE_ON
 #define BEGIN SEQUENCE_BEGIN
 
-/* The state that the machine must find, for each quantity that shows it. */
+/* The state that the state machine must detect, for each quantity that shows it. */
 static struct {
     bool fault_line, tripped, undervoltage, feeding, standing, not_enabled, brake_free;
 } is;
@@ -41,7 +41,7 @@ static bridge_t bridge; /* as the fast task has it */
 #define UNDERVOLTAGE 200.0f                        /* [V] */
 #define FEEDING      (0.02f * DRIVE_CURRENT_RANGE) /* [A] more than offsets and noise, with no gate on */
 
-/* Nothing is wrong and nothing requested; the rotor turns. */
+/* Without a fault and without a request; the rotor turns. */
 void setUp(void)
 {
     memset(&sequence, 0x55, sizeof sequence);
@@ -82,7 +82,7 @@ static inline void expect_state(drive_state_t state)
     TEST_ASSERT_EQUAL_INT32(state, sequence.state);
 }
 
-/* This number of windows, after which the machine is there and gives this order. */
+/* Runs this number of windows, after which the state machine must be in this state and give this order. */
 static inline void go(uint32_t windows, drive_state_t state, uint32_t expected)
 {
     steps(windows);
@@ -126,7 +126,7 @@ static inline void bring_to_ready(void)
     input.calibration = CALIBRATION_GOES_ON;
 }
 
-/* From the start, by way of the states before it. */
+/* From the start, through the states before it. */
 static inline void from(drive_state_t state)
 {
     setUp();

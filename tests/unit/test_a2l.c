@@ -1,5 +1,5 @@
-/* Text by windows, numbers as text, and the description of a small table. That a calibration tool reads the
- * whole of the drive's is for tests/line. */
+/* Text by windows, numbers as text, and the description of a small table. tests/line tests that a calibration
+ * tool reads the whole description of the drive. */
 #include "talk/a2l.h"
 
 #include <stdlib.h>
@@ -246,7 +246,7 @@ static const char expected_rows[] =
     "  /end MODULE\n"
     "/end PROJECT\n";
 
-static char expected[8192]; /* all of it; the standard of C has no literals of that length */
+static char expected[8192]; /* the whole text; standard C has no literals of that length */
 
 static const char *whole(const char *serial)
 {

@@ -6,9 +6,9 @@
 
 static const double PI_REST = 1.2246467991473532e-16;
 
-/* What is left of the result's own rounding (2^-23 for numbers from 2 to 4, half of it by rounding), the
- * product with the small part of 2 pi (1e-9), and one step of a float where the end of the range is not a
- * float. */
+/* The error limit consists of the result's own rounding (2^-23 for numbers from 2 to 4, half of it by
+ * rounding), the product with the small part of 2 pi (1e-9), and one step of a float where the end of the
+ * range is not a float. */
 #define TOLERANCE 4e-7
 
 /* Distance on the circle between wrap(angle) and the angle itself [rad]. */

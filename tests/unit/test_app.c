@@ -18,12 +18,13 @@ static bool output_chopper, output_brake;
 static bool led_run, led_fault;
 static bool output_chopper, output_brake;
 static bool medium_requested;
-static uint32_t cycles;          /* the free-running timer, */
-static uint32_t cycles_per_call; /* and what passes with each of its readings, and with that of the sample */
+static uint32_t cycles; /* the free-running timer, */
+static uint32_t
+    cycles_per_call; /* and the time that passes with each of its readings, and with that of the sample */
 
 static app_t the_app;
 static params_error_t why;
-static drive_t seen;      /* the drive as an interrupt would find it */
+static drive_t seen;      /* the drive in the state that an interrupt would read */
 static bool bridge_comes; /* with the interrupt just before interrupts are disabled again */
 
 static void ask(const char *what)
@@ -184,7 +185,8 @@ bool hal_store_program(uint32_t page, uint32_t at, const uint16_t *words, uint32
     return !store_refuses;
 }
 
-/* Has anything changed that an interrupt would have read? A tuning that is not offered it does not read. */
+/* True if a value has changed that an interrupt would have read. An interrupt does not read a tuning that is
+ * not offered. */
 static bool changed(void)
 {
     static drive_t now;
@@ -239,7 +241,7 @@ static void start(hal_status_t of_board)
     seen = app->drive;
 }
 
-/* From now on nothing is requested, and an interrupt may come at any time. */
+/* From now on no request is active, and an interrupt may occur at any time. */
 static void from_here(void)
 {
     memset(asked, 0, sizeof asked);
@@ -298,7 +300,7 @@ void setUp(void)
     start(HAL_OK);
 }
 
-/* Whatever was done on a board that has started: no interrupt saw it half done, and interrupts are on. */
+/* For every action on a board that has started: no interrupt has seen it half done, and interrupts are on. */
 void tearDown(void)
 {
     TEST_ASSERT_FALSE(status == HAL_OK && (interrupts_wrong || !interrupts_on));
@@ -540,7 +542,7 @@ static void test_what_is_learnt_is_offered_where_it_has_moved(void)
     expect_offered(1.2f);
 }
 
-/* The observer would ring: its slope goes with L, but not its resistance. */
+/* The observer would oscillate: its slope changes with L, but its resistance does not. */
 static void test_what_the_drive_cannot_run_on_is_not_assumed(void)
 {
     app->staged.motor_resistance = 40.0f;
@@ -554,8 +556,8 @@ static void test_what_the_drive_cannot_run_on_is_not_assumed(void)
     expect_offered(1.0f);
 }
 
-/* A set that leaves L alone keeps what was learnt of it; one with another L begins with that, also while the
- * background still remembers what was learnt of the old one. */
+/* A set with the same L keeps the learnt value; a set with another L begins with that value, also while the
+ * background still has the value that was learnt before. */
 static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void)
 {
     app->staged.inductance_adaptation = 2.0f;
@@ -582,7 +584,7 @@ static void test_a_new_set_keeps_what_was_learnt_of_the_rows_that_it_leaves(void
     background_offers(false);
 }
 
-/* The speed control's gains go with J at once; so does the torque feed-forward of the tracking loop. */
+/* The speed control's gains change with J at once; so does the torque feed-forward of the tracking loop. */
 static void test_learnt_inertia_goes_into_gains_and_torque(void)
 {
     app->staged.inertia_adaptation = INERTIA_ON;
@@ -745,7 +747,7 @@ static void test_a_corrupt_store_runs_the_defaults_behind_a_latched_fault(void)
     TEST_ASSERT_EQUAL_INT32(DRIVE_NOT_READY, app->drive.state);
 }
 
-/* Each value by itself is good, and the record, too: as after an update whose rules are other ones. */
+/* Each value alone is valid, and so is the record: as after an update with other rules. */
 static void test_a_stored_set_that_breaks_a_rule_runs_the_defaults_behind_a_latched_fault(void)
 {
     app->active.current_limit = 10.0f;

@@ -1,5 +1,5 @@
-/* A struct of twenty slots of every kind, described by a table; values made so that each period's row can be
- * told from every other. */
+/* A struct of twenty slots of every kind, described by a table; with values that make the row of each period
+ * different from every other row. */
 #include "contract/capture.h"
 
 #include "math/float_bits.h"
@@ -205,7 +205,7 @@ static capture_wish_t on_speed(int32_t on, float level)
 }
 
 /* The trigger is not at the level itself, but in the first period beyond it. A signal that is beyond the
- * level from the start must return first. A value that is not a number is beyond no level. */
+ * level from the start must return first. A value that is not a number does not exceed any level. */
 static void test_value_that_passes_its_level_triggers_with_its_period(void)
 {
     static const struct {

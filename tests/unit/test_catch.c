@@ -71,8 +71,8 @@ static double error_of_series(double omega)
     return fabs(omega) > FAST ? fabs(arc / T - omega) : 0.0;
 }
 
-/* The low-pass of the EMF begins with nothing, as if it had been -e exp(-(w_c + j omega) t) more until then:
- * of that exp(-3) is left after 10 ms. Else its lag is taken off exactly. */
+/* The low-pass of the EMF begins at zero, as if it had been -e exp(-(w_c + j omega) t) more until then: of
+ * that exp(-3) is left after 10 ms. Otherwise its lag is subtracted exactly. */
 static void test_turning_rotor_is_caught_with_speed_direction_and_angle(void)
 {
     static const double speeds[] = {8.0, 12.0, 32.0, 100.0, 300.0, 1000.0, 3000.0, 5000.0};
@@ -111,9 +111,9 @@ static void test_fast_rotor_is_caught_before_the_catch_is_over(void)
     }
 }
 
-/* An observer that comes upon the EMF from nothing lacks exp(-t/0.4 ms) of it: 0.7 % after 2 ms, and from
- * then on nothing that a catch could tell; the slip has taken part of it for psi_f, and gives it back. A fast
- * rotor is caught after 10 ms, a slow one after 20. */
+/* An observer that begins at zero lacks exp(-t/0.4 ms) of the EMF: 0.7 % after 2 ms, and from then on less
+ * than a catch can measure; the slip has taken part of it for psi_f, and gives it back. A fast rotor is
+ * caught after 10 ms, a slow one after 20. */
 static void test_observer_that_arrives_does_not_make_the_speed_small(void)
 {
     static const double speeds[] = {500.0, 20.0};
@@ -133,8 +133,9 @@ static void test_observer_that_arrives_does_not_make_the_speed_small(void)
     }
 }
 
-/* What the slip leaves of a length that is wrong by `share` [rad/s]: the phase phi between the EMF and the
- * frame, and the frame's speed, in continuous time from where the speed is first assumed,
+/* The error of the speed [rad/s] that the slip leaves if the length is wrong by `share`: the phase phi
+ * between the EMF and the frame, and the frame's speed, in continuous time from where the speed is first
+ * assumed,
  *     phi' = d - w_c phi,  d' = -q^2 sin phi,  q = min(speed - 80, 430 rad/s) or 0, w_c = 600 rad/s */
 static double left_of(double omega, double share, double seconds)
 {
@@ -171,7 +172,7 @@ static void test_speed_becomes_that_of_the_turning_whatever_psi_f(void)
     }
 }
 
-/* What the dead time leaves points one way and does not turn. */
+/* The error of the dead time has a constant direction and does not turn. */
 static void test_voltage_error_that_stands_still_is_no_rotor(void)
 {
     for (double length = 0.5; length < 200.0; length *= 1.7) {
@@ -266,8 +267,8 @@ static void test_voltage_is_the_emf_when_it_acts(void)
     }
 }
 
-/* Nobody knows an axis before 4 ms are over; within 10 ms it is the rotor's d axis, in which a current makes
- * no torque. */
+/* No axis is known within the first 4 ms; within 10 ms it is the rotor's d axis, in which a current makes no
+ * torque. */
 static void test_current_is_along_phase_a_until_a_rotor_is_seen_and_along_its_d_axis_then(void)
 {
     static const double speeds[] = {42.0, 100.0, 628.0};

@@ -10,7 +10,7 @@
 #define TIME         10.0   /* [s] */
 #define LOOK         0.8e-3 /* [s] of 8 periods */
 #define PERIODS      8u
-#define EFFECT_LOOKS 26u /* 20 ms, and the first look, which stores the voltage */
+#define EFFECT_LOOKS 26u /* 20 ms, and the first evaluation, which stores the voltage */
 
 static chopper_watch_t watch;
 static chopper_watch_tuning_t tuning;

@@ -1,7 +1,6 @@
-/* The standing steps of commissioning on windings that are written down: what each step measures, and the
- * reason for which it ends. A winding answers an order at once with the sums of a settled window; the
- * expected values are the numbers that the winding was made from. The rotor of the swing is a motor in double
- * precision. */
+/* The steps of commissioning at standstill on specified windings: the result of each step, and the reason for
+ * which it ends. A winding answers an order at once with the sums of a settled window; the expected values
+ * are the numbers that the winding was made from. The rotor of the swing is a motor in double precision. */
 #include <complex.h>
 #include <math.h>
 #include <unity.h>
@@ -211,7 +210,7 @@ static void test_swing_gives_first_values_of_flux_and_inertia(void)
     }
 }
 
-/* A rotor of hardly any inertia follows the braking alone: the jumps are repeated with less braking. */
+/* A rotor of very small inertia follows the braking only: the jumps are repeated with less braking. */
 static void test_swing_of_a_light_rotor_is_repeated_with_less_braking(void)
 {
     motor_t motor = motor_with(3.2e-6);

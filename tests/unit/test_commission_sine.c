@@ -1,5 +1,5 @@
-/* The step `inductance` of commissioning on windings that are written down: L_d, L_q, the saturation of the q
- * axis, and the reasons of those that have none. */
+/* The step `inductance` of commissioning on specified windings: L_d, L_q, the saturation of the q axis, and
+ * the reasons if there is no result. */
 #include <complex.h>
 #include <math.h>
 #include <unity.h>

@@ -50,8 +50,8 @@ static void test_axes_are_back_calculated_each_with_its_own_shortfall(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 0.095 * -2.0, (double)control.q.integral);
 }
 
-/* What is known in the stationary frame, seen from a frame at `theta`: reference, current and EMF. The
- * winding is isotropic: all of the control but its integrals is the same in any frame. */
+/* Reference, current and EMF, given in the stationary frame, as seen from a frame at `theta`. The winding is
+ * isotropic: all of the control but its integrals is the same in any frame. */
 static double complex stationary_voltage(current_control_t *control, double theta)
 {
     const double complex back = cexp(-J * theta);
@@ -178,7 +178,7 @@ static void test_recovers_from_saturation_without_windup(void)
     static run_t run;
     /* 30 A need 28.5 V of 50 V: about 10 ms at the limit. ki/kp = R/L, so the integral follows R i while
      * limited, early by the two periods until a voltage shows in the current: R di/dt 2T <= 0.95 * 4000 *
-     * 2e-4 = 0.76 V. That is all that is too much at the end: 0.76/kp = 0.061 A. */
+     * 2e-4 = 0.76 V. This is the whole excess at the end: 0.76/kp = 0.061 A. */
     run_axis(&run, &PARAMS, 1, 30.0, 50.0);
     double peak = 0.0;
     for (int k = 0; k < RUN; k++) {

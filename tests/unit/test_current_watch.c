@@ -131,8 +131,8 @@ static void run(double alpha, double beta, uint32_t count, ab_t reference)
     }
 }
 
-/* From 2 A, where all three legs are sure of their sign, the current is asked to rise as a winding does on 60
- * V, and to stop there. */
+/* From 2 A, where all three legs are sure of their sign, the reference of the current rises as the current of
+ * a winding does at 60 V, and then is constant. */
 static void jump(void)
 {
     run(2.0 * RESISTANCE + 25.0, 0.0, 8u, (ab_t){2.0f, 0.0f});
@@ -185,9 +185,9 @@ static void test_a_value_that_stays_is_stuck_and_near_zero_sooner_where_much_mus
     }
 }
 
-/* 8 A, and then a sensor that says 0, or a wire whose current is gone, a code of noise left: the observer
- * misses it by 8 A, 15 % of the range are 3. In two periods at most the sensor is suspected, and told after
- * six in which nothing moves; the wire is not. 100 V are 0.8 A a period. */
+/* 8 A, and then a sensor that shows 0, or a wire without current, with a code of noise: the observer misses
+ * it by 8 A, 15 % of the range are 3. The sensor is suspected within two periods, and reported after six
+ * without a change; the wire is not. 100 V are 0.8 A a period. */
 static void jump_to_zero(double noise)
 {
     i_alpha = 8.0;
@@ -202,7 +202,7 @@ static void jump_to_zero(double noise)
     }
 }
 
-/* It is seen at the end of its window, and has not moved in all of the next. */
+/* It is detected at the end of its window, and has not changed in the whole next window. */
 static void test_a_value_that_jumps_to_zero_is_stuck_within_two_windows(void)
 {
     jump_to_zero(0.0);
@@ -213,8 +213,8 @@ static void test_a_value_that_jumps_to_zero_is_stuck_within_two_windows(void)
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
 }
 
-/* 40 V may be wrong of the EMF, and +-20 V act for 5 ms each: nothing is beyond its doubt. `still` periods of
- * a at one value, then a code more; b moves by `swing` [A]. */
+/* The EMF may be wrong by 40 V, and +-20 V act for 5 ms each: no value exceeds its uncertainty. `still`
+ * periods of a at one value, then a code more; b moves by `swing` [A]. */
 static void stand(uint32_t still, float swing)
 {
     doubt = 40.0f / 0.183f;
@@ -225,14 +225,15 @@ static void stand(uint32_t still, float swing)
     }
 }
 
-/* The first window only begins to compare. It is stuck 15 ms later, at the end of a window. */
+/* The first window is only the beginning of the comparison. It is stuck 15 ms later, at the end of a window.
+ */
 static void test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck(void)
 {
     stand(400u, 0.2f);
     TEST_ASSERT_EQUAL_UINT32(CURRENT_WATCH_STUCK, seen);
     TEST_ASSERT_TRUE(periods >= WINDOW + 150u && periods <= WINDOW + 150u + WINDOW);
     setUp();
-    stand(140u, 0.2f); /* it moves, and all that counts begins again */
+    stand(140u, 0.2f); /* it moves, and all counts begin again */
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
     setUp();
     stand(400u, 0.03f); /* of 20 A, 0.2 % are 0.04 A */
@@ -265,12 +266,12 @@ static void test_a_single_bad_sample_raises_nothing(void)
     }
 }
 
-/* Sound sensors raise nothing, with L and R that are assumed wrong. A gain is wrong where the range is
- * another, 15 and 25 A or the other way round, or one sensor is off by 30 %. A light rotor excuses the
- * sensors: psi_f K |i| (8 T)^2/L, three times, against Dp: with K of the paper's rig, 69 rad/s^2 per A, 2 mA
- * per A; with 70000, 2 A per A, no rise is a measurement. So does a salient one: along L_d the sensors show
- * more than along L_q: one of them 1.3 times too large is 1.3 of 1.2 x 1.42. A ratio below 0.35, or above
- * its inverse, is an invalid sample. */
+/* Sensors without a fault cause no warning, also if L and R are assumed wrong. A gain is wrong where the
+ * range is another, 15 and 25 A or the other way round, or one sensor is off by 30 %. A light rotor excuses
+ * the sensors: psi_f K |i| (8 T)^2/L, three times, against Dp: with K of the paper's rig, 69 rad/s^2 per A, 2
+ * mA per A; with 70000, 2 A per A, no rise is a measurement. So does a salient one: along L_d the sensors
+ * show more than along L_q: one of them 1.3 times too large is 1.3 of 1.2 x 1.42. A ratio below 0.35, or
+ * above its inverse, is an invalid sample. */
 static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_assumption(void)
 {
     static const struct {
@@ -298,7 +299,7 @@ static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_assumption(
     }
 }
 
-/* Where the time counts: 32 periods without current, to the end of a window, of a phase whose voltage is
+/* The condition of time: 32 periods without current, to the end of a window, of a phase whose voltage is
  * beyond the 11.2 V that the dead time may take; with 10 V that may hold it at zero. 100 V less the 11.2 V
  * change the flux by 2.6 psi_f in 5.4 ms, which is more than any flux; half of it is enough where a forced
  * frame takes the rotor along, and where no phase carries any the dead time may take twice as much. A diode
@@ -444,7 +445,7 @@ static void test_a_tenth_of_the_flux_in_a_phase_without_current_is_a_warning(voi
 }
 
 /* The sensors have 0.6 of their gain, and the current rises some windows after its reference has. The ratio
- * must take its side in two windows. A step of the reference counts in its own window and in the two after
+ * must exceed its limit in two windows. A step of the reference counts in its own window and in the two after
  * it: a rise that begins one window later has two of these, one that begins two windows later has one. */
 static void test_a_gain_is_judged_in_the_window_of_a_step_and_the_two_after_it(void)
 {

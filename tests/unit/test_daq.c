@@ -1,4 +1,5 @@
-/* The queue between interrupt and background: what it keeps and loses, and that what it gives is whole. */
+/* The queue between interrupt and background: the samples that it keeps and loses, and that each sample that
+ * it returns is complete. */
 #include "talk/daq.h"
 
 #include "tests/unit/compare.h"
@@ -77,7 +78,7 @@ static void test_a_sample_is_the_slots_of_its_period(void)
     TEST_ASSERT_EQUAL_UINT32(0u, daq.lost);
 }
 
-/* Up to DAQ_CELLS wait; the one too many is lost, no other, and the overload is reported once. */
+/* Up to DAQ_CELLS samples wait; one more is lost, and no other, and the overload is reported once. */
 static void test_a_full_queue_loses_whole_samples_and_counts_them(void)
 {
     make(1u);

@@ -1,5 +1,5 @@
-/* EMFs made of a turning rotor and of what three legs with their signs leave when another dead time is
- * assumed than there is: expected values from that algebra alone. */
+/* EMFs of a turning rotor, plus the error of three legs with their signs if the assumed dead time is wrong:
+ * expected values from that algebra alone. */
 #include "medium/adapt/dead_time_learn.h"
 #include "tests/unit/vectors.h"
 
@@ -40,7 +40,7 @@ typedef struct {
 
 static world_t world;
 
-/* What the drive tells of a period. */
+/* The values that the drive reports for a period. */
 typedef struct {
     float omega_e, omega_e_ref; /* [rad/s] electrical */
     ab_t emf;                   /* [V] */
@@ -63,7 +63,7 @@ void setUp(void)
     world.ahead = 0.5 * PI;
 }
 
-/* The parameters say what is true. */
+/* The parameters are the true values. */
 static void know(void)
 {
     dead_time_learn_params_t params = PARAMS;
@@ -98,7 +98,7 @@ static double complex signs_of(double complex current, bool noisy)
     return sum;
 }
 
-/* The next period of the world, as the drive would tell it. */
+/* The next period of the machine, with the values that the drive would report. */
 static period_t next(void)
 {
     world.theta += world.omega * PERIOD;
@@ -142,7 +142,7 @@ static double off(void)
     return (double)world.learn.effective / TRUE - 1.0;
 }
 
-/* The same of what is learnt, whether it is used or not. */
+/* The same for the learnt value, used or not. */
 static double unlearnt(void)
 {
     return (double)world.learn.learnt / TRUE - 1.0;
@@ -156,7 +156,8 @@ static void turn(double seconds)
     }
 }
 
-/* What is left of an error [-] after these seconds of seeing, by the law of the rate in small steps. */
+/* The rest of an error [-] after this number of seconds of learning, by the law of the rate in small steps.
+ */
 static double left_after(double seconds, double share)
 {
     double rate = RATE;
@@ -231,7 +232,7 @@ static void test_an_uneven_current_teaches_the_same(void)
 }
 
 /* While it learns quickly, noise may make 0.016 of the band of it: the parameters hold. At a tenth of the
- * rate it is 0.005, and what is learnt takes their place, unless it is less than that. */
+ * rate it is 0.005, and the learnt value replaces the parameters, unless it is less than that. */
 static void test_only_what_is_more_than_chance_is_used(void)
 {
     world.learn.tuning.effective = (float)(TRUE - 0.012 * BAND);
@@ -261,7 +262,7 @@ static void test_a_value_is_used_only_once_it_is_nearly_known(void)
 }
 
 /* At 600 rad/s the twelfth harmonic turns by 2.9 rad from step to step, which is nearly half a turn; at
- * 380 rad/s by 1.8. The small psi_f makes both EMFs such that they are looked at. */
+ * 380 rad/s by 1.8. The small psi_f makes both EMFs small enough to be evaluated. */
 static void test_a_speed_too_high_for_the_steps_teaches_nothing(void)
 {
     dead_time_learn_params_t params = PARAMS;
@@ -318,8 +319,8 @@ static void test_slower_where_the_emf_is_small(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * expected, expected, -log(unlearnt() / before));
 }
 
-/* One thing is wrong with each period: what the drive tells of EMF and current times a factor, or another
- * speed, reference or link. */
+/* One value is wrong in each period: the EMF or current of the drive is multiplied by a factor, or speed,
+ * reference or link voltage differ. */
 static void test_what_is_no_lesson_leaves_it_alone(void)
 {
     static const struct {
@@ -378,7 +379,8 @@ static void test_a_current_that_stands_still_teaches_nothing(void)
     TEST_ASSERT_EQUAL_FLOAT(before, world.learn.effective);
 }
 
-/* An EMF as if the legs lost without limit ends at 1.7 dead bands; of what adds voltage, at nothing. */
+/* With an EMF as if the legs lost voltage without limit, the learnt value ends at 1.7 dead bands; with an EMF
+ * as if they added voltage, at zero. */
 static void test_limits(void)
 {
     for (int32_t n = 0; n < 2; n++) {
@@ -397,7 +399,8 @@ static void test_limits(void)
     }
 }
 
-/* The value outlives other coefficients, but not other parameters of its own nor being off. */
+/* The value remains if other coefficients change, but not if its own parameters change or if learning is off.
+ */
 static void test_what_is_learnt_stays_until_the_parameters_change(void)
 {
     turn(2.0);

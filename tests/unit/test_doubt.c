@@ -197,9 +197,8 @@ static void test_known_acceleration_needs_a_small_load_below_at_above(void)
     }
 }
 
-/* For a light rotor, 14640 rad/s^2: 20 mrad of 183 in 5 ms, a share of 0.10929. A heavy one may miss more
- * than
- * all. */
+/* For a light rotor, 14640 rad/s^2: 20 mrad of 183 in 5 ms, a share of 0.10929. For a heavy rotor the miss
+ * may exceed the whole value. */
 static void test_known_acceleration_needs_a_speed_gained_as_foreseen_below_at_above(void)
 {
     given_known_acceleration();
@@ -228,7 +227,7 @@ static void test_known_acceleration_needs_a_speed_gained_as_foreseen_below_at_ab
 
 /* ---- memory ---- */
 
-/* The doubtful period itself and those that remember it. */
+/* The doubtful period itself and those in whose memory it remains. */
 static uint32_t coasted(void)
 {
     uint32_t count = doubted() ? 1u : 0u;

@@ -1,4 +1,5 @@
-/* The modules together: what goes from one to the next, and when. Each by itself has its own test. */
+/* The modules together: the values that pass from one to the next, and their timing. Each module has its own
+ * test. */
 #include "drive/drive.h"
 #include "math/float_bits.h"
 #include "settings/reasons.h"
@@ -261,7 +262,7 @@ static void test_a_trip_with_the_bridge_off_is_no_fault(void)
 
 #define KEPT (CAPTURE_SLOTS / CAPTURE_COLUMNS) /* [periods] of the twelve rows */
 
-/* A slot of the period so long ago; u_dc is the fourth of signals_history. */
+/* A slot of an earlier period; u_dc is the fourth of signals_history. */
 static uint32_t kept(uint32_t ago, uint32_t slot)
 {
     return capture_row(&drive.capture, capture_count(&drive.capture) - 1u - ago)[slot];
@@ -306,7 +307,7 @@ static void test_history_begins_anew_with_the_reset(void)
 
 /* ---- parameters ---- */
 
-/* There is no window yet to whose end it could wait: no signal shows another motor. */
+/* There is no window yet at whose end it could act: no signal shows another motor. */
 static void test_an_offer_before_the_first_period_acts_at_once(void)
 {
     params.motor_inductance_d = params.motor_inductance_q = 0.004f;
@@ -347,8 +348,8 @@ static void test_an_offer_in_each_period_of_a_window_is_taken_at_its_end(void)
     }
 }
 
-/* The medium task has not begun with its window, or is not through with it: it may read the active tuning,
- * which must not become the background's. The offer waits until it is. */
+/* The medium task has not begun with its window, or has not finished it: it may read the active tuning, which
+ * the background must not get. The offer waits until it is. */
 static void test_an_offer_waits_for_a_medium_task_that_is_late(void)
 {
     bring_to_run();
@@ -356,7 +357,7 @@ static void test_an_offer_waits_for_a_medium_task_that_is_late(void)
     for (uint32_t n = 0; n + 1u < DRIVE_WINDOW; n++) {
         TEST_ASSERT_FALSE(drive_step(&drive, &samples, &command));
     }
-    TEST_ASSERT_TRUE(drive_step(&drive, &samples, &command)); /* a window that the medium task leaves alone */
+    TEST_ASSERT_TRUE(drive_step(&drive, &samples, &command)); /* a window without a run of the medium task */
     const uint32_t before = drive.in_force;
     params.dc_undervoltage = 100.0f;
     offer_params();
@@ -402,7 +403,7 @@ static void test_an_offer_withdrawn_is_not_taken(void)
     TEST_ASSERT_EQUAL_FLOAT(200.0f, drive.medium.sequence.tuning.dc_undervoltage);
 }
 
-/* Every room gets its own: one coefficient of each that the set decides, by hand. */
+/* Every part gets its own coefficients: one of each part that depends on the set, calculated by hand. */
 static void test_a_new_set_reaches_every_room(void)
 {
     bring_to_run();

@@ -1,5 +1,5 @@
-/* What becomes of the integrals of current control when the manoeuvre changes the frame. Speed and current
- * are zero and the currents on their references, so that nothing else moves an integral. */
+/* The integrals of the current control when the manoeuvre changes the frame. Speed and current are zero and
+ * the currents on their references, so that nothing else moves an integral. */
 #include "math/angle.h"
 #include "math/trig.h"
 #include "tests/unit/drive_bench.h"
@@ -51,7 +51,7 @@ static void given_operation(uint32_t count)
     expect_state(DRIVE_OPERATION_ENABLED);
 }
 
-/* The loop says that its EMF is where it should be. */
+/* The loop reports that its EMF has the expected direction. */
 static void claim(void)
 {
     drive.fast.estimator.tracker.pll.emf = (dq_t){0.0f, params.motor_flux_linkage * OMEGA_E};
@@ -113,7 +113,7 @@ static void test_the_observed_emf_takes_the_place_of_the_integral(void)
     TEST_FAIL_MESSAGE("the source of the EMF has not changed");
 }
 
-/* And only then: as long as the frame goes on, the integrals stay in it. */
+/* Only in this case: while the frame continues, the integrals remain in it. */
 static void test_integrals_go_on_with_the_frame(void)
 {
     given_operation(700u);
@@ -124,7 +124,7 @@ static void test_integrals_go_on_with_the_frame(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.0, cabs(integrals() - before));
 }
 
-/* An alignment begins after a catch: what held in the stationary frame holds in none. */
+/* An alignment begins after a catch: the values of the stationary frame are no longer valid. */
 static void test_integrals_are_zero_in_a_frame_anew(void)
 {
     params.position_source = POSITION_SENSORLESS;

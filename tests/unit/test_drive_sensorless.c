@@ -6,8 +6,9 @@
 #include "tests/unit/rows.h"
 #include "tests/unit/vectors.h"
 
-/* The paper's motor at a speed that nothing disturbs, behind an inverter that loses what the drive's model
- * says: solved for a constant speed within each period. What step k commands acts on [t_k+1, t_k+2). */
+/* The paper's motor at a speed that nothing disturbs, behind an inverter that loses the voltage of the
+ * drive's model: solved for a constant speed within each period. What step k commands acts on [t_k+1, t_k+2).
+ */
 #define PERIOD 1e-4
 #define R      (0.95 + 0.0215) /* winding and devices */
 #define L      0.0125
@@ -209,8 +210,8 @@ static void test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_refer
     }
 }
 
-/* While the bridge was off the rotor has been turned and reversed: the estimator does not go on from where
- * it was. The encoder's angle is right to half a step, 1.3 mrad, and its speed to 1.5 rad/s here; what is
+/* While the bridge was off the rotor has been turned and reversed: the estimator does not continue from its
+ * last angle. The encoder's angle is right to half a step, 1.3 mrad, and its speed to 1.5 rad/s here; what is
  * left by that speed after 10 ms is below the 5 mrad that a reset may leave. */
 static void test_estimator_starts_anew_at_every_switching_on(void)
 {
@@ -312,7 +313,7 @@ static void given_sensorless(double omega_e)
     TEST_ASSERT_DOUBLE_WITHIN(3e-3, 0.0, estimate_error());
 }
 
-/* Half a turn off in one period, with the current's torque reversed: how long the guard takes to tell [s];
+/* Half a turn off in one period, with the current's torque reversed: time until the guard reports it [s];
  * 0.1: it does not. */
 static double told_after(double way)
 {
@@ -341,7 +342,7 @@ static void test_a_lost_lock_is_told_whatever_criteria_are_off(void)
 }
 
 /* The EMF lies against the estimated axis. The low-pass of 5 ms falls from 1 through half within 5 ms
- * ln(2/1.5) = 1.4 ms, then it must last for 5 ms. It is caught where it is, and one loss is no fault, nor
+ * ln(2/1.5) = 1.4 ms, then it must last for 5 ms. It is caught at its angle, and one loss is not a fault, nor
  * are two. */
 static void test_a_rotor_half_a_turn_off_is_caught_again_at_once(void)
 {

@@ -1,5 +1,5 @@
-/* `lagless campaign` on the board of the libraries that it is linked with, for carriers of which there is no
- * program.
+/* `lagless campaign` on the board of the libraries that it is linked with, for carriers without a program of
+ * their own.
  *
  * usage: campaign_carrier campaign --seed S --runs N --json --as-drawn     in this order, as
  * tools/judge-campaign writes it
@@ -16,7 +16,7 @@
 /* No scenario of a campaign names a board's file: tune_scenario.c, which reads them, finds none. */
 const board_facts_t *const board_facts[] = {NULL};
 
-/* A whole number from 1 to `most`; 0: it is none. */
+/* Reads a whole number from 1 to `most`; 0: the text is none. */
 static uint64_t number(const char *word, uint64_t most)
 {
     char *end = NULL;

@@ -1,5 +1,5 @@
-/* Runs one scenario file as a test: 0 all expectations met and there is at least one, 1 one failed, 2 the
- * file is wrong. */
+/* Runs one scenario file as a test. Exit status: 0 if there is an expectation and all are met, 1 if one
+ * failed, 2 if the file is wrong. */
 #include <stdio.h>
 
 #include "host_sim/lab/runner.h"

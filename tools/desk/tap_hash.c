@@ -10,7 +10,7 @@
 
 #include "host_sim/lab/runner.h"
 
-/* A run taps so many rows: the tap's other places are for what the scenario expects. */
+/* A run taps this number of rows: the other places of the tap are for the expectations of the scenario. */
 #define ROWS_A_RUN 32u
 #define ROWS_MAX   256u
 
@@ -39,7 +39,7 @@ static void on_sample(void *context, uint32_t period, const uint32_t *slots, uin
     }
 }
 
-/* What the motor gets. When interrupts come and go is not counted: it is no value of the drive. */
+/* What the motor gets. The times of interrupts are not included, because they are not values of the drive. */
 static void on_edge(void *context, uint64_t tick, uint32_t what, uint32_t value)
 {
     hashes_t *hashes = context;

@@ -2,8 +2,8 @@
 
     gdb -x tools/gdb/lagless.py --args build/host/lagless run SCENARIO.toml        (or simply tools/debug SCENARIO.toml)
 
-This file only loads lagless_commands.py as a module, so that its names are not added to gdb's global Python names. Loading twice is
-once."""
+This file only loads lagless_commands.py as a module, so that its names are not added to gdb's global Python names. A second load has
+no effect."""
 
 
 def load_lagless():

@@ -1,4 +1,4 @@
-"""The commands: travelling through simulated time, and looking around.
+"""The commands: moving in simulated time, and displaying the state.
 
 The ring is deterministic: going back is running the program again from its start, with LAGLESS_STOP=PERIOD in its
 environment; the program then calls rig_stop_at() before that period, and from there it is a few microseconds to the
@@ -15,7 +15,7 @@ import lagless_time as time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 INTERRUPT = "app_interrupt"  # the sample interrupt
-NO_RIG = (gdb.error, gdb.GdbError)  # what looking at the rig raises before there is one
+NO_RIG = (gdb.error, gdb.GdbError)  # the exceptions of reading the rig before it exists
 
 
 # ---- The ring in the program's memory ---------------------------------------------------------------------------------
@@ -66,7 +66,7 @@ def period_ticks():
 
 
 def place_text():
-    """Where simulated time stands."""
+    """The simulated time."""
     state = ring()
     ticks = period_ticks()
     period = int(state["period"])
@@ -84,7 +84,8 @@ DRIVE_SOURCES = re.compile(r"/firmware/(drive|fast|medium)/")  # the two tasks a
 
 
 class Entry(gdb.Breakpoint):
-    """The interrupt's first line. On only from rig_stop_at() to the next interrupt, so that it costs nothing else."""
+    """The interrupt's first line. Enabled only from rig_stop_at() to the next interrupt, because it slows the
+    program down."""
 
     def __init__(self):
         super().__init__(function=INTERRUPT, internal=True)
@@ -118,7 +119,7 @@ class Gate(gdb.Breakpoint):
 
 
 class Freed(gdb.Breakpoint):
-    """A rig is done with: how many periods it had. Those that only judge a scenario have none."""
+    """A rig is freed: stores its number of periods. Those that only judge a scenario have none."""
 
     def __init__(self):
         super().__init__(function="rig_free", internal=True)
@@ -152,8 +153,8 @@ class Fault(gdb.Breakpoint):
 
 
 class Begun(gdb.Breakpoint):
-    """Right after the drive's step: has the manoeuvre that is waited for begun since the last one? On only while it is waited
-    for."""
+    """Directly after the drive's step: tests whether the requested manoeuvre has begun since the last step. It is enabled only while a
+    command waits for it."""
 
     def __init__(self):
         super().__init__(function="app_write", internal=True)
@@ -203,7 +204,7 @@ def disarm():
 
 
 def on_stop(_):
-    """After every stop. One that no command of this file waits for: the program was started with LAGLESS_STOP by hand."""
+    """After every stop. A stop for which no command of this file waits, because the program was started with LAGLESS_STOP by hand."""
     armed = entry.enabled
     disarm()
     if armed and entry_hit() and not travelling:
@@ -243,7 +244,7 @@ def quietly(command):
 
 
 def run_again(stop_before):
-    """Start the program from its beginning; the user's breakpoints have had their turn."""
+    """Start the program from its beginning, without the user's breakpoints."""
     if stop_before is None:
         environment = "unset environment LAGLESS_STOP"
     else:
@@ -292,7 +293,7 @@ def go_on(stop_before, again):
             "take build/debug/lagless"
         )
     travelling = True
-    entry.enabled = False  # a program that ended between gate and entry left it on
+    entry.enabled = False  # it is still enabled if the last program ended between gate and entry
     for breakpoint in (entry, gate, fault, begun):
         breakpoint.hit = False
     freed.periods = 0
@@ -319,7 +320,7 @@ def tell_place():
             block = block.superblock
         own = function.symtab
         lines = [item.line for item in own.linetable() if block.start <= item.pc < block.end]
-        # In a program linked across rooms the first instruction may belong to a function of another file.
+        # In a program that is optimised across modules the first instruction may belong to a function of another file.
         first = here.line + 1 if here.symtab.filename == own.filename else function.line
         last = min(max(lines, default=0), first + 9)
         if last >= first:
@@ -410,7 +411,7 @@ class Period(Command):
     """Go to a PWM period: to the first line of its interrupt.
 Usage: period N | period +N | period -N
 
-N counts from power-on, a period of the board's carrier each. With a sign: so many periods from the present one. Forward, the program
+N counts from power-on, a period of the board's carrier each. With a sign: this number of periods from the present one. Forward, the program
 continues, and your breakpoints stop it. Backward, the program runs again from its start, which gives the same bits, and ignores your
 breakpoints."""
 
@@ -519,8 +520,8 @@ class UntilManoeuvre(Command):
 Usage: until-manoeuvre NAME [LIMIT]
 
 NAME is one of off, catch, align, ramp, handover, run, forced, reverse, relock. Stops in the first interrupt of the sample
-after the medium task has begun it, right after the drive's step; its setpoint acts a window later. One that is under way
-is waited for to begin again. At the latest stops in period LIMIT. A program that is not running is started."""
+after the medium task has begun it, right after the drive's step; its setpoint acts a window later. If the manoeuvre is active already,
+its next beginning counts. At the latest stops in period LIMIT. A program that is not running is started."""
 
     name = "until-manoeuvre"
 
@@ -600,7 +601,7 @@ For a fault, also print the last periods before it that the drive has stored; th
 
     @staticmethod
     def tell_log(log, latched):
-        """Earlier faults, newest first: those that a reset has not taken from the drive's log. Were there some?"""
+        """Earlier faults, newest first, from the drive's log. Returns True if there were some."""
         count, kept = int(log["count"]), log["faults"].type.range()[1] + 1
         newest = count - (1 if latched else 0)
         for number in range(newest - 1, max(-1, count - kept - 1), -1):

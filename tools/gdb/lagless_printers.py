@@ -64,8 +64,8 @@ def reason_row(value):
     """(name, text, remedy) of a reason number."""
     try:
         reasons = global_value("reasons")
-        count = int(global_value("reasons_count"))  # the array may be seen through its header, without a length
-    except (gdb.error, gdb.GdbError):  # the linker leaves out what a program does not use
+        count = int(global_value("reasons_count"))  # the declaration in the header has no length
+    except (gdb.error, gdb.GdbError):  # the linker removes tables that a program does not use
         return f"reason {int(value)}", "this program does not contain the table of reasons", "see settings/reasons.h"
     for n in range(count):
         if int(reasons[n]["number"]) == int(value):

@@ -26,7 +26,7 @@ Done = collections.namedtuple("Done", "state text seconds")  # passed, failed, t
 
 
 class Broken(Exception):
-    """Something that is no verdict: the tree does not build, or a test fails without a mutant."""
+    """An error without a verdict: the tree does not build, or a test fails without a mutant."""
 
 
 def ran(command, folder, log=None):
@@ -40,7 +40,7 @@ def ran(command, folder, log=None):
 
 
 class Program:
-    """A test program: what it is called, linked of, and costs [s]."""
+    """A test program: its name, its objects, and its processor time [s]."""
 
     def __init__(self, name, command, build):
         self.name, self.command = name, command
@@ -222,7 +222,7 @@ class Mutant:
         return self.objects[made]
 
     def differs(self, programs):
-        """Does any object that one of them is linked with become another? None if one does not compile."""
+        """True if an object of one of them changes; None if one does not compile."""
         linked = set().union(*(program.objects for program in programs)) if programs else set()
         for made in sorted(linked & self.bench.reached(self.file), key=lambda name: (self.file not in name, name)):
             ours = self.compile(made)
@@ -255,7 +255,7 @@ class Mutant:
 
 
 def run(command, folder, seconds):
-    """A program, with so much time of a processor [s]."""
+    """Runs a program, with this limit of processor time [s]."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     limit = int(seconds) + 1

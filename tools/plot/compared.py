@@ -137,7 +137,7 @@ class Comparison:
             yield "no signal is in both"
             return
         if not len(self.periods):
-            yield "no sample of A is at the time of one of B"
+            yield "A and B have no sample at the same time"
             return
         if self.left_a or self.left_b:
             yield f"compared: {len(self.periods)} samples that both have; {self.left_a} only A has, {self.left_b} only B"

@@ -1,7 +1,7 @@
 """Chooses the panels for a recording of a drive: speeds, torque, currents and voltages with their limits, the error of the angle, states as
 bands. Any other signal has a panel for its unit, so that every recorded signal is shown. Needs numpy.
 
-A row of PANELS takes the columns of its list that are there. Scale turns the SI unit into that of the axis."""
+A row of PANELS takes the columns of its list that the recording has. Scale turns the SI unit into that of the axis."""
 import dataclasses
 import math
 import re
@@ -16,7 +16,7 @@ SKY, AMBER, GREY, RED = "#56B4E9", "#E69F00", "#777777", "#B3261E"
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER, GREY)
 BANDS_MAX = 400      # stretches; what changes more often is a line
 NEAR_LIMIT = 0.4     # of a limit: from there on it is on the axis
-UNKNOWN = 1.81       # [rad] theta_sigma of an angle of which nothing is known
+UNKNOWN = 1.81       # [rad] theta_sigma of an unknown angle
 LOCKED = 350.0       # [mrad] a larger error of the angle counts as a lost lock
 
 
@@ -143,7 +143,7 @@ class Drawn:
                 self.derive("u_limit", self.recording.columns["u_dc"].astype(float) / math.sqrt(3.0))
 
     def limits(self, panel):
-        """Says of limits that are beyond the axis where they are."""
+        """Writes the values of limits that are beyond the axis."""
         held = [self.data.columns[trace.column] for trace in panel.traces if not trace.limit]
         reach = max((numpy.abs(values[numpy.isfinite(values)]).max(initial=0.0) for values in held), default=0.0)
         beyond = []
@@ -222,7 +222,7 @@ class Drawn:
     # ---- the rest ----
 
     def others(self):
-        """A panel for each unit that is left; of the clock none, where it is the axis."""
+        """A panel for each remaining unit; none for the clock if it is the axis."""
         if "period" in self.left and "period" in self.recording.columns:
             clock = self.recording.columns["period"].astype(float) - self.recording.periods()
             if (clock == clock[0]).all():
@@ -244,7 +244,8 @@ def colour(n):
 
 
 def spans(times, values):
-    """(begin, end, value) of each stretch of equal values, those that are no number left out; the last ends with the last sample."""
+    """(begin, end, value) of each stretch of equal values, without those that are not numbers; the last ends
+    with the last sample."""
     if not len(values):
         return []
     none = numpy.iinfo(numpy.int64).min

@@ -20,7 +20,7 @@ FAULT = "#E39A96"
 
 
 def tint(trace, value, names):
-    """As page.js has it: nothing has no colour, a fault that of one."""
+    """As in page.js: `none` has no colour, a fault has the colour of faults."""
     name = name_of(names, value)
     if value == 0 or name == "none":
         return None
@@ -68,7 +68,7 @@ def fit(text, middle, room):
 
 
 def reach(axis, panel, data):
-    """The axis, as in page.js: a given range, otherwise that of the traces and of the limits that they come near to."""
+    """The axis, as in page.js: a given range, otherwise that of the traces and of the limits that are near them."""
     if panel.range:
         axis.set_ylim(*panel.range)
         return

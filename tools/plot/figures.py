@@ -19,7 +19,7 @@ CURVES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"))  # distinguis
 
 
 class Data:
-    """Columns of a CSV by name: numpy arrays of numbers, lists of text. `data[name]` is one that has to be there."""
+    """Columns of a CSV by name: numpy arrays of numbers, lists of text. `data[name]` must exist."""
 
     def __init__(self, path, columns, units):
         self.path, self.columns, self.units = pathlib.Path(path), columns, units
@@ -66,7 +66,8 @@ class Data:
 
 
 def quick(path, count):
-    """Columns of a CSV of nothing but numbers, a few times as fast as line by line; None: look at it line by line."""
+    """Columns of a CSV that has only numbers, a few times as fast as line by line; None: the file must be read
+    line by line."""
     with open(path, encoding="utf-8") as file:
         text = "\n" + file.read().partition("\n")[2]
     if not text.strip():
@@ -88,7 +89,7 @@ class Trace:
     colour: str
     dashed: bool = False
     mark: str = ""  # matplotlib's marker, now and then along the curve
-    limit: bool = False  # does not decide the axis: on it when what it limits comes near
+    limit: bool = False  # does not determine the axis; it is shown if the limited value is near it
     wraps: float = 0.0  # half the range of an angle: no line from one end to the other; 0: no angle
     names: object = None  # of a band: {value: name}, or {"bits": [name...]}
 
@@ -117,7 +118,7 @@ class Layout:
 
 
 class Drawer:
-    """Makes traces of one figure's data, and sees to it that their columns are there, in the unit of their axis."""
+    """Makes traces of one figure's data, and checks that their columns exist, in the unit of their axis."""
 
     def __init__(self, figure, data):
         self.id, self.data = figure["id"], data

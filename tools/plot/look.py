@@ -67,7 +67,7 @@ class Look:
         return drive.Drawn(recording, self.tables)
 
     def thinned(self, recording):
-        """(recording, sentence): every so many samples of one that is too much for a page."""
+        """(recording, sentence): every n-th sample of a recording that is too large for a page."""
         import dataclasses
         count = len(recording.time) * (1 + len(recording.units))
         every = -(-count // VALUES_MAX)

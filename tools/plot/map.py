@@ -26,7 +26,7 @@ from table import InputError
 NUMBERS = ("rpm", "load_nm", "mean_mrad", "sd_mrad", "peak_mrad")
 FRAMED = {"axes.grid": False, "axes.spines.top": True, "axes.spines.right": True, "hatch.linewidth": 0.6}
 THEORY_SHOWN = 0.5  # [mrad] a smaller one is left out
-LEAST, MOST = 0.3, 100.0  # [mrad] ends of the scale: lighter and darker than these there is nothing
+LEAST, MOST = 0.3, 100.0  # [mrad] ends of the scale; smaller and larger values have the colours of the ends
 
 
 def is_number(value):

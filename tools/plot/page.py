@@ -28,7 +28,7 @@ OPEN_ROWS = 40  # a longer table is folded
 # ---- what uPlot gets: each column as whole multiples of a power of ten, which compresses well ----
 
 def pack(values, logarithmic=False):
-    """({base, exponent}, octets) of a column. Value = (base + code - 1) 10^exponent; code 0 is no number. The step is
+    """({base, exponent}, octets) of a column. Value = (base + code - 1) 10^exponent; code 0 is NaN. The step is
     1/20000 to 1/200000 of the column's range, on a logarithmic axis at most 1/100 of its least number. Octets: the
     codes' differences, sign in the lowest bit, as four planes of n octets, lowest first."""
     finite = numpy.isfinite(values)
@@ -308,9 +308,9 @@ def room(panel):
 def interactive(figure, drawn):
     parts = []
     for plot in drawn:
-        height = 60 + sum(room(panel) for panel in plot["panels"])  # so that nothing jumps later
+        height = 60 + sum(room(panel) for panel in plot["panels"])  # drawing the plots does not change the layout
         parts.append(f'<div class="plots" data-figure="{figure["id"]}" style="min-height:{height}px">'
-                     '<button type="button" class="draw">draw the plots to zoom into</button>'
+                     '<button type="button" class="draw">draw the plots (with zoom)</button>'
                      f'<script type="application/json">{embedded({**plot, "events": figure["events"]})}</script></div>')
     return "".join(parts)
 

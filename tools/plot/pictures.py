@@ -1,7 +1,7 @@
 """The pictures of the paper report, one a figure, in the paper's arrangement: draw() writes PNG and SVG.
 
-Curves are the layouts of figures.py; what only print needs is here: enlarged stretches, shades, tables as
-pictures. Needs matplotlib.
+The curves follow the layouts of figures.py. This file adds the parts for print only: enlarged stretches, shades, tables as pictures.
+Needs matplotlib.
 """
 import math
 import re
@@ -23,7 +23,7 @@ DPI = 200            # [1/in]
 GREY = "#999999"     # the variant `ideal` in addition to `real`
 SHADE = "#F3EFD8"    # what is on, or added, for a while
 BOX = {"facecolor": "#FFFFFF", "edgecolor": "none", "pad": 1.5, "alpha": 0.85}
-TURN = 6000.0        # [mrad] what an error that wraps covers
+TURN = 6000.0        # [mrad] range of an error that wraps
 MARKS = 9            # along a curve
 LINE = 155           # [characters] of conditions
 PERIODS = 2          # electrical, in an enlarged stretch

@@ -1,4 +1,4 @@
-"""How far a drawing has come, for who started it: `lagless` shows it on a terminal. Nobody asked: nothing."""
+"""Progress of a drawing, for the program that started it: `lagless` shows it on a terminal. Nobody asked: nothing."""
 import os
 import sys
 
@@ -7,7 +7,7 @@ BAR = 60  # [columns] that the bar takes
 
 
 def tell(fraction):
-    """So much of it is done, 0 to 1."""
+    """Reports the share that is done, 0 to 1."""
     descriptor = os.environ.get(ASKED, "")
     if descriptor.isdigit():
         try:
@@ -28,7 +28,7 @@ def clear():
 
 
 def end():
-    """Nothing more is told."""
+    """Nothing more is reported."""
     clear()
     descriptor = os.environ.pop(ASKED, "")
     if descriptor.isdigit():

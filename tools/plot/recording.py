@@ -200,7 +200,7 @@ def of_mat(path, octets):
         return recording_of(path, octets)
     except InputError:
         raise
-    # any result of the arithmetic below for a damaged file
+    # any error of the arithmetic below if the file is damaged
     except (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError, struct.error,
             zlib.error) as error:
         raise InputError(f"{path}: this MAT file cannot be read: {error or type(error).__name__}") from None

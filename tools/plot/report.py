@@ -67,7 +67,7 @@ def check(value, shape, key, path):
 def read_manifest(path):
     try:
         manifest = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:  # also what is not UTF-8
+    except ValueError as error:  # text that is not UTF-8, too
         raise InputError(f"{path}: {error}") from None
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None

@@ -1,8 +1,9 @@
-/* What the background does, on a target, for tools/cost to count. With interrupts off: parameters changed
- * with the bridge on and off, a request, the background's look. And each task of its list, with what makes it
- * long, talk_step with each command of a client, the orders but those of the memory, and the steps that bring
- * a set to a memory on the I2C bus. app.c and hal/ as they are; the registers are memory, whose accesses are
- * calls here, where they are single stores on silicon. 0: all went as on the chip. */
+/* The work of the background, on a target, in which tools/cost counts the instructions. With interrupts off:
+ * parameters changed with the bridge on and off, a request, the background's look. And each task of its list,
+ * with what makes it long, talk_step with each command of a client, the orders but those of the memory, and
+ * the steps that bring a set to a memory on the I2C bus. app.c and hal/ as they are; the registers are
+ * memory, whose accesses are calls here, where they are single stores on silicon. 0: all went as on the chip.
+ */
 #include <stdio.h>
 
 #include "app/app.h"
@@ -179,7 +180,7 @@ static bool talk(void)
     frames_put_long(&place[4], 4u * last->id);
     frames_put_long(&download[2], table_bits(last, &app->staged));
     send(place, sizeof place);
-    send(place, sizeof place); /* a place and a number act when they were received twice */
+    send(place, sizeof place); /* an address and a value act only when they were received twice */
     send(download, sizeof download);
     send(download, sizeof download);
     frames_put_long(&place[4], 4u * params_table.rows[0].id);
@@ -205,7 +206,7 @@ static bool run_orders(void)
     app->drive.state = (int32_t)DRIVE_READY;
     app->staged = app->active;
     app->staged.speed_kp *= 0.9f;
-    (void)order(ORDER_LOAD); /* nothing is stored: it reads that, and refuses */
+    (void)order(ORDER_LOAD); /* nothing is stored: the drive reads the empty storage, and refuses */
     (void)order(ORDER_CAPTURE_ARM);
     return order(ORDER_APPLY) && order(ORDER_CAPTURE_RELEASE) && order(ORDER_DEFAULTS);
 }

@@ -11,7 +11,8 @@
 static daq_t daq;
 static uint32_t slots[DAQ_ENTRIES];
 
-/* Lists of so many entries each, in one table of each; then some periods, in which the background keeps up.
+/* Lists of this number of entries each, in one table per list; then some periods, in which the background
+ * sends all samples.
  */
 static bool sample(uint32_t lists, uint32_t entries)
 {

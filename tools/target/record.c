@@ -1,7 +1,7 @@
 /* Writes a recording (recording.h): an ordinary second, and what is rare, forced, so that the longest
  * interrupt is among them. The linker passes the interrupt's drive_step and the background's drive_prepare
  * through here
- * (--wrap), so what is recorded is what the real ones got and gave.
+ * (--wrap), so that the inputs and outputs of the real functions are recorded.
  *
  * usage: record FILE */
 #include <math.h>
@@ -16,7 +16,7 @@
 
 #define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
 
-/* ---- what is written ---- */
+/* ---- the output file ---- */
 
 static FILE *file;
 static uint32_t recorded, length;                   /* [periods] of this part: so far, in all */
@@ -138,7 +138,7 @@ static bool running(void)
     return operating() && value("manoeuvre") == (double)MANOEUVRE_RUN;
 }
 
-/* On to this manoeuvre, which must come within so many periods. */
+/* Continues to this manoeuvre, which must begin within this number of periods. */
 static void run_to(manoeuvre_t manoeuvre, uint32_t most)
 {
     for (uint32_t n = 0; n < most && value("manoeuvre") != (double)manoeuvre; n++) {
@@ -157,7 +157,7 @@ static void take_to(manoeuvre_t manoeuvre, uint32_t most)
     expect(operating() && value("manoeuvre") == (double)manoeuvre);
 }
 
-/* Parameters of a part that shall be short. */
+/* Parameters that make a part short. */
 static void stage(double position_source)
 {
     set("calibration_periods", 16.0);
@@ -168,8 +168,8 @@ static void stage(double position_source)
 /* [periods] from the power-on to operation: 20 ms of quiet, and four windows. */
 #define SWITCHING_ON (DRIVE_PERIODS(20e-3f) + 5u * DRIVE_WINDOW)
 
-/* A shaft that something else turns at this speed [r/min], and a drive that is about to catch it, without an
- * encoder: that takes longer than a fault asks for to have been quiet. */
+/* A shaft that is turned from outside at this speed [r/min], and a drive that is about to catch it, without
+ * an encoder. This takes longer than the time for which a fault must have been absent. */
 static void catch_on_shaft(double speed)
 {
     apply();
@@ -213,7 +213,7 @@ static void hot_and_late(drive_samples_t *samples)
     }
 }
 
-/* Every row of the fault table that can hold beside the others. */
+/* Every row of the fault table that can hold together with the others. */
 static void all_at_once(drive_samples_t *samples)
 {
     hot_and_late(samples);
@@ -230,8 +230,8 @@ static uint32_t seconds(double time)
     return rig_periods(time);
 }
 
-/* Power-on, a rotor turning at 500 r/min is caught; a speed step to 1000 r/min and a load step of 5 N m, so
- * many seconds each. */
+/* Power-on, a rotor turning at 500 r/min is caught; a speed step to 1000 r/min and a load step of 5 N m, this
+ * number of seconds each. */
 static void speed_and_load(double caught, double faster, double loaded)
 {
     set("position_source", 1.0);
@@ -253,8 +253,8 @@ static void ordinary(void)
     speed_and_load(0.3, 0.3, 0.4);
 }
 
-/* In short, while what the drive learns by default is learnt, or nothing: their difference is what learning
- * costs. */
+/* A short part with the learning that is on by default, and the same part without learning: their difference
+ * is the cost of learning. */
 static void learning(bool on)
 {
     static const struct {
@@ -317,7 +317,7 @@ static void cold_start(void)
     set("estimate_time", 10.0);
     set("estimate_speed_min", 0.0);
     apply();
-    take_to(MANOEUVRE_RUN, DRIVE_PERIODS(100e-3f)); /* once four windows of the EMF agree */
+    take_to(MANOEUVRE_RUN, DRIVE_PERIODS(100e-3f)); /* after four windows of the EMF have agreed */
     set("speed_request", 0.0);
     take_to(MANOEUVRE_FORCED, 1500);
     set("speed_request", -300.0 * RPM);
@@ -348,7 +348,7 @@ static void zero_crossing(void)
     expect(value("state") == (double)DRIVE_READY && value("shoot_throughs") == 0.0);
 }
 
-/* What is no measurement: for a period, and for two at the sensor's rail. */
+/* Invalid measurements: for one period, and for two periods at the limit of the sensor. */
 static void invalid_sample(void)
 {
     stage(1.0);
@@ -431,7 +431,7 @@ static void everything(void)
 }
 
 /* The estimate is lost by all its criteria and the rotor caught again; then a fault, a reset, the calibration
- * and a start anew. */
+ * and another start. */
 static void fault_and_reset(void)
 {
     stage(1.0);
@@ -539,7 +539,7 @@ static bool part(size_t number)
     rig = rig_create(1);
     good = rig != NULL;
     if (good) {
-        set("medium_time", 0.0); /* a replay's is there at once, too */
+        set("medium_time", 0.0); /* in a replay it is available at once, too */
         parts[number].steps();
         while (recorded < length) {
             rig_step(rig); /* what is left, and the interrupt of the last period */

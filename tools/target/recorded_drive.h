@@ -1,9 +1,9 @@
-/* A recording through the drive on the desk, period by period, and the comparison with what was recorded: of
- * the command and of all that the fast task shows, bit for bit. What the medium task shows is left out: it is
- * at work while it is read.
+/* Runs the drive on a recording, period by period, and compares the command and all signals of the fast task
+ * with the recorded ones, bit for bit. Signals of the medium task are left out, because it may be running
+ * while they are read.
  *
- * Requests and offers are the background's, which does not run while the medium task does: those of the
- * periods in between come after it. */
+ * Requests and offers come from the background, which does not run while the medium task runs: those of the
+ * periods in between are applied after it. */
 #ifndef TESTS_TARGET_RECORDED_DRIVE_H
 #define TESTS_TARGET_RECORDED_DRIVE_H
 
@@ -24,7 +24,7 @@ static uint32_t take(void)
 
 /* ---- a period ---- */
 
-/* What the background and the sensors have brought to the period that was taken last. */
+/* The changes by the background and the samples of the sensors for the period that was read last. */
 static requests_t requests;
 static bool offers; /* one of the periods since bring() has an offer: */
 static params_t offered;
@@ -80,7 +80,7 @@ static bool fast_period(void)
     return due;
 }
 
-/* What the background has brought in the periods taken. */
+/* The changes by the background in the periods that were read. */
 static void bring(void)
 {
     drive.requests = requests;
@@ -91,7 +91,8 @@ static void bring(void)
     }
 }
 
-/* Each part of the recording by `play`, which has to take so many periods; the drive is new in each. */
+/* Calls `play` for each part of the recording, with the number of its periods; each part begins with a new
+ * drive. */
 static void play_parts(void (*play)(void))
 {
     uint32_t periods[RECORDING_PARTS];

@@ -1,4 +1,4 @@
-/* What reads a recording (recording.h), from where take() gets its next word. */
+/* Reads a recording (recording.h); take() supplies the next word. */
 #ifndef TESTS_TARGET_RECORDING_IN_H
 #define TESTS_TARGET_RECORDING_IN_H
 
@@ -37,13 +37,13 @@ static inline void take_table(const table_t *table, void *base)
     }
 }
 
-/* Is it a recording with this estimator, of these tables? */
+/* True if it is a recording with this estimator and these tables. */
 static inline bool take_head(void)
 {
     return take() == RECORDING_MAGIC && take() == recording_tables();
 }
 
-/* How many parts it has, and the periods of each; of more than RECORDING_PARTS no periods are taken. */
+/* Number of parts, and the periods of each; with more than RECORDING_PARTS parts no periods are read. */
 static inline uint32_t take_parts(uint32_t periods[RECORDING_PARTS])
 {
     const uint32_t parts = take();
@@ -52,7 +52,7 @@ static inline uint32_t take_parts(uint32_t periods[RECORDING_PARTS])
             (void)take();
         }
         periods[part] = take();
-        (void)take(); /* whether it has to fit */
+        (void)take(); /* whether it must fit */
     }
     return parts;
 }

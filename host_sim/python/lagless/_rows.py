@@ -48,7 +48,7 @@ class Row:
             raise Error(f"{self.key} = {value!r}: accepted are numbers and text with a unit", self.key) from None
 
     def value(self, number):
-        """The other way: the choice's name, a whole number, or a float."""
+        """The value that a number of the library represents: the choice's name, a whole number, or a float."""
         if self.choices:
             return self.choices[int(number)] if 0 <= int(number) < len(self.choices) else int(number)
         return int(number) if self.dtype != "float32" else number

@@ -1,12 +1,12 @@
 /* An ATmega2560 with external RAM up to 64 K and twice its flash, 512 K, run by libsimavr: 16-bit int, 32-bit
- * double. Three spare registers are the door to the desk:
+ * double. Three spare registers are the interface to the PC:
  *
  *     GPIOR0 written: a character for standard output
  *     GPIOR1 written: the end; the value is the exit code
  *     GPIOR2 read:    the next octet of the input; 0 when there is none left
  *
- * The input is the seed of the random shares (LAGLESS_GRID_SEED, the date) and the share that is run, one in
- * so many (LAGLESS_GRID_SHARE, 1), 32 bits each, lowest octet first; then a file.
+ * The input is the seed of the random shares (LAGLESS_GRID_SEED, the date) and n of LAGLESS_GRID_SHARE (1),
+ * where one test in n is run, 32 bits each, lowest octet first; then a file.
  *
  * usage: avr_simulator PROGRAM.elf [INPUT] */
 #include <stdio.h>
@@ -23,7 +23,7 @@ enum { CRASHED = 99, WRONG_USE = 2 };
 
 static FILE *input;
 static unsigned char shares[8]; /* the input's beginning */
-static unsigned passed;         /* octets of it that were read */
+static unsigned passed;         /* octets of the input that were read */
 static int exit_code = -1;
 
 static void on_character(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *context)

@@ -1,4 +1,5 @@
-/* Console, end and what avr-libc lacks. The three registers are described in simulator.c. */
+/* Console, exit, and functions that avr-libc does not have. The three registers are described in simulator.c.
+ */
 #include <avr/io.h>
 #include <math.h>
 #include <signal.h>

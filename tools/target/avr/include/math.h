@@ -1,4 +1,4 @@
-/* What avr-libc's <math.h> lacks and the tests use. */
+/* Functions that the tests use and avr-libc's <math.h> does not have. */
 #ifndef TARGET_MATH_H
 #define TARGET_MATH_H
 

@@ -1,4 +1,4 @@
-/* As much of <signal.h> as tests need to see an assertion fire. */
+/* The part of <signal.h> with which tests detect a failed assertion. */
 #ifndef TARGET_SIGNAL_H
 #define TARGET_SIGNAL_H
 

@@ -13,11 +13,11 @@
 /* Currents of some 0.3 A, a dozen roundings of 1 A. */
 #define AMPERE_TOLERANCE (12.0 / 16777216.0)
 
-/* What three legs do in a period; times in periods. */
+/* The switching of three legs in a period; times in periods. */
 typedef struct {
     double duty[3]; /* of the compare registers [-] */
     double sign[3]; /* of the currents [-] */
-    double emf[3];  /* with what falls off at the resistance [V], sum zero */
+    double emf[3];  /* with the voltage at the resistance [V], sum zero */
     int upper;      /* which switches are on at both ends: 1 or 0 */
 } legs_t;
 
@@ -31,8 +31,8 @@ static double way_of(const legs_t *legs)
     return legs->upper ? 1.0 : -1.0;
 }
 
-/* For how long the switch of this leg that is sampled has been on from 0 to `time`: its edges are late or
- * early by half of T_e, which takes from it what flows out of it. Half way in the dead band where the sign is
+/* The time from 0 to `time` for which the sampled switch of this leg has been on: its edges are late or early
+ * by half of T_e, against the current that flows out of the leg. Half way in the dead band where the sign is
  * 0. */
 static double on_until(const legs_t *legs, int leg, double time)
 {

@@ -18,7 +18,7 @@ void setUp(void)
     taken = 0.0;
 }
 
-/* So long at this speed [rad/s] with a d axis whose sixth harmonic is `d` and one of the q axis `q`. */
+/* Runs this time at this speed [rad/s], with the sixth harmonics `d` of the d axis and `q` of the q axis. */
 static void turn(double omega, double d, double q, double seconds)
 {
     for (int32_t n = 0; n < (int32_t)(seconds / STEP + 0.5); n++) {
@@ -85,7 +85,7 @@ static void test_off_forgets_it_and_other_coefficients_do_not(void)
     TEST_ASSERT_EQUAL_FLOAT((float)RATE, shape.rate);
 }
 
-/* That of the formula, for a rotor that turns backwards, at any angle. */
+/* The value of the formula, for a rotor that turns backwards, at any angle. */
 static void test_voltage_of_a_shape(void)
 {
     shape.used = (dq_t){0.04f, -0.01f};

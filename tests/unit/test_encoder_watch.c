@@ -84,7 +84,7 @@ static uint32_t judged(double said)
     return encoder_watch_step(&watch, &input);
 }
 
-/* One judgement of a rotor at omega [rad/s] whose EMF is `share` of psi_f omega, by an encoder that turns at
+/* One judgement of a rotor at omega [rad/s] whose EMF is `share` of psi_f omega, with an encoder that shows
  * `said` [rad/s], without current. */
 static uint32_t judge(double omega, double share, double said)
 {
@@ -105,7 +105,7 @@ static void settle(double omega)
     }
 }
 
-/* Judgements until something is noticed, which is in `bits`; 0: nothing in 0.8 s. */
+/* Judgements until a condition is detected, which is in `bits`; 0: none in 0.8 s. */
 static uint32_t noticed(double omega, double share, double said)
 {
     for (uint32_t n = 1; n <= 1000u; n++) {
@@ -117,7 +117,8 @@ static uint32_t noticed(double omega, double share, double said)
     return 0u;
 }
 
-/* An encoder that is half a turn off, at this speed and with this current along alpha: is it noticed? */
+/* Returns true if the watch detects an encoder that is wrong by half a turn, at this speed and with this
+ * current along alpha. */
 static bool is_noticed(double omega, float alpha)
 {
     begin(0.0, 0.2f);
@@ -182,7 +183,7 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_not_elsewhere(void)
     TEST_ASSERT_EQUAL_UINT32(0u, watch.elsewhere);
 }
 
-/* The same, of those that are not put off. */
+/* The same, for the judgements that are not put off. */
 static uint32_t counted(double omega, double share, double said)
 {
     uint32_t put_off = 0;
@@ -288,8 +289,8 @@ static void test_after_a_rest_current_sensors_have_the_first_word(void)
 
 /* A coil with R and L beside the EMF, solved in double in steps of 1 us, at a current that the voltage
  * changes: what is left after R and L have had theirs is the EMF's mean, sin(x)/x, x = omega T_j/2, of its
- * length. That the mean current is the middle of its ends holds but for what its rate changes by, here up to
- * 60 V/L T_j/12 = 0.3 A. */
+ * length. The mean current is the middle of its ends, except for the effect of the change of its rate, here
+ * up to 60 V/L T_j/12 = 0.3 A. */
 static void test_the_emf_is_what_resistance_and_inductance_leave_of_the_voltage(void)
 {
     const double omega = 628.0;
@@ -394,8 +395,8 @@ static void test_what_was_seen_before_a_doubt_stays(void)
     expect(ENCODER_WATCH_MISMATCH, 1u, 1200.0, 1.0, 1200.0);
 }
 
-/* What a judgement says where `volts` are added to the EMF of a rotor that the encoder has right, at `axis`
- * [rad]. */
+/* The result of a judgement if `volts` are added at `axis` [rad] to the EMF of a rotor whose encoder is
+ * right. */
 static uint32_t judge_with(double omega, double volts, double axis)
 {
     encoder_watch_add(&watch, (ab_t){(float)(EVERY * volts * cos(axis)), (float)(EVERY * volts * sin(axis))});
@@ -432,7 +433,8 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
 
 /* 8 V rms of noise in the EMF of a window, whose ends are two measured currents: 40 V of an open wire lie up
  * to 36 degrees beside their axis in single windows. The rotor hardly turns, with its q axis across. The mean
- * difference stays on the axis: after half a second the wire is reported, and no encoder. */
+ * difference remains on the axis: after half a second the broken wire is reported, and no fault of the
+ * encoder. */
 static void test_noise_of_the_currents_does_not_hide_a_wire(void)
 {
     encoder_watch_params_t params = usual(0.0, 0.0f);
@@ -552,7 +554,7 @@ static void test_an_emf_on_the_axis_confirms_the_encoder(void)
     TEST_ASSERT_EQUAL_UINT32(1u, watch.confirmed);
     (void)judge(240.0, -1.0, 240.0);
     TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
-    (void)judge(240.0, 1.0, 240.0); /* what has been seen counts until it is halved away */
+    (void)judge(240.0, 1.0, 240.0); /* each earlier sign counts until the halving has removed it */
     TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
     for (int n = 0; n < 4; n++) {
         (void)judge(240.0, 1.0, 240.0);

@@ -88,7 +88,7 @@ static void test_a_lost_supply_is_excused_for_its_time(void)
     TEST_ASSERT_TRUE(excuses());
 }
 
-/* One disturbed conversion is no link that sinks. */
+/* One disturbed conversion does not count as a sinking link. */
 static void test_a_link_that_sinks_is_seen_twice(void)
 {
     looks(311.0, 0.1);

@@ -1,4 +1,4 @@
-/* The three signs of a lost rotor and when they show: LP is a low-pass of 5 ms, so that after n periods of
+/* The three signs of a lost rotor and their times: LP is a low-pass of 5 ms, so that after n periods of
  * 0.1 ms a step is seen to 1 - exp(-0.02 n). */
 #include "medium/manoeuvre/lock.h"
 #include "tests/unit/compare.h"
@@ -115,7 +115,7 @@ static void test_reset_is_a_lock_that_has_lasted(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, lock.scatter);
 }
 
-/* Half a radian off: the EMF is still along the axis, the detector alone tells. */
+/* Wrong by half a radian: the EMF is still along the axis, and only the detector shows the error. */
 static void test_scatter_is_no_sign_before_the_loop_has_settled(void)
 {
     make_estimate(200.0f, cosf(0.5f), -sinf(0.5f));

@@ -304,7 +304,7 @@ static void test_a_memory_that_keeps_what_it_had_is_found_and_its_set_stays(void
     expect_stored(&old);
 }
 
-/* It answers again before its time is over: nothing is lost. */
+/* The memory answers again before its time is over: no octet is lost. */
 static void test_a_memory_may_be_away_for_a_while(void)
 {
     const params_t set = random_set();

@@ -95,7 +95,7 @@ static modbus_result_t after(uint32_t periods)
     return modbus_listen(&modbus, store, &access, now, answer);
 }
 
-/* Octets of a request with its CRC, and what the server makes of it. */
+/* Octets of a request with its CRC, and the answer of the server. */
 static modbus_result_t ask(const uint16_t *octets, uint32_t count)
 {
     const uint32_t crc = remainder_of(octets, count);

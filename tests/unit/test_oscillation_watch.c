@@ -1,4 +1,5 @@
-/* Does the speed loop swing a shaft? Sines of the torque reference, as they grow, stay or fade, and noise. */
+/* The detection of a shaft that the speed loop makes oscillate: growing, constant and decreasing sines of the
+ * torque reference, and noise. */
 #include <stdlib.h>
 
 #include "medium/protect/oscillation_watch.h"
@@ -33,8 +34,8 @@ static double told(double hertz, double share, double rate, double most)
 }
 
 /* Three blocks of 16 half-waves, and one in which the filters settle. A swing that grows by e in 0.35 s is
- * told before it is large; one that is small and stays or fades, slower than the speed loop itself or beyond
- * the band is none. */
+ * reported before it is large; one that is small and constant or decreasing, or slower than the speed loop,
+ * or beyond the band, does not count. */
 static void test_a_swing_is_told_if_it_is_large_or_grows(void)
 {
     static const struct {

@@ -52,7 +52,7 @@ static void expect_failed(void)
     TEST_ASSERT_EQUAL_INT(MOST, taken);
 }
 
-/* Four windows, in both directions. The tangent of the angle that is still good is 0.5: 0.464 rad. */
+/* Four windows, in both directions. The tangent of the largest accepted angle is 0.5: 0.464 rad. */
 static void test_a_loop_on_the_rotor_is_good_and_another_fails_in_time(void)
 {
     static const struct {
@@ -93,7 +93,7 @@ static void test_a_ripple_within_a_window_is_no_disagreement(void)
     }
 }
 
-/* What acted in a period that the loop coasts is in doubt, and so is its EMF. */
+/* The voltage in a period in which the loop coasts is doubtful, and so is its EMF. */
 static void test_periods_that_coast_do_not_count(void)
 {
     for (int n = 0; n < 8 * WINDOW; n++) {

@@ -12,7 +12,8 @@ static const speed_control_params_t SPEED = {
 
 static run_t run;
 
-/* No ramps, no current that is not requested; of a hand-over half is left a period later. */
+/* Without ramps, and without a current that is not requested; half of the current of a hand-over remains a
+ * period later. */
 static run_tuning_t tuning_of(const speed_control_params_t *speed)
 {
     return (run_tuning_t){.speed = speed_control_prepare(speed), .low_share = 1.0f, .fade = 0.5f};
@@ -71,8 +72,10 @@ static void test_speed_makes_the_torque_current_and_the_wish_the_other(void)
                              step(RUN_SPEED, 12.0f, 0.0f, 0.0f, 4.0f).current.q);
 }
 
-/* Between two steps i_q is what the speed of the period takes from i_q at speed zero: at the speed of the
- * step its own i_q, and k_p less for each rad/s more. A wish for a current does not fall with the speed. */
+/* Between two steps i_q is i_q at speed zero less a part in proportion to the speed of the period: at the
+ * speed of the step its own i_q, and k_p less for each rad/s more. A requested current does not decrease with
+ * the speed.
+ */
 static void test_it_says_how_i_q_falls_with_the_speed_until_the_next_step(void)
 {
     static const float weights[] = {1.0f, 0.5f, 0.0f};
@@ -106,7 +109,8 @@ static void test_a_limited_torque_is_shown_as_such(void)
     TEST_ASSERT_EQUAL_UINT32(0u, run.limited);
 }
 
-/* What heat and DC link leave holds for what is requested too, has two sides, and may ask for a current. */
+/* The limits of heat and DC link also hold for requested currents, have two sides, and may require a current.
+ */
 static void test_torque_current_stays_within_what_is_left_of_the_limit(void)
 {
     run_limit(&run, -2.0f, 4.0f);
@@ -122,8 +126,8 @@ static void test_torque_current_stays_within_what_is_left_of_the_limit(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 8.0f, step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f).current.q);
 }
 
-/* A limit that comes and goes: what it cuts off leaves the integral with k_i/k_p, as at current_limit; after
- * half a second exp(-2.5) of 4 A is left. */
+/* A limit that is active for a time: the part beyond it is taken from the integral with k_i/k_p, as at
+ * current_limit; after half a second exp(-2.5) of 4 A is left. */
 static void test_what_a_limit_cuts_off_leaves_the_integral(void)
 {
     for (int n = 0; n < 1000; n++) {
@@ -138,7 +142,7 @@ static void test_what_a_limit_cuts_off_leaves_the_integral(void)
     TEST_ASSERT_FLOAT_WITHIN(2e-3f, 1.0f + 4.0f * 0.082085f, first);
 }
 
-/* At the reference the first torque current is the one that flowed. */
+/* At the reference the first torque current is the present one. */
 static void test_from_current_to_speed_without_a_jump(void)
 {
     for (int n = 0; n < 10; n++) {
@@ -204,7 +208,7 @@ static void test_a_ramp_begins_at_the_speed_of_the_motor(void)
 #define LOW      2.0f /* low-speed current [A] */
 #define HANDOVER 60.0 /* [rad/s] electrical */
 
-/* Integral-proportional speed control; what a hand-over leaves fades with 0.1 s. */
+/* Integral-proportional speed control; the rest of a hand-over fades with 0.1 s. */
 static void begin_slow(float low_current)
 {
     const speed_control_params_t speed = {
@@ -221,7 +225,7 @@ static void begin_slow(float low_current)
     begin(&tuning);
 }
 
-/* What fades goes first, so that both of them together are within the longest vector all the time. */
+/* The fading current is reduced first, so that both together are always within the longest vector. */
 static void test_i_q_waits_for_what_a_hand_over_has_left(void)
 {
     begin_slow(0.0f);
@@ -279,8 +283,8 @@ static void test_low_speed_current_comes_with_its_low_pass(void)
     }
 }
 
-/* The larger of the two, not their sum, and no dip between them: what flows already of the low-speed current
- * is not requested again. What is requested comes on top. */
+/* The larger of the two, not their sum, and no dip between them: the part of the low-speed current that
+ * already flows is not requested again. What is requested comes on top. */
 static void test_larger_of_both_is_added_to_the_wish(void)
 {
     begin_slow(LOW);
@@ -316,8 +320,8 @@ static dq_t torque_step(float torque, float omega_m)
     return demand.current;
 }
 
-/* 0.5 A/(N m): 1.5 p psi_f of 2 N m/A. What is beyond the limit is not made; the fast task takes no speed off
- * it. */
+/* 0.5 A/(N m): 1.5 p psi_f of 2 N m/A. The current beyond the limit is not requested; the fast task does not
+ * subtract a speed from it. */
 static void test_a_torque_is_made_as_a_current_of_the_flux(void)
 {
     run_tuning_t tuning = tuning_of(&SPEED);

@@ -67,7 +67,7 @@ static void test_on_is_refused_with_the_reason(void)
     expect_refused(REASON_NONE);
 }
 
-/* Sensors that have just moved: the offsets would be wrong. A current that flows is the better reason. */
+/* The sensors have just changed: the offsets would be wrong. A current that flows is the better reason. */
 static void test_a_start_waits_for_offsets_that_are_due(void)
 {
     from(DRIVE_READY);
@@ -82,8 +82,8 @@ static void test_a_start_waits_for_offsets_that_are_due(void)
     expect_refused(REASON_NONE);
 }
 
-/* A current that no gate drives: the rotor feeds the link through the diodes. The gates would give it more
- * than they can turn off. Every direction is as bad. */
+/* A current that no gate drives: the rotor feeds the link through the diodes. With the gates on, the current
+ * would rise beyond the value that they can turn off. Every direction is as bad. */
 static void test_a_rotor_that_feeds_the_link_is_not_started_on(void)
 {
     for (int n = 0; n < 24; n++) {
@@ -166,12 +166,12 @@ static void test_the_latched_fault_is_no_later_one(void)
     input.faults = BOTH;
     steps(1);
     expect_later(OVERCURRENT);
-    sequence_fault(&sequence, REASON_BOARD_FAILED); /* is no row of the table: all that comes is later */
+    sequence_fault(&sequence, REASON_BOARD_FAILED); /* is not a row of the table: all later values are */
     steps(1);
     expect_later(BOTH);
 }
 
-/* Exactly so long must it be quiet: of faults or of the line, whichever was last. */
+/* Neither faults nor the fault line may be active for exactly this time; the later of the two counts. */
 static void test_reset_needs_quiet_for_its_whole_time(void)
 {
     for (int line = 0; line < 2; line++) {
@@ -201,7 +201,7 @@ static void test_reset_needs_an_edge(void)
     go(3u * REARM, DRIVE_FAULT, OFF);
     reset_edge();
     expect_state(DRIVE_NOT_READY);
-    from(DRIVE_OPERATION_ENABLED); /* one from before the fault is none */
+    from(DRIVE_OPERATION_ENABLED); /* a reset before the fault does not count */
     requests.fault_reset = 1;
     steps(1);
     sequence_fault(&sequence, REASON_MODULE_FAULT);
@@ -229,7 +229,7 @@ static void begin_stop(uint32_t windows)
 static void test_a_stop_brakes_and_latches_its_fault_at_standstill(void)
 {
     begin_stop(1);
-    input.stops = NOTHING; /* what has begun is brought to its end */
+    input.stops = NOTHING; /* a manoeuvre that has begun is completed */
     go(10, DRIVE_QUICK_STOP, ON);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
     is.standing = true;
@@ -272,7 +272,7 @@ static void test_a_stop_in_the_users_quick_stop_ends_in_its_fault_and_elsewhere_
     }
 }
 
-/* ---- what a reset that is refused says, and one that comes by itself ---- */
+/* ---- the reasons of a refused reset, and automatic resets ---- */
 
 static void test_a_refused_reset_tells_what_is_still_there(void)
 {
@@ -327,7 +327,7 @@ static void test_a_fault_of_the_module_resets_itself_so_often_and_no_more(void)
     }
     fail_the_module();
     go(3u * RETRY_PAUSE, DRIVE_FAULT, OFF);
-    wish(REQUEST_OFF, 1, DRIVE_FAULT, OFF); /* who looks after it may have as many again */
+    wish(REQUEST_OFF, 1, DRIVE_FAULT, OFF); /* an operator may use the same number of retries again */
     wish(REQUEST_ON, 2u * RETRY_PAUSE, DRIVE_NOT_READY, OFF);
 }
 
@@ -384,7 +384,7 @@ static void test_a_coasting_drive_comes_on_again_by_itself(void)
 
 /* ---- all of it ---- */
 
-/* The states that one step may lead to, and from every state every input that there is. */
+/* The states to which one step may lead; from every state with every possible input. */
 static void test_no_input_leads_where_it_must_not(void)
 {
     static const bool may[6][6] = {
@@ -426,7 +426,8 @@ static void test_no_input_leads_where_it_must_not(void)
                                       next == (int32_t)DRIVE_OPERATION_ENABLED ||
                                       next == (int32_t)DRIVE_QUICK_STOP,
                                   sequence_bridge_on(&sequence));
-                /* `on` alone starts, without an obstacle; no obstacle of a start stops what runs */
+                /* only `on` starts, without an obstacle; an obstacle of a start does not stop a running drive
+                 */
                 const bool stopped = fault_set_any(input.faults) || fault_set_any(input.stops);
                 const bool obstacle = is.fault_line || is.undervoltage || is.feeding;
                 TEST_ASSERT_TRUE(state != (int32_t)DRIVE_READY || next != (int32_t)DRIVE_SWITCHED_ON ||
@@ -437,22 +438,24 @@ static void test_no_input_leads_where_it_must_not(void)
                                                                     : DRIVE_QUICK_STOP,
                                             next);
                 }
-                /* out of a fault only by an edge of the reset, when all has been quiet for long enough */
+                /* a fault ends only by an edge of the reset, after all causes have been absent for long
+                 * enough */
                 const bool edge = requests.fault_reset != 0 && (bits >> 3 & 1u) == 0u;
                 TEST_ASSERT_TRUE(state != (int32_t)DRIVE_FAULT || next == state ||
                                  (edge && !stopped && !is.fault_line && (bits & 1u) != 0u));
-                /* off unless the bridge is on and stays so; control starts again where it comes on */
+                /* off unless the bridge is on and remains on; control starts again when it is switched on */
                 TEST_ASSERT_EQUAL(sequence_bridge_on(&sequence), (order & ON) != 0u);
                 TEST_ASSERT_EQUAL(state == (int32_t)DRIVE_READY && next == (int32_t)DRIVE_SWITCHED_ON,
                                   (order & BEGIN) != 0u);
-                /* nothing goes on while a fault is there, and its reason is latched on the way in alone */
+                /* no operation continues while a fault is active, and its reason is latched only at the
+                 * transition into the state */
                 TEST_ASSERT_TRUE(!fault_set_any(input.faults) || next == (int32_t)DRIVE_FAULT);
                 TEST_ASSERT_EQUAL(next == (int32_t)DRIVE_FAULT && state != next,
                                   state != (int32_t)DRIVE_FAULT && sequence.fault_reason != REASON_NONE);
             }
         }
     }
-    TEST_ASSERT_EQUAL_MEMORY(may, seen, sizeof may); /* and every one of them can be had */
+    TEST_ASSERT_EQUAL_MEMORY(may, seen, sizeof may); /* and each of them is possible */
 }
 
 /* With a holding brake a motor that turns is stopped first, and the bridge stays on until the brake is set.
@@ -474,7 +477,7 @@ static void test_with_a_brake_a_stop_opens_the_bridge_only_when_it_is_set(void)
         is.standing = true;
         go(1, DRIVE_QUICK_STOP, ON);
         TEST_ASSERT_EQUAL_UINT32(1u, sequence.setting);
-        is.standing = false; /* what moves while the brake closes does not free it again */
+        is.standing = false; /* a motion while the brake closes does not release it again */
         go(20, DRIVE_QUICK_STOP, ON);
         TEST_ASSERT_EQUAL_UINT32(1u, sequence.setting);
         is.brake_free = false;

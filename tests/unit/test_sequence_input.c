@@ -14,7 +14,7 @@ static void with_debounce(drive_state_t state)
     sequence.tuning.stop_windows = 100u * STOP;
 }
 
-/* The input has this level for as long as it takes to count. */
+/* The input has this level for the time after which it counts. */
 static void input_for(bool active, uint32_t windows)
 {
     is.not_enabled = !active;
@@ -103,7 +103,7 @@ static void test_a_loss_opens_at_standstill_and_with_off(void)
     go_to_fault(1, REASON_ENABLE_INPUT);
 }
 
-/* The input comes back, which does not end the stop, and is lost again. */
+/* The input is present again, which does not end the stop, and is lost again. */
 static void test_a_second_loss_opens_at_once(void)
 {
     lose(DRIVE_OPERATION_ENABLED);

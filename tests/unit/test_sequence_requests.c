@@ -1,5 +1,5 @@
-/* What a request leads to: on after a quick stop, on after a reset, and that no request stays without an
- * effect and without a refusal. */
+/* The effect of each request: on after a quick stop, on after a reset. No request may have neither an effect
+ * nor a refusal. */
 #include "tests/unit/sequence_bench.h"
 
 /* This number of windows with this value of `enable`; then the machine is in this state and reports this
@@ -25,7 +25,7 @@ static void bring_to_operation(void)
     input.calibration = CALIBRATION_GOOD;
 }
 
-/* A fault that has gone, and is not reset yet. */
+/* The cause of the fault is absent, and the fault is not reset yet. */
 static void bring_to_fault(void)
 {
     from(DRIVE_FAULT);
@@ -35,7 +35,7 @@ static void bring_to_fault(void)
 
 /* ---- on, and quick stop ---- */
 
-/* The stop is brought to its end, says so, and then the motor runs: `enable` is on. */
+/* The stop is completed and reported, and then the motor runs: `enable` is on. */
 static void test_on_during_a_quick_stop_names_the_stop_and_runs_after_it(void)
 {
     bring_to_operation();
@@ -88,7 +88,7 @@ static void test_enable_toggled_before_the_reset_is_still_held(void)
     reset_and_expect(2u, DRIVE_READY, REASON_ENABLE_HELD);
 }
 
-/* Where it is off, or at quick stop, over the reset the next on starts. */
+/* If `enable` is off, or quick_stop, during the reset, the next on starts the motor. */
 static void test_enable_that_is_not_on_over_the_reset_starts_with_on(void)
 {
     for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP; wish += 2) {
@@ -113,7 +113,7 @@ static void test_a_refused_reset_leaves_enable_as_it_is(void)
     ask(REQUEST_ON, 3u, DRIVE_SWITCHED_ON, REASON_NONE);
 }
 
-/* module_fault_retries says that the motor starts again by itself: that is its purpose. */
+/* With module_fault_retries the motor starts again automatically: this is its purpose. */
 static void test_a_retry_of_its_own_starts_the_motor(void)
 {
     bring_to_operation();

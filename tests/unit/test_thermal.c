@@ -7,7 +7,7 @@
 #define EVERY   16   /* periods from one square to the next */
 #define WITHIN  0.02 /* of the largest heat */
 #define COOL    20.0f
-#define NOBODY  (-273.15f) /* what a sensor reads that is not there [degC] */
+#define NOBODY  (-273.15f) /* reading of an absent sensor [degC] */
 #define STEP_S  (PERIOD * EVERY * (double)THERMAL_SUMS)
 #define MAX_A   10.0
 #define MOTOR_A 7.0
@@ -80,8 +80,8 @@ static double exact(double heat, double square, double time)
 
 /* ---- the model ---- */
 
-/* A bit that has flipped in a heat makes anything of it. It is hot then, and cools down like twice the trip;
- * or it is cold. */
+/* A flipped bit can give a heat any value. It is hot then, and cools down like twice the trip; or it is cold.
+ */
 static void test_a_heat_that_is_no_number_is_hot(void)
 {
     static const float broken[] = {NAN, INFINITY, 3e38f, -INFINITY, -3.0f};
@@ -202,7 +202,7 @@ static double tripped_after(uint32_t condition)
     return t;
 }
 
-/* Who does not heed the limit is stopped when h = 1.1: after tau ln(1/(1 - 1.1 I_c^2/I^2)). */
+/* A drive that exceeds the limit is stopped when h = 1.1: after tau ln(1/(1 - 1.1 I_c^2/I^2)). */
 static void test_who_goes_on_trips(void)
 {
     const double until = -60.0 * log(1.0 - 1.1 * pow(MOTOR_A / MAX_A, 2.0));
@@ -229,8 +229,8 @@ static void test_a_motor_that_stands_the_limit_is_never_derated(void)
     TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
 }
 
-/* From 10 K below the trip on, a straight line to a quarter; the warmer of the two counts; a sensor that is
- * not there reads the cold of space. */
+/* From 10 K below the trip on, a straight line to a quarter; the warmer of the two counts; an absent sensor
+ * reads a temperature far below zero. */
 static void test_a_warm_sink_or_motor_takes_the_limit_down(void)
 {
     static const struct {

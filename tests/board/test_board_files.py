@@ -45,7 +45,7 @@ def header_text():
 
 
 def without(text, name):
-    """The board file less one #define, with the lines that it goes on over."""
+    """The board file without one #define and its continuation lines."""
     changed, count = re.subn(rf"^#define {name}[ \t](?:.*\\\n)*.*\n", "", text, flags=re.MULTILINE)
     assert count == 1, name
     return changed
@@ -254,7 +254,7 @@ class Mistakes(BoardFileTest):
         self.assertEqual(self.output(text, "-DHAL_GATE_ACTIVE_HIGH=0"), "")
 
     def test_every_message_of_the_header_is_provoked(self):
-        """A check without a case here could rot."""
+        """Each check must have a case here, otherwise a defect of the check would not be detected."""
         tested = {(number, says) for number, says, _ in self.CASES}
         for number, text in errors(header_text()):
             with self.subTest(number=number, text=text):

@@ -141,7 +141,8 @@ static void test_a_good_frame_right_behind_a_break_is_dropped(void)
     TEST_ASSERT_EQUAL_DOUBLE(frames + 1.0, value("line_frames"));
 }
 
-/* A line of two wires: all that the drive sends comes back. The answer to a single write equals its request.
+/* A line of two wires: the drive receives all octets that it sends. The answer to a single write equals its
+ * request.
  */
 static void test_a_modbus_server_does_not_hear_its_own_answer(void)
 {

@@ -201,7 +201,7 @@ static void test_jump_of_the_shaft_is_a_phase_error(void)
     TEST_ASSERT_EQUAL_UINT32(10u, count_after(110u)); /* as many counts as cycles: still possible */
     TEST_ASSERT_EQUAL_HEX16(0u, EQEP(1u)->QFLG & QEP_PHE);
     bench.encoder_offset += 11;
-    TEST_ASSERT_EQUAL_UINT32(9u, count_after(120u)); /* 11 = 3 modulo 4: looks like one back */
+    TEST_ASSERT_EQUAL_UINT32(9u, count_after(120u)); /* 11 = 3 modulo 4: the same as one count back */
     TEST_ASSERT_EQUAL_HEX16(QEP_PHE, EQEP(1u)->QFLG & QEP_PHE);
     bus_write16(&EQEP(1u)->QCLR, QEP_PHE);
     TEST_ASSERT_EQUAL_HEX16(0u, EQEP(1u)->QFLG & QEP_PHE);

@@ -1,5 +1,5 @@
-/* A drive's start-up with one thing wrong goes wrong as on silicon. First the good one, then one mistake a
- * test. */
+/* The start-up of a drive with one mistake fails in the same way as on silicon. First the good one, then one
+ * mistake a test. */
 #include <unity.h>
 
 #include "bench.h"

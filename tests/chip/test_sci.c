@@ -95,7 +95,7 @@ static void enable_interrupt(uint16_t level)
     bus_write16(&SCIA->SCIFFRX, (uint16_t)(0x2060u | level));
 }
 
-/* RXFFINT is bit 7, RXFFIENA bit 5, RXFFINTCLR bit 6. Nobody looks at the module meanwhile. */
+/* RXFFINT is bit 7, RXFFIENA bit 5, RXFFINTCLR bit 6. No software reads the module during this time. */
 static void test_the_interrupt_comes_when_the_level_is_reached_and_once_until_it_is_cleared(void)
 {
     enable_interrupt(4u);
@@ -298,7 +298,7 @@ static uint32_t random_bits(uint32_t *seed)
     return *seed >> 8;
 }
 
-/* All that came, with its flags, when read every `often` ticks. */
+/* All received octets with their flags, if the module is read every `often` ticks. */
 static uint32_t what_came(uint64_t until, uint64_t often, uint16_t words[16])
 {
     while (chip_now(&bench_chip) < until) {

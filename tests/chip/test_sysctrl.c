@@ -124,7 +124,7 @@ static void test_watchdog_count_follows_the_crystal(void)
     TEST_ASSERT_EQUAL_UINT16(100u, SYSCTRL->WDCNTR);
 }
 
-/* PCLKCR3: a timer without clock stands and takes no write; the others go on. */
+/* PCLKCR3: a timer without a clock does not count and ignores writes; the others continue. */
 static void test_timer_without_clock_stands(void)
 {
     watchdog_off();

@@ -168,7 +168,7 @@ class Boards(TestCase):
         server.kill()
 
     def test_an_own_header_becomes_a_board(self):
-        """Configured only: what it builds is the same as for the others."""
+        """Configured only: the build is the same as for the others."""
         if shutil.which("cmake") is None:
             self.skipTest("no cmake")
         with open(os.path.join(HEADERS, "mosfet_48v_60a.h"), encoding="utf-8") as file:

@@ -87,7 +87,7 @@ class CommandLine(TestCase):
             kind = {comparison, when, reaction, rate, "limit" if limit else "none"}
             if kind <= kinds:
                 continue
-            kinds |= kind  # each word is reported once by itself
+            kinds |= kind  # each word is reported once, alone
             for wish in (name, number):
                 self.assertEqual(reasons[name], json.loads(lagless("explain", wish, "--json").stdout))
             text = lagless("explain", name).stdout
@@ -234,7 +234,7 @@ class CommandLine(TestCase):
         self.expect(3, self.campaign("--out", folder))
 
     def test_map_that_contradicts_theory_gives_1_and_a_list_all_the_same(self):
-        # 40 N m are more than the current limit of 10 A brings (1.098 N m/A): no point can be judged
+        # 40 N m are more than the torque at the current limit of 10 A (1.098 N m/A): no point can be judged
         done = lagless("map", self.write("my.toml", FEW_POINTS.replace("load_torque = 3", "load_torque = 40")), "--adaptation", "off", "--json")
         self.expect(1, done, "FAILED  the rotor is not lost at any point: ", "are lost, the first is ")
         self.assertNotIn("FAILED", done.stdout)
@@ -484,7 +484,8 @@ class CommandLine(TestCase):
 
 
 class Readme(TestCase):
-    """What README and docs/ show of a command is what the command prints; `...` stands for lines that are left out."""
+    """The output of a command in README and docs/ is the output of the program; `...` stands for lines that are
+    left out."""
 
     def test_runs_that_are_shown_are_what_they_print(self):
         blocks = []

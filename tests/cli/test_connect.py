@@ -29,7 +29,8 @@ load_torque = "0.5 N m"
 fidelity = "averaged"
 """
 
-# Turns by itself from the start: the program that only listens hears what `lagless run` records.
+# The motor turns from the start without a command: a program that only listens gets the values that `lagless
+# run` records.
 TURNING = """schema = 1
 title = "Turning"
 [run]
@@ -49,7 +50,7 @@ def connect(target, script, *options, **settings):
 
 
 def answers(result):
-    """One object a line of the script that did something."""
+    """One object for each line of the script that had an effect."""
     return [json.loads(line) for line in result.stdout.splitlines()]
 
 
@@ -351,7 +352,7 @@ class WrongLines(Case):
         ("quit now", "no argument is accepted"))
 
     def test_each_names_the_thing_and_what_is_accepted(self):
-        """One script that goes on behind each; in JSON a failed line is an object, too."""
+        """One script that continues after each of them; in JSON a failed line is an object, too."""
         done = connect(self.serve().target, "".join(line + "\n" for line, _ in self.ROWS), "--keep-going", "--json")
         self.assertEqual(done.returncode, 1, done.stderr)
         told = {answer["line"]: answer for answer in answers(done)}
@@ -463,7 +464,7 @@ class Terminal(Case):
         return seen
 
     def ends(self, code):
-        """That the session ends soon, with this exit code."""
+        """Checks that the session ends soon, with this exit code."""
         end = time.monotonic() + 10.0
         while time.monotonic() < end:
             if select.select([self.terminal], [], [], 0.1)[0]:
@@ -523,7 +524,7 @@ class Terminal(Case):
 
 
 def plain(text):
-    """A session's text without what differs from run to run: numbers, prefixes of units, blanks."""
+    """A session's text without the parts that differ from run to run: numbers, prefixes of units, blanks."""
     text = re.sub(r"-?\d+(\.\d+)?(e[-+]?\d+)?( [mu](?=[AV]\b))?", "#", text)
     text = re.sub(r"# (?=[AV]\b)", "#", text)
     return [" ".join(line.split()) for line in text.splitlines()]

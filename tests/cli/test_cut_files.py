@@ -1,4 +1,4 @@
-"""Files that are cut off or damaged: a clear refusal, no traceback, nothing of it in a result.
+"""Files that are cut off or damaged: a clear refusal, no traceback, and no part of them in a result.
 usage: test_cut_files.py LAGLESS FOLDER CASES"""
 
 import importlib.util

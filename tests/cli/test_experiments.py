@@ -257,7 +257,7 @@ class Test(command_line.TestCase):
         self.assertEqual("0.0008,0,4000", table[-1])
         self.assertEqual("my", json.loads(self.read("there/report.json"))["figures"][0]["id"])
 
-    # ---- what is wrong with a file ----
+    # ---- mistakes in a file ----
 
     def test_bad_files_are_refused_by_line_key_and_what_is_accepted(self):
         good = STANDING + claim("a", "load.mean", 2.25, 1e-3)

@@ -1,4 +1,5 @@
-"""What goes wrong in the first hour with the program: two runs into one folder, full disks, drives that stay off, names that
+"""Mistakes and disturbances in the first hour with the program: two runs into one folder, full disks, drives
+that stay off, names that
 are refused. usage: test_first_hour.py LAGLESS FOLDER"""
 
 import json
@@ -45,7 +46,7 @@ class OneFolder(FirstHour):
         self.assertEqual("time", rows[0][:4])
         times = [float(row.split(",")[0]) for row in rows[1:]]
         self.assertEqual([round(0.01 * n, 4) for n in range(len(times))], times)
-        self.expect(0, lagless("run", self.scenario(), "--force", "--out", self.out()))  # nothing is left that would stop it
+        self.expect(0, lagless("run", self.scenario(), "--force", "--out", self.out()))  # no reason is left that would stop it
 
     def test_a_killed_run_stops_nobody(self):
         running = self.under_way("run", self.scenario(duration="3600 s"), "--every", "100")
@@ -191,7 +192,7 @@ class Measures(FirstHour):
         self.assertEqual(["name", "signal", "minus", "statistic", "unit", "from_s", "to_s", "value", "verdict"], list(measure))
         self.assertEqual(("measured", "rad/s"), (measure["verdict"], measure["unit"]))
         self.assertAlmostEqual(float(rpm) * 3.14159265 / 30, measure["value"], places=3)
-        # nothing fails but the end: the drive is refused to it, and no expectation names that
+        # only the end of the run fails: `on` is refused, and no expectation names that
         self.expect(1, lagless("run", path, "--set", "plant.dc_voltage=150"), "measured ", "end of the run: the drive refuses `enable` with ")
         self.assertEqual("", lagless("run", path, "--quiet").stdout)
 
@@ -330,7 +331,7 @@ class Progress(FirstHour):
     BAR = re.compile(rb"\r\[#*\.*\] +\d+ %  (\d+ min )?\d+ s left")
 
     def seen(self, arguments, enough, environment=None):
-        """What it wrote on a terminal until that was enough, or it ended."""
+        """The text that it wrote on a terminal until the required text was there, or it ended."""
         master, slave = os.openpty()
         running = subprocess.Popen([LAGLESS, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=slave, cwd=self.folder,
                                    env={**os.environ, **(environment or {})})

@@ -23,7 +23,7 @@ inertia = "0.28 kg cm^2"
 load_inertia = "2 kg cm^2"
 link_voltage = "311 V"
 """
-# A motor that pulls more than 14 N m: the overload of the paper's rig is none.
+# A motor with more than 14 N m: the overload of the paper's rig is not an overload for it.
 LARGE = """pole_pairs = 3
 resistance = "0.35 ohm"
 inductance = "4.1 mH"
@@ -33,7 +33,7 @@ inertia = "48 kg cm^2"
 load_inertia = "150 kg cm^2"
 link_voltage = "311 V"
 """
-# 48 V: what the paper's rig calls a low link, 150 V, is far beyond this one's trip.
+# 48 V: the low link voltage of the paper's rig, 150 V, is far beyond the trip of this one.
 HUB = """pole_pairs = 15
 resistance_line = "0.13 ohm"
 inductance_line = "0.25 mH"
@@ -159,7 +159,7 @@ plant.dc_voltage = "270 V"
         first = told["violations"][0]
         self.assertRegex(text, rf"{first['file']} .* fault {first['fault']} at {first['fault_s']:.4f} s, injected none\n")
 
-    # ---- files for one another, and a stop
+    # ---- files of one kind given for another kind, and a stop
 
     def test_what_is_given_for_something_else_is_told_what_it_is(self):
         path = self.write("motor.toml", SERVO)

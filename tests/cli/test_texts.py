@@ -1,4 +1,5 @@
-"""What the program writes for others: dumps of printable ASCII, values as they were given, one version in one place.
+"""Texts of the program for other programs: dumps of printable ASCII, values as they were given, one version in
+one place.
 usage: test_texts.py LAGLESS FOLDER"""
 
 import os
@@ -79,7 +80,7 @@ class Reasons(TestCase):
 
 
 class Pages(TestCase):
-    """A number that several pages give is one."""
+    """A number has the same value on all pages that give it."""
 
     def test_the_largest_angle_of_a_period_is_that_of_tune(self):
         most = float(re.search(r"#define TURN_GOOD +([\d.]+)", document("host_sim/lab/tune.c"))[1])

@@ -17,7 +17,7 @@ import urllib.parse
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TOOL = ROOT / "tools/site"
-# What a browser fetches by itself, of style sheets and pages.
+# The addresses that a browser fetches automatically for style sheets and pages.
 STYLE_FETCHES = re.compile(r"(?:@import\s+|url\(\s*)['\"]?(?:https?:)?//[^)'\" ]*")
 FETCHING = {"script": "src", "img": "src", "iframe": "src", "source": "src", "video": "src", "audio": "src", "object": "data"}
 

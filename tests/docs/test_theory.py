@@ -45,7 +45,8 @@ def half_digit(cell):
 
 
 def hold(x, d):
-    """Mean of a turning EMF as the winding weighs it over a period, over its value at the period's beginning."""
+    """Mean of a turning EMF, weighted by the winding over a period, divided by its value at the period's
+    beginning."""
     half = complex(0.5 * d, 0.5 * x)
     return cmath.exp(0.5j * x) * cmath.sinh(half) / half * (0.5 * d) / math.sinh(0.5 * d)
 

@@ -1,4 +1,4 @@
-/* The library of an FMU, loaded as a master loads it: the same bits as the ring by itself, states, refusals.
+/* The library of an FMU, loaded as a master loads it: the same bits as the ring alone, states, refusals.
  * Expected values are those of a rig and a course of this program (host_sim/lab/course.h). */
 #include <dlfcn.h>
 #include <stdarg.h>

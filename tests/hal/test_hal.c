@@ -1,6 +1,5 @@
-/* The HAL against a bus that writes everything down. Expected words are those of the field tables of the
- * peripheral guides (SPRUFB0, SPRUG04, SPRU812, SPRUG05), put together by hand; built once for each gate
- * polarity. */
+/* The HAL on a bus that records every access. Expected words are those of the field tables of the peripheral
+ * guides (SPRUFB0, SPRUG04, SPRU812, SPRUG05), put together by hand; built once for each gate polarity. */
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
@@ -338,7 +337,7 @@ static void test_carrier_starts_last_and_stands_until_then(void)
     TEST_ASSERT_EQUAL_UINT32(rec.entries - 3u, unit);
 }
 
-/* The first write of this value, or of any, to a register; or what else the bus did. */
+/* The first write of this value, or of any value, to a register; or another event of the bus. */
 typedef struct {
     const volatile void *reg; /* NULL: `did` */
     uint32_t value;

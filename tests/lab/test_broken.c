@@ -59,7 +59,7 @@ static void expect_one_line(const char *text)
     }
 }
 
-/* The text begins and goes on like this, and has each of the parts, " & " between them. */
+/* The text begins like this, and contains each of the parts, which " & " separates. */
 static void expect_message(const scenario_error_t *error, const char *file, const char *begin,
                            const char *parts)
 {
@@ -111,7 +111,7 @@ static void test_every_broken_file_is_refused_with_place_name_and_reason(void)
     printf("%zu broken files\n", file_count);
 }
 
-/* ---- files that are none, or cannot be in the repository ---- */
+/* ---- files that do not exist, or cannot be in the repository ---- */
 
 static void write_file(const char *name, const char *content, size_t octets)
 {
@@ -147,8 +147,8 @@ static void test_file_without_permission(void)
     unlink(path);
 }
 
-/* The first two are files of nothing. The others were found by fuzzing: on these toml++ 3.3 fails an
- * assertion or runs into undefined behaviour, so that they are kept from it. */
+/* The first two are empty files. The others were found by fuzzing: on these toml++ 3.3 fails an assertion or
+ * runs into undefined behaviour, so that these texts are not passed to it. */
 static void test_text_that_is_no_toml_is_refused_where_it_stands(void)
 {
     static const struct {
@@ -221,7 +221,7 @@ static void expect_too_deep(const char *content, size_t octets, uint32_t column)
     TEST_ASSERT_NOT_NULL(strstr(error.message, "nested too deeply; accepted: up to 16 brackets"));
 }
 
-/* Either would overflow the stack of the program that takes the tree apart. */
+/* Either would overflow the stack of the program that frees the tree. */
 static void test_deep_nesting_is_refused(void)
 {
     const size_t octets = TOML_OCTETS_MAX;

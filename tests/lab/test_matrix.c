@@ -1,5 +1,5 @@
-/* The fault matrix: its data make sense, every promise is judged, and nothing is wrong where nothing was
- * injected. */
+/* The fault matrix: its data are consistent, every requirement is judged, and without an injected fault no
+ * violation is found. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -141,7 +141,7 @@ static void test_promised_reasons_exist_and_are_there_where_one_is_needed(void)
         expect_reasons(promise->reasons);
         TEST_ASSERT_TRUE_MESSAGE((promise->reactions & with_reason) == 0u || promise->reasons[0] != '\0',
                                  fault);
-        /* what cannot occur, and more than 25 A, need a reason of physics */
+        /* cells that cannot occur, and more than 25 A, need a physical reason */
         TEST_ASSERT_TRUE_MESSAGE(
             (promise->reactions != 0u && promise->current <= 25.0) || promise->because[0] != '\0', fault);
     }
@@ -370,8 +370,8 @@ static void test_another_colour_than_is_known_is_a_surprise_both_ways(void)
 
 /* ---- runs ---- */
 
-/* A sensor at its rail has been told since the drive can stop: green everywhere, the bridge open at once. The
- * speed of the rotor in each manoeuvre when the fault occurs [r/min]. */
+/* A sensor at its limit is reported as long as the drive can stop: every cell passes, the bridge opens at
+ * once. The speed of the rotor in each manoeuvre when the fault occurs [r/min]. */
 static void test_a_sensor_at_its_rail_is_green_in_every_manoeuvre_and_comes_in_it(void)
 {
     static const struct {

@@ -1,12 +1,12 @@
-"""A protection that is spoilt turns cells of the fault matrix red.
+"""A defect in a protection makes cells of the fault matrix fail.
 
 usage: test_matrix_mutations.py BUILD SOURCE few|all      BUILD: folder of a Ninja build with matrix_cells in it
 
 Each mutation is one file of the firmware, compiled again and linked before the others: a limit of the fault table twice as
 large; the quantities of two neighbouring rows exchanged, so that each sets the other's bit; a limit of a watch twice
 as large. The cells that are run are those in which the
-row is the reason, or those that are named; of them those count that are green without the mutation. `few` are representatives,
-for every day; `all` looks for the cells itself in a whole run.
+row is the reason, or those that are named; of them those count that are green without the mutation. `few` are
+representatives for the daily run; `all` looks for the cells itself in a whole run.
 """
 import pathlib
 import re
@@ -74,7 +74,7 @@ def twice_the_limit(row):
 
 
 def exchanged(a, b):
-    """What both rows compare, and how, in each other's place."""
+    """The comparisons of both rows are exchanged."""
     text = flat((SOURCE / "firmware" / HEADER).read_text())
     def head(row, other):
         return (f'F({row[0]}, {row[1]}, "{row[2]}", ' + f'{other[3]}, {other[4]}, "{other[5]}", ' + ", ".join(other[6:10]) +

@@ -1,4 +1,5 @@
-/* Motors as data sheets have them, what tune makes of them, [motor] and [[profile]] in a scenario. */
+/* Motors in the form of data sheets, the parameters that tune computes, [motor] and [[profile]] in a
+ * scenario. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -207,7 +208,7 @@ static void test_what_will_not_work_is_told_with_numbers(void)
     TEST_ASSERT_TRUE(warns_of("85 uH at 10 kHz and a link of 48 V: the current ripple is 9.41 A"));
     TEST_ASSERT_TRUE(warns_of("rated current 19.8 A peak"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, row_of("current_judged"));
-    /* EMF 0.1 x 4 x 523.6 = 209 V of a link of 311 V, which makes 180 V of a phase at most */
+    /* EMF 0.1 x 4 x 523.6 = 209 V with a link of 311 V, which gives at most 180 V for a phase */
     TEST_ASSERT_TRUE(GIVEN(USUAL, "flux_linkage=0.1", "rated_speed=5000 r/min", "inertia=1e-3"));
     TEST_ASSERT_TRUE(tune_motor(&motor, &tune, &error));
     TEST_ASSERT_TRUE(warns_of("at 5000 r/min the EMF is 209.4 V"));
@@ -409,7 +410,7 @@ static void test_a_motor_too_salient_without_encoder_is_refused_with_both_rows(v
     scenario_free(scenario);
 }
 
-/* Up to what the estimator takes tune goes without an encoder, beyond that with one, and says so. */
+/* Up to the limit of the estimator tune uses no encoder, beyond it an encoder, and reports this. */
 static void test_tune_takes_an_encoder_for_a_motor_too_salient(void)
 {
     static const double shares[] = {0.99, 1.01, 1.5};
@@ -428,7 +429,7 @@ static void test_tune_takes_an_encoder_for_a_motor_too_salient(void)
     }
 }
 
-/* Values that the runner has of a row at some times. */
+/* Values of a row in the runner at some times. */
 static double at_time(const char *profile, double time)
 {
     char text[900];

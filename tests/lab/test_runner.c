@@ -306,7 +306,7 @@ static void test_a_stop_ends_the_run_after_the_period_and_judges_what_is_over(vo
     run();
     TEST_ASSERT_EQUAL_INT(RUNNER_INTERRUPTED, result.end);
     TEST_ASSERT_EQUAL_UINT32(2001u,
-                             result.periods); /* the flag came before period 2000 and counts after it */
+                             result.periods); /* the flag was set before period 2000 and counts after it */
     TEST_ASSERT_EQUAL_UINT32(2001u, taken.count);
     TEST_ASSERT_EQUAL_INT(RUNNER_MET, result.verdicts[0].judgement);
     TEST_ASSERT_EQUAL_INT(RUNNER_NOT_JUDGED, result.verdicts[1].judgement);

@@ -67,7 +67,7 @@ class Comparing(unittest.TestCase):
 
 
 class Tool(unittest.TestCase):
-    """The command, on one run, with a record of its own."""
+    """The command, on one run, with a separate record."""
 
     RUN = "current_mode_locked_shaft"
 

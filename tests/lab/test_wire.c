@@ -53,7 +53,7 @@ static void open_port(bool wait)
     TEST_ASSERT_NOT_NULL_MESSAGE(wire, error.text);
 }
 
-/* Octets that have come within 20 looks. */
+/* Octets that have arrived within 20 calls. */
 static uint32_t read_some(uint8_t *to, uint32_t room)
 {
     uint32_t count = 0;
@@ -165,7 +165,7 @@ static void test_nobody_there_takes_everything(void)
     }
 }
 
-/* A client that does not read: without waiting the line takes less and less. */
+/* A client that does not read: a line that does not wait accepts fewer and fewer octets. */
 static void test_without_waiting_a_slow_client_leaves_no_room(void)
 {
     const uint8_t octets[100] = {0};
@@ -250,7 +250,7 @@ static void test_stop_ends_the_waiting(void)
     close(client);
 }
 
-/* Every octet value, among them what a terminal would take for a command or turn into another. */
+/* Every octet value, among them those that a terminal would interpret as commands or change. */
 static void test_terminal_is_raw(void)
 {
     wire_error_t error;
@@ -282,7 +282,7 @@ static void test_terminal_is_raw(void)
     close(again);
 }
 
-/* ---- what is no frame ends the connection, and nothing of it is handed on ---- */
+/* ---- octets that are not a frame end the connection, and none of them is passed on ---- */
 
 static int connected(void)
 {
@@ -298,7 +298,7 @@ static void put(int client, const void *octets, size_t count)
     TEST_ASSERT_EQUAL((ssize_t)count, send(client, octets, count, MSG_NOSIGNAL));
 }
 
-/* Nothing but the DISCONNECT that the wire itself sends for a client that has gone. */
+/* Only the DISCONNECT that the wire itself sends for a client that has disconnected. */
 static void expect_closed_unheard(int client)
 {
     static const uint8_t goodbye[] = {1, 0, 0, 0, 0xFE};

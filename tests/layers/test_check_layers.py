@@ -98,7 +98,7 @@ FORBIDDEN_LINES = (
       for name in ("hal/f28335/pwm.c", "host_sim/chip/chip.c", "firmware/math/angle.h")),
 )
 
-# What is right, at the head of a file.
+# Permitted lines at the head of a file.
 GOOD_LINES = (
     ("firmware/estimator/smo.c", "#define KNOWN(x) ((x)->smo.gain)"),
     ("firmware/drive/drive.c", '/*\n#include "hal/hal.h"\n*/ // #include "hal/hal.h"'),

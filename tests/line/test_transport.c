@@ -1,4 +1,4 @@
-/* Targets as people write them, and serial devices: a pseudo terminal stands for one. */
+/* Targets as text, and serial devices, which a pseudo terminal represents. */
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>

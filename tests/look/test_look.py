@@ -68,7 +68,7 @@ def lagless(*arguments, **settings):
 
 
 def layouts(page):
-    """What the page's script gets to draw, by figure."""
+    """The data that the page's script draws, by figure."""
     text = page.read_text(encoding="utf-8")
     hosts = re.findall(r'data-figure="(\w+)".*?<script type="application/json">(.*?)</script>', text, re.DOTALL)
     return {figure: json.loads(content) for figure, content in hosts}
@@ -122,7 +122,8 @@ class Case(command_line.TestCase):
 class Plots(Case):
     @classmethod
     def setUpClass(cls):
-        """What several tests look at: two runs of the scenario, in folders of their own, and one that ends with a fault."""
+        """Common data of several tests: two runs of the scenario, in folders of their own, and one that ends
+        with a fault."""
         cls.made = fresh("made")
         (cls.made / "own.toml").write_text(SCENARIO)
         cls.first = lagless("run", "own.toml", "--plot", cwd=cls.made)

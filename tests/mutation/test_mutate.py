@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""tools/mutate, on a tree of one source, one header and two test programs: which mutants it makes, the verdict of each, that a list
-finds its lines on a later tree, that a weaker test is found, what it refuses. And docs/building.md has the rates of the list.
+"""tools/mutate, on a tree of one source, one header and two test programs: its mutants, the verdict of each,
+that a list finds its lines in a later tree, that a weaker test is detected, and the inputs that it refuses. And
+docs/building.md has the rates of the list.
 Python 3.9, standard library, git, CMake and a C compiler.
 """
 import pathlib
@@ -210,7 +211,8 @@ class WrongUse(unittest.TestCase):
 
 
 class Lists(unittest.TestCase):
-    """A mutant whose statement has gone judges nothing: of those that survived once none may be gone, of those drawn a tenth."""
+    """A mutant whose statement does not exist any more proves nothing: of those that survived before, none may
+    be absent, of the drawn ones at most a tenth."""
 
     def gone(self, name):
         rows = mutate.read_list(ROOT / "tools/mutation" / name)

@@ -79,7 +79,7 @@ static void test_rules_between_fields_name_one_and_the_range_that_is_left(void)
     }
 }
 
-/* A run that meets everything: noise, lag, soft link, harmonics, metering, a change of parameters, a trip. */
+/* A run with all features: noise, lag, soft link, harmonics, metering, a change of parameters, a trip. */
 static double busy(plant_t *p, loop_t *by, int from, int to)
 {
     double sum = 0.0;

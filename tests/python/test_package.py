@@ -426,7 +426,7 @@ class Motulator(unittest.TestCase):
 
 
 class Boards(unittest.TestCase):
-    """What each board is, is compared with its header by tests/cli/test_boards.py, through the program's list."""
+    """tests/cli/test_boards.py compares each board with its header, through the program's list."""
     SMALL = {"title": "x", "motor": "hurst-dmb0224c10002", "run": {"duration": "0.1 s", "record": ["i_q"]}, **START}
 
     def test_they_are_those_of_the_program(self):

@@ -1,4 +1,4 @@
-/* Recordings as files: content, names, refusals, and what happens when the disk or the memory is full. */
+/* Recordings as files: content, names, refusals, and the reaction to a full disk or memory. */
 #define _DEFAULT_SOURCE
 #define _XOPEN_SOURCE 700
 
@@ -441,7 +441,7 @@ static void test_vcd_shows_edges_in_nanoseconds(void)
     free(text);
 }
 
-/* Courses of edges, and what is shown of them. */
+/* Courses of edges, and the edges that are shown. */
 static const struct {
     const char *name;
     uint32_t isr_ticks;
@@ -559,7 +559,7 @@ static void test_vcd_comment_cannot_be_ended_by_a_text(void)
     expect_in("run.vcd", "seed: 7\n");
 }
 
-/* ---- refusals: nothing is left behind ---- */
+/* ---- refusals: no file remains ---- */
 
 static void expect_refused(const char *part)
 {

@@ -1,4 +1,5 @@
-"""`lagless scope` without a browser: what it answers, when it stops the motor, how it ends. usage: test_scope.py LAGLESS FOLDER"""
+"""`lagless scope` without a browser: its answers, the conditions in which it stops the motor, its end. usage:
+test_scope.py LAGLESS FOLDER"""
 
 import base64
 import contextlib
@@ -174,7 +175,7 @@ class Scope(command_line.TestCase):
         self.wait(lambda: not page.state["staged"] and page.value("current_bandwidth") == 750, "in force")
 
     def test_drives_own_buffer_comes_over_the_serial_line(self):
-        """All that the drive has kept, by the numbers of the periods themselves; nothing of one that is not held."""
+        """All rows that the drive has kept, by the numbers of their periods; none of a period that is not held."""
         page = self.scope(self.serve("--serial"))
         self.assertIn("is still empty", page.ask("/capture")["text"])
         for wish in ("capture_1 2000", "capture_2 2024", "capture_3 2044", "capture_signals 3", "capture_after 100", "capture_on command"):

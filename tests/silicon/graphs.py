@@ -1,4 +1,5 @@
-"""What tests of tools/check-linker and tools/check-image work out once and not for each of their cases: the compiler's call
+"""Data that the tests of tools/check-linker and tools/check-image compute only once for all their cases: the
+compiler's call
 graph of a source, which chip_build.py makes of all, its text without comments, the words of its command line. A case changes next
 to none of them, and no header."""
 import functools

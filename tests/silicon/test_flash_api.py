@@ -2,7 +2,7 @@
 """tools/flash-api on COFF images made here by TI's description of the format (SPRAAO8), one fault each, and with a stand-in
 for cl2000 that checks its command line and gives such an image.
 
-CC names a C compiler, which reads what is made.
+CC names a C compiler, which reads the generated source.
 """
 import os
 import pathlib
@@ -71,7 +71,7 @@ class Case(unittest.TestCase):
                               text=True, check=False)
 
     def made(self):
-        """What a compiler reads in the source: its words."""
+        """The words that a compiler reads in the source."""
         main = self.folder / "main.c"
         main.write_text('#include <stdio.h>\n#include "hal/f28335/bus.h"\nint main(void)\n{\n    bus_memory_t api = bus_flash_api();\n'
                         '    for (uint32_t n = 0; n < api.count; n++) {\n        printf("%u\\n", api.words[n]);\n    }\n    return 0;\n}\n')

@@ -20,7 +20,7 @@ static const volatile cpu_timer_regs_t *look(uint32_t number)
 #define CPU_TIMER(n) look(n)
 #include "hal/f28335/wait.c"
 
-/* What the timer has counted when bus_wait returns, begun at this count. */
+/* The counts of the timer until bus_wait returns, if it begins at this count. */
 static uint32_t waited(uint32_t cycles, uint32_t from, uint32_t cycles_a_look)
 {
     timer.TIM = from;

@@ -1,4 +1,4 @@
-"""Which tests does tools/near choose for a change? In a small project of two libraries. usage: test_near.py"""
+"""The tests that tools/near selects for a change, in a small project of two libraries. usage: test_near.py"""
 
 import pathlib
 import shutil

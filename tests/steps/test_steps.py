@@ -150,7 +150,7 @@ class Steps(unittest.TestCase):
 
 
 def alive(process):
-    """Not ended, and not merely waiting for its parent to notice."""
+    """Running: neither ended nor a zombie."""
     try:
         return pathlib.Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except FileNotFoundError:

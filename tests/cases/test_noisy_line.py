@@ -78,7 +78,7 @@ class Noise(stuck.TestCase):
         self.assertIn("on, going to 200 r/min", out)
         self.assertRegex(out, r"enable +off\s*$")
 
-    def test_lost_octets_are_got_over(self):
+    def test_lost_octets_are_tolerated(self):
         line = Line(self.serve(), wrong=(), lost={30, 100, 101, 102, 400})
         out = self.session(line, "wait until state == ready", "set current_limit 8 A", "apply", "get current_limit")
         self.assertGreaterEqual(line.spoilt, 5)

@@ -98,7 +98,7 @@ static void test_undisturbed_a_write_acts(void)
 }
 
 /* Each octet of the frame without its stop bit, and a break behind each but the last. */
-static void test_a_broken_octet_or_a_break_spoils_the_frame(void)
+static void test_a_broken_octet_or_a_break_invalidates_the_frame(void)
 {
     for (uint32_t n = 2u; n <= 24u; n++) {
         tearDown();
@@ -111,7 +111,7 @@ static void test_a_broken_octet_or_a_break_spoils_the_frame(void)
 }
 
 /* Frames that follow at once: none of them is heard before a pause. */
-static void test_what_follows_a_spoilt_frame_without_a_pause_is_dropped(void)
+static void test_octets_after_an_invalid_frame_without_a_pause_are_dropped(void)
 {
     choose_enable();
     broken = 3u;

@@ -415,7 +415,7 @@ static void test_carrier_starts_no_conversion_while_the_adc_is_suspended(void)
     TEST_ASSERT_EQUAL_UINT32(0u, chip_report_total(&bench_chip));
 }
 
-static void test_watchdog_stands_during_a_halt(void)
+static void test_watchdog_does_not_count_during_a_halt(void)
 {
     const uint64_t bite = 256u * 512u * 5u;
     chip_run(400000u);

@@ -71,7 +71,7 @@ static void test_swap_reverses_and_XCR_halves(void)
     TEST_ASSERT_EQUAL_UINT32(89u, count_after(3000u)); /* floor((20 - 31) / 2) - 10 = -16 */
 }
 
-static void test_not_enabled_not_muxed_or_not_clocked_stands_still(void)
+static void test_not_enabled_not_muxed_or_not_clocked_does_not_count(void)
 {
     bench.encoder_offset += 10;
     start = chip_now(&bench_chip);
@@ -247,7 +247,7 @@ static void test_interrupt(void)
     TEST_ASSERT_EQUAL_UINT32(5u, calls);
 }
 
-static void test_what_is_not_modelled_says_so(void)
+static void test_what_is_not_modelled_is_reported(void)
 {
     bus_write16(&EQEP(1u)->QCAPCTL, 0u);
     TEST_ASSERT_NULL(chip_last_report(&bench_chip));

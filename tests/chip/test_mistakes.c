@@ -141,7 +141,7 @@ static void test_unpowered_adc_reads_zero(void)
     TEST_ASSERT_EQUAL_UINT32(10u, bench_reports(CHIP_ADC_NOT_POWERED));
 }
 
-static void test_missing_TBCLKSYNC_stands_still(void)
+static void test_missing_TBCLKSYNC_stops_the_counters(void)
 {
     ten_periods(SKIP_TBCLKSYNC, 0u);
     TEST_ASSERT_EQUAL_UINT32(0u, bench_samples);

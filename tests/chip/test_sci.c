@@ -213,7 +213,7 @@ static void test_another_rate_at_the_other_end_is_understood_within_limits(void)
     }
 }
 
-static void test_more_than_sixteen_octets_lose_the_oldest_and_say_so(void)
+static void test_more_than_sixteen_octets_lose_the_oldest_and_report_it(void)
 {
     put_row(16u);
     pass(17u * FRAME);
@@ -314,7 +314,7 @@ static uint32_t what_came(uint64_t until, uint64_t often, uint16_t words[16])
 }
 
 /* For any octets on the line and any rate: reading the state changes nothing, and the transfer ends. */
-static void test_random_levels_give_the_same_octets_however_often_one_looks(void)
+static void test_random_levels_give_the_same_octets_for_any_rate_of_reading(void)
 {
     uint32_t seed = 1u, octets = 0u, marked = 0u;
     for (uint32_t round = 0; round < 2000u; round++) {
@@ -394,7 +394,7 @@ static void test_a_software_reset_takes_the_octet_that_is_on_its_way(void)
     TEST_ASSERT_EQUAL_HEX8(0x22u, got[0]);
 }
 
-static void test_what_nobody_takes_is_kept_up_to_a_limit(void)
+static void test_octets_that_are_not_read_are_kept_up_to_a_limit(void)
 {
     uint8_t got[CHIP_LINE_SENT + 8u];
     for (uint32_t n = 0; n < CHIP_LINE_SENT + 3u; n++) {

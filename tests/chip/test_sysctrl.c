@@ -125,7 +125,7 @@ static void test_watchdog_count_follows_the_crystal(void)
 }
 
 /* PCLKCR3: a timer without a clock does not count and ignores writes; the others continue. */
-static void test_timer_without_clock_stands(void)
+static void test_timer_without_clock_does_not_count(void)
 {
     watchdog_off();
     chip_run(1000u);

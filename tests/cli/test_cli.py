@@ -53,7 +53,7 @@ class CommandLine(TestCase):
         self.assertEqual((1, 2000), (result["failed"], result["periods"]))
         self.assertNotIn("error", result)  # it is none
 
-    def test_json_tells_the_end_after_all_that_it_told_before(self):
+    def test_json_reports_the_end_after_all_other_lines(self):
         for arguments, manoeuvre, reason in (([self.scenario(at_least="-100 r/min"), "--set", "plant.dc_voltage=150 V"], "off", "dc_undervoltage"),
                                              ([self.scenario(at_least="-100 r/min"), "--set", "position_source=sensorless"], "align", None), (["quick_stop"], "off", None)):
             result = json.loads(lagless("run", *arguments, "--json").stdout)
@@ -116,7 +116,7 @@ class CommandLine(TestCase):
         self.assertGreater(typical, 50)
         self.assertGreater(worst, typical + 30)
 
-    def test_bench_tells_the_instructions_of_a_step_or_why_it_has_not_counted_them(self):
+    def test_bench_reports_the_instructions_of_a_step_or_why_it_has_not_counted_them(self):
         """Under a valgrind that is a shell script, whose arguments end with --replay estimator or --replay empty: loop and call are
         taken off, and the rest is of 20000 steps."""
         count = 'case "$*" in *" --replay empty") n=140000 ;; *" --replay estimator") n=4140000 ;; esac\necho "==12== Collected : $n" >&2\n'
@@ -154,7 +154,7 @@ class CommandLine(TestCase):
         turned, = (p["mean_mrad"] for p in points if (p["deviation"], p["rpm"], p["load_nm"]) == ("L +20 %", 300, 5))
         self.assertAlmostEqual(-78.5, turned, delta=2.0)
 
-    def test_map_of_a_scenario_is_at_its_speeds_and_loads_and_tells_its_title(self):
+    def test_map_of_a_scenario_is_at_its_speeds_and_loads_and_reports_its_title(self):
         path = self.write("my.toml", FEW_POINTS)
         done = lagless("map", path)
         self.expect(0, done, "My drive", "700 r/min, 3 N m", "met     the rotor is not lost at any point: none of ", "forward, off", "forward, on")
@@ -166,7 +166,7 @@ class CommandLine(TestCase):
     def campaign(self, *arguments, **settings):
         return lagless("campaign", "--runs", "12", "--seed", "3", "--seconds", "0.1", *arguments, **settings)
 
-    def test_campaign_tells_what_was_run_and_its_exit_code_whether_anything_was_violated(self):
+    def test_campaign_reports_what_was_run_and_its_exit_code_whether_anything_was_violated(self):
         done = self.campaign("--json")
         told = json.loads(done.stdout)
         self.assertEqual({"seed", "runs", "done", "seconds", "quantities", "events", "faults", "injected", "held", "faulted",
@@ -262,7 +262,7 @@ class CommandLine(TestCase):
         never = json.loads(lagless("matrix", "--cell", "stuck_a_rail/ramp/encoder", "--json").stdout)["cells"][0]
         self.assertEqual(("never", True), (never["verdict"], "only the manoeuvre run" in never["because"]))
 
-    def test_matrix_tells_share_and_seed(self):
+    def test_matrix_reports_share_and_seed(self):
         done = lagless("matrix", "--share", "0.2", "--seed", "7", "--json")
         self.assertIn(done.returncode, (0, 1))
         self.assertIn("0.2 % of the cells, seed 7", done.stderr)
@@ -417,7 +417,7 @@ class CommandLine(TestCase):
         self.assertEqual((0, "", ""), (done.returncode, done.stdout, done.stderr))
         self.assertIn("FAILED", lagless("run", self.scenario(at_least="5000 r/min"), "--quiet").stdout)
 
-    def test_a_signal_keeps_what_was_recorded_and_says_so(self):
+    def test_a_signal_keeps_what_was_recorded_and_reports_it(self):
         path = self.scenario(duration="3600 s")
         for number in (signal.SIGINT, signal.SIGTERM):
             running = self.started("run", path, "--force", "--out", self.folder, "--every", "100", "--json")
@@ -431,7 +431,7 @@ class CommandLine(TestCase):
             self.assertIn("# ended: interrupted", lines)
             self.assertGreater(len([line for line in lines if not line.startswith("#")]), 100)
 
-    def test_serve_listens_ends_by_a_signal_and_says_so_when_the_port_is_taken(self):
+    def test_serve_listens_ends_by_a_signal_and_reports_it_when_the_port_is_taken(self):
         for number in (signal.SIGTERM, signal.SIGINT):
             server, place = self.serve(self.scenario(), "--port", "0")
             port = place.rpartition(":")[2]
@@ -439,7 +439,7 @@ class CommandLine(TestCase):
             server.send_signal(number)
             self.assertEqual(0, server.wait(10), server.stderr.read())
 
-    def test_serve_keeps_time_or_runs_free_and_ends_where_it_is_told(self):
+    def test_serve_keeps_time_or_runs_free_and_ends_at_its_time(self):
         begun = time.monotonic()
         self.expect(0, lagless("serve", self.scenario(), "--port", "0", "--until", "1 s"), "listening on 127.0.0.1:")
         self.assertGreater(time.monotonic() - begun, 0.98)

@@ -48,7 +48,7 @@ class OneFolder(FirstHour):
         self.assertEqual([round(0.01 * n, 4) for n in range(len(times))], times)
         self.expect(0, lagless("run", self.scenario(), "--force", "--out", self.out()))  # no reason is left that would stop it
 
-    def test_a_killed_run_stops_nobody(self):
+    def test_a_killed_run_does_not_block_the_next(self):
         running = self.under_way("run", self.scenario(duration="3600 s"), "--every", "100")
         running.kill()
         running.wait()
@@ -63,7 +63,7 @@ class OneFolder(FirstHour):
         running.terminate()
         running.wait(60)
 
-    def test_what_stands_there_stays_until_the_new_result_is_complete(self):
+    def test_the_old_result_stays_until_the_new_one_is_complete(self):
         os.makedirs(self.out())
         for name, command in (("map.json", ["map"]), ("matrix.json", ["matrix"])):
             path = os.path.join(self.out(), name)
@@ -134,7 +134,7 @@ class Report(FirstHour):
 class Names(FirstHour):
     """(h) One name for the number of periods per sample; stdin; what --set can change."""
 
-    def test_every_means_the_same_wherever_it_stands(self):
+    def test_every_means_the_same_in_each_place(self):
         times = []
         path = self.scenario(name="a.toml")
         with open(path) as file:
@@ -158,7 +158,7 @@ class Names(FirstHour):
         self.expect(2, lagless("run", "-"), "stdin:1:1: schema: it is missing")
         self.expect(0, lagless("serve", "-", "--port", "0", "--free", "--until", "0.1 s", input=text), "listening on")
 
-    def test_set_changes_duration_and_start_and_help_says_so(self):
+    def test_set_changes_duration_and_start_and_help_states_it(self):
         result = json.loads(lagless("run", self.scenario(), "--set", "run.duration=0.1 s", "--set", "start.speed=200 r/min", "--set",
                                     "start.angle=30 deg", "--json", "--traces", "--record", "true_omega_m").stdout)
         self.assertEqual(1000, result["periods"])
@@ -170,7 +170,7 @@ class Names(FirstHour):
         for name in ("--set run.duration=", "start.speed", "start.angle", "run.seed", "run.every", "lagless run -"):
             self.assertIn(name, document("docs/command_line.md"))
 
-    def test_a_value_that_the_file_has_wrong_is_mended_by_set(self):
+    def test_set_replaces_a_wrong_value_of_the_file(self):
         path = self.scenario("[plant]\ninertia = -1\ndc_voltage = \"310 A\"\n[start]\nspeed = \"fast\"\n", duration="2 h")
         mended = ["--set", "inertia=0.05", "--set", "dc_voltage=310", "--set", "start.speed=0", "--set", "run.duration=0.2 s"]
         self.expect(0, lagless("run", path, *mended))
@@ -183,7 +183,7 @@ class Measures(FirstHour):
 
     MEASURE = '[[measure]]\nname = "how high"\nsignal = "true_omega_m"\nstatistic = "max"\nfrom = "0.15 s"\n'
 
-    def test_a_measure_tells_a_number_and_fails_nothing(self):
+    def test_a_measure_reports_a_number_and_fails_nothing(self):
         path = self.scenario(self.MEASURE)
         done = lagless("run", path)
         self.expect(0, done)
@@ -359,7 +359,7 @@ class Progress(FirstHour):
         drawn = self.seen(["paper", "fig12"], lambda text: self.BAR.search(text.partition(b"drawing")[2]), {"LAGLESS_PYTHON": script})
         self.assertRegex(drawn.partition(b"drawing")[2], self.BAR)
 
-    def test_the_report_tells_how_far_its_pictures_have_come(self):
+    def test_the_report_shows_how_far_its_pictures_are(self):
         reading, writing = os.pipe()
         done = subprocess.run([sys.executable, "-B", "-c", "import progress; progress.tell(0.25)"], pass_fds=[writing],
                               cwd=os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tools/plot"),
@@ -403,7 +403,7 @@ class Json(FirstHour):
 class Manual(FirstHour):
     """(i) The manual page explains every option, in the words of --help."""
 
-    def test_every_option_of_every_command_stands_in_the_manual_with_its_text(self):
+    def test_every_option_of_every_command_is_in_the_manual_with_its_text(self):
         page = lagless("man").stdout.replace("\\-", "-").replace("\\fB", "").replace("\\fI", "").replace("\\fR", "")
         sections = dict(re.findall(r'^\.SS "lagless (\w+)([^"]*"\n.*?)(?=^\.S[SH] )', page, re.M | re.S))
         commands = re.findall(r"^  (\w+) ", lagless("--help").stdout, re.M)

@@ -92,7 +92,7 @@ class Overwrite(TestCase):
                 self.expect(0, lagless(*arguments, "--force", env=NO_PICTURES))
             os.remove(self.path(name))
 
-    def test_a_campaign_begins_anew_only_with_force_and_leaves_no_old_scenario(self):
+    def test_a_campaign_begins_again_only_with_force_and_leaves_no_old_scenario(self):
         few = ["campaign", "--runs", "2", "--seconds", "0.1", "--out", self.folder]
         self.write("run-000001.toml", "mine")
         self.keeps("run-000001.toml", 2, *few)

@@ -161,7 +161,7 @@ plant.dc_voltage = "270 V"
 
     # ---- files of one kind given for another kind, and a stop
 
-    def test_what_is_given_for_something_else_is_told_what_it_is(self):
+    def test_a_file_of_another_kind_is_refused_with_its_kind(self):
         path = self.write("motor.toml", SERVO)
         for command in ("run", "map", "bench", "paper"):
             self.expect(2, lagless(command, path), "is a motor: `lagless tune", "--write my.toml`")
@@ -184,7 +184,7 @@ plant.dc_voltage = "270 V"
         self.expect(2, lagless("compare", *folders), "it holds 2 recordings: a, other")
         self.expect(2, lagless("compare", self.folder, folders[1]), "it holds 0 recordings")
 
-    def test_a_matrix_that_is_stopped_leaves_nothing_and_says_so(self):
+    def test_a_matrix_that_is_stopped_leaves_nothing_and_reports_it(self):
         folder = os.path.join(self.folder, "m")
         running = self.started("matrix", "--out", folder)
         partial = os.path.join(folder, "matrix.json.partial")

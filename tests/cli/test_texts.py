@@ -37,7 +37,7 @@ class Dump(TestCase):
 
 
 class Values(TestCase):
-    def test_a_value_that_is_not_finite_is_told_with_its_sign(self):
+    def test_a_value_that_is_not_finite_is_reported_with_its_sign(self):
         for row, section in (("speed_request", "requests"), ("load_torque", "plant"), ("at_least", "expect")):
             for value, told in (("-inf", "-inf"), ("inf", "inf"), ("+inf", "inf"), ("nan", "nan")):
                 head = Dump.HEAD % "a"

@@ -73,13 +73,13 @@ ENDS = (
 
 
 class UnexpectedEnd(TestCase):
-    def test_each_end_is_told_and_judged(self):
+    def test_each_end_is_reported_and_judged(self):
         for tables, duration, code, *fragments in ENDS:
             with self.subTest(tables=tables):
                 done = self.expect(code, lagless("run", self.scenario(tables, duration=duration)), *fragments)
                 self.assertFalse(code == 0 and "no expectation names" in done.stdout, done.stdout)
 
-    def test_a_drive_that_is_off_as_it_was_told_says_nothing_of_it(self):
+    def test_a_drive_that_is_off_as_requested_is_not_reported(self):
         for arguments in (["quick_stop"], [self.scenario(HOLDS), "--set", "enable=off"]):
             self.assertNotIn("not on", self.expect(0, lagless("run", *arguments), "end state ready\n").stdout)
 

@@ -123,7 +123,7 @@ class Model(unittest.TestCase):
         self.assertEqual(block.classes, {cost.NEAR: 3, cost.FAR: 1, cost.LONG: 1, "return": 1})
         self.assertEqual((block.count, block.end, block.following), (3, "return", 0x100A))
 
-    def test_instructions_are_told_apart_by_what_they_do(self):
+    def test_instructions_are_distinguished_by_what_they_do(self):
         for line, expected in KINDS:
             with self.subTest(line):
                 self.assertEqual(cost.kind_of(*line.split(maxsplit=1)), expected)

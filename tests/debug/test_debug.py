@@ -166,7 +166,7 @@ class TravelTest(unittest.TestCase):
         self.assertTrue(back.startswith("period 40, "), back)
         self.assertRegex(listed, r"keep y .*drive_step")
 
-    def test_program_that_is_too_short_says_so(self):
+    def test_program_that_is_too_short_reports_it(self):
         text, after, again = session("period 500", "why", "period 20", arguments=("100",))
         self.assertIn("the program ended before period 500: it has 100, 0 to 99", text)
         self.assertIn("no program is running", after)
@@ -390,11 +390,11 @@ class WrongUseTest(unittest.TestCase):
         for word in words:
             self.assertIn(word, text)
 
-    def test_without_a_program_each_command_says_so_in_one_line(self):
+    def test_without_a_program_each_command_reports_it_in_one_line(self):
         for text in session("why", "drive", "regs", "where-time", "rig-hash", "period +1"):
             self.one_line(text, "no program is running")
 
-    def test_wrong_arguments_are_told_in_one_line(self):
+    def test_wrong_arguments_are_reported_in_one_line(self):
         cases = {
             "period": "the number is missing",
             "period x": "'x' is no period",
@@ -424,7 +424,7 @@ class WrongUseTest(unittest.TestCase):
         done = run([*line, "--args", sys.executable])
         self.one_line(done.stdout.split("@@@\n")[1].strip(), "this program has no rig_stop_at()")
 
-    def test_before_the_rig_is_there_it_is_said(self):
+    def test_before_the_rig_is_there_it_is_reported(self):
         _, _, text, _, there = session("break main", "run", "why", "delete", "period 3")
         self.one_line(text, "there is no rig yet")
         self.assertTrue(there.startswith("period 3, "), there)
@@ -545,7 +545,7 @@ class ToolTest(unittest.TestCase):
         self.assertIn("period 500, 0.0500 s", done.stdout)
         self.assertIn("#0  app_interrupt ()", done.stdout)
 
-    def test_what_does_not_go_is_told_in_its_last_line_with_its_exit_code(self):
+    def test_a_failure_is_reported_in_its_last_line_with_its_exit_code(self):
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
             shutil.copy2(PROGRAM, folder / "lagless")

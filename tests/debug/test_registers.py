@@ -118,7 +118,7 @@ class TimeTest(unittest.TestCase):
             for period in (*range(50), 123456, 4294967290):
                 self.assertEqual(time.period_of_time(time.seconds(period, ticks), ticks), period, ticks)
 
-    def test_what_is_no_time_or_no_period_is_refused(self):
+    def test_what_is_not_a_time_or_a_period_is_refused(self):
         self.assertEqual(time.period_number("4294967294"), 4294967294)
         for read, texts in ((lambda text: time.period_of_time(text, 15000), ("", "1 h", "-1 s", "one", "nan", "1,5 s", "1 s 2", "1e9 s", "1e999999999 s")),
                             (time.period_number, ("4294967295", "-1", "1.5", "", "0x10"))):

@@ -123,7 +123,7 @@ class Archive(unittest.TestCase):
             self.assertEqual(list(FOLDER.glob("*.fmu*")), [])
 
     @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
-    def test_a_full_disk_is_told(self):
+    def test_a_full_disk_is_reported(self):
         (FOLDER / "load_step.fmu").symlink_to("/dev/full")
         done = lagless("fmu", "load_step", "--out", FOLDER)
         self.assertEqual(done.returncode, 3, done.stderr)

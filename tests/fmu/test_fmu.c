@@ -301,7 +301,7 @@ static void test_a_state_goes_on_where_it_was_saved_also_in_another_instance(voi
     free_instance(other);
 }
 
-static void test_a_reset_ring_begins_anew(void)
+static void test_a_reset_ring_begins_again(void)
 {
     double first[OUTPUTS];
     double again[OUTPUTS];

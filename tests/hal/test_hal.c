@@ -806,7 +806,7 @@ static void test_sample_drops_the_first_pair_and_reads_the_right_justified_resul
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(1u, rec.entries, "one store a sample");
 }
 
-static void test_each_sample_tells_whether_the_enable_input_is_active(void)
+static void test_each_sample_reports_whether_the_enable_input_is_active(void)
 {
     start_carrier();
     TEST_ASSERT_TRUE(hal_gates_on());
@@ -833,7 +833,7 @@ static void test_flags_tell_trip_and_fault_line_apart(void)
     TEST_ASSERT_EQUAL_HEX16(0u, sample_at(6u * PERIOD + 100u).flags);
 }
 
-static void test_phase_error_of_the_encoder_is_told_once(void)
+static void test_phase_error_of_the_encoder_is_reported_once(void)
 {
     start_carrier();
     TEST_ASSERT_TRUE(hal_gates_on());

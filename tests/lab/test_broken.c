@@ -122,7 +122,7 @@ static void write_file(const char *name, const char *content, size_t octets)
     fclose(stream);
 }
 
-static void test_what_is_no_file_is_refused_and_does_not_block(void)
+static void test_what_is_not_a_file_is_refused_and_does_not_block(void)
 {
     char none[512];
     char fifo[512];
@@ -149,7 +149,7 @@ static void test_file_without_permission(void)
 
 /* The first two are empty files. The others were found by fuzzing: on these toml++ 3.3 fails an assertion or
  * runs into undefined behaviour, so that these texts are not passed to it. */
-static void test_text_that_is_no_toml_is_refused_where_it_stands(void)
+static void test_text_that_is_not_toml_is_refused_with_its_place(void)
 {
     static const struct {
         const char *text, *told;
@@ -268,9 +268,9 @@ int main(void)
     load_broken();
     UNITY_BEGIN();
     RUN_TEST(test_every_broken_file_is_refused_with_place_name_and_reason);
-    RUN_TEST(test_what_is_no_file_is_refused_and_does_not_block);
+    RUN_TEST(test_what_is_not_a_file_is_refused_and_does_not_block);
     RUN_TEST(test_file_without_permission);
-    RUN_TEST(test_text_that_is_no_toml_is_refused_where_it_stands);
+    RUN_TEST(test_text_that_is_not_toml_is_refused_with_its_place);
     RUN_TEST(test_what_other_editors_write_and_texts_hold_is_fine);
     RUN_TEST(test_file_that_is_too_large);
     RUN_TEST(test_deep_nesting_is_refused);

@@ -273,7 +273,7 @@ static void test_a_torque_that_takes_the_speed_ever_further_away_is_flight(void)
 
 /* A load that is removed while the speed still approaches its reference after a reversal moves it away again.
  */
-static void test_another_load_and_another_wish_begin_anew(void)
+static void test_another_load_and_another_request_begin_again(void)
 {
     drive_away((const float[]){9.0f, 10.0f, 11.0f, 12.0f}, 1.0f);
     expect_held(); /* another load */

@@ -43,7 +43,7 @@ static uint32_t steady_windows(void)
     return found;
 }
 
-static void test_windows_of_50_ms_are_kept_once_the_wish_is_9_s_old(void)
+static void test_windows_of_50_ms_are_kept_once_the_request_is_9_s_old(void)
 {
     watch_at(80.0f);
     put("theta_err", -0.02f);

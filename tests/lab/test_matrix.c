@@ -46,7 +46,7 @@ static uint32_t index_of_manoeuvre(const char *name)
 /* ---- the data ---- */
 
 /* The size that docs/faults.md states. */
-static void test_the_document_tells_the_size(void)
+static void test_the_document_states_the_size(void)
 {
     static char text[65536];
     char told[200];
@@ -178,7 +178,7 @@ static bool is_injected(const table_row_t *row)
 }
 
 /* Of the plant from open_phase_a on, where what can break begins, and of the rig. */
-static void test_every_fault_that_can_be_injected_is_in_the_matrix_or_said_to_be_none(void)
+static void test_every_fault_that_can_be_injected_is_in_the_matrix_or_listed_as_none(void)
 {
     const uint32_t breaks = rig_row_by_name("open_phase_a")->id;
     for (uint32_t t = 0; t < rig_table_count(); t++) {
@@ -278,7 +278,7 @@ static uint32_t red(matrix_cell_t cell)
     return cell.red;
 }
 
-static void test_a_kept_promise_is_green_and_each_broken_part_is_told(void)
+static void test_a_kept_promise_is_green_and_each_broken_part_is_reported(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, red(kept()));
     matrix_cell_t cell = kept();

@@ -86,7 +86,7 @@ static void say_too(motor_key_t key, double value)
     TEST_ASSERT_TRUE_MESSAGE(motor_make(&sheet, &motor, &error), error.message);
 }
 
-static void test_a_contradiction_is_told_with_both_numbers(void)
+static void test_a_contradiction_is_reported_with_both_numbers(void)
 {
     TEST_ASSERT_TRUE(GIVEN(USUAL, "ke_line_peak=72.552 V/krpm", "inertia=1e-3"));
     say_too(MOTOR_KEY_kt_rms, 0.87);
@@ -102,7 +102,7 @@ static void test_a_contradiction_is_told_with_both_numbers(void)
     TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "= 3 N m"));
 }
 
-static void test_what_is_missing_is_named_and_nothing_is_said_twice(void)
+static void test_what_is_missing_is_named_and_nothing_is_reported_twice(void)
 {
     TEST_ASSERT_FALSE(GIVEN("pole_pairs=4", "inductance_d=1 mH"));
     const char *const missing[] = {"resistance or resistance_line", "inductance_q", "rated_current_peak",
@@ -199,7 +199,7 @@ static void test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of(v
     TEST_ASSERT_FALSE(warns_of("within"));
 }
 
-static void test_what_will_not_work_is_told_with_numbers(void)
+static void test_an_impossible_motor_is_reported_with_numbers(void)
 {
     TEST_ASSERT_TRUE(GIVEN("pole_pairs=7", "resistance=35 mohm", "inductance=85 uH", "ke_line_rms=4",
                            "rated_current_rms=14", "link_voltage=48", "inertia=1e-4"));
@@ -469,7 +469,7 @@ static void test_a_profile_goes_from_point_to_point(void)
     }
 }
 
-static void test_a_motor_or_a_profile_that_is_none_is_refused_where_it_stands(void)
+static void test_an_invalid_motor_or_profile_is_refused_with_its_place(void)
 {
 #define ROW HEAD "[[profile]]\nrow = \"load_torque\"\n"
     static const struct {

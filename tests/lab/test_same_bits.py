@@ -51,7 +51,7 @@ class Program(unittest.TestCase):
         self.assertLessEqual({row["name"] for row in json.loads(told)["rows"]}, rows.keys())
         self.assertLessEqual({"speed_request", "i_q_request", "true_theta_e", "theta_hat_err"}, rows.keys())
 
-    def test_a_wrong_override_is_told(self):
+    def test_a_wrong_override_is_reported(self):
         rows, error = same_bits.hashed(PROGRAM, [str(same_bits.SCENARIOS / "load_step.toml"), "no_such_row=1"])
         self.assertIsNone(rows)
         self.assertIn("no_such_row", error)

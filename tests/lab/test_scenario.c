@@ -231,7 +231,7 @@ static void test_settings_that_wait_for_each_other_find_their_order(void)
     TEST_ASSERT_EQUAL_STRING("load_torque", scenario->events[1].settings[0].row->name);
 }
 
-static void test_the_first_mistake_of_a_file_is_told_first(void)
+static void test_the_first_mistake_of_a_file_is_reported_first(void)
 {
     expect_error(RUN "[plant]\nzebra = 1\napple = 2\n", "test.toml:6:1: zebra: no such row in plant");
 }

@@ -134,7 +134,7 @@ static void test_each_spelling_of_a_unit_is_that_unit(void)
     }
 }
 
-static void test_what_is_no_quantity_is_refused_with_what_would_be(void)
+static void test_what_is_not_a_quantity_is_refused_with_what_would_be(void)
 {
     static const struct {
         const char *text, *unit, *part;

@@ -121,7 +121,7 @@ static void test_only_this_machine_is_listened_to(void)
 
 /* Silence, DISCONNECT, silence; then the next client is accepted, and gets no data of the first one; also a
  * client that connects before the server has noticed that the first one is gone. */
-static void test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard(void)
+static void test_a_disconnect_is_sent_for_a_client_that_leaves_before_the_next_one_is_served(void)
 {
     static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};
     uint8_t octets[16];
@@ -156,7 +156,7 @@ static void test_client_that_leaves_is_said_good_bye_for_before_the_next_is_hear
     }
 }
 
-static void test_nobody_there_takes_everything(void)
+static void test_without_a_client_all_octets_are_accepted(void)
 {
     const uint8_t octets[100] = {0};
     open_port(true);

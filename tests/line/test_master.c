@@ -119,7 +119,7 @@ static void speaks_something_else(void)
     slave_octets(&slave, (const uint8_t *)"SSH-2.0-OpenSSH_9.2\r\n", 21);
 }
 
-static void test_what_is_no_drive_of_these_tables_is_refused(void)
+static void test_what_is_not_a_drive_of_these_tables_is_refused(void)
 {
     char both[128];
     snprintf(both, sizeof both, "tables are lagless-%08lx, those of this program lagless-%08lx",
@@ -325,7 +325,7 @@ static void test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on(vo
                       slave_count(&slave, 0xF0)); /* no answer to the first one, which was not carried out */
 }
 
-static void test_a_slave_that_falls_silent_is_given_up_and_everything_says_so(void)
+static void test_a_slave_that_stops_answering_is_given_up_and_each_call_reports_it(void)
 {
     double value;
     connect_with(false);
@@ -343,7 +343,7 @@ static void test_a_slave_that_falls_silent_is_given_up_and_everything_says_so(vo
     TEST_ASSERT_FALSE(master_work(master));
 }
 
-static void test_a_line_that_is_closed_is_told(void)
+static void test_a_line_that_is_closed_is_reported(void)
 {
     double value;
     connect_with(true);

@@ -131,7 +131,7 @@ class Plots(Case):
         cls.fault = lagless("run", "stuck_sensor", "--plot", "--quiet", "--out", "out", cwd=cls.made)
         cls.own = cls.made / "runs" / "own"
 
-    def test_a_run_without_a_folder_gets_a_fresh_one_and_tells_it(self):
+    def test_a_run_without_a_folder_gets_a_fresh_one_and_reports_it(self):
         self.expect(1, self.first, "page: runs/own/own.html\n", "FAILED")
         for name in ("own", "own_2"):
             self.assertTrue((self.made / "runs" / name / "own.csv").is_file(), self.second.stderr)
@@ -241,7 +241,7 @@ class Document(Case):
 
 class Refusals(Case):
     @unittest.skipUnless(DRAWS, "matplotlib is missing")
-    def test_what_is_no_recording_is_refused_by_name_and_line(self):
+    def test_what_is_not_a_recording_is_refused_by_name_and_line(self):
         other = self.folder / "other.csv"
         other.write_text("time,x\n0,1\n1,2\n")
         short = self.folder / "short.mat"
@@ -315,7 +315,7 @@ class Compares(Case):
         done = self.expect(0, lagless("compare", self.recording(), self.recording(name="b.csv")), "equal: 4 samples of 2 signals")
         self.assertEqual("", done.stderr)
 
-    def test_the_first_difference_is_told_with_period_time_and_both_values(self):
+    def test_the_first_difference_is_reported_with_period_time_and_both_values(self):
         a = self.recording()
         b = self.recording(("0.0002,2,1", "0.0002,2.25,0"), ("-0.1", "-0.2"), name="b.csv")
         done = self.expect(1, lagless("compare", a, b))
@@ -343,7 +343,7 @@ class Compares(Case):
             done = self.expect(3, lagless("compare", a, b, stdout=full), "the output cannot be written: No space left on device")
         self.assertNotIn("Exception", done.stderr)
 
-    def test_rows_rates_lengths_and_settings_that_differ_are_told(self):
+    def test_rows_rates_lengths_and_settings_that_differ_are_reported(self):
         a = self.recording()
         self.expect(1, lagless("compare", a, self.recording(("i_q[A]", "i_d[A]"), name="b.csv")), "only in A: i_q", "only in B: i_d",
                     "no difference in the 4 samples of the 1 signals that both have")

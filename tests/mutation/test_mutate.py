@@ -110,7 +110,7 @@ class Operators(unittest.TestCase):
             with self.subTest(line=line):
                 self.assertEqual(set(self.changed(";\n" + line + "\n}")), wanted)
 
-    def test_what_is_no_code_stays(self):
+    def test_text_that_is_not_code_stays(self):
         for line in ("/* a < b */", "// a < b", '#include "a/b.h"', "#if A < 2", "float x[3];", "part_t *part;", 'f("a < b, 1");'):
             with self.subTest(line=line):
                 self.assertEqual([change for change in self.changed("{\n" + line + "\n}") if change[0] != "statement"], [])

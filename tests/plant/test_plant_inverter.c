@@ -193,7 +193,7 @@ static void test_averaged_period_of_a_salient_machine_has_the_voltage_of_its_edg
     }
 }
 
-static void test_averaged_periods_go_on_until_told_otherwise(void)
+static void test_averaged_periods_continue_until_the_mode_changes(void)
 {
     const uint32_t high[3] = {8400, 6600, 7000};
     plant_params_t q = locked();
@@ -312,7 +312,7 @@ static void test_emf_above_the_link_flows_through_the_diodes(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
 }
 
-static void test_a_pulse_starts_the_wait_for_floating_legs_anew(void)
+static void test_a_pulse_starts_the_wait_for_floating_legs_again(void)
 {
     uint32_t lower = PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2);
     begin(locked());

@@ -678,7 +678,7 @@ static void test_abandon_removes_everything(void)
 
 /* 262144 samples of 16 octets fit. The test records this number, and then one more, whose time is earlier
  * or not. */
-static void test_memory_that_is_used_up_is_told_unless_the_loss_is_taken_back(void)
+static void test_memory_that_is_used_up_is_reported_unless_the_loss_is_taken_back(void)
 {
     static const struct {
         const char *name;
@@ -713,7 +713,7 @@ static void test_memory_that_is_used_up_is_told_unless_the_loss_is_taken_back(vo
     }
 }
 
-static void test_lost_edges_are_told_and_samples_kept(void)
+static void test_lost_edges_are_reported_and_samples_kept(void)
 {
     options.formats = RECORDER_CSV | RECORDER_VCD;
     options.memory = RECORDER_MEMORY_MIN;
@@ -752,7 +752,7 @@ static void expect_cut(uint32_t format, rlim_t octets, uint32_t samples)
     TEST_ASSERT_TRUE(!exists("run.csv") && !exists("run.mat") && !exists("run.vcd") && !exists("run.mf4"));
 }
 
-static void test_a_disk_that_is_full_or_fills_up_is_told(void)
+static void test_a_disk_that_is_full_or_fills_up_is_reported(void)
 {
     /* none at all, of a file smaller than any buffer; in the header, in the middle, in the last column of MAT
      */
@@ -766,7 +766,7 @@ static void test_a_disk_that_is_full_or_fills_up_is_told(void)
     }
 }
 
-static void test_a_final_name_that_is_taken_is_told(void)
+static void test_a_final_name_that_is_taken_is_reported(void)
 {
     char path[256];
     path_of(path, "run.csv");

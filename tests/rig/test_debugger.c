@@ -334,7 +334,7 @@ static void expect_a_new_start(void)
     TEST_ASSERT_TRUE(chip_debug_can_look(chip()));
 }
 
-static void test_a_restart_with_the_bridge_on_opens_the_gates_and_comes_up_anew(void)
+static void test_a_restart_with_the_bridge_on_opens_the_gates_and_comes_up_again(void)
 {
     run_held_at(60.0);
     restart();

@@ -269,7 +269,7 @@ static void test_identification_is_where_the_description_says(void)
     }
 }
 
-static void test_faults_are_told_newest_first(void)
+static void test_faults_are_reported_newest_first(void)
 {
     connect();
     SEND(0xF4, 8, 0, 7, 0, 0, 0, 0);
@@ -437,7 +437,7 @@ static void test_stop_is_obeyed_while_the_line_is_flooded_by_samples(void)
 
 /* ---- restart ---- */
 
-static void test_restart_is_answered_and_begins_anew(void)
+static void test_restart_is_answered_and_begins_again(void)
 {
     connect();
     run_parameter(rig, "current_limit", 8.0);

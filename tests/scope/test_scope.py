@@ -123,7 +123,7 @@ class Scope(command_line.TestCase):
         self.assertEqual(code, done.returncode, done.stderr)
         return done.stderr
 
-    def test_page_is_whole_and_asks_nobody(self):
+    def test_page_is_complete_and_loads_nothing(self):
         page = self.scope(self.serve("--port", "0"))
         connection = http.client.HTTPConnection(page.host)
         connection.request("GET", page.path + "/")
@@ -149,7 +149,7 @@ class Scope(command_line.TestCase):
             count += each["n"]
         self.assertEqual(0, page.state["missing"])
 
-    def test_what_the_drive_refuses_is_told_and_changes_nothing(self):
+    def test_what_the_drive_refuses_is_reported_and_changes_nothing(self):
         page = self.scope(self.serve("--port", "0"))
         self.wait(lambda: page.value("current_bandwidth") > 0, "parameters")
         before = page.value("current_bandwidth")
@@ -235,7 +235,7 @@ class Scope(command_line.TestCase):
         page = self.scope(target)  # it is free again
         self.wait(lambda: page.value("enable") == 2 and abs(page.value("omega_m")) < 0.5, "stopped")
 
-    def test_drive_that_begins_anew_is_taken_up_again(self):
+    def test_drive_that_begins_again_is_taken_up_again(self):
         page = self.scope(self.serve("--port", "0"))
         self.assertTrue(page.ask("/order", "restart")["ok"])
         self.wait(lambda: not page.state["link"], "the link is lost")

@@ -86,7 +86,7 @@ static void put(const char *name, uint32_t bits)
     values.news[place] = true;
 }
 
-static void test_news_are_told_once_and_all_on_demand(void)
+static void test_news_are_reported_once_and_all_on_demand(void)
 {
     put("omega_m", bits_of(-1.5f));    /* 2032 */
     put("fault_reason", 0xffffffffu);  /* 2002, int: -1 */

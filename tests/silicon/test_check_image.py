@@ -533,7 +533,7 @@ class CallGraph(unittest.TestCase):
         self.assertIn("interrupt: unexpected of hal/f28335/interrupts.c at 0x300010: .TI.ramfunc, ", told)
         self.assertNotIn("0x300008", told)
 
-    def test_what_is_no_call_graph_is_refused(self):
+    def test_what_is_not_a_call_graph_is_refused(self):
         for name, text, status, why in (
                 ("graph.json", '[{"directory": "/"}]', 2, "accepted is the compile_commands.json of a build for the chip"),
                 ("names", "app_interrupt\nint main(void)\n", 2, "names:2: 'int main(void)' is not the name of a function"),

@@ -250,7 +250,7 @@ class CheckLinker(unittest.TestCase):
         self.listed_in_flash("hal/f28335/wait.c: bus_wait")
         self.assert_breach("hal/f28335/wait.c:", "stays in flash")
 
-    def test_what_is_collected_is_written_as_it_stands_in_the_tree(self):
+    def test_the_collected_files_are_written_with_their_names_in_the_tree(self):
         before = (self.root / FLASH).read_text(encoding="utf-8")
         self.write(FLASH, re.sub(r"(?s)(/\* begin: [^\n]*\n).*?( */\* end:)", r"\1\2", before))
         self.assertEqual(checker.main([*self.words(), "--write"]), 0)

@@ -44,7 +44,7 @@ static void test_it_waits_at_least_so_many_cycles_and_hardly_more(void)
 }
 
 /* hal_time() wraps after 28 s. */
-static void test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference(void)
+static void test_a_timer_that_goes_through_zero_during_this_time_makes_no_difference(void)
 {
     for (uint32_t from = 0u; from < 40u; from++) {
         TEST_ASSERT_EQUAL_UINT32(102u, waited(100u, from, 6u));
@@ -52,7 +52,7 @@ static void test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference(vo
 }
 
 /* Before hal_init has started it, or after it was stopped: a turn takes a cycle and more. */
-static void test_a_timer_that_stands_ends_it_after_as_many_turns(void)
+static void test_with_a_stopped_timer_it_ends_after_the_same_number_of_turns(void)
 {
     for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {
         (void)waited(lengths[n], 1234u, 0u);

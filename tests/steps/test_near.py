@@ -80,7 +80,7 @@ class Near(unittest.TestCase):
         (self.root / "a.c").write_text(FILES["a.c"].replace("0", "1"))
         self.assertEqual(1, self.near().returncode)
 
-    def test_a_revision_that_is_none_is_wrong_use(self):
+    def test_an_unknown_revision_is_wrong_use(self):
         done = self.near("--since", "nowhere")
         self.assertEqual(2, done.returncode)
         self.assertIn("nowhere", done.stderr)

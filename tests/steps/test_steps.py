@@ -60,7 +60,7 @@ class Steps(unittest.TestCase):
         self.assertEqual(["after", "before", "inner", "inner"], sorted(rows))
         self.assertEqual("a tool\n", self.log("unchecked"))
 
-    def test_what_runs_beside_is_told_where_it_is_waited_for(self):
+    def test_a_parallel_step_is_reported_where_it_is_waited_for(self):
         done = self.run_script("""lane() { step a 'first of the lane' sleep 0.2; step a 'second of the lane' true; }
             beside lane lane
             step b 'in front' true
@@ -115,7 +115,7 @@ class Steps(unittest.TestCase):
 
     # ---- what was not checked ----
 
-    def test_what_could_not_be_checked_is_told_and_a_failure_under_ci(self):
+    def test_what_could_not_be_checked_is_reported_and_a_failure_under_ci(self):
         line = "dialect: not checked, this machine has no no_such_tool (tools/setup installs it)"
         done = self.run_script("tools_here dialect sh no_such_tool && echo wrong\nsteps_unchecked\necho end\n")
         self.assertEqual((0, [line, "", "not checked, 1:", "  " + line, "end"]), (done.returncode, done.stdout.splitlines()), done.stderr)
@@ -128,7 +128,7 @@ class Steps(unittest.TestCase):
                 self.assertEqual((code, code == 1), (done.returncode, "CI is set" in done.stderr))
                 self.assertIn(told, done.stdout.splitlines()[-1])
 
-    def test_skipped_tests_are_told_and_a_failure_under_ci_and_skipped_parts_are_told(self):
+    def test_skipped_tests_are_reported_and_a_failure_under_ci_and_skipped_parts_are_reported(self):
         build = self.folder / "build/preset"
         build.mkdir(parents=True)
         rows = TESTS.splitlines()

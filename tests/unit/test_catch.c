@@ -173,7 +173,7 @@ static void test_speed_becomes_that_of_the_turning_whatever_psi_f(void)
 }
 
 /* The error of the dead time has a constant direction and does not turn. */
-static void test_voltage_error_that_stands_still_is_no_rotor(void)
+static void test_a_constant_voltage_error_is_not_a_rotor(void)
 {
     for (double length = 0.5; length < 200.0; length *= 1.7) {
         for (double angle = -3.1; angle < 3.2; angle += 0.4) {
@@ -199,7 +199,7 @@ static void test_ripple_as_long_as_an_emf_is_no_rotor(void)
     TEST_ASSERT_EQUAL_INT(CATCH_STANDING, outcome);
 }
 
-static void test_rotor_slower_than_the_least_speed_stands(void)
+static void test_rotor_slower_than_the_least_speed_counts_as_at_standstill(void)
 {
     for (int way = -1; way <= 1; way += 2) {
         TEST_ASSERT_EQUAL_INT(CATCH_STANDING, catch_of(way * 0.0, 1.0, 0.0).outcome);
@@ -209,7 +209,7 @@ static void test_rotor_slower_than_the_least_speed_stands(void)
 }
 
 /* 1 ms without a break: ten periods. Where the field can be weakened, the EMF may be longer. */
-static void test_emf_beyond_the_link_is_told_within_a_millisecond(void)
+static void test_emf_beyond_the_link_is_reported_within_a_millisecond(void)
 {
     const double omega = 1000.0;
     const float below = (float)(0.999 * omega * PSI);

@@ -242,7 +242,7 @@ static void test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck(void
 
 /* Exact sensors and a constant current: the assumed voltage may be wrong by the effect of R/2 and of the
  * whole dead time for any time. */
-static void test_a_current_that_stands_still_is_no_stuck_sensor(void)
+static void test_a_constant_current_is_not_a_stuck_sensor(void)
 {
     const float voltage = (float)(1.5 * RESISTANCE * 8.0 + 0.9 * 4.0 / 3.0 * (7.5 + 0.9));
     for (uint32_t n = 0; n < 20000u; n++) {

@@ -47,7 +47,7 @@ static void test_sum_and_difference_of_both_harmonics_are_learnt_whichever_way_i
     }
 }
 
-static void test_the_axes_are_told_apart_and_what_noise_may_make_is_not_used(void)
+static void test_the_axes_are_distinguished_and_what_noise_may_make_is_not_used(void)
 {
     turn(42.0, 0.0, 0.05, 1.0);
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, (double)shape.learnt.d);

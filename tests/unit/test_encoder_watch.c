@@ -204,7 +204,7 @@ static void expect(uint32_t bit, uint32_t judgements, double omega, double share
     TEST_ASSERT_EQUAL_HEX32(bit, bits);
 }
 
-static void test_an_encoder_that_is_right_is_let_be(void)
+static void test_a_correct_encoder_is_not_reported(void)
 {
     static const double speeds[] = {0.0, 5.0, 59.0, 61.0, 240.0, 1200.0, 3000.0};
     for (int n = 0; n < 14; n++) {
@@ -264,7 +264,7 @@ static void test_an_encoder_that_turns_without_an_emf_is_wrong(void)
 
 /* For each constant angle: the difference of the two EMFs does not turn, and may be along a phase's axis.
  * */
-static void test_an_encoder_that_counts_the_other_way_is_told_by_its_direction(void)
+static void test_an_encoder_that_counts_the_other_way_is_detected_by_its_direction(void)
 {
     static const double speeds[] = {90.0, 240.0, 628.0, 900.0};
     for (int n = 0; n < 8; n++) {
@@ -360,7 +360,7 @@ static bool jumped(float missed)
     return encoder_jumped(&sampled, watch.tuning.leap);
 }
 
-static void test_an_angle_that_jumps_by_more_than_a_rotor_can_is_told_at_once(void)
+static void test_an_angle_that_jumps_by_more_than_a_rotor_can_is_reported_at_once(void)
 {
     TEST_ASSERT_FALSE(jumped(0.5049f));
     TEST_ASSERT_FALSE(jumped(-0.5049f));

@@ -41,7 +41,7 @@ static void test_emf_of_a_turning_rotor_is_seen_without_the_loop(void)
 
 /* The observer's lag is of the order of a sample: a speed that is wrong by 100 rad/s makes an error of less
  * than 100 rad/s 2 T = 20 mrad, but not zero. */
-static void test_speed_that_is_told_undoes_the_lag(void)
+static void test_a_given_speed_compensates_the_lag(void)
 {
     const estimator_params_t params = params_of(0);
     const estimator_oracle_case_t rig = rig_of(0, 400.0, RATED);
@@ -54,7 +54,7 @@ static void test_speed_that_is_told_undoes_the_lag(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, emf_error(&rig, 300));
 }
 
-static void test_frame_and_speed_stay_meanwhile(void)
+static void test_frame_and_speed_stay_during_this_time(void)
 {
     const estimator_params_t params = params_of(0);
     const estimator_oracle_case_t rig = rig_of(0, 400.0, 2.0);
@@ -133,7 +133,7 @@ static void test_lock_on_the_observed_emf_goes_on_without_a_bump(void)
     }
 }
 
-static void test_lock_begins_validity_anew(void)
+static void test_lock_begins_validity_again(void)
 {
     estimator_params_t params = params_of(0);
     params.validity =

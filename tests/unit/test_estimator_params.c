@@ -129,7 +129,7 @@ static void test_check_refuses_what_rules_between_fields_forbid(void)
     }
 }
 
-static void test_check_refuses_what_is_no_choice(void)
+static void test_check_refuses_what_is_not_a_choice(void)
 {
     for (int n = -1; n <= 4; n++) {
         params_error_t why = {.field = "untouched"};

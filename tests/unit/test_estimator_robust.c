@@ -105,7 +105,7 @@ static void test_bad_sample_changes_nothing_but_the_angle(void)
 }
 
 /* No valid sample from the first step on, and the worst sample that counts as valid. */
-static void test_nonsense_for_ever_stays_finite(void)
+static void test_endless_invalid_input_stays_finite(void)
 {
     static const float values[] = {0.0f, 1e5f, -1e5f, 9e5f, 1e30f, 3.4e38f, NAN, INFINITY, 1e-30f, -1e-38f};
     for (int n = 0; n < 48; n += SWEEP_FEW) {

@@ -203,7 +203,7 @@ static void test_sample_bit_is_not_debounced(void)
     TEST_ASSERT_EQUAL_UINT16_ARRAY(expected, seen, 7);
 }
 
-static void test_reset_starts_validity_anew(void)
+static void test_reset_starts_validity_again(void)
 {
     estimator_params_t params = validity_params(0);
     estimator_oracle_case_t rig = validity_rig(1.0);

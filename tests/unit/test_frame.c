@@ -50,7 +50,7 @@ static void test_a_frame_is_complete_with_its_last_octet_and_not_before(void)
     expect_connect(); /* after any time */
 }
 
-static void test_a_packet_may_be_as_long_as_is_said_and_not_longer(void)
+static void test_a_packet_may_have_the_stated_length_and_not_more(void)
 {
     uint16_t frame[FRAME_HEADER + FRAME_MAX_CTO] = {FRAME_MAX_CTO};
     frame[FRAME_HEADER + FRAME_MAX_CTO - 1u] = 0xA5;
@@ -126,7 +126,7 @@ static void test_an_error_of_the_line_drops_the_frame_under_way(void)
 }
 
 /* Octets may have arrived while the receiver was off. */
-static void test_a_silence_that_nobody_heard_is_none(void)
+static void test_a_silence_while_not_listening_does_not_count(void)
 {
     (void)hear(connect, 3u);
     now += 10u * SILENCE;

@@ -350,7 +350,7 @@ static uint32_t enough(uint32_t row)
     return fault_rows[row].debounce + (fault_rows[row].rate == FAULT_SLOW ? 2u * DRIVE_WINDOW : 0u);
 }
 
-static void test_every_row_counts_anew_after_a_break(void)
+static void test_every_row_counts_again_after_a_break(void)
 {
     for (uint32_t row = 0; row < ROWS; row += SWEEP_FEW) {
         setUp();
@@ -480,7 +480,7 @@ static void test_the_gravest_of_several_is_named(void)
 }
 
 /* Any two ways of conditions that fail at once, of one word or of two. */
-static void test_conditions_at_once_are_told_apart(void)
+static void test_conditions_at_once_are_distinguished(void)
 {
     for (uint32_t one = 0; one < ROWS; one++) {
         for (uint32_t other = 0; other < one; other++) {

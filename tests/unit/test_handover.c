@@ -103,7 +103,7 @@ static void test_one_condition_prevents_it(void)
     }
 }
 
-static void test_a_break_begins_it_anew(void)
+static void test_an_interruption_restarts_the_time(void)
 {
     for (uint32_t n = 1u; n < HELD; n++) {
         TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());

@@ -279,7 +279,7 @@ static void test_r_is_learnt_right_with_a_wrong_l(void)
 
 /* Without torque the dither serves R alone: it ends when the rate has fallen to a fifth, by its law after 7.5
  * s at 3/s; L stays as it is. */
-static void test_without_torque_it_asks_for_r_for_a_while(void)
+static void test_without_torque_it_measures_r_for_a_while(void)
 {
     motor_t motor = usual();
     motor.omega = 60.0;
@@ -499,7 +499,7 @@ static void test_it_keeps_away_from_the_sixth_harmonic_and_without_torque_from_i
 /* L is wrong by a fifth, and one condition at a time prevents that it is learnt. If nothing can be learnt, at
  * a low speed or almost without torque, no dither is requested; after an invalid cycle the next one follows.
  * A reversal to the same speed backwards always exceeds the change that a cycle may have. */
-static void test_nothing_is_learnt_where_nothing_shows_and_from_a_cycle_that_was_spoilt(void)
+static void test_nothing_is_learnt_without_an_effect_and_from_an_invalid_cycle(void)
 {
     static const struct {
         size_t at;
@@ -553,7 +553,7 @@ static void test_no_number_and_no_emf_teach_nothing(void)
     }
 }
 
-static void test_another_parameter_starts_anew_and_another_rate_does_not(void)
+static void test_another_parameter_starts_again_and_another_rate_does_not(void)
 {
     motor_t motor = usual();
     motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
@@ -667,7 +667,7 @@ static void test_l_q_of_a_salient_rotor_is_learnt_as_fast_at_low_speed(void)
 
 /* Along di_q = t di_d, t = D i_q/psi_a = 0.64, the torque changes by t^2 (di_d/i_q)^2 = 0.16 %; by i_d alone
  * it would change by t di_d/i_q = 4 %. */
-static void test_a_salient_rotor_that_is_known_stays_as_it_is_and_feels_no_torque(void)
+static void test_a_known_salient_rotor_stays_as_it_is_and_gets_no_torque(void)
 {
     memset(&x, 0, sizeof x);
     const double ripple = run_salient(L_Q, 500.0, 100.0, 5.0);

@@ -103,7 +103,7 @@ static double hat(void)
 
 /* Heavier and lighter than the parameter, both directions, up and down. The sum is of held samples: a period
  * of the way. */
-static void test_a_way_says_what_the_inertia_is(void)
+static void test_a_speed_change_measures_the_inertia(void)
 {
     static const double inertias[] = {0.005, 0.0115, 0.02, 0.055, 0.09};
     for (int n = 0; n < 20; n++) {
@@ -182,7 +182,7 @@ static void test_it_stays_within_its_range(void)
 /* One thing of a way of 5 A from 100 to 500 rad/s of 0.04 kg m^2 is not as it should be: the load steps by
  * 0.18 of the current, the way is short, weak or longer than the longest (3.95 s, beside the tail), a period
  * of it or of its tail is unsound, the motor pushes the one way and the rotor goes the other. */
-static void test_a_way_that_may_deceive_says_nothing(void)
+static void test_a_doubtful_speed_change_measures_nothing(void)
 {
     const double per_ampere = 1.5 * POLE_PAIRS * POLE_PAIRS * PSI;
     const way_t cases[] = {
@@ -208,7 +208,7 @@ static void test_a_way_that_may_deceive_says_nothing(void)
 }
 
 /* The next one is judged alone. */
-static void test_after_a_way_that_was_spoilt_the_next_one_speaks(void)
+static void test_after_an_invalid_speed_change_the_next_one_counts(void)
 {
     way_t way = usual(0.04, 500.0);
     way.unsound_tail = true;
@@ -219,7 +219,7 @@ static void test_after_a_way_that_was_spoilt_the_next_one_speaks(void)
 }
 
 /* A value that is not a number, in the initial speed of the change, or in a current during it. */
-static void test_what_is_no_number_teaches_nothing(void)
+static void test_nothing_is_learnt_from_values_that_are_not_numbers(void)
 {
     for (int n = 0; n < 2; n++) {
         setUp();
@@ -390,7 +390,7 @@ static void test_speed_that_is_foreseen_is_that_of_the_inertia_that_is_assumed(v
 
 /* ---- coefficients ---- */
 
-static void test_another_parameter_or_off_begins_anew(void)
+static void test_another_parameter_or_off_begins_again(void)
 {
     for (int n = 0; n < 2; n++) {
         const double from = n ? J_FROM : 0.03;

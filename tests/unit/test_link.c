@@ -139,7 +139,7 @@ static void test_three_phases_a_sag_and_a_braking_are_no_ripple(void)
     TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
 }
 
-static void test_new_coefficients_keep_what_is_lost_and_limit_anew(void)
+static void test_new_coefficients_keep_what_is_lost_and_limit_again(void)
 {
     looks(205.0, 0.3);
     limit_at(205.0, OMEGA);

@@ -69,7 +69,7 @@ static void test_a_sign_shows_when_its_mean_has_passed_its_limit(void)
 }
 
 /* 20 ms of 0.1 ms in succession; a single period below the limit of the torque begins again. */
-static void test_estimate_that_stands_for_20_ms_while_speed_is_asked_for_shows(void)
+static void test_estimate_at_zero_for_20_ms_while_speed_is_requested_shows(void)
 {
     static const struct {
         float omega, omega_ref;

@@ -639,7 +639,7 @@ static void test_relocks_whose_runs_do_not_last_are_counted_as_tries(void)
 }
 
 /* Those of the previous operation do not count. */
-static void test_losses_begin_anew_when_the_bridge_comes_on(void)
+static void test_losses_begin_again_when_the_bridge_comes_on(void)
 {
     given_heavy_running(60.0);
     for (int n = 0; n < 2; n++) {
@@ -656,7 +656,7 @@ static void test_losses_begin_anew_when_the_bridge_comes_on(void)
 
 /* ---- requested currents, encoder ---- */
 
-static void test_wish_for_a_current_starts_in_its_direction(void)
+static void test_request_for_a_current_starts_in_its_direction(void)
 {
     for (int way = -1; way <= 1; way += 2) {
         setUp();

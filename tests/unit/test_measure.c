@@ -291,7 +291,7 @@ static void test_a_current_is_no_noise(void)
     }
 }
 
-static void test_a_calibration_begins_anew(void)
+static void test_a_calibration_begins_again(void)
 {
     currents(0.25f, -0.125f, 0.375f);
     TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());

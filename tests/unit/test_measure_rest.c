@@ -82,7 +82,7 @@ static void test_what_has_hardly_moved_stays(void)
     TEST_ASSERT_EQUAL_UINT32(1u, periods(0.0, 0.0, BLOCK)); /* in this case the trim is wrong */
 }
 
-static void test_an_offset_beyond_its_limit_is_told_and_not_taken(void)
+static void test_an_offset_beyond_its_limit_is_reported_and_not_taken(void)
 {
     (void)periods(0.5, 0.0, SETTLE + BLOCK);
     TEST_ASSERT_EQUAL_UINT32(0u, periods(1.1, 0.0, 2u * BLOCK));
@@ -158,7 +158,7 @@ static void test_a_step_is_due_until_it_is_measured(void)
 
 /* A step of more than the span of a quiet block, 0.4 A: the block begins again with it, so that a whole block
  * later the offset is the one behind the step, and until then no start. */
-static void test_a_step_beyond_the_span_of_a_block_begins_it_again(void)
+static void test_a_step_beyond_the_span_of_a_block_restarts_it(void)
 {
     for (int way = -1; way <= 1; way += 2) {
         setUp();
@@ -209,7 +209,7 @@ static void test_nothing_is_due_where_a_current_flows(void)
 }
 
 /* The bridge was on: the currents decay, the sensors settle, and the earlier result is no longer valid. */
-static void test_a_run_in_between_begins_anew(void)
+static void test_a_run_in_between_begins_again(void)
 {
     (void)periods(0.5, 0.0, SETTLE + 2u * BLOCK + 100u); /* the second block makes the first one sure */
     measure_begin_rest(&measure);
@@ -220,7 +220,7 @@ static void test_a_run_in_between_begins_anew(void)
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure.rest.found);
 }
 
-static void test_what_is_no_measurement_is_left_out(void)
+static void test_what_is_not_a_measurement_is_left_out(void)
 {
     (void)periods(0.5, 0.0, SETTLE + 200u);
     for (int n = 0; n < 100; n++) {

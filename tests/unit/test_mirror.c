@@ -274,7 +274,7 @@ static void expect_error(mirror_error_t error)
     TEST_ASSERT_FALSE(store_erase(&flash));
 }
 
-static void test_nobody_at_the_address_is_an_error_within_its_time(void)
+static void test_no_answer_at_the_address_is_an_error_within_its_time(void)
 {
     absent = true;
     const uint32_t begin = now;

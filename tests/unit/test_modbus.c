@@ -264,7 +264,7 @@ static void test_a_frame_ends_with_the_gap_and_not_before(void)
     expect_silence(after(GAP), 1u);
 }
 
-static void test_lost_octets_spoil_the_frame_and_not_the_next_one(void)
+static void test_lost_octets_invalidate_the_frame_and_not_the_next_one(void)
 {
     modbus_broken(&modbus, now);
     expect_silence(ASK(ADDRESS, 6, 0, 21, 0, 7), 1u);

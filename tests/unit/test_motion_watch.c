@@ -240,7 +240,7 @@ static void test_time_below_the_limit_counts_back(void)
 
 /* A load beyond the brake: 10 A hold the shaft at 100 rad/s against 13 A of load, which gain 51 rad/s^2. It
  * passes 110.5 rad/s after 0.21 s; then it is reported within 100 ms, long before speed_error_time. */
-static void test_a_load_that_overruns_the_brake_is_told_at_once(void)
+static void test_a_load_that_overruns_the_brake_is_reported_at_once(void)
 {
     omega = 100.0;
     double passed = 0.0;

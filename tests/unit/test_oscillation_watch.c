@@ -36,7 +36,7 @@ static double told(double hertz, double share, double rate, double most)
 /* Three blocks of 16 half-waves, and one in which the filters settle. A swing that grows by e in 0.35 s is
  * reported before it is large; one that is small and constant or decreasing, or slower than the speed loop,
  * or beyond the band, does not count. */
-static void test_a_swing_is_told_if_it_is_large_or_grows(void)
+static void test_an_oscillation_is_reported_if_it_is_large_or_grows(void)
 {
     static const struct {
         double hertz, share, rate, earliest, latest; /* the last two [s]; 0: never */
@@ -52,7 +52,7 @@ static void test_a_swing_is_told_if_it_is_large_or_grows(void)
     }
 }
 
-static void test_noise_is_none(void)
+static void test_noise_is_not_an_oscillation(void)
 {
     srand(7);
     for (int n = 0; n < 100000; n++) {
@@ -61,7 +61,7 @@ static void test_noise_is_none(void)
     }
 }
 
-static void test_a_change_of_the_speed_reference_and_a_rest_begin_anew(void)
+static void test_a_change_of_the_speed_reference_and_a_rest_begin_again(void)
 {
     for (int n = 0; n < 20; n++) { /* 48 half-waves of 50 Hz take 0.48 s */
         reference += 1.0;

@@ -123,7 +123,7 @@ static void make_random_set(void)
     }
 }
 
-static void test_every_told_range_is_true_of_random_sets(void)
+static void test_every_reported_range_is_true_of_random_sets(void)
 {
     uint32_t refused = 0u;
     random_state = 14u;
@@ -140,7 +140,7 @@ static void test_every_told_range_is_true_of_random_sets(void)
 /* Several rows of the start at once, by factors from a third to three of what they are or are made to be;
  * each in its turn then out of its range, so that it is reported for any order of the rules. The value 0 of
  * some rows is separate: between it and the told range lies what is refused. */
-static void test_every_told_range_of_the_start_is_true(void)
+static void test_every_reported_range_of_the_start_is_true(void)
 {
     static const struct {
         const char *row;
@@ -236,7 +236,7 @@ static const struct {
      "feedforward_cutoff=200 pll_bandwidth=200"}, /* no such loop: none is made */
 };
 
-static void test_every_rule_of_the_estimator_is_told_in_rows_and_truly(void)
+static void test_every_rule_of_the_estimator_is_reported_in_rows_and_truly(void)
 {
     for (size_t n = 0; n < sizeof broken / sizeof broken[0]; n++) {
         estimator_params_t estimator;
@@ -254,7 +254,7 @@ static void test_every_rule_of_the_estimator_is_told_in_rows_and_truly(void)
 }
 
 /* Largest EMF 0.183 Wb x 4 x 220 rad/s = 161.04 V, times 1.25: 201.3 V. */
-static void test_rules_of_thumb_are_told(void)
+static void test_rules_of_thumb_are_reported(void)
 {
     params.observer_gain = 100.0f;
     TEST_ASSERT_FALSE(params_check(&params, &why));
@@ -280,7 +280,7 @@ static void test_rules_of_thumb_are_told(void)
 /* 300 rad/s need 1.1 x 219.6 V = 241.6 V, and for 9 mH with a slope of 1 the observer oscillates from 217 V
  * on: no gain meets both. The slope has to fall: 1.6 L/(k_s T) = 0.52459 with k_s = 1.25 x 219.6 V = 274.5 V.
  */
-static void test_a_gain_without_room_asks_for_another_slope(void)
+static void test_a_gain_without_room_requires_another_slope(void)
 {
     given_observer();
     set_rows(&params, "overspeed_trip=300 motor_inductance_d=9e-3 motor_inductance_q=9e-3");
@@ -299,7 +299,7 @@ static void test_a_gain_without_room_asks_for_another_slope(void)
 
 /* For a row beyond its own range the report has the range that all rules permit: 200 V/(1.1 x 0.183 Wb x 4)
  * = 248.385 rad/s. */
-static void test_a_row_out_of_range_is_told_what_the_rules_leave_of_it(void)
+static void test_a_row_out_of_range_is_reported_with_the_range_of_the_rules(void)
 {
     given_observer();
     params.overspeed_trip = 20000.0f;

@@ -30,7 +30,7 @@ static void given_relocked(double wanted)
     lose_and_catch();
 }
 
-static void test_a_relocked_rotor_against_the_wish_keeps_its_speed_until_it_is_judged(void)
+static void test_a_relocked_rotor_against_the_request_keeps_its_speed_until_it_is_judged(void)
 {
     given_relocked(60.0);
     const double caught = machine.omega_m;
@@ -65,7 +65,7 @@ static void test_a_loop_that_scatters_is_lost_before_the_reversal(void)
 
 /* The drive does not wait if the request has the rotor's direction, 40 rad/s times k_i, 158 A/s; with a stop;
  * with a current, which is a torque and not a speed; nor after the request has been reversed. */
-static void test_another_wish_has_its_torque_at_once(void)
+static void test_another_request_has_its_torque_at_once(void)
 {
     static const struct {
         double relocked_with; /* [rad/s] */

@@ -46,7 +46,7 @@ static void expect(demand_t demand, float d, float q, float omega_m_ref)
     TEST_ASSERT_EQUAL_FLOAT(omega_m_ref, demand.omega_m_ref);
 }
 
-static void test_zero_asks_for_nothing_and_leaves_the_speed_control_at_rest(void)
+static void test_zero_requests_no_current_and_leaves_the_speed_control_at_rest(void)
 {
     for (int n = 0; n < 100; n++) {
         expect(step(RUN_ZERO, 20.0f, 1.0f, 2.0f, 5.0f), 0.0f, 0.0f, 0.0f);
@@ -54,14 +54,14 @@ static void test_zero_asks_for_nothing_and_leaves_the_speed_control_at_rest(void
     expect(step(RUN_SPEED, 5.0f, 0.0f, 0.0f, 5.0f), 0.0f, 0.0f, 5.0f);
 }
 
-static void test_currents_are_taken_as_they_are_wished_for(void)
+static void test_currents_are_taken_as_requested(void)
 {
     expect(step(RUN_CURRENT, 99.0f, -1.5f, 3.0f, 5.0f), -1.5f, 3.0f, 5.0f);
     expect(step(RUN_CURRENT, 99.0f, 1.0f, -4.0f, -2.0f), 1.0f, -4.0f, -2.0f);
 }
 
 /* kp (ref - omega) at first; then ki T of it more in every step: 2.5e-4 A/(rad/s). */
-static void test_speed_makes_the_torque_current_and_the_wish_the_other(void)
+static void test_speed_makes_the_torque_current_and_the_request_the_other(void)
 {
     expect(step(RUN_SPEED, 12.0f, -2.0f, 7.0f, 4.0f), -2.0f, 4.0f, 12.0f);
     for (int n = 0; n < 999; n++) {
@@ -166,7 +166,7 @@ static void test_it_is_entered_with_the_current_that_flows(void)
 }
 
 /* 1/1024 rad/s a period up and down, the quick stop's is another; 0: at once. */
-static void test_ramps_take_the_reference_to_the_wish(void)
+static void test_ramps_take_the_reference_to_the_request(void)
 {
     run_tuning_t tuning = tuning_of(&SPEED);
     tuning.ramp = 1.0f / 1024.0f;
@@ -285,7 +285,7 @@ static void test_low_speed_current_comes_with_its_low_pass(void)
 
 /* The larger of the two, not their sum, and no dip between them: the part of the low-speed current that
  * already flows is not requested again. What is requested comes on top. */
-static void test_larger_of_both_is_added_to_the_wish(void)
+static void test_larger_of_both_is_added_to_the_request(void)
 {
     begin_slow(LOW);
     run_enter(&run, (dq_t){4.0f, 0.0f}, 0.0f);
@@ -299,7 +299,7 @@ static void test_larger_of_both_is_added_to_the_wish(void)
 }
 
 /* Beyond ten hand-over speeds a fifth is left; requested currents are not limited by this. */
-static void test_wish_for_currents_gets_nothing_else(void)
+static void test_requested_currents_are_not_changed(void)
 {
     begin_slow(LOW);
     run_enter(&run, (dq_t){4.0f, 1.0f}, 0.0f);

@@ -208,7 +208,7 @@ static void test_reset_needs_an_edge(void)
     go(3u * REARM, DRIVE_FAULT, OFF);
 }
 
-static void test_a_fault_tells_why_it_refuses(void)
+static void test_a_fault_reports_why_it_refuses(void)
 {
     from(DRIVE_FAULT);
     expect_refusal(REQUEST_ON, REASON_FAULT_PRESENT); /* quiet too short */
@@ -274,7 +274,7 @@ static void test_a_stop_in_the_users_quick_stop_ends_in_its_fault_and_elsewhere_
 
 /* ---- the reasons of a refused reset, and automatic resets ---- */
 
-static void test_a_refused_reset_tells_what_is_still_there(void)
+static void test_a_refused_reset_reports_what_is_still_there(void)
 {
     static const struct {
         bool fault, stop, line;

@@ -91,7 +91,7 @@ static void test_a_value_that_stays_off_what_is_asked_for_is_stuck(void)
     }
 }
 
-static void test_a_code_that_moves_begins_anew(void)
+static void test_a_code_that_moves_begins_again(void)
 {
     for (unsigned n = 0; n < 200u; n++) {
         TEST_ASSERT_FALSE(step(4.0f + (n % 6u == 0u ? 0.01f : 0.0f), -2.0f + 0.01f * (float)(n % 3u), 9.0f));

@@ -300,7 +300,7 @@ static void test_cuts_in_a_row_leave_old_or_new(void)
 /* ---- corrupt words ---- */
 
 /* The effect of each wrong word of the last set, the third of its page. */
-static void test_each_wrong_word_of_the_set_in_force_is_told(void)
+static void test_each_wrong_word_of_the_active_set_is_reported(void)
 {
     save_random();
     const params_t before = save_random();
@@ -324,7 +324,7 @@ static void test_each_wrong_word_of_the_set_in_force_is_told(void)
     expect_stored(&set);
 }
 
-static void test_each_wrong_word_of_an_only_set_is_told(void)
+static void test_each_wrong_word_of_an_only_set_is_reported(void)
 {
     save_random();
     for (uint32_t at = 0; at + 1u < WORDS; at += SWEEP_FEW) {
@@ -335,7 +335,7 @@ static void test_each_wrong_word_of_an_only_set_is_told(void)
 }
 
 /* Of older ones: their headers lead to the active set, their values do not matter. */
-static void test_wrong_words_of_older_sets_are_told_or_harmless(void)
+static void test_wrong_words_of_older_sets_are_reported_or_harmless(void)
 {
     save_random();
     const params_t set = save_random();
@@ -362,7 +362,7 @@ static void test_a_wrong_page_beside_a_good_one_is_harmless(void)
 }
 
 /* The data of another program in both sectors, or in one. */
-static void test_content_that_is_no_store_is_told(void)
+static void test_content_that_is_not_a_store_is_reported(void)
 {
     for (uint32_t pages = 1; pages <= 3u; pages++) {
         size_of_page(PAGE);

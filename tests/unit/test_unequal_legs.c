@@ -72,7 +72,7 @@ static void expect(const lost_t *lost, double volt_within, double ohm_within)
 }
 
 /* Both kinds are distinguished, each leg by itself, at one speed and one current. */
-static void test_voltage_and_resistance_of_a_leg_are_told_apart(void)
+static void test_voltage_and_resistance_of_a_leg_are_distinguished(void)
 {
     static const lost_t cases[] = {
         {{0.5, 0.0, 0.0}, {0.0, 0.0, 0.0}}, {{0.0, 0.5, 0.0}, {0.0, 0.0, 0.0}},

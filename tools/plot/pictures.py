@@ -313,7 +313,8 @@ def fig17(figure, layouts, data, manifest):
 
 
 def fig15(figure, layouts, data, manifest):
-    """The loops at both bandwidths; below them those whose inverter is not compensated, and what each of them bears."""
+    """The loops at both bandwidths; below them those whose inverter is not compensated, and the dead time that
+    each of them tolerates."""
     loops, loss = layouts[:2], layouts[2]
     table = Data.read(data.path.with_name("fig15_dead_time.csv"))
     sheet = Sheet(figure, manifest, heights(loops[0], 1.1) + [1.7, 0.75], columns=2, gaps=[0.24, 0.24, 1.1, 0.85],

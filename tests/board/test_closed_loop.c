@@ -106,8 +106,8 @@ static void test_speed_steps_by_the_encoder(void)
 /* ---- the estimate ---- */
 
 /* Shares of the rated speed, as far as the link can turn the motor. The last, 1000 r/min of the default
- * board's motor, is there a whole number of samples a turn, an odd number of them in every sixth: what the
- * legs and the sensors leave of an error comes back at the same angles, turn after turn. */
+ * board's motor, is there a whole number of samples a turn, an odd number of them in every sixth: the
+ * remaining errors of legs and sensors occur at the same angles in each turn. */
 static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 0.6753, 0.993, 2.0 / 3.0};
 
 /* The errors that remain after the calibration: those of run_real(), in proportion to the sensors' range

@@ -112,7 +112,7 @@ class CommandLine(TestCase):
             self.assertFalse(runs_under_valgrind())
             self.skipTest(done.stderr)
         # A sine, a cosine, a root and a hyperbolic tangent, of some ten operations each, are in any step; the worst one has
-        # the adaptation besides, two low-passes and one more root: more than thirty operations.
+        # also the adaptation, two low-passes and one more root: more than thirty operations.
         self.assertGreater(typical, 50)
         self.assertGreater(worst, typical + 30)
 

@@ -30,7 +30,7 @@ ACCESSES = [  # a line as QEMU writes it, and the cycles of each word that it mo
     ("str      r3, [r1, #0x10]", [BEYOND]),
     ("ldrb.w   fp, [r0, #0xf]", [IN_REACH]),
     ("ldrh     r2, [r0, #0x10]", [BEYOND]),
-    ("vldrle   s21, [r0, #0x80]", [BEYOND]),  # one that an IT block skips takes its time too
+    ("vldrle   s21, [r0, #0x80]", [BEYOND]),  # an instruction that an IT block skips takes its time, too
     ("ldr      r3, [r0, #-0x4]", [BEYOND]),  # 3 bits without a sign
     ("ldrd     r0, r3, [r4, #8]", [IN_REACH, IN_REACH]),
     ("strd     r0, r3, [r4, #0xc]", [IN_REACH, BEYOND]),  # words 6 and 8

@@ -27,7 +27,7 @@ ROOT = OPTIONS.root.resolve()
 PROGRAM = OPTIONS.program.resolve()
 SCRIPT = ROOT / "tools" / "gdb" / "lagless.py"
 SKIPPED = 77
-SECONDS = 120  # a session that takes longer hangs
+SECONDS = 120  # a session that takes longer counts as hanging
 
 # Times of the drive [periods of 100 us]. Windows begin with period 0; at the end of each the medium task runs, and what it has
 # set acts from the end of the next on.
@@ -53,7 +53,7 @@ def run(line, **more):
 
 
 def why_not():
-    """Why no session is possible on this machine; "" if one is."""
+    """The reason why no session is possible on this machine; "" if it is possible."""
     if shutil.which("gdb") is None:
         return "no gdb"
     if "yes" not in run(["gdb", "-nx", "-q", "-batch", "-ex", "python print('y' + 'es')"]).stdout:
@@ -97,7 +97,7 @@ shared = None
 
 
 def anew():
-    """The next session is another gdb's."""
+    """The next session uses another gdb."""
     global shared
     if shared:
         shared.end()
@@ -132,7 +132,7 @@ def place(text):
 
 
 def of_both_sensors(test):
-    """Also with the rig's sensors = exact the sample interrupt is the same; the rig stands between it and the drive's step."""
+    """Also with the rig's sensors = exact the sample interrupt is the same; the call of the rig is between it and the drive's step."""
 
     @functools.wraps(test)
     def both(self):
@@ -441,7 +441,7 @@ class MachineInterface:
         self.token = 100
 
     def tell(self, command):
-        """Sends a command; all lines up to the end of whatever it set going."""
+        """Sends a command; all lines up to the end of the action that it started."""
         self.token += 1
         self.gdb.stdin.write(f'{command}\n{self.token}-interpreter-exec console "echo"\n')
         self.gdb.stdin.flush()

@@ -54,7 +54,7 @@ TREE = {
         "{\n"
         "    return row->offset / sizeof(uint32_t);\n"
         "}\n"
-        # So long that the compiler jumps over it by address, which is no call of itself.
+        # A function so long that the compiler jumps over it by an address: this jump is not a recursive call.
         "float angle_long(float x)\n"
         "{\n"
         "    float sum = x;\n"

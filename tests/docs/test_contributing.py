@@ -48,7 +48,7 @@ class Contributing(unittest.TestCase):
             with self.subTest(commit=commit):
                 self.assertEqual(git("merge-base", "--is-ancestor", commit, "HEAD").returncode, 0)
                 touched = set(git("show", "--format=", "--name-only", commit).stdout.splitlines())
-                for name in files:  # by the name that the file has now, or had then
+                for name in files:  # by the present name of the file, or its name at that time
                     names = git("log", "--follow", "--format=", "--name-only", "--", name).stdout.split()
                     self.assertTrue(touched & {name, *names}, name)
 

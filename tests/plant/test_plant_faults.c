@@ -184,7 +184,8 @@ static uint32_t exchange(uint32_t gates, const uint32_t to[3])
     return bits;
 }
 
-/* Edges of a running loop into a plain plant, and with legs exchanged into one of swapped wires: the same. */
+/* A plant without a fault gets the edges of a running loop, and a plant with exchanged wires gets the same
+ * edges with exchanged legs: both have the same result. */
 static void test_swapped_phases_are_exchanged_commands_to_the_last_bit(void)
 {
     static oracle_edge_t edges[12 * 400];

@@ -76,8 +76,8 @@ static double sign_of(double complex current, double axis)
     return creal(current * cexp(-J * axis)) < 0.0 ? -1.0 : 1.0;
 }
 
-/* The mean of the sign of a phase whose current at an edge has the mean square 0.625 s^2 of noise, or twice
- * this in the phase that is the sum of two sensors. */
+/* Mean of the sign of a phase whose current at an edge has the mean square 0.625 s^2 of noise, or twice this
+ * in the phase that is the sum of two sensors. */
 static double mean_sign_of(double complex current, int32_t phase)
 {
     const double axis = 2.0 * PI / 3.0 * phase;

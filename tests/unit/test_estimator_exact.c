@@ -59,8 +59,8 @@ static void test_emf_has_its_length_and_the_feedforward_carries_the_speed(void)
 /* ---- the EMF filter acts in the frame of the loop ---- */
 
 /* A filter that is switched on, set to another cutoff and off again while the motor turns: this has no effect
- * on the angle, because the filter continues from its present EMF; and what an EMF that is longer by 5 V then
- * adds to it is the new one's share, 1 - exp(-cutoff T). */
+ * on the angle, because the filter continues from its present EMF; and the error that an EMF longer by 5 V
+ * then adds to it is the new one's share, 1 - exp(-cutoff T). */
 static void test_filter_is_switched_while_it_runs(void)
 {
     static const double cutoffs[] = {2000.0, 600.0, 0.0, 5000.0};

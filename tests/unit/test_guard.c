@@ -344,7 +344,7 @@ static void test_every_row_shows_beyond_its_limit_after_its_debounce(void)
     }
 }
 
-/* [periods] after which a row is shown, whenever the looks are. */
+/* [periods] after which a row is shown, for any times of the evaluations. */
 static uint32_t enough(uint32_t row)
 {
     return fault_rows[row].debounce + (fault_rows[row].rate == FAULT_SLOW ? 2u * DRIVE_WINDOW : 0u);

@@ -92,7 +92,7 @@ static void expect_accepted_at(const char *field, float limit)
 
 typedef struct {
     const char *field;
-    float good, bad, min, max; /* good NAN: none is */
+    float good, bad, min, max; /* good NAN: no value is good */
     const char *given;         /* other rows */
 } rule_t;
 

@@ -232,7 +232,7 @@ static void test_encoder_is_counted_from_its_pins(void)
 }
 
 /* The fault line: TZ1 to 4 are function 1 of GPIO12 to 15, TZ5 and 6 function 3 of GPIO16 and 17. */
-static void test_fault_line_is_a_trip_input_with_the_pull_up_that_was_asked_for(void)
+static void test_fault_line_is_a_trip_input_with_the_requested_pull_up(void)
 {
     const uint32_t pin = 11u + BOARD_TRIP_ZONE;
     TEST_ASSERT_EQUAL_UINT32(BOARD_TRIP_ZONE <= 4 ? 1u : 3u, function_of(pin));

@@ -216,7 +216,7 @@ void setUp(void)
 }
 
 /* Line 3: the nearest period that is whole in ADC clocks, SYSCLK/2n of 25 MHz at most. */
-static void test_gates_switch_at_the_carrier_that_was_asked_for(void)
+static void test_gates_switch_at_the_requested_carrier(void)
 {
     const double adc_clock = 2.0 * ceil(BOARD_SYSCLK_HZ / 50e6) * CYCLE;
     switch_at(0.3, 0.5, 0.8);

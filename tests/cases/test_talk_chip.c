@@ -144,7 +144,7 @@ static void test_a_good_frame_right_behind_a_break_is_dropped(void)
 /* A line of two wires: the drive receives all octets that it sends. The answer to a single write equals its
  * request.
  */
-static void test_a_modbus_server_does_not_hear_its_own_answer(void)
+static void test_a_modbus_server_ignores_its_own_answer(void)
 {
     static const uint8_t enable_off[] = {0x01, 0x06, 0x07, 0xD1, 0x00, 0x00, 0xD8, 0x87};
     uint8_t octets[16];

@@ -202,7 +202,7 @@ static void expect_what_was_sent_or_nothing(uint8_t extension, const char *name,
     every_error_of(&stream);
 }
 
-static void test_a_named_value_is_the_one_that_was_sent_or_none(void)
+static void test_a_named_value_is_the_one_that_was_sent_or_is_refused(void)
 {
     static const struct {
         uint8_t extension;
@@ -223,7 +223,7 @@ static void test_a_named_value_is_the_one_that_was_sent_or_none(void)
     }
 }
 
-static void test_a_number_is_the_one_that_was_sent_or_none(void)
+static void test_a_number_is_the_one_that_was_sent_or_is_refused(void)
 {
     static const struct {
         uint8_t extension;

@@ -88,7 +88,7 @@ class Boards(TestCase):
                 done = self.expect(0, lagless("run", self.write(f"{board}.toml", text)), "met         under load", "met         reversed")
                 self.assertNotIn("warning", done.stderr)
 
-    def test_the_list_says_what_the_headers_say(self):
+    def test_the_list_has_the_values_of_the_headers(self):
         boards = {board["name"]: board for board in json.loads(lagless("boards", "--json").stdout)["boards"]}
         self.assertEqual([row[0] for row in DRIVES][:1], [name for name, board in boards.items() if board["default"]])
         for name, board in boards.items():

@@ -412,7 +412,7 @@ class CommandLine(TestCase):
         done = lagless("run", self.scenario(duration="1 s"), "--out", self.folder, preexec_fn=limit)
         self.expect(3, done, ".csv.partial")
 
-    def test_quiet_says_nothing_when_all_is_well(self):
+    def test_quiet_prints_nothing_when_all_is_met(self):
         done = lagless("run", self.scenario(), "--quiet")
         self.assertEqual((0, "", ""), (done.returncode, done.stdout, done.stderr))
         self.assertIn("FAILED", lagless("run", self.scenario(at_least="5000 r/min"), "--quiet").stdout)
@@ -476,7 +476,7 @@ class CommandLine(TestCase):
             done = subprocess.run(["fish", "-c", script + "\ncomplete -C '%s'" % line], capture_output=True, text=True)
             self.assertEqual(expected, {candidate.split("\t")[0] for candidate in done.stdout.splitlines()}, done.stderr)
 
-    def test_completion_is_bash_and_knows_the_tables(self):
+    def test_completion_is_bash_and_has_the_names_of_the_tables(self):
         script = lagless("completion", "bash").stdout
         self.assertEqual(0, subprocess.run(["bash", "-n"], input=script, text=True).returncode)
         probe = script + "\nCOMP_WORDS=(lagless run --set iner); COMP_CWORD=3; _lagless 2>/dev/null; echo \"${COMPREPLY[@]}\""
@@ -504,7 +504,7 @@ class Readme(TestCase):
 
 class Scenarios(TestCase):
     @unittest.skipIf(tomllib is None, "this Python has no tomllib (3.11 or later has)")
-    def test_every_shipped_scenario_is_toml_says_what_it_is_and_expects_something(self):
+    def test_every_shipped_scenario_is_toml_with_a_title_and_an_expectation(self):
         tables = {"schema", "title", "text", "run", "start", "params", "requests", "plant", "rig", "at", "expect"}
         paths = glob.glob(os.path.join(ROOT, "host_sim", "scenarios", "*.toml"))
         self.assertGreater(len(paths), 10)

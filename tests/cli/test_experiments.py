@@ -63,7 +63,7 @@ class Test(command_line.TestCase):
 
     # ---- the page ----
 
-    def test_the_example_of_the_page_says_what_the_page_says(self):
+    def test_the_example_of_the_page_prints_what_the_page_shows(self):
         example, = re.findall(r"```toml\n# load_step\.toml\n(.*?)```", PAGE, re.S)
         output, = re.findall(r"```text\n(.*?)```", PAGE, re.S)
         done = self.lagless("paper", self.write(example, "load_step.toml"))

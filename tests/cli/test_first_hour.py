@@ -55,7 +55,7 @@ class OneFolder(FirstHour):
         self.expect(0, lagless("run", self.scenario(), "--out", self.out()))
         self.assertEqual(["a.csv"], os.listdir(self.out()))
 
-    def test_what_fills_a_folder_has_it_alone(self):
+    def test_a_command_that_fills_a_folder_locks_it(self):
         running = self.under_way("campaign", "--runs", "100000")
         for command in (["map"], ["matrix", "--cell", "stuck_a_rail/off"], ["paper", "fig12"], ["campaign", "--resume"]):
             self.expect(3, lagless(*command, "--out", self.out()), "another lagless writes there")
@@ -105,7 +105,7 @@ class Output(FirstHour):
             self.assertEqual("# ", file.read(2))
             self.assertNotIn("a test\n0.2", file.read())
 
-    def test_nothing_to_say_needs_no_stdout(self):
+    def test_without_output_no_stdout_is_needed(self):
         with open("/dev/full", "w") as full:
             self.expect(0, lagless("run", self.scenario(), "--quiet", stdout=full))
 
@@ -351,7 +351,7 @@ class Progress(FirstHour):
         for arguments in (["run", self.scenario(duration="3600 s")], ["map"], ["matrix"], ["campaign"], ["paper"]):
             self.assertRegex(self.seen(arguments, self.BAR.search), self.BAR, arguments)
 
-    def test_what_draws_pictures_is_followed(self):
+    def test_the_progress_of_pictures_is_shown(self):
         script = os.path.join(self.folder, "python")
         with open(script, "w") as file:
             file.write("#!/bin/sh\nsleep 0.5; echo 0.1 >&$LAGLESS_PROGRESS; sleep 0.2; echo 0.2 >&$LAGLESS_PROGRESS; sleep 5\n")
@@ -368,7 +368,7 @@ class Progress(FirstHour):
         with open(reading) as file:
             self.assertEqual((0, 0.25), (done.returncode, float(file.read())))
 
-    def test_a_pipe_gets_nothing_of_it(self):
+    def test_a_pipe_gets_no_progress_bar(self):
         done = lagless("run", self.scenario(duration="10 s"))
         self.assertEqual((0, ""), (done.returncode, done.stderr))
 

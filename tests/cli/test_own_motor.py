@@ -62,7 +62,7 @@ class OwnMotor(TestCase):
 
     # ---- matrix
 
-    def test_a_brake_within_the_limit_and_an_overload_are_some_for_every_motor(self):
+    def test_a_brake_and_an_overload_are_scaled_to_every_motor(self):
         for sheet in (SERVO, LARGE):
             path = self.tuned(sheet)
             at = self.end_of(path) - 0.2

@@ -97,7 +97,7 @@ class Pages(TestCase):
         for state in states:
             self.assertRegex(head, rf"(?m)^ \*\n \* {state.lower().replace('_', ' ')}: ")
 
-    def test_what_the_pages_say_of_app_apply_is_true(self):
+    def test_the_statements_of_the_pages_about_app_apply_are_true(self):
         self.assertIn("app_apply(", document("firmware/app/services.c"))
         self.assertIn("`app_apply` runs, which the order `apply`", " ".join(document("docs/chip.md").split()))
 

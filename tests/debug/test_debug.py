@@ -269,7 +269,7 @@ class FaultTest(unittest.TestCase):
         )
         self.assertRegex(drive, r"(?m)^warnings +sink_warm$")
 
-    def test_why_names_a_refusal_and_says_when_nothing_is_wrong(self):
+    def test_why_names_a_refusal_and_reports_when_nothing_is_wrong(self):
         _, refused, _, good = session("period 100", "why", "period 8000", "why")
         self.assertIn("refusal 1, not_ready: the current offsets are still being measured", refused)
         self.assertIn("remedy: wait; it takes a tenth of a second with the bridge off", refused)

@@ -93,7 +93,7 @@ class FieldTest(unittest.TestCase):
         ):
             self.assertEqual(registers.summary(registers.fields_of("EPWM1", register), word), text)
 
-    def test_reset_value_shows_the_divider_that_bites(self):
+    def test_reset_value_shows_the_effective_divider(self):
         self.assertIn("HSPCLKDIV /2", registers.summary(registers.fields_of("EPWM3", "TBCTL"), 0x0083))
 
     def test_bits_outside_all_fields_are_shown(self):

@@ -54,7 +54,7 @@ class Contributing(unittest.TestCase):
 
 
 class Citation(unittest.TestCase):
-    def test_it_says_what_the_project_says(self):
+    def test_it_has_the_numbers_of_the_project(self):
         entries = dict(re.findall(r"^(\w[\w-]*): (.+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE))
         project = re.search(r"^project\((\w+) VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"), re.MULTILINE)
         self.assertEqual((entries["title"], entries["version"]), project.groups())

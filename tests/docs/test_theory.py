@@ -100,7 +100,7 @@ def simulate(rpm, gain=200.0, slope=1.0, vector=True, periods=4000):
 
 
 class Observer(unittest.TestCase):
-    def test_law_holds_where_the_text_says(self):
+    def test_law_holds_in_the_stated_range(self):
         angle = length = 0.0
         for x in (0.05, 0.1, 0.2, 0.3):
             for d in (0.0076, 0.05, 0.1, 0.3):

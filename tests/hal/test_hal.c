@@ -322,7 +322,7 @@ static void test_watchdog_goes_off_before_anything_else(void)
     TEST_ASSERT_EQUAL_HEX32(0x0068u, rec.entry[1].value);
 }
 
-static void test_carrier_starts_last_and_stands_until_then(void)
+static void test_carrier_starts_last_and_does_not_count_before(void)
 {
     TEST_ASSERT_EQUAL(HAL_OK, start());
     TEST_ASSERT_EQUAL(DID_INTERRUPTS_ON, rec.entry[rec.entries - 1u].did);
@@ -817,7 +817,7 @@ static void test_each_sample_reports_whether_the_enable_input_is_active(void)
     TEST_ASSERT_EQUAL_HEX16(0u, sample_at(3u * PERIOD + 100u).flags);
 }
 
-static void test_flags_tell_trip_and_fault_line_apart(void)
+static void test_flags_distinguish_trip_and_fault_line(void)
 {
     start_carrier();
     TEST_ASSERT_TRUE(hal_gates_on());
@@ -928,7 +928,7 @@ static void test_ten_samples_after_a_gap_of_ten_periods_are_late(void)
     TEST_ASSERT_EQUAL_HEX16(0u, late_at(11u * PERIOD + 100u));
 }
 
-static void test_lateness_survives_the_wrap_of_the_clock(void)
+static void test_a_late_sample_is_detected_across_the_wrap_of_the_clock(void)
 {
     start_carrier();
     carrier_start = UINT32_MAX - 5u * PERIOD / 2u;

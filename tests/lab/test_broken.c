@@ -177,7 +177,7 @@ static void test_text_that_is_not_toml_is_refused_with_its_place(void)
 }
 
 /* Lines of Windows and a byte order mark; brackets and dots in texts and comments, which do not count. */
-static void test_what_other_editors_write_and_texts_hold_is_fine(void)
+static void test_files_of_other_editors_are_accepted(void)
 {
     static const char *const texts[] = {
         "\xEF\xBB\xBFschema = 1\r\ntitle = \"t\"\r\n[run]\r\nduration = \"1 ms\"\r\n",
@@ -271,7 +271,7 @@ int main(void)
     RUN_TEST(test_what_is_not_a_file_is_refused_and_does_not_block);
     RUN_TEST(test_file_without_permission);
     RUN_TEST(test_text_that_is_not_toml_is_refused_with_its_place);
-    RUN_TEST(test_what_other_editors_write_and_texts_hold_is_fine);
+    RUN_TEST(test_files_of_other_editors_are_accepted);
     RUN_TEST(test_file_that_is_too_large);
     RUN_TEST(test_deep_nesting_is_refused);
     RUN_TEST(test_many_keys_below_a_long_one_fit_into_memory);

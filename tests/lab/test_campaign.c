@@ -266,7 +266,7 @@ static const course_t courses[] = {
      .violated = CAMPAIGN_I_GATES, .row = "state", .excused = CAMPAIGN_BIT(CHIP)},
 };
 
-static void test_each_course_is_held_or_violated_as_it_says(void)
+static void test_each_course_has_its_expected_verdict(void)
 {
     for (size_t n = 0; n < sizeof courses / sizeof courses[0]; n++) {
         judge_anew(courses[n].fault);
@@ -274,7 +274,7 @@ static void test_each_course_is_held_or_violated_as_it_says(void)
     }
 }
 
-static void test_what_the_judge_knows_of_the_drive_is_so(void)
+static void test_the_values_of_the_judge_are_those_of_the_drive(void)
 {
     TEST_ASSERT_EQUAL_UINT32(DRIVE_SAMPLE_LATE, CAMPAIGN_LATE_FLAG);
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(CAMPAIGN_STATE_WORDS, sizeof(drive_t) / sizeof(uint32_t));

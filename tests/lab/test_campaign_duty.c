@@ -157,7 +157,7 @@ static const course_t courses[] = {
      .excused = CAMPAIGN_BIT(LATE)},
 };
 
-static void test_each_course_is_held_or_violated_as_it_says(void)
+static void test_each_course_has_its_expected_verdict(void)
 {
     for (size_t n = 0; n < sizeof courses / sizeof courses[0]; n++) {
         judge_lasting(courses[n].fault, courses[n].value, courses[n].lasts);
@@ -261,7 +261,7 @@ static void drive_away(const float errors[4], float load)
 }
 
 /* After a load is removed the speed first rises; within half of three time constants it returns. */
-static void test_a_torque_that_takes_the_speed_ever_further_away_is_flight(void)
+static void test_a_torque_that_drives_the_speed_away_is_a_violation(void)
 {
     drive_away((const float[]){9.0f, 10.0f, 11.0f, 12.0f}, 2.0f);
     expect_violated(CAMPAIGN_I_AWAY);

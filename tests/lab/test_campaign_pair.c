@@ -146,7 +146,7 @@ static void test_learning_is_no_cause_if_each_value_is_nearer_to_the_truth(void)
     }
 }
 
-static void test_healthy_runs_without_encoder_are_paired(void)
+static void test_runs_without_fault_and_encoder_are_paired(void)
 {
     uint32_t paired = 0;
     for (uint32_t run = 0; run < 2000u; run++) {

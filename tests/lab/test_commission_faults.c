@@ -213,7 +213,7 @@ static void test_step_that_is_requested_alone_runs_those_that_it_needs(void)
 }
 
 /* A link that the meter shows 6 % higher; 4 % are within the error of a divider. */
-static void test_link_that_the_meter_denies_ends_before_the_first_step(void)
+static void test_a_link_that_contradicts_the_meter_ends_before_the_first_step(void)
 {
     scenario_error_t error = {.file = ""};
     commission_result_t result;

@@ -50,7 +50,7 @@ class Counts(unittest.TestCase):
                          for m in range(both + 1) if min(judge.tails(m, both - m, 60, 600)) < judge.CHANCE)
             self.assertLess(chance, 2.0 * judge.CHANCE)
 
-    def test_an_excuse_that_more_than_a_fiftieth_of_the_runs_need_is_seen(self):
+    def test_an_excuse_of_more_than_a_fiftieth_of_the_runs_is_reported(self):
         found = judge.collections.Counter({"excuse the interrupt begins late": 12, "alarm": 60})
         self.assertEqual([], judge.excuses_too_often(found, 600))
         self.assertEqual([], judge.excuses_beyond_chance(found, 600))

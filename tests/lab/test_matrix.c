@@ -132,7 +132,7 @@ static void expect_reasons(const char *names)
     }
 }
 
-static void test_promised_reasons_exist_and_are_there_where_one_is_needed(void)
+static void test_required_reasons_exist_and_are_given_where_one_is_needed(void)
 {
     for (size_t n = 0; n < matrix_promise_count; n++) {
         const matrix_promise_t *promise = &matrix_promises[n];
@@ -354,7 +354,7 @@ static void test_what_is_not_yet_kept_names_cells_that_occur_each_once_with_its_
     TEST_ASSERT_NULL(cells[0].not_yet);
 }
 
-static void test_another_colour_than_is_known_is_a_surprise_both_ways(void)
+static void test_a_result_that_is_not_the_listed_one_is_reported_both_ways(void)
 {
     matrix_cell_t cell = kept();
     TEST_ASSERT_FALSE(matrix_surprises(&cell));

@@ -43,7 +43,7 @@ static bool given(const char *const *assignments)
 
 /* ---- the sheet ---- */
 
-static void test_every_way_to_say_the_flux_means_the_same_motor(void)
+static void test_every_form_of_the_flux_gives_the_same_motor(void)
 {
     /* psi_f = 0.1 Wb, p = 4: a phase has 0.4 V s/rad peak, 41.888 V at 1000 r/min, 72.552 V between lines;
      * K_t 0.6 N m/A of the peak; 2 pi 0.1 V/Hz. Through two phases the mean of a block is 3/pi of the line's
@@ -239,7 +239,7 @@ static double drawn(double low, double high)
     return low * pow(high / low, (double)(state >> 8) / 16777216.0);
 }
 
-static void test_the_drive_accepts_the_rows_of_whatever_motor_has_some(void)
+static void test_the_drive_accepts_the_rows_of_every_motor_that_has_some(void)
 {
     uint32_t with_rows = 0u;
     for (int n = 0; n < 400; n++) {
@@ -309,7 +309,7 @@ static void test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw(void
  * starts one ends
  * in estimate_astray, that of a small motor with a winding of large inductance, in which the noise of the
  * current is a speed; with five other seeds it does not. */
-static void test_every_motor_starts_from_wherever_it_stands(void)
+static void test_every_motor_starts_from_every_angle(void)
 {
     char **names;
     const int count = motor_library(&names);

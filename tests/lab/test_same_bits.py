@@ -58,7 +58,7 @@ class Program(unittest.TestCase):
 
 
 class Comparing(unittest.TestCase):
-    def test_rows_of_both_are_compared_and_those_of_one_side_told(self):
+    def test_rows_of_both_are_compared_and_those_of_one_side_reported(self):
         record = {"i_a": "1", "i_b": "2", "u_dc": "3"}
         for other, verdict in ((dict(record), (True, "same, 3 rows")), ({**record, "i_b": "4"}, (False, "DIFFERENT in 1 of 3 rows: i_b")),
                                ({"i_a": "1", "i_b": "2", "i_c": "9"}, (True, "same, 2 rows; new: i_c; gone: u_dc"))):

@@ -182,7 +182,7 @@ static void expect_start_current_of_a_leg(const char *name)
     TEST_ASSERT_TRUE_MESSAGE(start <= BOARD_MODULE_CONTINUOUS_MA / 1e3 * (1.0 + 1e-6), name);
 }
 
-static void test_what_tune_prints_is_accepted_and_what_the_drive_makes_of_it(void)
+static void test_the_output_of_tune_is_accepted_and_agrees_with_the_drive(void)
 {
     for (size_t n = 0; n < motors(); n++) {
         const char *name = read_sheet(n);

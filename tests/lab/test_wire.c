@@ -317,7 +317,7 @@ static const uint8_t start[] = {2,    0,    0, 0, 0xFF, 0x00, 8, 0, 1,    0, 0xF
                                 0xA0, 0x0F, 0, 0, 6,    0,    2, 0, 0xF0, 4, 0x79, 0, 0, 0};
 
 /* HTTP, TLS, and lengths of 0 and above the largest. */
-static void test_frames_behind_something_else_are_not_heard(void)
+static void test_frames_behind_other_octets_are_ignored(void)
 {
 #define HEAD(text)                                                                                           \
     {                                                                                                        \
@@ -342,7 +342,7 @@ static void test_frames_behind_something_else_are_not_heard(void)
     }
 }
 
-static void test_good_frames_before_a_bad_one_are_heard_and_none_behind_it(void)
+static void test_valid_frames_before_an_invalid_one_are_accepted_and_none_behind_it(void)
 {
     uint8_t heard[64];
     const int client = connected();

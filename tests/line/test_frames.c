@@ -189,7 +189,7 @@ static void test_a_frame_is_made_as_the_standard_has_it(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(odd, made, 5u);
 }
 
-static void test_over_a_lossless_line_rubbish_ends_it(void)
+static void test_over_a_lossless_line_invalid_octets_end_it(void)
 {
     static const uint8_t http[] = "HTTP/1.1 400 Bad Request";
     frames_init(&frames, true);

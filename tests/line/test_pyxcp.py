@@ -147,7 +147,7 @@ class Pyxcp(stuck.TestCase):
         for complaint in ("WARNING", "ERROR", "CRITICAL", "Traceback", "not implemented"):
             self.assertNotIn(complaint, done.stdout + done.stderr)
 
-    def test_description_is_fetched_and_has_every_row_and_says_of_the_line_what_the_drive_says(self):
+    def test_description_is_fetched_and_has_every_row_and_the_line_of_the_drive(self):
         self.serve("cold_start")
         self.info_is_clean()
         self.tool("xcp-fetch-a2l")

@@ -286,7 +286,7 @@ class Refusals(Case):
         (self.folder / "runs").write_text("")
         self.expect(3, lagless("run", self.own_toml, "--plot", cwd=self.folder), "runs")
 
-    def test_without_python_or_matplotlib_it_says_how_to_get_them(self):
+    def test_without_python_or_matplotlib_it_reports_how_to_get_them(self):
         path = self.recording()
         self.expect(3, lagless("plot", path, env={**os.environ, "LAGLESS_PYTHON": "/nonexistent/python3"}),
                     "cannot run Python (/nonexistent/python3)", "install Python 3.9 or later")
@@ -358,7 +358,7 @@ class Compares(Case):
                     "setting enable: on in A, quick_stop in B", "setting speed_request: 300 r/min in A, 600 r/min in B")
         self.expect(2, lagless("compare", a, self.recording(("period: 0.0001", "period: 0.00005"), name="e.csv")), "periods of 0.0001 s")
 
-    def test_both_are_drawn_in_one_page_with_what_is_apart(self):
+    def test_both_are_drawn_in_one_page_with_their_difference(self):
         a, b = self.recording(), self.recording(("-0.1", "-0.2"), name="b.csv")
         self.expect(1, lagless("compare", a, b, "--out", self.folder / "out", "--format", "png"), "out/compare.png")
         self.expect(1, lagless("compare", a, b, "--plot", cwd=self.folder), "runs/compare/compare.html")

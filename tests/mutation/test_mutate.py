@@ -124,7 +124,7 @@ class Operators(unittest.TestCase):
 
 
 class Draw(unittest.TestCase):
-    def test_each_room_has_its_share_and_a_few_at_least(self):
+    def test_each_module_has_its_share_and_a_few_at_least(self):
         wanted = mutate.shares({"a": 900, "b": 90, "c": 10}, 100)
         self.assertEqual(wanted, {"a": 90, "b": 9, "c": mutate.FEWEST})
 
@@ -199,7 +199,7 @@ class SmallTree(unittest.TestCase):
 
 
 class WrongUse(unittest.TestCase):
-    def test_says_what_is_wrong(self):
+    def test_mistakes_are_reported(self):
         for words, text in ((["nowhere"], "no module: nowhere; there are app, contract"), (["--count", "0"], "--count must be above 0"),
                             (["--list", "nowhere.tsv"], "nowhere.tsv: No such file"), (["--list", __file__], "is no list of mutants"),
                             (["--again", "--list", "x"], "without these"), (["--accept", "math"], "all modules"),

@@ -119,7 +119,7 @@ static void test_copied_state_runs_on_identically(void)
     TEST_ASSERT_TRUE(plant.shoot_throughs > 0);
 }
 
-static void test_where_one_stops_to_look_does_not_matter(void)
+static void test_the_times_of_reading_do_not_matter(void)
 {
     /* The same edges, once in whole periods and once in steps of an odd number of ticks. */
     plant_params_t q = plant_of("current_noise = 0, inertia = 0.003");

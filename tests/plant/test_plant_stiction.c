@@ -170,7 +170,7 @@ static void test_brake_stops_the_rig_holds_it_and_lets_go(void)
     }
 }
 
-static void test_brake_can_not_be_felt_on_a_locked_shaft(void)
+static void test_brake_has_no_effect_on_a_locked_shaft(void)
 {
     plant_params_t q = begin(plant_with(sticking(2.0), "shaft_locked = 1, shaft_locked_speed = 30"));
     plant_set_brake(&plant, 60.0);
@@ -184,7 +184,7 @@ static void test_brake_can_not_be_felt_on_a_locked_shaft(void)
 
 /* ---- as a state ---- */
 
-static void test_where_one_stops_to_look_moves_no_event(void)
+static void test_the_times_of_reading_move_no_event(void)
 {
     begin(plant_with(sticking(2.0), "load_kind = 1, load_torque = 1.9"));
     plant_set_motion(&plant, 0.0, 20.0);

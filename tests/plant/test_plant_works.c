@@ -57,7 +57,7 @@ static void test_a_spring_swings_its_rotor_as_a_cosine(void)
     }
 }
 
-static void test_a_piston_takes_and_gives_back_what_its_potential_says(void)
+static void test_a_piston_takes_and_returns_the_energy_of_its_potential(void)
 {
     /* J w^2/2 - (T/n) cos(n theta) stays, if the rotor swings and if it turns. */
     const double speeds[] = {5.0, 40.0};

@@ -106,7 +106,7 @@ class TheBench(unittest.TestCase):
     def error(self, estimator):
         return lagless.bench(estimator, only=self.CASE).errors[self.CASE]
 
-    def test_the_paper_s_observer_lags_as_its_theory_says(self):
+    def test_the_paper_s_observer_lags_as_in_its_theory(self):
         # docs/paper.md, erratum 2: -54 mrad at 1500 r/min, with the printed compensation +32, with erratum 1 +31.
         paper_observer = importlib.import_module("paper_observer")
         self.assertAlmostEqual(self.error(paper_observer.Uncompensated).mean, 54 * 1490 / 1500, delta=0.5)
@@ -528,7 +528,7 @@ class Examples(unittest.TestCase):
 
 
 class Document(unittest.TestCase):
-    def test_what_it_shows_runs(self):
+    def test_the_shown_code_runs(self):
         text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
         blocks = re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
         self.assertEqual(len(blocks), text.count("```python"))

@@ -115,7 +115,7 @@ static void expect_same_bits(rig_t *other)
 
 /* hal_read takes the samples of t_k independently of the duration of the rest, and duties act from t_{k+1} as
  * long as they are written before it. Gates are switched at the end, so they are on before. */
-static void test_within_the_period_no_bit_hangs_on_it(void)
+static void test_within_the_period_no_bit_depends_on_it(void)
 {
     start();
     run_put(rig, "medium_time", 0.0);

@@ -113,7 +113,7 @@ static void expect_answer(const char *form, int status)
 #define HERE "Host: 127.0.0.1:{P}\r\n"
 #define PAGE "GET /{T}/events HTTP/1.1\r\n" HERE
 
-static void test_page_is_given_with_headers_that_keep_it_alone(void)
+static void test_page_has_headers_that_isolate_it(void)
 {
     char answer[2048];
     const int browser = client();
@@ -127,7 +127,7 @@ static void test_page_is_given_with_headers_that_keep_it_alone(void)
     close(browser);
 }
 
-static void test_who_does_not_belong_here_is_refused_and_nothing_is_done(void)
+static void test_a_foreign_request_is_refused_and_nothing_is_done(void)
 {
     static const struct {
         const char *request;
@@ -188,7 +188,7 @@ static void test_who_does_not_belong_here_is_refused_and_nothing_is_done(void)
 }
 
 /* Typed, or opened by a program; from a page of its own; STOP by it. */
-static void test_who_belongs_here_is_answered(void)
+static void test_a_request_of_the_page_is_answered(void)
 {
     expect_answer("GET /{T}/ HTTP/1.1\r\n" HERE "Sec-Fetch-Site: none\r\n\r\n", 200);
     expect_answer("GET /{T}/ HTTP/1.1\r\n" HERE

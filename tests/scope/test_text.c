@@ -54,7 +54,7 @@ static void test_base64_is_that_of_the_standard(void)
     TEST_ASSERT_EQUAL_STRING("+//+", written() + before);
 }
 
-static void test_rows_stand_by_ascending_id_and_none_is_of_the_desk(void)
+static void test_rows_have_ascending_ids_and_none_is_of_the_simulation(void)
 {
     for (uint32_t n = 0; n < values.count; n++) {
         TEST_ASSERT_LESS_THAN_UINT32(3000u, values.rows[n]->id);

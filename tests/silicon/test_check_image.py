@@ -441,7 +441,7 @@ class CheckImage(unittest.TestCase):
         self.image.define("__TI_SYSMEM_SIZE", 0x400, NOTYPE)
         self.assert_breach(self.image, "heap: __TI_SYSMEM_SIZE is linked: no heap\n")
 
-    def test_names_that_are_no_console(self):
+    def test_names_that_are_not_a_console(self):
         for name in ("app_read", "hal_output", "params_print", "sprint", "_lock", "abort", "exit", "memcpy"):
             self.image.define(name, 0x300008, place=1)
         self.assert_passes(self.image)

@@ -60,7 +60,7 @@ static void test_with_a_stopped_timer_it_ends_after_the_same_number_of_turns(voi
     }
 }
 
-static void test_no_cycles_are_no_wait(void)
+static void test_zero_cycles_are_no_wait(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, waited(0u, 77u, 5u));
 }

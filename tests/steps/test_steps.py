@@ -70,7 +70,7 @@ class Steps(unittest.TestCase):
         self.assertEqual(["in front", "first of the lane", "second of the lane", "end"],
                          [line.split("  ")[0] for line in done.stdout.splitlines()])
 
-    def test_a_failure_beside_ends_the_script_at_its_next_step(self):
+    def test_a_failure_of_a_parallel_step_ends_the_script_at_its_next_step(self):
         done = self.run_script("""lane() { step a 'bad' sh -c 'echo because; exit 3'; echo no further; }
             beside lane lane
             while [ ! -s build/log/lane.ended ]; do sleep 0.05; done
@@ -82,7 +82,7 @@ class Steps(unittest.TestCase):
         self.assertNotIn("after", done.stdout)
         self.assertNotIn("no further", done.stdout)
 
-    def test_a_failing_step_ends_what_runs_beside(self):
+    def test_a_failing_step_ends_the_parallel_steps(self):
         begun = time.monotonic()
         done = self.run_script("""lane() { step a 'long' sh -c 'echo $$ >pid; exec sleep 60'; }
             beside lane lane
@@ -97,7 +97,7 @@ class Steps(unittest.TestCase):
             time.sleep(0.05)
         self.fail("the step beside still runs")
 
-    def test_processor_seconds_of_a_step_are_its_own_and_not_those_of_what_ran_beside(self):
+    def test_processor_seconds_of_a_step_do_not_include_parallel_steps(self):
         busy = "i=0; while [ $i -lt 400000 ]; do i=$((i + 1)); done"
         done = self.run_script(f"""lane() {{ step a idle true; step a busy sh -c '{busy}'; }}
             beside lane lane

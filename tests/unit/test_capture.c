@@ -109,7 +109,7 @@ static void expect_state(capture_state_t state)
 /* ---- the ring ---- */
 
 /* The last periods, in their order: all of the room is used, around the ring's end too. */
-static void test_each_number_of_columns_has_the_ring_to_itself(void)
+static void test_each_number_of_columns_uses_the_whole_ring(void)
 {
     for (uint32_t columns = 1; columns <= CAPTURE_COLUMNS; columns++) {
         capture_wish_t wish = usual;
@@ -230,7 +230,7 @@ static void test_value_that_passes_its_level_triggers_with_its_period(void)
     }
 }
 
-static void test_edge_is_followed_by_as_many_periods_as_asked(void)
+static void test_edge_is_followed_by_the_requested_number_of_periods(void)
 {
     capture_wish_t wish = on_speed(CAPTURE_ON_ABOVE, 10.0f);
     wish.columns = 8u;

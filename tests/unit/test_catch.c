@@ -114,7 +114,7 @@ static void test_fast_rotor_is_caught_before_the_catch_is_over(void)
 /* An observer that begins at zero lacks exp(-t/0.4 ms) of the EMF: 0.7 % after 2 ms, and from then on less
  * than a catch can measure; the slip has taken part of it for psi_f, and gives it back. A fast rotor is
  * caught after 10 ms, a slow one after 20. */
-static void test_observer_that_arrives_does_not_make_the_speed_small(void)
+static void test_a_settling_observer_does_not_reduce_the_speed(void)
 {
     static const double speeds[] = {500.0, 20.0};
     for (int n = 0; n < 2; n++) {

@@ -506,7 +506,7 @@ static void test_a_phase_lacks_current_that_had_none_at_the_last_window_either(v
 
 /* A loss requires 32 periods without current in succession. Here are 24, a window that ends with 1 A, and 24
  * again; the first window is not judged. */
-static void test_a_window_with_current_ends_the_time_without(void)
+static void test_a_window_with_current_ends_the_time_without_current(void)
 {
     for (uint32_t n = 0; n < 64u; n++) {
         const float noise = 0.02f * (float)(n % 3u);

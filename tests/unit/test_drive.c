@@ -404,7 +404,7 @@ static void test_an_offer_withdrawn_is_not_taken(void)
 }
 
 /* Every part gets its own coefficients: one of each part that depends on the set, calculated by hand. */
-static void test_a_new_set_reaches_every_room(void)
+static void test_a_new_set_reaches_every_part(void)
 {
     bring_to_run();
     set_rows(&params, "calibration_periods=1024 overcurrent_trip=13 encoder_lines=1000 observer_gain=180 "

@@ -66,7 +66,7 @@ void setUp(void)
 
 /* Three standard deviations of the mean of two windows, 3 sqrt(2) L n/(2 n_w T): where psi_f omega_least is
  * less, noise would be judged. */
-static void test_what_noise_makes_of_an_emf_is_not_judged(void)
+static void test_noise_in_an_emf_is_not_judged(void)
 {
     const double quiet = (double)prepared(0.0, 0.0f).emf_least;
     TEST_ASSERT_DOUBLE_WITHIN(1e-5 * quiet, PSI * LEAST, quiet);
@@ -279,7 +279,7 @@ static void test_an_encoder_that_counts_the_other_way_is_detected_by_its_directi
 }
 
 /* 6 ms are seven and a half windows, then three judgements. */
-static void test_after_a_rest_current_sensors_have_the_first_word(void)
+static void test_after_a_rest_the_current_sensors_are_judged_first(void)
 {
     settle(240.0);
     encoder += PI;
@@ -345,7 +345,7 @@ static bool burst_is_a_sign(double omega)
     return seen != 0u;
 }
 
-static void test_a_burst_of_noise_is_no_sign(void)
+static void test_a_burst_of_noise_is_not_a_sign(void)
 {
     int alarms = 0;
     for (int burst = 0; burst < 1000; burst++) {
@@ -369,7 +369,7 @@ static void test_an_angle_that_jumps_by_more_than_a_rotor_can_is_reported_at_onc
 }
 
 /* 0.5 s are 625 judgements of 0.8 ms. At an EMF of 1200 rad/s three judgements are enough. */
-static void test_at_a_doubtful_emf_the_judgement_waits_half_a_second_and_then_speaks(void)
+static void test_at_a_doubtful_emf_the_judgement_waits_half_a_second(void)
 {
     settle(1200.0);
     rotor += 1.0;
@@ -474,7 +474,7 @@ static void test_a_difference_below_the_least_emf_may_be_a_wrong_voltage(void)
 /* A motor whose EMF is large at a low speed, 90 V at 30 rad/s. The encoder slips by 140 degrees in one
  * period: between two windows the EMF has turned by more than a quarter, which is 1250 rad/s either way, and
  * from then on it turns with the encoder. */
-static void test_the_step_of_a_slip_is_no_direction(void)
+static void test_the_step_of_a_slip_is_not_a_direction(void)
 {
     encoder_watch_params_t params = usual(0.0, 0.0f);
     params.flux_linkage = 3.0f;
@@ -581,7 +581,7 @@ static void test_an_emf_too_long_for_the_speed_must_last_twice_as_long(void)
 /* A judgement adds its EMF, limited to the sum that a sign requires, 10 times psi_f 60 rad/s; each judgement
  * of an encoder that is right halves the sum. After one wrong judgement at 1200 rad/s and two right ones a
  * quarter remains; the EMF at 61 rad/s adds the rest in 8 judgements. */
-static void test_one_large_emf_counts_as_what_a_sign_takes(void)
+static void test_one_large_emf_counts_at_most_as_one_sign(void)
 {
     settle(1200.0);
     encoder += PI;

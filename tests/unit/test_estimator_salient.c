@@ -321,7 +321,7 @@ static void test_lock_from_rest_begins_with_the_active_flux(void)
 }
 
 /* No sample leads to a state that is no number. */
-static void test_samples_that_are_none_leave_the_flux_as_it_was(void)
+static void test_invalid_samples_do_not_change_the_flux(void)
 {
     given(3.0, 500.0, &RIGHT);
     locked(-2.0, 3.0);

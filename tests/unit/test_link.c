@@ -50,7 +50,7 @@ static void test_without_ride_through_driving_is_never_limited(void)
     }
 }
 
-static void test_limits_are_asked_for_as_long_as_they_act(void)
+static void test_limits_are_requested_as_long_as_they_act(void)
 {
     TEST_ASSERT_FALSE(is_near(311.0));
     TEST_ASSERT_TRUE(is_near(380.5));

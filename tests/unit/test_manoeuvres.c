@@ -593,7 +593,7 @@ static void test_rotor_that_stands_after_a_loss_is_started(void)
 }
 
 /* The third within 2 s of the first; without that window it would be the third at all. */
-static void test_three_losses_within_two_seconds_are_one_too_many(void)
+static void test_three_losses_within_two_seconds_are_a_fault(void)
 {
     static const double apart[] = {0.1, 0.98, 1.02, 1.5};
     for (int n = 0; n < 4; n++) {

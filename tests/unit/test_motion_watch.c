@@ -198,7 +198,7 @@ static void test_a_rotor_that_stands_at_the_limit_is_stalled_after_its_time(void
     }
 }
 
-static void test_what_was_asked_for_or_is_not_judged_is_no_stall(void)
+static void test_a_requested_standstill_or_one_that_is_not_judged_is_not_a_stall(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, false, ~UINT32_C(0), 5000u)); /* a current */
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 0.4, true, ~UINT32_C(0), 5000u));   /* it holds */

@@ -252,7 +252,7 @@ static void test_the_tracking_loop_follows_inertia_and_current_limit(void)
 }
 
 /* 0.6 of the bandwidth by the rule is enough: 328.6 rad/s for the bare motor. */
-static void test_a_loop_that_is_set_is_taken_and_told_slow_below_its_share_of_the_rule(void)
+static void test_a_configured_loop_is_used_and_reported_slow_below_its_share_of_the_rule(void)
 {
     static const struct {
         float inertia, bandwidth;

@@ -76,7 +76,7 @@ static void test_speed_makes_the_torque_current_and_the_request_the_other(void)
  * speed of the step its own i_q, and k_p less for each rad/s more. A requested current does not decrease with
  * the speed.
  */
-static void test_it_says_how_i_q_falls_with_the_speed_until_the_next_step(void)
+static void test_it_gives_the_slope_of_i_q_over_the_speed_until_the_next_step(void)
 {
     static const float weights[] = {1.0f, 0.5f, 0.0f};
     for (int n = 0; n < 3; n++) {
@@ -226,7 +226,7 @@ static void begin_slow(float low_current)
 }
 
 /* The fading current is reduced first, so that both together are always within the longest vector. */
-static void test_i_q_waits_for_what_a_hand_over_has_left(void)
+static void test_i_q_waits_for_the_rest_of_a_hand_over(void)
 {
     begin_slow(0.0f);
     run_enter(&run, (dq_t){8.0f, 3.0f}, 15.0f);

@@ -155,7 +155,7 @@ static void test_the_first_fault_stays_and_later_ones_are_added(void)
     expect_later(NOTHING); /* nothing of the one before */
 }
 
-static void test_the_latched_fault_is_no_later_one(void)
+static void test_the_latched_fault_is_not_a_later_one(void)
 {
     from(DRIVE_FAULT);
     input.faults = LATE;
@@ -385,7 +385,7 @@ static void test_a_coasting_drive_comes_on_again_by_itself(void)
 /* ---- all of it ---- */
 
 /* The states to which one step may lead; from every state with every possible input. */
-static void test_no_input_leads_where_it_must_not(void)
+static void test_no_input_leads_to_a_forbidden_state(void)
 {
     static const bool may[6][6] = {
         /* to: not_ready ready switched operation quick_stop fault */

@@ -114,7 +114,7 @@ static void test_a_refused_reset_leaves_enable_as_it_is(void)
 }
 
 /* With module_fault_retries the motor starts again automatically: this is its purpose. */
-static void test_a_retry_of_its_own_starts_the_motor(void)
+static void test_an_automatic_retry_starts_the_motor(void)
 {
     bring_to_operation();
     sequence.tuning.retries = 1u;

@@ -71,7 +71,7 @@ static unsigned stuck_after(float a, float b, float miss, unsigned periods)
 /* The first sample moves, three stay, and in the third and the three after it the value is off. Almost no
  * current in a phase, its own or another: the difference must be large, and last longer. At the limit of the
  * voltage a current moves as slowly as the link makes it. */
-static void test_a_value_that_stays_off_what_is_asked_for_is_stuck(void)
+static void test_a_constant_value_that_differs_from_the_request_is_stuck(void)
 {
     static const struct {
         float a, b, miss, link; /* [A], [V] */

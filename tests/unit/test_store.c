@@ -423,7 +423,7 @@ static void test_cut_while_a_set_is_erased_leaves_it_or_none(void)
 }
 
 /* A set stored over a corrupt one is active, though the corrupt one has a serial, too. */
-static void test_a_set_stored_over_a_corrupt_store_is_in_force(void)
+static void test_a_set_stored_over_a_corrupt_store_is_active(void)
 {
     fill();
     fill();

@@ -203,7 +203,7 @@ static double tripped_after(uint32_t condition)
 }
 
 /* A drive that exceeds the limit is stopped when h = 1.1: after tau ln(1/(1 - 1.1 I_c^2/I^2)). */
-static void test_who_goes_on_trips(void)
+static void test_a_drive_that_exceeds_the_limit_trips(void)
 {
     const double until = -60.0 * log(1.0 - 1.1 * pow(MOTOR_A / MAX_A, 2.0));
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * until, until, tripped_after(THERMAL_MOTOR));

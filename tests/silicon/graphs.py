@@ -58,4 +58,4 @@ def remember(linker):
     linker.graph_of, linker.Calls, linker.Source = remembered, all_calls, one_source
     linker.NODE, linker.EDGE = (types.SimpleNamespace(findall=functools.cache(each.findall)) for each in (linker.NODE, linker.EDGE))
     linker.without_comments = functools.cache(linker.without_comments)
-    linker.shlex = types.SimpleNamespace(split=functools.cache(linker.shlex.split))  # the module's own name: no one else's split
+    linker.shlex = types.SimpleNamespace(split=functools.cache(linker.shlex.split))  # the module's own name, so that no other module uses this function

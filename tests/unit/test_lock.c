@@ -46,7 +46,7 @@ static uint32_t lost_after(float omega_e)
     return 0u;
 }
 
-/* Half a turn off: 2 exp(-0.02 n) - 1 < 0.5 from n = 15 on. 51 % along the axis are enough whatever is
+/* Half a turn off: 2 exp(-0.02 n) - 1 < 0.5 from n = 15 on. 51 % along the axis are enough for any part
  * across, 49 % are not: 0.51 exp(-0.02 n) < 0.01 from 197 on. eps^2 (1 - exp(-0.02 n)) > 0.12: of 0.6 from n
  * = 21 on, of 0.35 from n = 195 on, of 0.34 never. */
 static void test_a_sign_shows_when_its_mean_has_passed_its_limit(void)

@@ -21,7 +21,7 @@ from style import BLACK, BLUE, GREEN, ORANGE, PURPLE
 WIDTH = 9.0          # [in]
 DPI = 200            # [1/in]
 GREY = "#999999"     # the variant `ideal` in addition to `real`
-SHADE = "#F3EFD8"    # what is on, or added, for a while
+SHADE = "#F3EFD8"    # conditions that hold for a part of the run
 BOX = {"facecolor": "#FFFFFF", "edgecolor": "none", "pad": 1.5, "alpha": 0.85}
 TURN = 6000.0        # [mrad] range of an error that wraps
 MARKS = 9            # along a curve

@@ -1,6 +1,7 @@
 """Limits the time of a test: a test that waits too long reports where, and its program ends with all processes that it has started.
 
-A test's time-out of ctest would name neither the test nor the line, and who has an end of its pipes would outlive it."""
+A test's time-out of ctest would name neither the test nor the line, and processes that hold an end of its pipes
+would continue to run."""
 
 import faulthandler
 import os

@@ -1,5 +1,5 @@
 /* Written by tools/projectspec. Part of the project in Code Composer Studio only, makes no code: it
- * stops a build that lacks what the project's file cannot say. */
+ * stops a build whose options differ from those that the project's file cannot set. */
 #ifndef HAL_GATE_ACTIVE_HIGH
 #error "HAL_GATE_ACTIVE_HIGH: by the schematic, add it to the predefined symbols, 1 with active_high, 0 with active_low; no default is safe"
 #elif HAL_GATE_ACTIVE_HIGH != 1 && HAL_GATE_ACTIVE_HIGH != 0

@@ -1,4 +1,5 @@
-/* A motor that fits the board, what the project's rules of thumb make of it, and the board's facts in SI. */
+/* A motor that fits the board, its parameters by the project's rules of thumb, and the board's facts in SI.
+ */
 #ifndef TESTS_BOARD_MOTORS_H
 #define TESTS_BOARD_MOTORS_H
 

@@ -45,7 +45,7 @@ def header_text():
 
 
 def without(text, name):
-    """The board file less one #define, with the lines that it goes on over."""
+    """The board file without one #define and its continuation lines."""
     changed, count = re.subn(rf"^#define {name}[ \t](?:.*\\\n)*.*\n", "", text, flags=re.MULTILINE)
     assert count == 1, name
     return changed
@@ -89,7 +89,7 @@ class GoodFiles(BoardFileTest):
                 with self.subTest(board=board.name, compiler=compiler):
                     self.assertEqual(compiled(board, compiler=compiler), "")
 
-    def test_what_is_just_right_is_taken(self):
+    def test_values_at_the_limits_are_accepted(self):
         good = GOOD.read_text(encoding="utf-8")
         for name, value in [("BOARD_CARRIER_HZ", 5000), ("BOARD_CARRIER_HZ", 20000), ("BOARD_TRIP_ZONE", 1),
                             ("BOARD_CURRENT_C_INPUT", "BOARD_NONE"), ("BOARD_SINK_AT_3V", "93"), ("BOARD_LED_RUN", 87),
@@ -107,7 +107,7 @@ class GoodFiles(BoardFileTest):
 
 
 class MissingFacts(BoardFileTest):
-    def test_each_fact_is_missed_under_its_line(self):
+    def test_each_missing_fact_is_reported_with_its_line(self):
         numbers = guide_facts()
         for path in BOARDS:
             text = path.read_text(encoding="utf-8")
@@ -117,7 +117,7 @@ class MissingFacts(BoardFileTest):
                 with self.subTest(board=path.name, name=name):
                     self.expect_line(numbers[name], without(text, name), says="missing")
 
-    def test_gates_left_open_are_asked_for_on_the_chip(self):
+    def test_an_open_polarity_of_the_gates_is_refused_on_the_chip(self):
         text = without(GOOD.read_text(encoding="utf-8"), "BOARD_GATE_ACTIVE_HIGH")
         self.expect_line(5, text, "-D__TMS320C2000__", says="-DLAGLESS_GATES=")
         self.assertEqual(self.output(text), "")
@@ -254,7 +254,7 @@ class Mistakes(BoardFileTest):
         self.assertEqual(self.output(text, "-DHAL_GATE_ACTIVE_HIGH=0"), "")
 
     def test_every_message_of_the_header_is_provoked(self):
-        """A check without a case here could rot."""
+        """Each check must have a case here, otherwise a defect of the check would not be detected."""
         tested = {(number, says) for number, says, _ in self.CASES}
         for number, text in errors(header_text()):
             with self.subTest(number=number, text=text):

@@ -18,8 +18,8 @@ static void expect_at_most(double limit, double value, const char *what)
 /* One step of the speed reference, until the speed control has had the time that torque and inertia need and
  * twenty of its own time constants. At the end, for 0.1 s, the speed within 1/1500 of the rated one; i_d
  * within 3 % of the limit but for the first 5 ms of the step of i_q; no phase current above 1.2 limits. That
- * step is complete up to three windows after the request: until it is seen, until what is made of it acts,
- * and to the end of the line on which it is reached. */
+ * step is complete up to three windows after the request: until it is seen, until the resulting setpoint
+ * acts, and until the end of the straight line to it. */
 static void step_to(rig_t *rig, double from, double to, double load)
 {
     const run_motor_t *m = &board_motor;
@@ -51,7 +51,7 @@ static void step_to(rig_t *rig, double from, double to, double load)
     expect_at_most(1.2, peak / BOARD_LIMIT_AMPERES, "peak of a phase");
 }
 
-/* What a leg loses to dead time, delays and drops [V], at the mean of a period. */
+/* Voltage that a leg loses by dead time, delays and drops [V], as the mean of a period. */
 static double leg_loss(void)
 {
     const double effective = (BOARD_DEAD_TIME_NS + BOARD_TURN_ON_DELAY_NS - BOARD_TURN_OFF_DELAY_NS) / 1e9;
@@ -60,9 +60,9 @@ static double leg_loss(void)
 }
 
 /* Share of the rated speed up to which the link can accelerate the motor at the limit: the circle of
- * V_dc/sqrt(3), less what the clamps of the duties leave of it and what the legs lose, 4/3 of it in all,
- * holds EMF, resistance and reactance; 3 % are left to the control. Short of it only where dead time and
- * pulses take a large share of a short period. */
+ * V_dc/sqrt(3), less the voltage that the limits of the duties and the losses of the legs take, 4/3 of it in
+ * all, holds EMF, resistance and reactance; 3 % are left to the control. It is smaller only if dead time and
+ * shortest pulses take a large share of a short period. */
 static double top_share(void)
 {
     const run_motor_t *m = &board_motor;
@@ -106,12 +106,12 @@ static void test_speed_steps_by_the_encoder(void)
 /* ---- the estimate ---- */
 
 /* Shares of the rated speed, as far as the link can turn the motor. The last, 1000 r/min of the default
- * board's motor, is there a whole number of samples a turn, an odd number of them in every sixth: what the
- * legs and the sensors leave of an error comes back at the same angles, turn after turn. */
+ * board's motor, is there a whole number of samples a turn, an odd number of them in every sixth: the
+ * remaining errors of legs and sensors occur at the same angles in each turn. */
 static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 0.6753, 0.993, 2.0 / 3.0};
 
-/* What calibration leaves: that of run_real(), in proportion to the sensors' range where it is more than
- * 20 A. */
+/* The errors that remain after the calibration: those of run_real(), in proportion to the sensors' range
+ * where it is more than 20 A. */
 static void make_real(rig_t *rig)
 {
     const double seen = fmin(BOARD_CURRENT_ZERO_MV, 3000.0 - BOARD_CURRENT_ZERO_MV) *

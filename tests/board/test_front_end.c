@@ -1,6 +1,6 @@
 /* The drive gets the quantities whose voltages are at the board's pins: chip, HAL and the conversions of
- * the app, with voltages as inputs. What is expected is put together here from the lines of the
- * board file as docs/board.md explains them, in double precision. */
+ * the app, with voltages as inputs. The expected values are calculated here from the lines of the board file
+ * as docs/board.md explains them, in double precision. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,7 +15,7 @@
 #define CODE   (FULL / 4096.0) /* [V] */
 #define INPUTS 16
 
-/* Half a code, and what single precision leaves of numbers of some thousand codes. */
+/* Half a code, and the rounding of single precision for numbers of some thousand codes. */
 #define HALF_CODE (0.5 * 1.002)
 
 static chip_t chip;
@@ -79,7 +79,7 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT32(0u, chip_report_total(&chip));
 }
 
-/* The sample of a period that saw nothing but the present voltages. */
+/* The sample of a period in which only the present voltages were applied. */
 static void take_sample(void)
 {
     chip_run(chip_now(&chip) + 3u * CHIP_TICKS_PER_SECOND / BOARD_CARRIER_HZ);
@@ -232,7 +232,7 @@ static void test_encoder_is_counted_from_its_pins(void)
 }
 
 /* The fault line: TZ1 to 4 are function 1 of GPIO12 to 15, TZ5 and 6 function 3 of GPIO16 and 17. */
-static void test_fault_line_is_a_trip_input_with_the_pull_up_that_was_asked_for(void)
+static void test_fault_line_is_a_trip_input_with_the_requested_pull_up(void)
 {
     const uint32_t pin = 11u + BOARD_TRIP_ZONE;
     TEST_ASSERT_EQUAL_UINT32(BOARD_TRIP_ZONE <= 4 ? 1u : 3u, function_of(pin));

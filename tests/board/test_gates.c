@@ -1,6 +1,7 @@
-/* What comes out of the gates' pins, and when the currents are held: carrier, dead band, zero vector, clamps,
- * the timing contract. First the HAL alone in a world that writes everything down, then the drive. Every
- * expectation is put together here from the board file's lines as docs/board.md explains them. */
+/* The signals of the gates' pins, and the instants at which the currents are sampled: carrier, dead band,
+ * zero vector, clamps, the timing contract. First the HAL alone with a world that records everything, then
+ * the drive. Every expectation is put together here from the board file's lines as docs/board.md explains
+ * them. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -215,7 +216,7 @@ void setUp(void)
 }
 
 /* Line 3: the nearest period that is whole in ADC clocks, SYSCLK/2n of 25 MHz at most. */
-static void test_gates_switch_at_the_carrier_that_was_asked_for(void)
+static void test_gates_switch_at_the_requested_carrier(void)
 {
     const double adc_clock = 2.0 * ceil(BOARD_SYSCLK_HZ / 50e6) * CYCLE;
     switch_at(0.3, 0.5, 0.8);
@@ -456,9 +457,9 @@ static void test_what_period_k_commands_acts_in_the_next_period_and_no_other(voi
     rig_free(rig);
 }
 
-/* A sample is the truth of t_k to the ADC's step: half a step of rounding, half a step of the measured zero.
- * Current c of a third sensor is of 7 ADC clocks later, in which the current moves as EMF and drop drive it
- * through the short circuit of the zero vector. */
+/* A sample is the true value at t_k within the ADC's step: half a step of rounding, half a step of the
+ * measured zero. Current c of a third sensor is of 7 ADC clocks later, in which the current moves as EMF and
+ * drop drive it through the short circuit of the zero vector. */
 static void test_samples_are_the_currents_of_t_k(void)
 {
     static const char *const names[3][2] = {{"i_a", "true_i_a"}, {"i_b", "true_i_b"}, {"i_c", "true_i_c"}};
@@ -489,8 +490,8 @@ static void test_samples_are_the_currents_of_t_k(void)
     rig_free(rig);
 }
 
-/* Line 17: where upper gates are charged through the lower switches, each of those is on for so long before
- * its partner turns on, from the first gate on; and nothing follows of it, standing or at rated speed. */
+/* Line 17: where upper gates are charged through the lower switches, each of those is on for this time before
+ * its partner turns on, from the first gate on; and this causes no fault, at standstill or at rated speed. */
 static void test_lower_switches_charge_the_upper_gates(void)
 {
 #if BOARD_GATE_CHARGE_US == 0

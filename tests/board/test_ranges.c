@@ -51,8 +51,9 @@ static void test_defaults_are_the_board_s_and_a_good_set(void)
 }
 
 /* A value beyond the end of each row that follows the board, with the range that is reported, and one within
- * it. The current limit is four fifths of what the sensors see, and less than the trip; that is 95 % of it.
- * The register of the dead time holds 1023 cycles. A temperature beyond the sensor's line would never trip.
+ * it. The current limit is four fifths of the sensors' range, and less than the trip, which is 95 % of that
+ * range. The register of the dead time holds 1023 cycles. A temperature beyond the sensor's line would never
+ * trip.
  */
 static void test_ranges_follow_sensors_stage_and_module(void)
 {

@@ -1,5 +1,5 @@
-/* What must shut the gates of any board: fault line, currents, link, sensors at their rails. Gates are looked
- * at as levels of the pins that lines 4 and 5 name. */
+/* Conditions that must open the gates of any board: fault line, currents, link, sensors at their rails. Gates
+ * are looked at as levels of the pins that lines 4 and 5 name. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -73,7 +73,7 @@ static void expect_fault(int32_t reason)
     expect_gates_off();
 }
 
-/* So much more is read than flows; of two sensors current c is minus the sum. */
+/* The reading exceeds the current by this; with two sensors current c is minus the sum. */
 static void read_currents(double a, double b, double c)
 {
     run_put(rig, "current_offset_a", a);
@@ -209,7 +209,8 @@ static void test_a_sensor_at_either_rail_stops_the_drive(void)
 
 /* ---- link ---- */
 
-/* One percent on the good side of a limit nothing, on the other a fault within this number of periods. */
+/* One percent inside a limit there is no fault, one percent beyond it a fault within this number of periods.
+ */
 static void expect_link_trip(double limit, double beyond, uint32_t periods, int32_t reason)
 {
     run_put(rig, "dc_voltage", limit - 0.01 * beyond * limit);

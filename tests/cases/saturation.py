@@ -92,7 +92,8 @@ class Saturation(unittest.TestCase):
                 self.assertLess(abs(seen["torque"]), 0.02, seen)
 
     def test_without_the_saturation_the_error_is_as_large_as_the_wrong_inductance(self):
-        """The test must see what the two parameters are worth: with L_q as it is at 11 A alone the angle is wrong by more than 100 mrad
+        """The test must detect the effect of the two parameters: with the L_q of 11 A alone the angle is wrong
+        by more than 100 mrad
         at 4 A."""
         seen = self.steady(300, 4.0, 1, "motor_saturation_current=0", f"motor_inductance_q={flux_q(11.0) / 11.0}")
         self.assertGreater(abs(seen["error"]), 100.0, seen)

@@ -143,7 +143,7 @@ class Modbus(stuck.TestCase):
 
     # ---- frames and exceptions ----
 
-    def test_wrong_frames_and_forbidden_writes_get_what_the_page_says(self):
+    def test_wrong_frames_and_forbidden_writes_get_the_answers_of_the_page(self):
         self.open("current_limit = 8.0")
         enable, u_dc = struct.pack(">H", 2 * ID["enable"]), struct.pack(">H", 2 * ID["u_dc"])
         errors = self.read("line_errors")

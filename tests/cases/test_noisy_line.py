@@ -67,7 +67,7 @@ class Noise(stuck.TestCase):
         return float(next(row.split()[1] for row in reversed(text.splitlines()) if row.startswith(name + " ")))
 
     def test_a_session_ends_well_with_wrong_bits_in_both_directions(self):
-        # in the first frames, CONNECT among them, and later ones: each costs the master a second of patience
+        # in the first frames, CONNECT among them, and later ones: each makes the master wait for a second
         line = Line(self.serve(), wrong={5, 40, 41, 131, 320, 560, 2000})
         out = self.session(line, "wait until state == ready", "set current_limit 8 A", "get current_limit", "go 200 r/min",
                            "wait until omega_m > 195 r/min timeout 30 s", "get speed_request enable line_errors", "off",
@@ -78,7 +78,7 @@ class Noise(stuck.TestCase):
         self.assertIn("on, going to 200 r/min", out)
         self.assertRegex(out, r"enable +off\s*$")
 
-    def test_lost_octets_are_got_over(self):
+    def test_lost_octets_are_tolerated(self):
         line = Line(self.serve(), wrong=(), lost={30, 100, 101, 102, 400})
         out = self.session(line, "wait until state == ready", "set current_limit 8 A", "apply", "get current_limit")
         self.assertGreaterEqual(line.spoilt, 5)

@@ -31,7 +31,7 @@ class Salient(unittest.TestCase):
         self.assertIn(done.returncode, (0, 1), done.stdout + done.stderr)  # whether its claims are met is another matter
         self.assert_refused(lagless("run", "cold_start", *settings, "params.motor_inductance_q=16.1 mH"), "0.0161", "0.004", " to 0.016 H")
 
-    def test_an_encoder_whose_fault_leads_back_to_the_estimator_is_none(self):
+    def test_an_encoder_with_the_estimator_as_its_fault_reaction_is_refused(self):
         case = CASES / "salient_with_encoder.toml"
         settings = ("--set", "params.motor_inductance_d=2 mH", "--set", "mtpa=off", "--set", "params.encoder_fault_reaction=sensorless")
         self.assert_refused(lagless("run", case, *settings), "0.0096", "0.002")

@@ -66,7 +66,7 @@ class State(stuck.TestCase):
         self.wait(lambda: page.value("omega_m") > 10, "turning")
         self.assertEqual({"ok": True, "text": "it brakes to standstill, then the bridge is off"}, page.ask("/stop"))
 
-    def test_a_stop_on_a_latched_fault_says_so(self):
+    def test_a_stop_on_a_latched_fault_reports_it(self):
         page = self.opened('[[at]]\ntime = "0.3 s"\nplant.dc_voltage = "700 V"\n')
         self.fault(page, "dc_overvoltage")
         self.assertEqual({"ok": True, "text": "the bridge is off already: a fault is latched"}, page.ask("/stop"))

@@ -98,7 +98,7 @@ static void test_undisturbed_a_write_acts(void)
 }
 
 /* Each octet of the frame without its stop bit, and a break behind each but the last. */
-static void test_a_broken_octet_or_a_break_spoils_the_frame(void)
+static void test_a_broken_octet_or_a_break_invalidates_the_frame(void)
 {
     for (uint32_t n = 2u; n <= 24u; n++) {
         tearDown();
@@ -111,7 +111,7 @@ static void test_a_broken_octet_or_a_break_spoils_the_frame(void)
 }
 
 /* Frames that follow at once: none of them is heard before a pause. */
-static void test_what_follows_a_spoilt_frame_without_a_pause_is_dropped(void)
+static void test_octets_after_an_invalid_frame_without_a_pause_are_dropped(void)
 {
     choose_enable();
     broken = 3u;
@@ -141,9 +141,10 @@ static void test_a_good_frame_right_behind_a_break_is_dropped(void)
     TEST_ASSERT_EQUAL_DOUBLE(frames + 1.0, value("line_frames"));
 }
 
-/* A line of two wires: all that the drive sends comes back. The answer to a single write equals its request.
+/* A line of two wires: the drive receives all octets that it sends. The answer to a single write equals its
+ * request.
  */
-static void test_a_modbus_server_does_not_hear_its_own_answer(void)
+static void test_a_modbus_server_ignores_its_own_answer(void)
 {
     static const uint8_t enable_off[] = {0x01, 0x06, 0x07, 0xD1, 0x00, 0x00, 0xD8, 0x87};
     uint8_t octets[16];

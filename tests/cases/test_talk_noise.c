@@ -122,7 +122,7 @@ static void begin_anew(void)
     frame_listen(&receiver, now);
 }
 
-/* What an undisturbed stream makes of it. */
+/* The result of an undisturbed stream. */
 typedef struct {
     requests_t requests;
     params_t staged;
@@ -202,7 +202,7 @@ static void expect_what_was_sent_or_nothing(uint8_t extension, const char *name,
     every_error_of(&stream);
 }
 
-static void test_a_named_value_is_the_one_that_was_sent_or_none(void)
+static void test_a_named_value_is_the_one_that_was_sent_or_is_refused(void)
 {
     static const struct {
         uint8_t extension;
@@ -223,7 +223,7 @@ static void test_a_named_value_is_the_one_that_was_sent_or_none(void)
     }
 }
 
-static void test_a_number_is_the_one_that_was_sent_or_none(void)
+static void test_a_number_is_the_one_that_was_sent_or_is_refused(void)
 {
     static const struct {
         uint8_t extension;
@@ -239,8 +239,8 @@ static void test_a_number_is_the_one_that_was_sent_or_none(void)
     }
 }
 
-/* What a master sends that does not repeat: one SET_MTA, one DOWNLOAD. A number then never acts, a code only
- * if the address was set before. */
+/* The commands of a master that does not repeat: one SET_MTA, one DOWNLOAD. A number then never acts, a code
+ * only if the address was set before. */
 static void test_a_single_pair_changes_nothing(void)
 {
     const values_t old = values();
@@ -353,7 +353,7 @@ static void test_any_two_codes_differ_in_eight_bits(void)
     }
 }
 
-/* On any line, TCP too, what is no code of this row is refused, and the code reads back. */
+/* On any line, also TCP, a number that is not a code of this row is refused, and the code reads back. */
 static void test_only_the_codes_of_a_row_are_taken(void)
 {
     const uint32_t id = id_of("enable");

@@ -1,5 +1,5 @@
 /* A virtual chip on a bench: a world that records everything the chip shows, and the good start-up of a drive
- * in registers, from which a test leaves one thing out. Expected words: SPRUFB0 (clock), SPRUG04 (ePWM) and
+ * in registers, from which a test leaves out one step. Expected words: SPRUFB0 (clock), SPRUG04 (ePWM) and
  * SPRU812 (ADC). */
 #ifndef TESTS_CHIP_BENCH_H
 #define TESTS_CHIP_BENCH_H

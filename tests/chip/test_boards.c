@@ -328,7 +328,7 @@ static void test_averages_of_active_low_gates(void)
     TEST_ASSERT_EQUAL_UINT64(15000u - (9000u - 450u), bench_high_of(1u, from, from + 15000u));
 }
 
-static void test_polarity_against_the_board_is_told_by_edges(void)
+static void test_polarity_against_the_board_is_visible_in_the_edges(void)
 {
     for (uint32_t low = 0u; low < 2u; low++) {
         begin(&(board_t){30000000u, 1u, false, ZERO_WORD, low ? AHC : ALC, 7500u, 450u, 450u}, true);

@@ -1,5 +1,5 @@
-/* Software that takes time: an interrupt function in whose midst the world lets time pass, a section of the
- * background with INTM set; and when the CPU is back in the background. */
+/* Software that takes time: an interrupt function during which time passes, a section of the background with
+ * INTM set; and when the CPU is back in the background. */
 #include <unity.h>
 
 #include "bench.h"
@@ -136,7 +136,7 @@ static void test_of_its_own_group_the_next_comes_after_return_and_acknowledge(vo
     work = WORK;
     chip_run(entry(1u));
     bus_write16(&PIE->group[0].IFR,
-                1u | 1u << 6); /* the first is at the CPU's door and has not yet entered */
+                1u | 1u << 6); /* the CPU has the first request and has not entered its function yet */
     chip_run(start + 2u * CARRIER);
     TEST_ASSERT_EQUAL_UINT64(entry(1u) + WORK + LATENCY, timer_at);
 }

@@ -187,8 +187,7 @@ static void test_averaged_high_times_at_the_limits(void)
     TEST_ASSERT_EQUAL_UINT32(0u, bench.average[5].high[0]);
 }
 
-/* Going in and out of averaged mode at random must not change the edges that are shown nor the state behind
- * them. */
+/* Random changes between the modes must not change the shown edges, nor the state behind them. */
 static void test_averaged_periods_leave_the_right_state_behind(void)
 {
     begin(true, 0x000Bu, 450u, 450u);

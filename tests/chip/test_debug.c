@@ -1,5 +1,5 @@
-/* A debugger: halt, run, real-time mode, restart. What stops and what goes on is by the emulation bits of
- * each peripheral's guide. 150 MHz: a cycle is a tick. */
+/* A debugger: halt, run, real-time mode, restart. The emulation bits in each peripheral's guide determine
+ * which peripherals stop and which continue. 150 MHz: a cycle is a tick. */
 #include <unity.h>
 
 #include "bench.h"
@@ -48,7 +48,7 @@ static void test_legs_stop_in_one_zero_vector_at_the_end_of_the_cycle(void)
     TEST_ASSERT_EQUAL_HEX32(0x15u, level()); /* all upper gates on: output A is high at counter zero */
     TEST_ASSERT_TRUE(bench.edge[bench.edges - 1u].tick < start + 6u * CARRIER);
     TEST_ASSERT_EQUAL_UINT64(start + 6u * CARRIER, chip_carrier_tick(&bench_chip));
-    /* it goes on from there, in step */
+    /* it continues from there, in step */
     uint64_t from = chip_now(&bench_chip);
     chip_debug_run(&bench_chip);
     bench_forget();
@@ -415,7 +415,7 @@ static void test_carrier_starts_no_conversion_while_the_adc_is_suspended(void)
     TEST_ASSERT_EQUAL_UINT32(0u, chip_report_total(&bench_chip));
 }
 
-static void test_watchdog_stands_during_a_halt(void)
+static void test_watchdog_does_not_count_during_a_halt(void)
 {
     const uint64_t bite = 256u * 512u * 5u;
     chip_run(400000u);
@@ -433,7 +433,7 @@ static void test_watchdog_stands_during_a_halt(void)
     TEST_ASSERT_TRUE(chip_halted(&bench_chip));
 }
 
-/* What a debugger's restart leaves as it is, and the three bits it does not. */
+/* The registers that a debugger's restart does not change, and the three bits that it changes. */
 static void test_restart_without_reset_keeps_everything(void)
 {
     start_with(1u);

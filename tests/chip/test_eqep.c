@@ -71,7 +71,7 @@ static void test_swap_reverses_and_XCR_halves(void)
     TEST_ASSERT_EQUAL_UINT32(89u, count_after(3000u)); /* floor((20 - 31) / 2) - 10 = -16 */
 }
 
-static void test_not_enabled_not_muxed_or_not_clocked_stands_still(void)
+static void test_not_enabled_not_muxed_or_not_clocked_does_not_count(void)
 {
     bench.encoder_offset += 10;
     start = chip_now(&bench_chip);
@@ -201,7 +201,7 @@ static void test_jump_of_the_shaft_is_a_phase_error(void)
     TEST_ASSERT_EQUAL_UINT32(10u, count_after(110u)); /* as many counts as cycles: still possible */
     TEST_ASSERT_EQUAL_HEX16(0u, EQEP(1u)->QFLG & QEP_PHE);
     bench.encoder_offset += 11;
-    TEST_ASSERT_EQUAL_UINT32(9u, count_after(120u)); /* 11 = 3 modulo 4: looks like one back */
+    TEST_ASSERT_EQUAL_UINT32(9u, count_after(120u)); /* 11 = 3 modulo 4: the same as one count back */
     TEST_ASSERT_EQUAL_HEX16(QEP_PHE, EQEP(1u)->QFLG & QEP_PHE);
     bus_write16(&EQEP(1u)->QCLR, QEP_PHE);
     TEST_ASSERT_EQUAL_HEX16(0u, EQEP(1u)->QFLG & QEP_PHE);
@@ -247,7 +247,7 @@ static void test_interrupt(void)
     TEST_ASSERT_EQUAL_UINT32(5u, calls);
 }
 
-static void test_what_is_not_modelled_says_so(void)
+static void test_what_is_not_modelled_is_reported(void)
 {
     bus_write16(&EQEP(1u)->QCAPCTL, 0u);
     TEST_ASSERT_NULL(chip_last_report(&bench_chip));

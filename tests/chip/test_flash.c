@@ -1,4 +1,4 @@
-/* Flash sectors C and B: erase, program, and what a cut of the power leaves. */
+/* Flash sectors C and B: erase, program, and the content after a loss of power. */
 #include <string.h>
 
 #include "bench.h"

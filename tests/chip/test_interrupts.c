@@ -190,7 +190,7 @@ static void test_flag_taken_back_gives_the_first_vector_of_the_group(void)
     vectors();
     start = chip_now(&bench_chip);
     request(1u, 1u << 6);
-    request(1u, 0u); /* the group's request has gone to the CPU already */
+    request(1u, 0u); /* the CPU already has the group's request */
     bus_interrupts_enable();
     chip_run(start + 1000u);
     TEST_ASSERT_EQUAL_UINT32(11u, order[0]);
@@ -213,7 +213,7 @@ static void test_missing_vector_loses_the_CPU(void)
     TEST_ASSERT_EQUAL_HEX16(0u, PIE->group[1].IFR);
 }
 
-/* Two groups' requests: the one had gone to the CPU before ENPIE was cleared, the other waits in the PIE. */
+/* Two groups' requests: the CPU had the one before ENPIE was cleared, the other waits in the PIE. */
 static void test_without_ENPIE_nothing_goes_to_the_CPU(void)
 {
     vectors();
@@ -241,7 +241,8 @@ static void test_what_reached_the_CPU_before_ENPIE_was_cleared_loses_it(void)
     TEST_ASSERT_TRUE(chip_halted(&bench_chip)); /* the boot ROM's vectors lead nowhere */
 }
 
-/* What an init does against leftovers: no group enabled, nothing pending in the CPU, no flag in the PIE. */
+/* The initialisation must remove remains of an earlier program: no group enabled, nothing pending in the CPU,
+ * no flag in the PIE. */
 static void test_leftovers_can_be_cleared(void)
 {
     vectors();

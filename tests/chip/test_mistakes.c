@@ -1,5 +1,5 @@
-/* A drive's start-up with one thing wrong goes wrong as on silicon. First the good one, then one mistake a
- * test. */
+/* The start-up of a drive with one mistake fails in the same way as on silicon. First the good one, then one
+ * mistake a test. */
 #include <unity.h>
 
 #include "bench.h"
@@ -141,7 +141,7 @@ static void test_unpowered_adc_reads_zero(void)
     TEST_ASSERT_EQUAL_UINT32(10u, bench_reports(CHIP_ADC_NOT_POWERED));
 }
 
-static void test_missing_TBCLKSYNC_stands_still(void)
+static void test_missing_TBCLKSYNC_stops_the_counters(void)
 {
     ten_periods(SKIP_TBCLKSYNC, 0u);
     TEST_ASSERT_EQUAL_UINT32(0u, bench_samples);

@@ -323,7 +323,7 @@ static void test_trip_interrupt_asks_again_only_after_INT_was_cleared(void)
     chip_set_pin(&bench_chip, 12u, false);
     chip_run(start + 3000u);
     TEST_ASSERT_EQUAL_UINT32(1u, trips);
-    clear(TZ_INT); /* OST still stands: another pulse */
+    clear(TZ_INT); /* OST is still set: another pulse */
     chip_run(start + 3500u);
     TEST_ASSERT_EQUAL_UINT32(2u, trips);
     chip_set_pin(&bench_chip, 12u, true);

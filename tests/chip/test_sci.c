@@ -95,7 +95,7 @@ static void enable_interrupt(uint16_t level)
     bus_write16(&SCIA->SCIFFRX, (uint16_t)(0x2060u | level));
 }
 
-/* RXFFINT is bit 7, RXFFIENA bit 5, RXFFINTCLR bit 6. Nobody looks at the module meanwhile. */
+/* RXFFINT is bit 7, RXFFIENA bit 5, RXFFINTCLR bit 6. No software reads the module during this time. */
 static void test_the_interrupt_comes_when_the_level_is_reached_and_once_until_it_is_cleared(void)
 {
     enable_interrupt(4u);
@@ -213,7 +213,7 @@ static void test_another_rate_at_the_other_end_is_understood_within_limits(void)
     }
 }
 
-static void test_more_than_sixteen_octets_lose_the_oldest_and_say_so(void)
+static void test_more_than_sixteen_octets_lose_the_oldest_and_report_it(void)
 {
     put_row(16u);
     pass(17u * FRAME);
@@ -298,7 +298,7 @@ static uint32_t random_bits(uint32_t *seed)
     return *seed >> 8;
 }
 
-/* All that came, with its flags, when read every `often` ticks. */
+/* All received octets with their flags, if the module is read every `often` ticks. */
 static uint32_t what_came(uint64_t until, uint64_t often, uint16_t words[16])
 {
     while (chip_now(&bench_chip) < until) {
@@ -314,7 +314,7 @@ static uint32_t what_came(uint64_t until, uint64_t often, uint16_t words[16])
 }
 
 /* For any octets on the line and any rate: reading the state changes nothing, and the transfer ends. */
-static void test_random_levels_give_the_same_octets_however_often_one_looks(void)
+static void test_random_levels_give_the_same_octets_for_any_rate_of_reading(void)
 {
     uint32_t seed = 1u, octets = 0u, marked = 0u;
     for (uint32_t round = 0; round < 2000u; round++) {
@@ -394,7 +394,7 @@ static void test_a_software_reset_takes_the_octet_that_is_on_its_way(void)
     TEST_ASSERT_EQUAL_HEX8(0x22u, got[0]);
 }
 
-static void test_what_nobody_takes_is_kept_up_to_a_limit(void)
+static void test_octets_that_are_not_read_are_kept_up_to_a_limit(void)
 {
     uint8_t got[CHIP_LINE_SENT + 8u];
     for (uint32_t n = 0; n < CHIP_LINE_SENT + 3u; n++) {

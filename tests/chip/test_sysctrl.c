@@ -124,8 +124,8 @@ static void test_watchdog_count_follows_the_crystal(void)
     TEST_ASSERT_EQUAL_UINT16(100u, SYSCTRL->WDCNTR);
 }
 
-/* PCLKCR3: a timer without clock stands and takes no write; the others go on. */
-static void test_timer_without_clock_stands(void)
+/* PCLKCR3: a timer without a clock does not count and ignores writes; the others continue. */
+static void test_timer_without_clock_does_not_count(void)
 {
     watchdog_off();
     chip_run(1000u);

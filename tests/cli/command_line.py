@@ -1,5 +1,5 @@
-"""What the tests of the command line share: the program, a folder of a test's own, a short scenario, what is expected of a
-run. usage of every such test: test_*.py LAGLESS FOLDER ..."""
+"""Common code of the tests of the command line: the program, a folder for each test, a short scenario, checks
+of a run. usage of every such test: test_*.py LAGLESS FOLDER ..."""
 
 import os
 import re
@@ -12,7 +12,7 @@ import stuck  # noqa: E402
 
 LAGLESS, FOLDER = os.path.abspath(sys.argv[1]), sys.argv[2]
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-NO_PICTURES = {**os.environ, "LAGLESS_PYTHON": "/bin/true"}  # the data are what a test is about
+NO_PICTURES = {**os.environ, "LAGLESS_PYTHON": "/bin/true"}  # the data differ from test to test
 
 STEP = """schema = 1
 title = "a test"
@@ -70,13 +70,13 @@ class TestCase(stuck.TestCase):
             return file.read()
 
     def started(self, *arguments, **settings):
-        """A program under way, which ends with the test."""
+        """A running program, which ends with the test."""
         running = subprocess.Popen([LAGLESS, *arguments], **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, **settings})
         self.addCleanup(lambda: (running.poll() is None and running.kill(), running.communicate()))
         return running
 
     def serve(self, *arguments, place=r"(127\.0\.0\.1:\d+)"):
-        """A server under way, and where it listens."""
+        """A running server, and the address at which it listens."""
         server = self.started("serve", *arguments)
         match = re.fullmatch(rf"listening on {place}\n", server.stdout.readline())
         self.assertTrue(match)

@@ -1,5 +1,5 @@
-/* The fault table and the limits that the guard makes of the default parameters, one row a line, columns by
- * tabs, for test_cli.py: the text of `lagless explain` is compared with this. */
+/* The fault table and the limits that the guard derives from the default parameters, one row a line, columns
+ * by tabs, for test_cli.py: the text of `lagless explain` is compared with this. */
 #include <inttypes.h>
 #include <stdio.h>
 

@@ -1,8 +1,8 @@
 /* A drive whose board has its memory on the I2C bus (pump325.h), at a port of this machine, in real time: for
  * the tests of `lagless connect`. usage: keeping_drive good|breaks|vanishes
  *
- * breaks: the memory keeps what it had, from the first order for it on. vanishes: the program ends while the
- * memory works. */
+ * breaks: from the first order to the memory on, its content does not change any more. vanishes: the program
+ * ends while the memory works. */
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>

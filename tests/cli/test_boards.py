@@ -88,7 +88,7 @@ class Boards(TestCase):
                 done = self.expect(0, lagless("run", self.write(f"{board}.toml", text)), "met         under load", "met         reversed")
                 self.assertNotIn("warning", done.stderr)
 
-    def test_the_list_says_what_the_headers_say(self):
+    def test_the_list_has_the_values_of_the_headers(self):
         boards = {board["name"]: board for board in json.loads(lagless("boards", "--json").stdout)["boards"]}
         self.assertEqual([row[0] for row in DRIVES][:1], [name for name, board in boards.items() if board["default"]])
         for name, board in boards.items():
@@ -107,7 +107,7 @@ class Boards(TestCase):
             self.assertEqual(number(board, "BOARD_OVERVOLTAGE_MV") / 1e3, rows["dc_overvoltage"]["default"])
             self.assertAlmostEqual(number(board, "BOARD_CURRENT_LIMIT_MA") / 1e3, rows["current_limit"]["default"], 5)
 
-    def test_a_wrong_name_is_told_with_the_nearest_and_all(self):
+    def test_a_wrong_name_is_reported_with_the_nearest_and_all(self):
         path = self.scenario('[rig]\n')
         wrong = self.write("wrong.toml", self.read("a.toml").replace("schema = 1", 'schema = 1\nboard = "pm50rl1a06"'))
         self.refuses((["run", path, "--board", "mosfet48"], "--board mosfet48: no board is called mosfet48; nearest: mosfet_48v_60a; accepted: ",
@@ -130,7 +130,7 @@ class Boards(TestCase):
         self.scenario()
         return self.read("a.toml")
 
-    def test_a_scenario_that_contradicts_the_option_is_told_with_both(self):
+    def test_a_scenario_that_contradicts_the_option_is_reported_with_both(self):
         path = self.write("named.toml", self.read_step().replace("schema = 1", 'schema = 1\nboard = "igbt_540v_30a"'))
         for board in ("mosfet_48v_60a", "pm50rl1a060"):
             self.expect(2, lagless("run", path, "--board", board),
@@ -168,7 +168,7 @@ class Boards(TestCase):
         server.kill()
 
     def test_an_own_header_becomes_a_board(self):
-        """Configured only: what it builds is the same as for the others."""
+        """Configured only: the build is the same as for the others."""
         if shutil.which("cmake") is None:
             self.skipTest("no cmake")
         with open(os.path.join(HEADERS, "mosfet_48v_60a.h"), encoding="utf-8") as file:

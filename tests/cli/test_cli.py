@@ -53,7 +53,7 @@ class CommandLine(TestCase):
         self.assertEqual((1, 2000), (result["failed"], result["periods"]))
         self.assertNotIn("error", result)  # it is none
 
-    def test_json_tells_the_end_after_all_that_it_told_before(self):
+    def test_json_reports_the_end_after_all_other_lines(self):
         for arguments, manoeuvre, reason in (([self.scenario(at_least="-100 r/min"), "--set", "plant.dc_voltage=150 V"], "off", "dc_undervoltage"),
                                              ([self.scenario(at_least="-100 r/min"), "--set", "position_source=sensorless"], "align", None), (["quick_stop"], "off", None)):
             result = json.loads(lagless("run", *arguments, "--json").stdout)
@@ -87,7 +87,7 @@ class CommandLine(TestCase):
             kind = {comparison, when, reaction, rate, "limit" if limit else "none"}
             if kind <= kinds:
                 continue
-            kinds |= kind  # each word is reported once by itself
+            kinds |= kind  # each word is reported once, alone
             for wish in (name, number):
                 self.assertEqual(reasons[name], json.loads(lagless("explain", wish, "--json").stdout))
             text = lagless("explain", name).stdout
@@ -112,11 +112,11 @@ class CommandLine(TestCase):
             self.assertFalse(runs_under_valgrind())
             self.skipTest(done.stderr)
         # A sine, a cosine, a root and a hyperbolic tangent, of some ten operations each, are in any step; the worst one has
-        # the adaptation besides, two low-passes and one more root: more than thirty operations.
+        # also the adaptation, two low-passes and one more root: more than thirty operations.
         self.assertGreater(typical, 50)
         self.assertGreater(worst, typical + 30)
 
-    def test_bench_tells_the_instructions_of_a_step_or_why_it_has_not_counted_them(self):
+    def test_bench_reports_the_instructions_of_a_step_or_why_it_has_not_counted_them(self):
         """Under a valgrind that is a shell script, whose arguments end with --replay estimator or --replay empty: loop and call are
         taken off, and the rest is of 20000 steps."""
         count = 'case "$*" in *" --replay empty") n=140000 ;; *" --replay estimator") n=4140000 ;; esac\necho "==12== Collected : $n" >&2\n'
@@ -154,7 +154,7 @@ class CommandLine(TestCase):
         turned, = (p["mean_mrad"] for p in points if (p["deviation"], p["rpm"], p["load_nm"]) == ("L +20 %", 300, 5))
         self.assertAlmostEqual(-78.5, turned, delta=2.0)
 
-    def test_map_of_a_scenario_is_at_its_speeds_and_loads_and_tells_its_title(self):
+    def test_map_of_a_scenario_is_at_its_speeds_and_loads_and_reports_its_title(self):
         path = self.write("my.toml", FEW_POINTS)
         done = lagless("map", path)
         self.expect(0, done, "My drive", "700 r/min, 3 N m", "met     the rotor is not lost at any point: none of ", "forward, off", "forward, on")
@@ -166,7 +166,7 @@ class CommandLine(TestCase):
     def campaign(self, *arguments, **settings):
         return lagless("campaign", "--runs", "12", "--seed", "3", "--seconds", "0.1", *arguments, **settings)
 
-    def test_campaign_tells_what_was_run_and_its_exit_code_whether_anything_was_violated(self):
+    def test_campaign_reports_what_was_run_and_its_exit_code_whether_anything_was_violated(self):
         done = self.campaign("--json")
         told = json.loads(done.stdout)
         self.assertEqual({"seed", "runs", "done", "seconds", "quantities", "events", "faults", "injected", "held", "faulted",
@@ -234,7 +234,7 @@ class CommandLine(TestCase):
         self.expect(3, self.campaign("--out", folder))
 
     def test_map_that_contradicts_theory_gives_1_and_a_list_all_the_same(self):
-        # 40 N m are more than the current limit of 10 A brings (1.098 N m/A): no point can be judged
+        # 40 N m are more than the torque at the current limit of 10 A (1.098 N m/A): no point can be judged
         done = lagless("map", self.write("my.toml", FEW_POINTS.replace("load_torque = 3", "load_torque = 40")), "--adaptation", "off", "--json")
         self.expect(1, done, "FAILED  the rotor is not lost at any point: ", "are lost, the first is ")
         self.assertNotIn("FAILED", done.stdout)
@@ -262,7 +262,7 @@ class CommandLine(TestCase):
         never = json.loads(lagless("matrix", "--cell", "stuck_a_rail/ramp/encoder", "--json").stdout)["cells"][0]
         self.assertEqual(("never", True), (never["verdict"], "only the manoeuvre run" in never["because"]))
 
-    def test_matrix_tells_share_and_seed(self):
+    def test_matrix_reports_share_and_seed(self):
         done = lagless("matrix", "--share", "0.2", "--seed", "7", "--json")
         self.assertIn(done.returncode, (0, 1))
         self.assertIn("0.2 % of the cells, seed 7", done.stderr)
@@ -412,12 +412,12 @@ class CommandLine(TestCase):
         done = lagless("run", self.scenario(duration="1 s"), "--out", self.folder, preexec_fn=limit)
         self.expect(3, done, ".csv.partial")
 
-    def test_quiet_says_nothing_when_all_is_well(self):
+    def test_quiet_prints_nothing_when_all_is_met(self):
         done = lagless("run", self.scenario(), "--quiet")
         self.assertEqual((0, "", ""), (done.returncode, done.stdout, done.stderr))
         self.assertIn("FAILED", lagless("run", self.scenario(at_least="5000 r/min"), "--quiet").stdout)
 
-    def test_a_signal_keeps_what_was_recorded_and_says_so(self):
+    def test_a_signal_keeps_what_was_recorded_and_reports_it(self):
         path = self.scenario(duration="3600 s")
         for number in (signal.SIGINT, signal.SIGTERM):
             running = self.started("run", path, "--force", "--out", self.folder, "--every", "100", "--json")
@@ -431,7 +431,7 @@ class CommandLine(TestCase):
             self.assertIn("# ended: interrupted", lines)
             self.assertGreater(len([line for line in lines if not line.startswith("#")]), 100)
 
-    def test_serve_listens_ends_by_a_signal_and_says_so_when_the_port_is_taken(self):
+    def test_serve_listens_ends_by_a_signal_and_reports_it_when_the_port_is_taken(self):
         for number in (signal.SIGTERM, signal.SIGINT):
             server, place = self.serve(self.scenario(), "--port", "0")
             port = place.rpartition(":")[2]
@@ -439,7 +439,7 @@ class CommandLine(TestCase):
             server.send_signal(number)
             self.assertEqual(0, server.wait(10), server.stderr.read())
 
-    def test_serve_keeps_time_or_runs_free_and_ends_where_it_is_told(self):
+    def test_serve_keeps_time_or_runs_free_and_ends_at_its_time(self):
         begun = time.monotonic()
         self.expect(0, lagless("serve", self.scenario(), "--port", "0", "--until", "1 s"), "listening on 127.0.0.1:")
         self.assertGreater(time.monotonic() - begun, 0.98)
@@ -476,7 +476,7 @@ class CommandLine(TestCase):
             done = subprocess.run(["fish", "-c", script + "\ncomplete -C '%s'" % line], capture_output=True, text=True)
             self.assertEqual(expected, {candidate.split("\t")[0] for candidate in done.stdout.splitlines()}, done.stderr)
 
-    def test_completion_is_bash_and_knows_the_tables(self):
+    def test_completion_is_bash_and_has_the_names_of_the_tables(self):
         script = lagless("completion", "bash").stdout
         self.assertEqual(0, subprocess.run(["bash", "-n"], input=script, text=True).returncode)
         probe = script + "\nCOMP_WORDS=(lagless run --set iner); COMP_CWORD=3; _lagless 2>/dev/null; echo \"${COMPREPLY[@]}\""
@@ -484,7 +484,8 @@ class CommandLine(TestCase):
 
 
 class Readme(TestCase):
-    """What README and docs/ show of a command is what the command prints; `...` stands for lines that are left out."""
+    """The output of a command in README and docs/ is the output of the program; `...` stands for lines that are
+    left out."""
 
     def test_runs_that_are_shown_are_what_they_print(self):
         blocks = []
@@ -503,7 +504,7 @@ class Readme(TestCase):
 
 class Scenarios(TestCase):
     @unittest.skipIf(tomllib is None, "this Python has no tomllib (3.11 or later has)")
-    def test_every_shipped_scenario_is_toml_says_what_it_is_and_expects_something(self):
+    def test_every_shipped_scenario_is_toml_with_a_title_and_an_expectation(self):
         tables = {"schema", "title", "text", "run", "start", "params", "requests", "plant", "rig", "at", "expect"}
         paths = glob.glob(os.path.join(ROOT, "host_sim", "scenarios", "*.toml"))
         self.assertGreater(len(paths), 10)

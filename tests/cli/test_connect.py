@@ -29,7 +29,8 @@ load_torque = "0.5 N m"
 fidelity = "averaged"
 """
 
-# Turns by itself from the start: the program that only listens hears what `lagless run` records.
+# The motor turns from the start without a command: a program that only listens gets the values that `lagless
+# run` records.
 TURNING = """schema = 1
 title = "Turning"
 [run]
@@ -49,7 +50,7 @@ def connect(target, script, *options, **settings):
 
 
 def answers(result):
-    """One object a line of the script that did something."""
+    """One object for each line of the script that had an effect."""
     return [json.loads(line) for line in result.stdout.splitlines()]
 
 
@@ -106,14 +107,14 @@ class Memory(Case):
         self.assertEqual([(row["store_state"], row.get("store_error")) for row in said if row["command"] == "get"],
                          [("saved", None), ("empty", "none")])
 
-    def test_a_memory_that_fails_is_told(self):
+    def test_a_memory_that_fails_is_reported(self):
         drive = self.drive("breaks")
         self.fails(drive, self.SAVE, "save: the memory has failed; `get store_error` shows the reason")
         said = answers(self.does(drive, "get store_error\n", "--json"))
         self.assertEqual(said[0]["store_error"], "not_taken")
         self.fails(drive, "save\n", "save: refused: the memory did not accept")
 
-    def test_a_link_that_is_lost_meanwhile_is_told(self):
+    def test_a_link_that_is_lost_during_this_time_is_reported(self):
         result = connect(self.drive("vanishes").target, self.SAVE)
         self.assertEqual(result.returncode, 3, result.stdout)
         self.assertRegex(result.stderr, "line 4: save: .*(the memory was busy|closed the connection)")
@@ -222,7 +223,7 @@ get motor_resistance current_limit store_state
         with open(os.path.join(self.folder, "recording.mat"), "rb") as file:
             self.assertEqual(file.read(10), b"MATLAB 5.0")
 
-    def test_serial_line_carries_what_its_baud_has_room_for_and_tells_the_rest(self):
+    def test_serial_line_carries_what_its_baud_has_room_for_and_reports_the_rest(self):
         """937 500 baud are 93.75 octets a millisecond; a sample of three floats is 4 + 1 + 4 + 12 of them, so every third
         period takes 70, each period 210."""
         server = self.serve(BENCH, "--serial")
@@ -281,7 +282,7 @@ wait until state == ready
         self.assertRegex(result.stdout, r"(?m)^ +\d+\.\d{4} s  sink_hot ")
         self.assertIn("what to do:", result.stdout)
 
-    def test_status_tells_what_is_staged(self):
+    def test_status_reports_what_is_staged(self):
         server = self.serve()
         result = self.does(server, "set motor_resistance 1 ohm\nset current_limit 8\nstatus\ndefaults\nstatus\napply\nstatus\n")
         self.assertIn("staged, not applied: motor_resistance 1 ohm, current_limit 8 A\n", result.stdout)
@@ -351,7 +352,7 @@ class WrongLines(Case):
         ("quit now", "no argument is accepted"))
 
     def test_each_names_the_thing_and_what_is_accepted(self):
-        """One script that goes on behind each; in JSON a failed line is an object, too."""
+        """One script that continues after each of them; in JSON a failed line is an object, too."""
         done = connect(self.serve().target, "".join(line + "\n" for line, _ in self.ROWS), "--keep-going", "--json")
         self.assertEqual(done.returncode, 1, done.stderr)
         told = {answer["line"]: answer for answer in answers(done)}
@@ -378,7 +379,7 @@ class BrokenLines(Case):
         self.assertIn("no server listens there", result.stderr)
         self.assertIn("lagless serve", result.stderr)
 
-    def test_second_client_is_told_at_once(self):
+    def test_second_client_gets_a_message_at_once(self):
         server = self.serve()
         first = self.typing(server, "get state\n")
         first.stdout.readline()
@@ -403,7 +404,7 @@ class BrokenLines(Case):
         self.assertIn("line 2: wait: ", errors)
         self.assertIn("closed the connection", errors)
 
-    def test_a_motor_that_is_left_alone_is_stopped_and_that_is_told_and_go_starts_it_again(self):
+    def test_a_motor_that_is_left_alone_is_stopped_and_that_is_reported_and_go_starts_it_again(self):
         server = self.serve()
         result = connect(server.target, "go 300 r/min\nwait until omega_m > 280 r/min timeout 10 s\nquit\n")
         self.assertEqual(result.returncode, 0)
@@ -463,7 +464,7 @@ class Terminal(Case):
         return seen
 
     def ends(self, code):
-        """That the session ends soon, with this exit code."""
+        """Checks that the session ends soon, with this exit code."""
         end = time.monotonic() + 10.0
         while time.monotonic() < end:
             if select.select([self.terminal], [], [], 0.1)[0]:
@@ -502,7 +503,7 @@ class Terminal(Case):
         os.write(self.terminal, b"\x04")
         self.ends(0)
 
-    def test_a_key_that_begins_a_sequence_leaves_the_motor_running_and_a_loss_is_told(self):
+    def test_a_key_that_begins_a_sequence_leaves_the_motor_running_and_a_loss_is_reported(self):
         server = self.serve()
         self.begins(server)
         self.types(b"go 300 r/min\n", "on, going to 300 r/min\r\nlagless> ")
@@ -523,7 +524,7 @@ class Terminal(Case):
 
 
 def plain(text):
-    """A session's text without what differs from run to run: numbers, prefixes of units, blanks."""
+    """A session's text without the parts that differ from run to run: numbers, prefixes of units, blanks."""
     text = re.sub(r"-?\d+(\.\d+)?(e[-+]?\d+)?( [mu](?=[AV]\b))?", "#", text)
     text = re.sub(r"# (?=[AV]\b)", "#", text)
     return [" ".join(line.split()) for line in text.splitlines()]

@@ -1,4 +1,4 @@
-"""Files that are cut off or damaged: a clear refusal, no traceback, nothing of it in a result.
+"""Files that are cut off or damaged: a clear refusal, no traceback, and no part of them in a result.
 usage: test_cut_files.py LAGLESS FOLDER CASES"""
 
 import importlib.util
@@ -28,7 +28,7 @@ class Campaign(TestCase):
             file.write((head or self.head) + self.columns + "".join(lines))
         return lagless("campaign", "merge", self.folder)
 
-    def test_what_is_no_result_is_refused(self):
+    def test_what_is_not_a_result_is_refused(self):
         self.assertEqual("run,end,invariant,period,row,injected,reason,excused,from,reproduced,latched,second,calm\n", self.columns)
         self.expect(1, self.merge(self.line), "29 of 30 runs are not done")
         none = self.line.split(",")[2]  # the invariant of a run that keeps all

@@ -63,7 +63,7 @@ class Test(command_line.TestCase):
 
     # ---- the page ----
 
-    def test_the_example_of_the_page_says_what_the_page_says(self):
+    def test_the_example_of_the_page_prints_what_the_page_shows(self):
         example, = re.findall(r"```toml\n# load_step\.toml\n(.*?)```", PAGE, re.S)
         output, = re.findall(r"```text\n(.*?)```", PAGE, re.S)
         done = self.lagless("paper", self.write(example, "load_step.toml"))
@@ -257,7 +257,7 @@ class Test(command_line.TestCase):
         self.assertEqual("0.0008,0,4000", table[-1])
         self.assertEqual("my", json.loads(self.read("there/report.json"))["figures"][0]["id"])
 
-    # ---- what is wrong with a file ----
+    # ---- mistakes in a file ----
 
     def test_bad_files_are_refused_by_line_key_and_what_is_accepted(self):
         good = STANDING + claim("a", "load.mean", 2.25, 1e-3)
@@ -351,13 +351,13 @@ class Test(command_line.TestCase):
                 self.refused(text, line, *fragments)
         self.refused(good.replace("[run]", '[[sweep]]\nname = "load"\nrow = "position_source"\nvalues = ["encoder", "sensorles"]\n[run]'), "values =", "nearest: sensorless")
 
-    def test_what_the_rig_refuses_under_way_is_told_with_its_line(self):
+    def test_what_the_rig_refuses_under_way_is_reported_with_its_line(self):
         # A parameter that changes only while the bridge is off.
         text = STANDING.replace("[[measure]]", '[requests]\nenable = "on"\n[[at]]\ntime = "0.3 s"\nparams.observer_switching = "sign"\n[[measure]]', 1)
         text = text.replace('"1 ms"', '"0.4 s"').replace('"0.9 ms"', '"0.2 s"').replace('"4.5 N m"', '"0.5 N m"')
         self.refused(text + claim("a", "1", 1.0), "params.observer_switching", "observer_switching")
 
-    def test_figures_and_a_file_do_not_mix_and_a_missing_file_is_told(self):
+    def test_figures_and_a_file_do_not_mix_and_a_missing_file_is_reported(self):
         path = self.write(STANDING + claim("a", "1", 1.0))
         for arguments in ((path, "fig13"), ("fig13", path), (path, path)):
             self.expect(2, self.lagless("paper", *arguments), "accepted is one file")

@@ -1,4 +1,5 @@
-"""What goes wrong in the first hour with the program: two runs into one folder, full disks, drives that stay off, names that
+"""Mistakes and disturbances in the first hour with the program: two runs into one folder, full disks, drives
+that stay off, names that
 are refused. usage: test_first_hour.py LAGLESS FOLDER"""
 
 import json
@@ -45,16 +46,16 @@ class OneFolder(FirstHour):
         self.assertEqual("time", rows[0][:4])
         times = [float(row.split(",")[0]) for row in rows[1:]]
         self.assertEqual([round(0.01 * n, 4) for n in range(len(times))], times)
-        self.expect(0, lagless("run", self.scenario(), "--force", "--out", self.out()))  # nothing is left that would stop it
+        self.expect(0, lagless("run", self.scenario(), "--force", "--out", self.out()))  # no reason is left that would stop it
 
-    def test_a_killed_run_stops_nobody(self):
+    def test_a_killed_run_does_not_block_the_next(self):
         running = self.under_way("run", self.scenario(duration="3600 s"), "--every", "100")
         running.kill()
         running.wait()
         self.expect(0, lagless("run", self.scenario(), "--out", self.out()))
         self.assertEqual(["a.csv"], os.listdir(self.out()))
 
-    def test_what_fills_a_folder_has_it_alone(self):
+    def test_a_command_that_fills_a_folder_locks_it(self):
         running = self.under_way("campaign", "--runs", "100000")
         for command in (["map"], ["matrix", "--cell", "stuck_a_rail/off"], ["paper", "fig12"], ["campaign", "--resume"]):
             self.expect(3, lagless(*command, "--out", self.out()), "another lagless writes there")
@@ -62,7 +63,7 @@ class OneFolder(FirstHour):
         running.terminate()
         running.wait(60)
 
-    def test_what_stands_there_stays_until_the_new_result_is_complete(self):
+    def test_the_old_result_stays_until_the_new_one_is_complete(self):
         os.makedirs(self.out())
         for name, command in (("map.json", ["map"]), ("matrix.json", ["matrix"])):
             path = os.path.join(self.out(), name)
@@ -104,7 +105,7 @@ class Output(FirstHour):
             self.assertEqual("# ", file.read(2))
             self.assertNotIn("a test\n0.2", file.read())
 
-    def test_nothing_to_say_needs_no_stdout(self):
+    def test_without_output_no_stdout_is_needed(self):
         with open("/dev/full", "w") as full:
             self.expect(0, lagless("run", self.scenario(), "--quiet", stdout=full))
 
@@ -133,7 +134,7 @@ class Report(FirstHour):
 class Names(FirstHour):
     """(h) One name for the number of periods per sample; stdin; what --set can change."""
 
-    def test_every_means_the_same_wherever_it_stands(self):
+    def test_every_means_the_same_in_each_place(self):
         times = []
         path = self.scenario(name="a.toml")
         with open(path) as file:
@@ -157,7 +158,7 @@ class Names(FirstHour):
         self.expect(2, lagless("run", "-"), "stdin:1:1: schema: it is missing")
         self.expect(0, lagless("serve", "-", "--port", "0", "--free", "--until", "0.1 s", input=text), "listening on")
 
-    def test_set_changes_duration_and_start_and_help_says_so(self):
+    def test_set_changes_duration_and_start_and_help_states_it(self):
         result = json.loads(lagless("run", self.scenario(), "--set", "run.duration=0.1 s", "--set", "start.speed=200 r/min", "--set",
                                     "start.angle=30 deg", "--json", "--traces", "--record", "true_omega_m").stdout)
         self.assertEqual(1000, result["periods"])
@@ -169,7 +170,7 @@ class Names(FirstHour):
         for name in ("--set run.duration=", "start.speed", "start.angle", "run.seed", "run.every", "lagless run -"):
             self.assertIn(name, document("docs/command_line.md"))
 
-    def test_a_value_that_the_file_has_wrong_is_mended_by_set(self):
+    def test_set_replaces_a_wrong_value_of_the_file(self):
         path = self.scenario("[plant]\ninertia = -1\ndc_voltage = \"310 A\"\n[start]\nspeed = \"fast\"\n", duration="2 h")
         mended = ["--set", "inertia=0.05", "--set", "dc_voltage=310", "--set", "start.speed=0", "--set", "run.duration=0.2 s"]
         self.expect(0, lagless("run", path, *mended))
@@ -182,7 +183,7 @@ class Measures(FirstHour):
 
     MEASURE = '[[measure]]\nname = "how high"\nsignal = "true_omega_m"\nstatistic = "max"\nfrom = "0.15 s"\n'
 
-    def test_a_measure_tells_a_number_and_fails_nothing(self):
+    def test_a_measure_reports_a_number_and_fails_nothing(self):
         path = self.scenario(self.MEASURE)
         done = lagless("run", path)
         self.expect(0, done)
@@ -191,7 +192,7 @@ class Measures(FirstHour):
         self.assertEqual(["name", "signal", "minus", "statistic", "unit", "from_s", "to_s", "value", "verdict"], list(measure))
         self.assertEqual(("measured", "rad/s"), (measure["verdict"], measure["unit"]))
         self.assertAlmostEqual(float(rpm) * 3.14159265 / 30, measure["value"], places=3)
-        # nothing fails but the end: the drive is refused to it, and no expectation names that
+        # only the end of the run fails: `on` is refused, and no expectation names that
         self.expect(1, lagless("run", path, "--set", "plant.dc_voltage=150"), "measured ", "end of the run: the drive refuses `enable` with ")
         self.assertEqual("", lagless("run", path, "--quiet").stdout)
 
@@ -330,7 +331,7 @@ class Progress(FirstHour):
     BAR = re.compile(rb"\r\[#*\.*\] +\d+ %  (\d+ min )?\d+ s left")
 
     def seen(self, arguments, enough, environment=None):
-        """What it wrote on a terminal until that was enough, or it ended."""
+        """The text that it wrote on a terminal until the required text was there, or it ended."""
         master, slave = os.openpty()
         running = subprocess.Popen([LAGLESS, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=slave, cwd=self.folder,
                                    env={**os.environ, **(environment or {})})
@@ -350,7 +351,7 @@ class Progress(FirstHour):
         for arguments in (["run", self.scenario(duration="3600 s")], ["map"], ["matrix"], ["campaign"], ["paper"]):
             self.assertRegex(self.seen(arguments, self.BAR.search), self.BAR, arguments)
 
-    def test_what_draws_pictures_is_followed(self):
+    def test_the_progress_of_pictures_is_shown(self):
         script = os.path.join(self.folder, "python")
         with open(script, "w") as file:
             file.write("#!/bin/sh\nsleep 0.5; echo 0.1 >&$LAGLESS_PROGRESS; sleep 0.2; echo 0.2 >&$LAGLESS_PROGRESS; sleep 5\n")
@@ -358,7 +359,7 @@ class Progress(FirstHour):
         drawn = self.seen(["paper", "fig12"], lambda text: self.BAR.search(text.partition(b"drawing")[2]), {"LAGLESS_PYTHON": script})
         self.assertRegex(drawn.partition(b"drawing")[2], self.BAR)
 
-    def test_the_report_tells_how_far_its_pictures_have_come(self):
+    def test_the_report_shows_how_far_its_pictures_are(self):
         reading, writing = os.pipe()
         done = subprocess.run([sys.executable, "-B", "-c", "import progress; progress.tell(0.25)"], pass_fds=[writing],
                               cwd=os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tools/plot"),
@@ -367,7 +368,7 @@ class Progress(FirstHour):
         with open(reading) as file:
             self.assertEqual((0, 0.25), (done.returncode, float(file.read())))
 
-    def test_a_pipe_gets_nothing_of_it(self):
+    def test_a_pipe_gets_no_progress_bar(self):
         done = lagless("run", self.scenario(duration="10 s"))
         self.assertEqual((0, ""), (done.returncode, done.stderr))
 
@@ -402,7 +403,7 @@ class Json(FirstHour):
 class Manual(FirstHour):
     """(i) The manual page explains every option, in the words of --help."""
 
-    def test_every_option_of_every_command_stands_in_the_manual_with_its_text(self):
+    def test_every_option_of_every_command_is_in_the_manual_with_its_text(self):
         page = lagless("man").stdout.replace("\\-", "-").replace("\\fB", "").replace("\\fI", "").replace("\\fR", "")
         sections = dict(re.findall(r'^\.SS "lagless (\w+)([^"]*"\n.*?)(?=^\.S[SH] )', page, re.M | re.S))
         commands = re.findall(r"^  (\w+) ", lagless("--help").stdout, re.M)

@@ -26,7 +26,7 @@ class Motors(TestCase):
         self.assertAlmostEqual(0.377903223 / 6.283185307, motor["flux_linkage_wb"], 7)
         self.assertAlmostEqual(3.82, motor["rated_current_peak_a"])
 
-    def test_an_unknown_motor_is_told_with_the_nearest_and_a_short_file_with_what_is_missing(self):
+    def test_an_unknown_motor_is_reported_with_the_nearest_and_a_short_file_with_what_is_missing(self):
         path = self.write("short.toml", "pole_pairs = 4\nresistance = 1\n")
         self.refuses((["motors", "teknik-m2310p-ln-04k"], "nearest: teknic-m2310p-ln-04k"),
                      (["tune", "beckhoff"], "nearest: beckhoff-am8122, beckhoff-am8141"), (["tune"], "no motor is given"),

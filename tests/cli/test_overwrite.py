@@ -42,7 +42,8 @@ class Overwrite(TestCase):
             self.assertEqual(MOTOR, self.read("m.toml"))
 
     def test_files_that_a_command_reads_by_the_way_are_inputs(self):
-        """A scenario's motor, which a link makes the name of the recording; what comes from stdin; a recording that is compared."""
+        """A scenario's motor, to which the name of the recording is a link; input from stdin; a recording that
+        is compared."""
         self.write("m.toml", MOTOR)
         scenario = self.write("s.toml", 'schema = 1\ntitle = "x"\n[run]\nduration = "1 ms"\n[motor]\nfile = "m.toml"\n')
         recording = self.record()
@@ -91,7 +92,7 @@ class Overwrite(TestCase):
                 self.expect(0, lagless(*arguments, "--force", env=NO_PICTURES))
             os.remove(self.path(name))
 
-    def test_a_campaign_begins_anew_only_with_force_and_leaves_no_old_scenario(self):
+    def test_a_campaign_begins_again_only_with_force_and_leaves_no_old_scenario(self):
         few = ["campaign", "--runs", "2", "--seconds", "0.1", "--out", self.folder]
         self.write("run-000001.toml", "mine")
         self.keeps("run-000001.toml", 2, *few)

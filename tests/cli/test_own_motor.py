@@ -23,7 +23,7 @@ inertia = "0.28 kg cm^2"
 load_inertia = "2 kg cm^2"
 link_voltage = "311 V"
 """
-# A motor that pulls more than 14 N m: the overload of the paper's rig is none.
+# A motor with more than 14 N m: the overload of the paper's rig is not an overload for it.
 LARGE = """pole_pairs = 3
 resistance = "0.35 ohm"
 inductance = "4.1 mH"
@@ -33,7 +33,7 @@ inertia = "48 kg cm^2"
 load_inertia = "150 kg cm^2"
 link_voltage = "311 V"
 """
-# 48 V: what the paper's rig calls a low link, 150 V, is far beyond this one's trip.
+# 48 V: the low link voltage of the paper's rig, 150 V, is far beyond the trip of this one.
 HUB = """pole_pairs = 15
 resistance_line = "0.13 ohm"
 inductance_line = "0.25 mH"
@@ -62,7 +62,7 @@ class OwnMotor(TestCase):
 
     # ---- matrix
 
-    def test_a_brake_within_the_limit_and_an_overload_are_some_for_every_motor(self):
+    def test_a_brake_and_an_overload_are_scaled_to_every_motor(self):
         for sheet in (SERVO, LARGE):
             path = self.tuned(sheet)
             at = self.end_of(path) - 0.2
@@ -159,9 +159,9 @@ plant.dc_voltage = "270 V"
         first = told["violations"][0]
         self.assertRegex(text, rf"{first['file']} .* fault {first['fault']} at {first['fault_s']:.4f} s, injected none\n")
 
-    # ---- files for one another, and a stop
+    # ---- files of one kind given for another kind, and a stop
 
-    def test_what_is_given_for_something_else_is_told_what_it_is(self):
+    def test_a_file_of_another_kind_is_refused_with_its_kind(self):
         path = self.write("motor.toml", SERVO)
         for command in ("run", "map", "bench", "paper"):
             self.expect(2, lagless(command, path), "is a motor: `lagless tune", "--write my.toml`")
@@ -184,7 +184,7 @@ plant.dc_voltage = "270 V"
         self.expect(2, lagless("compare", *folders), "it holds 2 recordings: a, other")
         self.expect(2, lagless("compare", self.folder, folders[1]), "it holds 0 recordings")
 
-    def test_a_matrix_that_is_stopped_leaves_nothing_and_says_so(self):
+    def test_a_matrix_that_is_stopped_leaves_nothing_and_reports_it(self):
         folder = os.path.join(self.folder, "m")
         running = self.started("matrix", "--out", folder)
         partial = os.path.join(folder, "matrix.json.partial")

@@ -1,6 +1,7 @@
 """A campaign finds a bug that was planted: one sign of catch turned. usage: test_planted.py LAGLESS PLANTED FOLDER
 
-It must break a promise within 120 runs of one seed, 60 of another, or 200 of a third, and the small scenario that is written must break it with the
+It must violate an invariant within 120 runs of one seed, 60 of another, or 200 of a third, and the small
+scenario that is written must break it with the
 planted program and hold with the right one: then it is about that sign and nothing else. The runs are made a twelfth at a time, until there is
 such a scenario: minimising the others takes most of the time."""
 

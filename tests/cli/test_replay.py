@@ -85,7 +85,7 @@ class Replay(command_line.TestCase):
         self.assertIsNone(seen["differs_from"])
         self.assertEqual(seen["recorded"]["period"], period)
         self.assertEqual(seen["replayed"], seen["recorded"])
-        self.assertGreaterEqual(period - seen["begin"], 46)  # (rows - 16)/2 - 8: the time before the fault that one can see
+        self.assertGreaterEqual(period - seen["begin"], 46)  # (rows - 16)/2 - 8: the recorded time before the fault
         return seen
 
     def run_to_fault(self, scenario):

@@ -1,4 +1,5 @@
-"""What the program writes for others: dumps of printable ASCII, values as they were given, one version in one place.
+"""Texts of the program for other programs: dumps of printable ASCII, values as they were given, one version in
+one place.
 usage: test_texts.py LAGLESS FOLDER"""
 
 import os
@@ -36,7 +37,7 @@ class Dump(TestCase):
 
 
 class Values(TestCase):
-    def test_a_value_that_is_not_finite_is_told_with_its_sign(self):
+    def test_a_value_that_is_not_finite_is_reported_with_its_sign(self):
         for row, section in (("speed_request", "requests"), ("load_torque", "plant"), ("at_least", "expect")):
             for value, told in (("-inf", "-inf"), ("inf", "inf"), ("+inf", "inf"), ("nan", "nan")):
                 head = Dump.HEAD % "a"
@@ -79,7 +80,7 @@ class Reasons(TestCase):
 
 
 class Pages(TestCase):
-    """A number that several pages give is one."""
+    """A number has the same value on all pages that give it."""
 
     def test_the_largest_angle_of_a_period_is_that_of_tune(self):
         most = float(re.search(r"#define TURN_GOOD +([\d.]+)", document("host_sim/lab/tune.c"))[1])
@@ -96,7 +97,7 @@ class Pages(TestCase):
         for state in states:
             self.assertRegex(head, rf"(?m)^ \*\n \* {state.lower().replace('_', ' ')}: ")
 
-    def test_what_the_pages_say_of_app_apply_is_true(self):
+    def test_the_statements_of_the_pages_about_app_apply_are_true(self):
         self.assertIn("app_apply(", document("firmware/app/services.c"))
         self.assertIn("`app_apply` runs, which the order `apply`", " ".join(document("docs/chip.md").split()))
 

@@ -18,7 +18,7 @@ def last(signal, at_least, at_most, more=""):
 
 
 def back(begin):
-    """Speed and reference are both 0 while the drive is off: met by a dead drive."""
+    """Speed and reference are both 0 while the drive is off: an expectation that a drive which is off meets."""
     return ('[[expect]]\nname = "speed comes back"\nsignal = "true_omega_m"\nminus = "omega_m_ref"\nstatistic = "peak"\n'
             f'from = "{begin}"\nat_most = "20 r/min"\n')
 
@@ -52,7 +52,7 @@ ENDS = (
     (SAG + last("fault_reason", 22, 22), "2 s", 1, UNNAMED),
     (SAG + last("state", '"fault"', '"fault"'), "2 s", 0, "end state fault, fault dc_undervoltage at 0.5010 s"),
     (SAG + last("state", '"operation_enabled"', '"fault"'), "2 s", 1, UNNAMED),
-    # a fault that comes after what is expected is not named
+    # a fault after the expected time is not named
     (SAG + last("fault_reason", 1, 90, 'to = "0.4 s"\n'), "2 s", 1, UNNAMED),
     (SAG + RESET + AGAIN + last("fault_reason", 23, 23, 'to = "0.8 s"\n'), "2 s", 0),
     (SAG + RESET + AGAIN + last("fault_reason", 23, 23, 'to = "0.8 s"\n') + at("1.6 s", "plant.dc_voltage = 100"), "2 s", 1, UNNAMED),
@@ -61,7 +61,7 @@ ENDS = (
     (REFUSED + last("state", '"ready"', '"ready"'), "2 s", 0),
     (REFUSED + last("state", '"ready"', '"operation_enabled"'), "2 s", 1, UNNAMED),
     (REFUSED + last("refusal", 23, 23, 'to = "1.5 s"\n'), "2 s", 1, UNNAMED),
-    # a drive that is never on: what is met since nothing happened fails
+    # a drive that is never on: expectations that are met only for this reason fail
     (HOLDS + STATE, "0.2 s", 0, "met", "end state operation_enabled\n"),
     (DEAD + HOLDS + STATE, "0.2 s", 1, NEVER_ON, "FAILED", "at most 1000 r/min; the drive never came on\n", "met         last of state", UNNAMED),
     (DEAD + HOLDS + at("0.15 s", 'requests.enable = "off"'), "0.2 s", 1, "never on"),  # also if it is not commanded on at the end
@@ -73,13 +73,13 @@ ENDS = (
 
 
 class UnexpectedEnd(TestCase):
-    def test_each_end_is_told_and_judged(self):
+    def test_each_end_is_reported_and_judged(self):
         for tables, duration, code, *fragments in ENDS:
             with self.subTest(tables=tables):
                 done = self.expect(code, lagless("run", self.scenario(tables, duration=duration)), *fragments)
                 self.assertFalse(code == 0 and "no expectation names" in done.stdout, done.stdout)
 
-    def test_a_drive_that_is_off_as_it_was_told_says_nothing_of_it(self):
+    def test_a_drive_that_is_off_as_requested_is_not_reported(self):
         for arguments in (["quick_stop"], [self.scenario(HOLDS), "--set", "enable=off"]):
             self.assertNotIn("not on", self.expect(0, lagless("run", *arguments), "end state ready\n").stdout)
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Tests of tools/cost, whose sums are compared with tools/target/cost.json in each check: what a load, a store, a constant of the M4F
-costs on a C28x. Expected by the C28x's addressing modes: *+XARn[3 bits], *-SP[6 bits], *XARn++, *+XARn[AR0] after a load of AR0; MOVIZ and MOVXI; MOVL XARn with 22 bits."""
+"""Tests of tools/cost, whose sums are compared with tools/target/cost.json in each check: the cost of a load, a
+store and a constant of the M4F on a C28x. Expected by the C28x's addressing modes: *+XARn[3 bits], *-SP[6
+bits], *XARn++, *+XARn[AR0] after a load of AR0; MOVIZ and MOVXI; MOVL XARn with 22 bits."""
 import contextlib
 import io
 import json
@@ -29,7 +30,7 @@ ACCESSES = [  # a line as QEMU writes it, and the cycles of each word that it mo
     ("str      r3, [r1, #0x10]", [BEYOND]),
     ("ldrb.w   fp, [r0, #0xf]", [IN_REACH]),
     ("ldrh     r2, [r0, #0x10]", [BEYOND]),
-    ("vldrle   s21, [r0, #0x80]", [BEYOND]),  # one that an IT block skips takes its time too
+    ("vldrle   s21, [r0, #0x80]", [BEYOND]),  # an instruction that an IT block skips takes its time, too
     ("ldr      r3, [r0, #-0x4]", [BEYOND]),  # 3 bits without a sign
     ("ldrd     r0, r3, [r4, #8]", [IN_REACH, IN_REACH]),
     ("strd     r0, r3, [r4, #0xc]", [IN_REACH, BEYOND]),  # words 6 and 8
@@ -47,7 +48,7 @@ ACCESSES = [  # a line as QEMU writes it, and the cycles of each word that it mo
     ("ldr.w    r3, [r2, r3, lsl #2]", [BY_INDEX]),
     ("ldrh.w   r0, [r0, r1, lsl #1]", [BY_INDEX]),
 ]
-CONSTANTS = [  # a line, what stands beside the code, the cycles
+CONSTANTS = [  # a line, the text beside the code, the cycles
     ("vldr     s10, [pc, #0x35c]", 0x3F000000, (1, 1, 1)),  # 0.5: MOVIZ alone
     ("vldr     s10, [pc, #0x35c]", 0xC0490000, (1, 1, 1)),
     ("vldr     s10, [pc, #0x35c]", 0x40490FDA, (2, 2, 2)),  # pi: MOVIZ and MOVXI
@@ -122,14 +123,15 @@ class Model(unittest.TestCase):
         self.assertEqual(block.classes, {cost.NEAR: 3, cost.FAR: 1, cost.LONG: 1, "return": 1})
         self.assertEqual((block.count, block.end, block.following), (3, "return", 0x100A))
 
-    def test_instructions_are_told_apart_by_what_they_do(self):
+    def test_instructions_are_distinguished_by_what_they_do(self):
         for line, expected in KINDS:
             with self.subTest(line):
                 self.assertEqual(cost.kind_of(*line.split(maxsplit=1)), expected)
 
 
 def entered(*blocks):
-    """What QEMU writes: a listing of each block, and a text of those that are entered. A block is its address and its lines."""
+    """The output of QEMU: a listing of each block, and a text of those that are entered. A block is its address
+    and its lines."""
     lines, numbers, text = [], {}, ""
     for address, listing in blocks:
         if address not in numbers:
@@ -140,7 +142,7 @@ def entered(*blocks):
 
 
 class Entered(unittest.TestCase):
-    """What is made of the blocks that QEMU has entered."""
+    """The result for the blocks that QEMU has entered."""
 
     STEP, INNER, OTHER = 0x100, 0x200, 0x300
 

@@ -1,5 +1,5 @@
-/* What the debugger's test debugs: the ring with a fixed set-up, stepped one period at a time as a scenario's
- * run does it. Honours LAGLESS_STOP.
+/* The program for the debugger's tests: the ring with a fixed set-up, stepped one period at a time as a
+ * scenario's run does it. Honours LAGLESS_STOP.
  *
  * usage: debug_ring PERIODS [FAULT_PERIOD] [exact]
  * The drive is commanded to turn at 600 r/min from the start; 2 N m from period 4000 on; the power module

@@ -27,7 +27,7 @@ ROOT = OPTIONS.root.resolve()
 PROGRAM = OPTIONS.program.resolve()
 SCRIPT = ROOT / "tools" / "gdb" / "lagless.py"
 SKIPPED = 77
-SECONDS = 120  # a session that takes longer hangs
+SECONDS = 120  # a session that takes longer counts as hanging
 
 # Times of the drive [periods of 100 us]. Windows begin with period 0; at the end of each the medium task runs, and what it has
 # set acts from the end of the next on.
@@ -53,7 +53,7 @@ def run(line, **more):
 
 
 def why_not():
-    """Why no session is possible on this machine; "" if one is."""
+    """The reason why no session is possible on this machine; "" if it is possible."""
     if shutil.which("gdb") is None:
         return "no gdb"
     if "yes" not in run(["gdb", "-nx", "-q", "-batch", "-ex", "python print('y' + 'es')"]).stdout:
@@ -97,7 +97,7 @@ shared = None
 
 
 def anew():
-    """The next session is another gdb's."""
+    """The next session uses another gdb."""
     global shared
     if shared:
         shared.end()
@@ -132,7 +132,7 @@ def place(text):
 
 
 def of_both_sensors(test):
-    """Also with the rig's sensors = exact the sample interrupt is the same; the rig stands between it and the drive's step."""
+    """Also with the rig's sensors = exact the sample interrupt is the same; the call of the rig is between it and the drive's step."""
 
     @functools.wraps(test)
     def both(self):
@@ -166,7 +166,7 @@ class TravelTest(unittest.TestCase):
         self.assertTrue(back.startswith("period 40, "), back)
         self.assertRegex(listed, r"keep y .*drive_step")
 
-    def test_program_that_is_too_short_says_so(self):
+    def test_program_that_is_too_short_reports_it(self):
         text, after, again = session("period 500", "why", "period 20", arguments=("100",))
         self.assertIn("the program ended before period 500: it has 100, 0 to 99", text)
         self.assertIn("no program is running", after)
@@ -269,7 +269,7 @@ class FaultTest(unittest.TestCase):
         )
         self.assertRegex(drive, r"(?m)^warnings +sink_warm$")
 
-    def test_why_names_a_refusal_and_says_when_nothing_is_wrong(self):
+    def test_why_names_a_refusal_and_reports_when_nothing_is_wrong(self):
         _, refused, _, good = session("period 100", "why", "period 8000", "why")
         self.assertIn("refusal 1, not_ready: the current offsets are still being measured", refused)
         self.assertIn("remedy: wait; it takes a tenth of a second with the bridge off", refused)
@@ -390,11 +390,11 @@ class WrongUseTest(unittest.TestCase):
         for word in words:
             self.assertIn(word, text)
 
-    def test_without_a_program_each_command_says_so_in_one_line(self):
+    def test_without_a_program_each_command_reports_it_in_one_line(self):
         for text in session("why", "drive", "regs", "where-time", "rig-hash", "period +1"):
             self.one_line(text, "no program is running")
 
-    def test_wrong_arguments_are_told_in_one_line(self):
+    def test_wrong_arguments_are_reported_in_one_line(self):
         cases = {
             "period": "the number is missing",
             "period x": "'x' is no period",
@@ -424,7 +424,7 @@ class WrongUseTest(unittest.TestCase):
         done = run([*line, "--args", sys.executable])
         self.one_line(done.stdout.split("@@@\n")[1].strip(), "this program has no rig_stop_at()")
 
-    def test_before_the_rig_is_there_it_is_said(self):
+    def test_before_the_rig_is_there_it_is_reported(self):
         _, _, text, _, there = session("break main", "run", "why", "delete", "period 3")
         self.one_line(text, "there is no rig yet")
         self.assertTrue(there.startswith("period 3, "), there)
@@ -441,7 +441,7 @@ class MachineInterface:
         self.token = 100
 
     def tell(self, command):
-        """Sends a command; all lines up to the end of whatever it set going."""
+        """Sends a command; all lines up to the end of the action that it started."""
         self.token += 1
         self.gdb.stdin.write(f'{command}\n{self.token}-interpreter-exec console "echo"\n')
         self.gdb.stdin.flush()
@@ -545,7 +545,7 @@ class ToolTest(unittest.TestCase):
         self.assertIn("period 500, 0.0500 s", done.stdout)
         self.assertIn("#0  app_interrupt ()", done.stdout)
 
-    def test_what_does_not_go_is_told_in_its_last_line_with_its_exit_code(self):
+    def test_a_failure_is_reported_in_its_last_line_with_its_exit_code(self):
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
             shutil.copy2(PROGRAM, folder / "lagless")

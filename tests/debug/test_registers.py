@@ -93,7 +93,7 @@ class FieldTest(unittest.TestCase):
         ):
             self.assertEqual(registers.summary(registers.fields_of("EPWM1", register), word), text)
 
-    def test_reset_value_shows_the_divider_that_bites(self):
+    def test_reset_value_shows_the_effective_divider(self):
         self.assertIn("HSPCLKDIV /2", registers.summary(registers.fields_of("EPWM3", "TBCTL"), 0x0083))
 
     def test_bits_outside_all_fields_are_shown(self):
@@ -118,7 +118,7 @@ class TimeTest(unittest.TestCase):
             for period in (*range(50), 123456, 4294967290):
                 self.assertEqual(time.period_of_time(time.seconds(period, ticks), ticks), period, ticks)
 
-    def test_what_is_no_time_or_no_period_is_refused(self):
+    def test_what_is_not_a_time_or_a_period_is_refused(self):
         self.assertEqual(time.period_number("4294967294"), 4294967294)
         for read, texts in ((lambda text: time.period_of_time(text, 15000), ("", "1 h", "-1 s", "one", "nan", "1,5 s", "1 s 2", "1e9 s", "1e999999999 s")),
                             (time.period_number, ("4294967295", "-1", "1.5", "", "0x10"))):

@@ -54,7 +54,7 @@ TREE = {
         "{\n"
         "    return row->offset / sizeof(uint32_t);\n"
         "}\n"
-        # So long that the compiler jumps over it by address, which is no call of itself.
+        # A function so long that the compiler jumps over it by an address: this jump is not a recursive call.
         "float angle_long(float x)\n"
         "{\n"
         "    float sum = x;\n"
@@ -320,7 +320,7 @@ class CheckDialect(unittest.TestCase):
                                   "nothing; take the row out")
 
     @unittest.skipUnless("Cppcheck 2.10" in CPPCHECK, f"MISRA is judged by cppcheck 2.10, not {CPPCHECK}")
-    def test_cppcheck_knows_the_sizes_of_the_eabi(self):
+    def test_cppcheck_uses_the_sizes_of_the_eabi(self):
         outside = set()
         for what, words in (("char", 1), ("int", 1), ("long", 2), ("void *", 2), ("double", 4), ("L'a'", 2)):
             for length in (words, words + 1):

@@ -48,13 +48,13 @@ class Contributing(unittest.TestCase):
             with self.subTest(commit=commit):
                 self.assertEqual(git("merge-base", "--is-ancestor", commit, "HEAD").returncode, 0)
                 touched = set(git("show", "--format=", "--name-only", commit).stdout.splitlines())
-                for name in files:  # by the name that the file has now, or had then
+                for name in files:  # by the present name of the file, or its name at that time
                     names = git("log", "--follow", "--format=", "--name-only", "--", name).stdout.split()
                     self.assertTrue(touched & {name, *names}, name)
 
 
 class Citation(unittest.TestCase):
-    def test_it_says_what_the_project_says(self):
+    def test_it_has_the_numbers_of_the_project(self):
         entries = dict(re.findall(r"^(\w[\w-]*): (.+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE))
         project = re.search(r"^project\((\w+) VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"), re.MULTILINE)
         self.assertEqual((entries["title"], entries["version"]), project.groups())

@@ -28,7 +28,7 @@ class Locks(unittest.TestCase):
                 with self.subTest(name=name):
                     self.assertIn(plain(name), text)
 
-    def test_the_workflow_takes_what_is_others_by_commit(self):
+    def test_the_workflow_takes_the_work_of_others_by_commit(self):
         text = (PROJECT / ".github/workflows/check.yml").read_text(encoding="utf-8")
         used = re.findall(r"uses: (\S+)", text)
         self.assertEqual(len(used), 4)

@@ -22,7 +22,7 @@ COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 
 def functions_of_the_tree():
-    """Names followed by a bracket in C outside comments: whatever is declared, defined or called."""
+    """Names followed by a bracket in C outside comments: all that are declared, defined or called."""
     found = set()
     for folder in ("firmware", "hal", "host_sim"):
         for path in (ROOT / folder).rglob("*.[ch]"):
@@ -35,7 +35,7 @@ def functions_of(path):
 
 
 def missing(text, folder, functions):
-    """What the text names and the tree has not, in the order of the text."""
+    """The names in the text that do not exist in the tree, in the order of the text."""
     lacking = [path for path in PATH.findall(text) if "NAME" not in path and not (ROOT / path).exists()]
     lacking += [link for link in LINK.findall(text) if not (folder / link).exists()]
     lacking += [name + "()" for name in FUNCTION.findall(text) if name not in functions]

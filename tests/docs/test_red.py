@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""No number of the documents is by hand: a program that prints others makes the check of each of them red.
+"""No number in the documents is written by hand: if a program prints other numbers, the check of each document fails.
 
-The program is called instead of the real one and turns every 1 of what that prints into a 7, or runs it with another seed; what
-tests and report have printed is copied and turned in the same way. That each check is green with the real program is the test of
-ctest that is named with it here.
+The program is called instead of the real one and replaces every 1 in its output by a 7, or runs it with another
+seed; what
+tests and report have printed is copied and turned in the same way. The test of ctest that is named with each
+check proves that it passes with the real program.
 
 usage: test_red.py LAGLESS BUILD [unittest options]
 """
@@ -83,7 +84,7 @@ class Documents(unittest.TestCase):
         """accuracy_documents"""
         printed = BUILD / "tests/rig"
         for text in printed.glob("test_rig_sensorless_*.txt"):
-            (self.folder / text.stem).symlink_to(printed / text.stem)  # what is older than its program counts for nothing
+            (self.folder / text.stem).symlink_to(printed / text.stem)  # an output that is older than its program is ignored
             (self.folder / text.name).write_text(turned(text.read_text()))
         self.assertTrue(list(self.folder.iterdir()), "no test has printed anything")
         self.red(sys.executable, "-B", "tools/accuracy", "--printed", "--tests", self.folder)

@@ -17,7 +17,7 @@ import urllib.parse
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 TOOL = ROOT / "tools/site"
-# What a browser fetches by itself, of style sheets and pages.
+# The addresses that a browser fetches automatically for style sheets and pages.
 STYLE_FETCHES = re.compile(r"(?:@import\s+|url\(\s*)['\"]?(?:https?:)?//[^)'\" ]*")
 FETCHING = {"script": "src", "img": "src", "iframe": "src", "source": "src", "video": "src", "audio": "src", "object": "data"}
 
@@ -122,7 +122,7 @@ class Mistakes(unittest.TestCase):
         done = made(self.folder / "tree", self.folder / "site")
         return done.returncode, done.stdout
 
-    def test_mistakes_are_told_and_leave_the_old_site(self):
+    def test_mistakes_are_reported_and_the_old_site_remains(self):
         self.write("docs/two" ".md", "# Two\n\n[No file](three" ".md), [no part](one" ".md#b-part), [no source](../src/b.c), [part](#c-part)\n")
         self.write("docs/README.md", "# Documents\n\n## Part\n\n- [One](one" ".md): the one\n- [None](none" ".md): not there\n")
         (self.folder / "site").mkdir()

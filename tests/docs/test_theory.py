@@ -45,7 +45,8 @@ def half_digit(cell):
 
 
 def hold(x, d):
-    """Mean of a turning EMF as the winding weighs it over a period, over its value at the period's beginning."""
+    """Mean of a turning EMF, weighted by the winding over a period, divided by its value at the period's
+    beginning."""
     half = complex(0.5 * d, 0.5 * x)
     return cmath.exp(0.5j * x) * cmath.sinh(half) / half * (0.5 * d) / math.sinh(0.5 * d)
 
@@ -99,7 +100,7 @@ def simulate(rpm, gain=200.0, slope=1.0, vector=True, periods=4000):
 
 
 class Observer(unittest.TestCase):
-    def test_law_holds_where_the_text_says(self):
+    def test_law_holds_in_the_stated_range(self):
         angle = length = 0.0
         for x in (0.05, 0.1, 0.2, 0.3):
             for d in (0.0076, 0.05, 0.1, 0.3):

@@ -82,7 +82,8 @@ class Archive(unittest.TestCase):
         self.assertEqual(listed, [n for n, is_output in enumerate(outputs, 1) if is_output])
 
     def test_the_scenario_in_it_runs_the_same_bits_as_the_one_it_was_made_of(self):
-        """Motors by name, profiles, ramps, events, a rotor that turns, values of --set: all of it is numbers there."""
+        """Motors by name, profiles, ramps, events, a rotor that turns, values of --set: the archive has all of
+        them as numbers."""
         own = FOLDER / "own.toml"
         own.write_text('schema = 1\ntitle = "a \\"title\\""\nmotor = "teknic-m2310p-ln-04k"\n[run]\nduration = "0.3 s"\nseed = 9\n'
                        '[start]\nspeed = "100 r/min"\nangle = "30 deg"\n[requests]\nenable = "on"\nspeed_request = "300 r/min"\n'
@@ -122,7 +123,7 @@ class Archive(unittest.TestCase):
             self.assertEqual(list(FOLDER.glob("*.fmu*")), [])
 
     @unittest.skipUnless(os.path.exists("/dev/full"), "no /dev/full")
-    def test_a_full_disk_is_told(self):
+    def test_a_full_disk_is_reported(self):
         (FOLDER / "load_step.fmu").symlink_to("/dev/full")
         done = lagless("fmu", "load_step", "--out", FOLDER)
         self.assertEqual(done.returncode, 3, done.stderr)

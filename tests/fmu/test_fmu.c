@@ -1,4 +1,4 @@
-/* The library of an FMU, loaded as a master loads it: the same bits as the ring by itself, states, refusals.
+/* The library of an FMU, loaded as a master loads it: the same bits as the ring alone, states, refusals.
  * Expected values are those of a rig and a course of this program (host_sim/lab/course.h). */
 #include <dlfcn.h>
 #include <stdarg.h>
@@ -301,7 +301,7 @@ static void test_a_state_goes_on_where_it_was_saved_also_in_another_instance(voi
     free_instance(other);
 }
 
-static void test_a_reset_ring_begins_anew(void)
+static void test_a_reset_ring_begins_again(void)
 {
     double first[OUTPUTS];
     double again[OUTPUTS];

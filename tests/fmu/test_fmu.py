@@ -85,7 +85,8 @@ def lagless(*arguments):
 
 
 def recorded(scenario, names, *more):
-    """What `lagless run` records of these rows in every period, in the words of MDF (tests/recorder/check_mdf.py)."""
+    """The values of these rows that `lagless run` records in every period, in the words of MDF
+    (tests/recorder/check_mdf.py)."""
     out = FOLDER / "recorded"
     lagless("run", scenario, "--quiet", "--force", "--every", 1, "--record", ",".join(names), "--format", "mdf", "--out", out, *more)
     kinds = {variable.name: ("<f4" if variable.type == "Real" else "<i4") for variable in KNOWN.values()}
@@ -185,7 +186,7 @@ class Fmu(unittest.TestCase):
 
 
 def restored():
-    """In a process of its own: the state from the file, and what follows."""
+    """In a separate process: the state from the file, and the following steps."""
     ring = Ring(str(FOLDER / "own.fmu"))
     ring.slave.setFMUState(ring.slave.deSerializeFMUstate((FOLDER / "state").read_bytes()))
     ring.period = 1200

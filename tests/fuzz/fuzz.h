@@ -1,5 +1,5 @@
-/* What the fuzz targets share: a random generator, mutations of octets, and a main that runs rounds until its
- * time is over.
+/* Common code of the fuzz targets: a random generator, mutations of octets, and a main that runs rounds until
+ * its time is over.
  *
  * usage of a target: PROGRAM SEED SECONDS [FOLDER...]. It prints the round's seed before it fails, by which
  * one round runs again: PROGRAM ROUND_SEED 0. */

@@ -1,6 +1,6 @@
-/* The readers of text on damaged files: scenarios, motors, experiments, values with units, --set. Whatever is
- * done to a file, it is read, or refused in one line with a name, and nothing else happens (the sanitizers
- * see to that). usage: fuzz_readers SEED SECONDS FOLDER... */
+/* The readers of text on damaged files: scenarios, motors, experiments, values with units, --set. After any
+ * change of a file, it is read, or refused in one line with a name, without another effect (the sanitizers
+ * check this). usage: fuzz_readers SEED SECONDS FOLDER... */
 #include <dirent.h>
 
 #include "fuzz.h"

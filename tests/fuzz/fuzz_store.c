@@ -1,5 +1,5 @@
-/* The store of parameters above a flash with damaged content: what is loaded is a set that each row accepts,
- * and a set that is saved then is the one that is loaded afterwards. usage: fuzz_store SEED SECONDS */
+/* The store of parameters above a flash with damaged content: the loaded set is one that each row accepts,
+ * and a set that is saved afterwards is loaded the next time. usage: fuzz_store SEED SECONDS */
 #include "fuzz.h"
 
 #include "settings/params.h"

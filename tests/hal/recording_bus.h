@@ -1,7 +1,7 @@
-/* A bus that writes down what the HAL does: every write in order, with its width and the state of EALLOW,
- * every wait, and what happens to the CPU's interrupt masks. Behind it lies a register file in RAM with just
- * enough life for the HAL's own questions: PLL lock, trip flags, write-one-to-clear flags, running time. What
- * the hardware would make of all this is the business of host_sim/chip. */
+/* A bus that records the actions of the HAL: every write in order, with its width and the state of EALLOW,
+ * every wait, and what happens to the CPU's interrupt masks. It contains a register file in RAM that
+ * simulates only the changes that the HAL reads: PLL lock, trip flags, write-one-to-clear flags, running
+ * time. host_sim/chip simulates the reaction of the hardware. */
 #ifndef TESTS_HAL_RECORDING_BUS_H
 #define TESTS_HAL_RECORDING_BUS_H
 
@@ -79,7 +79,7 @@ extern bus_recording_t rec;
  * of reset. */
 void recording_reset(void);
 
-/* The log empty, the registers as they are. */
+/* Empties the log, and does not change the registers. */
 void recording_clear_log(void);
 
 /* First entry at or after `from` that writes this register; `entries` if none. */
@@ -91,8 +91,7 @@ uint32_t recording_find_value(uint32_t from, const volatile void *reg, uint32_t 
 uint32_t recording_count(const volatile void *reg);
 uint32_t recording_address(const volatile void *reg);
 
-/* Every control register of ePWM1-3, eQEP1, timer 0 and ADC holds something, as if somebody had used it
- * before. */
+/* Every control register of ePWM1-3, eQEP1, timer 0 and ADC holds something, as after another program. */
 void recording_soil(void);
 
 /* A word arrives in the receive FIFO; more arrived than it holds. */

@@ -17,7 +17,7 @@ static app_t the_app;
 static uint32_t judged;     /* [-] calls that take time */
 static uint32_t judged_off; /* [-] those of them while interrupts were off */
 
-/* ---- what app.c calls in the place of the functions that judge and prepare (CMakeLists.txt) ---- */
+/* ---- functions that replace those that judge and prepare (CMakeLists.txt) ---- */
 
 bool noted_params_check(const params_t *params, params_error_t *why);
 bool noted_params_check_live(const params_t *now, const params_t *next, params_error_t *why);
@@ -188,7 +188,7 @@ static uint32_t feedings(void)
     return keys / 2u;
 }
 
-/* How many tasks the list has: they take turns. */
+/* Number of tasks in the list: they run alternately. */
 static uint32_t tasks(void)
 {
     const uint32_t first = app->task;

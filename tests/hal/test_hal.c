@@ -1,6 +1,5 @@
-/* The HAL against a bus that writes everything down. Expected words are those of the field tables of the
- * peripheral guides (SPRUFB0, SPRUG04, SPRU812, SPRUG05), put together by hand; built once for each gate
- * polarity. */
+/* The HAL on a bus that records every access. Expected words are those of the field tables of the peripheral
+ * guides (SPRUFB0, SPRUG04, SPRU812, SPRUG05), put together by hand; built once for each gate polarity. */
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
@@ -323,7 +322,7 @@ static void test_watchdog_goes_off_before_anything_else(void)
     TEST_ASSERT_EQUAL_HEX32(0x0068u, rec.entry[1].value);
 }
 
-static void test_carrier_starts_last_and_stands_until_then(void)
+static void test_carrier_starts_last_and_does_not_count_before(void)
 {
     TEST_ASSERT_EQUAL(HAL_OK, start());
     TEST_ASSERT_EQUAL(DID_INTERRUPTS_ON, rec.entry[rec.entries - 1u].did);
@@ -338,7 +337,7 @@ static void test_carrier_starts_last_and_stands_until_then(void)
     TEST_ASSERT_EQUAL_UINT32(rec.entries - 3u, unit);
 }
 
-/* The first write of this value, or of any, to a register; or what else the bus did. */
+/* The first write of this value, or of any value, to a register; or another event of the bus. */
 typedef struct {
     const volatile void *reg; /* NULL: `did` */
     uint32_t value;
@@ -768,7 +767,7 @@ static void test_sample_drops_the_first_pair_and_reads_the_right_justified_resul
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(1u, rec.entries, "one store a sample");
 }
 
-static void test_each_sample_tells_whether_the_enable_input_is_active(void)
+static void test_each_sample_reports_whether_the_enable_input_is_active(void)
 {
     start_carrier();
     TEST_ASSERT_TRUE(hal_gates_on());
@@ -779,7 +778,7 @@ static void test_each_sample_tells_whether_the_enable_input_is_active(void)
     TEST_ASSERT_EQUAL_HEX16(0u, sample_at(3u * PERIOD + 100u).flags);
 }
 
-static void test_flags_tell_trip_and_fault_line_apart(void)
+static void test_flags_distinguish_trip_and_fault_line(void)
 {
     start_carrier();
     TEST_ASSERT_TRUE(hal_gates_on());
@@ -795,7 +794,7 @@ static void test_flags_tell_trip_and_fault_line_apart(void)
     TEST_ASSERT_EQUAL_HEX16(0u, sample_at(6u * PERIOD + 100u).flags);
 }
 
-static void test_phase_error_of_the_encoder_is_told_once(void)
+static void test_phase_error_of_the_encoder_is_reported_once(void)
 {
     start_carrier();
     TEST_ASSERT_TRUE(hal_gates_on());
@@ -890,7 +889,7 @@ static void test_ten_samples_after_a_gap_of_ten_periods_are_late(void)
     TEST_ASSERT_EQUAL_HEX16(0u, late_at(11u * PERIOD + 100u));
 }
 
-static void test_lateness_survives_the_wrap_of_the_clock(void)
+static void test_a_late_sample_is_detected_across_the_wrap_of_the_clock(void)
 {
     start_carrier();
     carrier_start = UINT32_MAX - 5u * PERIOD / 2u;

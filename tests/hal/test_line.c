@@ -270,7 +270,7 @@ static void test_with_gates_on_or_beyond_the_pages_nothing_is_done(void)
     TEST_ASSERT_EQUAL_UINT32(rec.entries, did(DID_INTERRUPTS_OFF, 0u));
 }
 
-static void test_a_flash_that_does_not_follow_is_told(void)
+static void test_a_flash_that_does_not_follow_is_reported(void)
 {
     const uint16_t words[2] = {0x1111u, 0x2222u};
     start();
@@ -284,7 +284,7 @@ static void test_a_flash_that_does_not_follow_is_told(void)
 
 /* 31457280 = 1048576 x 200 ns over 6.667 ns, as in TI's header for 150 MHz; and no call-back function.
  */
-static void test_the_clock_is_told_to_the_flash_api(void)
+static void test_the_clock_is_given_to_the_flash_api(void)
 {
     start();
     rec.code[RECORDING_API_SCALE + 2u] = 0x1234u;

@@ -75,8 +75,8 @@ static void pass(double seconds)
 #define PERIOD RIG_PERIOD_SECONDS
 #define HELD   (-1)
 
-/* What a drive shows, step by step, and what the judge makes of it: held up to the last step, and in that one
- * HELD or what is violated. */
+/* The values that a drive shows, step by step, and the verdict: held in all steps before the last one, and in
+ * the last one HELD or the violated invariant. */
 typedef struct {
     const char *what, *fault; /* of the course; of campaign_faults, "": none */
     double value, lasts;      /* the fault's [its row's unit], [s]; 0: to the end */

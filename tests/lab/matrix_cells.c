@@ -1,8 +1,8 @@
 /* What test_matrix_mutations.py links against a mutated firmware: runs cells of the fault matrix and prints a
  * line for each, "name red reason", red 0 if it is as promised.
  *
- * usage: matrix_cells [CELL...], names or beginnings of them; without one all that occur. Ends with 0
- * whatever their colour, 2 if nothing was chosen or the rig refused. */
+ * usage: matrix_cells [CELL...], names or beginnings of them; without one all that occur. Ends with 0 for any
+ * result, with 2 if no cell was selected or the rig refused. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>

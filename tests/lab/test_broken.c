@@ -59,7 +59,7 @@ static void expect_one_line(const char *text)
     }
 }
 
-/* The text begins and goes on like this, and has each of the parts, " & " between them. */
+/* The text begins like this, and contains each of the parts, which " & " separates. */
 static void expect_message(const scenario_error_t *error, const char *file, const char *begin,
                            const char *parts)
 {
@@ -111,7 +111,7 @@ static void test_every_broken_file_is_refused_with_place_name_and_reason(void)
     printf("%zu broken files\n", file_count);
 }
 
-/* ---- files that are none, or cannot be in the repository ---- */
+/* ---- files that do not exist, or cannot be in the repository ---- */
 
 static void write_file(const char *name, const char *content, size_t octets)
 {
@@ -122,7 +122,7 @@ static void write_file(const char *name, const char *content, size_t octets)
     fclose(stream);
 }
 
-static void test_what_is_no_file_is_refused_and_does_not_block(void)
+static void test_what_is_not_a_file_is_refused_and_does_not_block(void)
 {
     char none[512];
     char fifo[512];
@@ -147,9 +147,9 @@ static void test_file_without_permission(void)
     unlink(path);
 }
 
-/* The first two are files of nothing. The others were found by fuzzing: on these toml++ 3.3 fails an
- * assertion or runs into undefined behaviour, so that they are kept from it. */
-static void test_text_that_is_no_toml_is_refused_where_it_stands(void)
+/* The first two are empty files. The others were found by fuzzing: on these toml++ 3.3 fails an assertion or
+ * runs into undefined behaviour, so that these texts are not passed to it. */
+static void test_text_that_is_not_toml_is_refused_with_its_place(void)
 {
     static const struct {
         const char *text, *told;
@@ -177,7 +177,7 @@ static void test_text_that_is_no_toml_is_refused_where_it_stands(void)
 }
 
 /* Lines of Windows and a byte order mark; brackets and dots in texts and comments, which do not count. */
-static void test_what_other_editors_write_and_texts_hold_is_fine(void)
+static void test_files_of_other_editors_are_accepted(void)
 {
     static const char *const texts[] = {
         "\xEF\xBB\xBFschema = 1\r\ntitle = \"t\"\r\n[run]\r\nduration = \"1 ms\"\r\n",
@@ -221,7 +221,7 @@ static void expect_too_deep(const char *content, size_t octets, uint32_t column)
     TEST_ASSERT_NOT_NULL(strstr(error.message, "nested too deeply; accepted: up to 16 brackets"));
 }
 
-/* Either would overflow the stack of the program that takes the tree apart. */
+/* Either would overflow the stack of the program that frees the tree. */
 static void test_deep_nesting_is_refused(void)
 {
     const size_t octets = TOML_OCTETS_MAX;
@@ -268,10 +268,10 @@ int main(void)
     load_broken();
     UNITY_BEGIN();
     RUN_TEST(test_every_broken_file_is_refused_with_place_name_and_reason);
-    RUN_TEST(test_what_is_no_file_is_refused_and_does_not_block);
+    RUN_TEST(test_what_is_not_a_file_is_refused_and_does_not_block);
     RUN_TEST(test_file_without_permission);
-    RUN_TEST(test_text_that_is_no_toml_is_refused_where_it_stands);
-    RUN_TEST(test_what_other_editors_write_and_texts_hold_is_fine);
+    RUN_TEST(test_text_that_is_not_toml_is_refused_with_its_place);
+    RUN_TEST(test_files_of_other_editors_are_accepted);
     RUN_TEST(test_file_that_is_too_large);
     RUN_TEST(test_deep_nesting_is_refused);
     RUN_TEST(test_many_keys_below_a_long_one_fit_into_memory);

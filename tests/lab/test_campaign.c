@@ -1,4 +1,4 @@
-/* The campaign: what it draws, what it judges, and that neither cores nor shards change it. */
+/* The campaign: its draws, its verdicts, and their independence of cores and shards. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -157,7 +157,7 @@ static void test_a_case_of_defaults_sets_nothing_but_the_friction(void)
 
 /* ---- what is judged ---- */
 
-/* A healthy drive of the default motor, trip 15 A, that runs; with a fault of which nothing but the kind
+/* A running drive of the default motor without a defect, trip 15 A; with a fault of which only the kind
  * counts. */
 static void judge_anew(const char *fault)
 {
@@ -195,8 +195,8 @@ static void test_every_float_that_is_no_number_or_infinite_is_a_violation(void)
     }
 }
 
-/* 1.2 times the trip are 18 A; below 25 A no phase carries more because a sensor lies. A third of a turn of
- * four pole pairs at 10 rad/s is 52.4 ms, at 100 rad/s 5 ms. */
+/* 1.2 times the trip are 18 A; below 25 A a phase has no larger current because of a wrong sensor. A third of
+ * a turn of four pole pairs at 10 rad/s is 52.4 ms, at 100 rad/s 5 ms. */
 #define PHASE(x)                                                                                             \
     {                                                                                                        \
         .what = "phase " x, .fault = "",                                                                     \
@@ -266,7 +266,7 @@ static const course_t courses[] = {
      .violated = CAMPAIGN_I_GATES, .row = "state", .excused = CAMPAIGN_BIT(CHIP)},
 };
 
-static void test_each_course_is_held_or_violated_as_it_says(void)
+static void test_each_course_has_its_expected_verdict(void)
 {
     for (size_t n = 0; n < sizeof courses / sizeof courses[0]; n++) {
         judge_anew(courses[n].fault);
@@ -274,7 +274,7 @@ static void test_each_course_is_held_or_violated_as_it_says(void)
     }
 }
 
-static void test_what_the_judge_knows_of_the_drive_is_so(void)
+static void test_the_values_of_the_judge_are_those_of_the_drive(void)
 {
     TEST_ASSERT_EQUAL_UINT32(DRIVE_SAMPLE_LATE, CAMPAIGN_LATE_FLAG);
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(CAMPAIGN_STATE_WORDS, sizeof(drive_t) / sizeof(uint32_t));

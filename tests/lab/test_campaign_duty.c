@@ -1,4 +1,5 @@
-/* What a campaign demands of a drive: that it obeys, works, and reports truly and in time. */
+/* The requirements of a campaign on a drive: it follows the requests, works, and gives true reports in time.
+ */
 #include <string.h>
 
 #include "drive/drive.h"
@@ -148,14 +149,15 @@ static const course_t courses[] = {
      .violated = CAMPAIGN_I_GATES},
     {"an encoder that is stuck", "encoder_stuck_a", 1.0,
      .steps = {{LATCHED("encoder_mismatch"), WINDOWS + PERIOD}}, .violated = HELD},
-    /* Once a fault has gone, and a tenth of a second has passed, it makes no reason true and excuses nothing.
+    /* A tenth of a second after a fault has ended, it does not justify a reason or excuse a violation any
+     * more.
      */
     {"a fault that has gone is no excuse", "late_interrupt", 150e-6, 0.05,
      .steps = {{"sample_flags=8 state=quick_stop", 0.15}, {"", 2.0 * PERIOD}}, .violated = CAMPAIGN_I_LATE,
      .excused = CAMPAIGN_BIT(LATE)},
 };
 
-static void test_each_course_is_held_or_violated_as_it_says(void)
+static void test_each_course_has_its_expected_verdict(void)
 {
     for (size_t n = 0; n < sizeof courses / sizeof courses[0]; n++) {
         judge_lasting(courses[n].fault, courses[n].value, courses[n].lasts);
@@ -258,8 +260,8 @@ static void drive_away(const float errors[4], float load)
     pass(2.0 * PERIOD);
 }
 
-/* A load that goes leaves a speed that rises at first; by half of three time constants it comes back. */
-static void test_a_torque_that_takes_the_speed_ever_further_away_is_flight(void)
+/* After a load is removed the speed first rises; within half of three time constants it returns. */
+static void test_a_torque_that_drives_the_speed_away_is_a_violation(void)
 {
     drive_away((const float[]){9.0f, 10.0f, 11.0f, 12.0f}, 2.0f);
     expect_violated(CAMPAIGN_I_AWAY);
@@ -269,8 +271,9 @@ static void test_a_torque_that_takes_the_speed_ever_further_away_is_flight(void)
     expect_held(); /* comes back on the way */
 }
 
-/* A load that goes while the speed still comes back from a reversal takes it further away once more. */
-static void test_another_load_and_another_wish_begin_anew(void)
+/* A load that is removed while the speed still approaches its reference after a reversal moves it away again.
+ */
+static void test_another_load_and_another_request_begin_again(void)
 {
     drive_away((const float[]){9.0f, 10.0f, 11.0f, 12.0f}, 1.0f);
     expect_held(); /* another load */

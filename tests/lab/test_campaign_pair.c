@@ -1,5 +1,5 @@
-/* The pairs of a campaign: the same run with learning and without, compared where both are steady; and which
- * draws there are. */
+/* The pairs of a campaign: the same run with learning and without, compared where both are steady; and the
+ * draws. */
 #include <math.h>
 #include <string.h>
 
@@ -43,7 +43,7 @@ static uint32_t steady_windows(void)
     return found;
 }
 
-static void test_windows_of_50_ms_are_kept_once_the_wish_is_9_s_old(void)
+static void test_windows_of_50_ms_are_kept_once_the_request_is_9_s_old(void)
 {
     watch_at(80.0f);
     put("theta_err", -0.02f);
@@ -119,7 +119,7 @@ static void test_an_angle_that_is_worse_by_2_mrad_with_learning_is_a_violation(v
 static void test_learning_is_no_cause_if_each_value_is_nearer_to_the_truth(void)
 {
     static const struct {
-        double dead, inductance, shape; /* learnt: errors of the configured ones that are left [-]; [-] */
+        double dead, inductance, shape; /* learnt: remaining errors of the configured values [-]; [-] */
         campaign_end_t end;
     } cases[] = {{1.0, 1.0, 0.0, CAMPAIGN_VIOLATED},  {0.4, 1.0, 0.0, CAMPAIGN_HELD},
                  {-0.4, 0.4, 0.0, CAMPAIGN_HELD},     {0.6, 0.4, 0.0, CAMPAIGN_VIOLATED},
@@ -146,7 +146,7 @@ static void test_learning_is_no_cause_if_each_value_is_nearer_to_the_truth(void)
     }
 }
 
-static void test_healthy_runs_without_encoder_are_paired(void)
+static void test_runs_without_fault_and_encoder_are_paired(void)
 {
     uint32_t paired = 0;
     for (uint32_t run = 0; run < 2000u; run++) {
@@ -198,7 +198,7 @@ static bool has(const campaign_case_t *drawn, campaign_event_kind_t kind, double
     return false;
 }
 
-/* Does one kind of event come so soon after the other [s]? */
+/* Returns true if one kind of event follows the other within this time [s]. */
 static bool follows(const campaign_case_t *drawn, campaign_event_kind_t first, campaign_event_kind_t second,
                     double within)
 {
@@ -211,7 +211,7 @@ static bool follows(const campaign_case_t *drawn, campaign_event_kind_t first, c
     return false;
 }
 
-/* Has the run this property? NULL: there are no more of them. */
+/* Returns true if the run has this property. NULL: end of the list. */
 static const char *property(uint32_t n, const campaign_case_t *drawn, bool *holds)
 {
     const campaign_motor_t motor = campaign_motor(drawn);

@@ -34,7 +34,7 @@ static const wrong_t wrongs[] = {
     {"plant.motor_temperature", 140.0, "motor_hot", 9000u}, /* a motor that turns is braked first */
 };
 
-/* When a step is in its middle [looks of 2.5 ms]. */
+/* The middle of a step [samples of 2.5 ms]. */
 static const uint32_t middles[COMMISSION_STEP_COUNT] = {
     [COMMISSION_DO_wiring] = 30u,      [COMMISSION_DO_resistance] = 1000u,  [COMMISSION_DO_angle] = 1000u,
     [COMMISSION_DO_inductance] = 400u, [COMMISSION_DO_current_loop] = 700u, [COMMISSION_DO_turn] = 1000u,
@@ -48,7 +48,7 @@ typedef struct {
     uint32_t begun[COMMISSION_STEP_COUNT]; /* tries */
     uint32_t tried;                        /* faults */
     uint32_t gates;
-    commission_do_t at;  /* the step in which something happens */
+    commission_do_t at;  /* the step in which the fault occurs */
     double load;         /* [N m] on its first tries */
     uint32_t load_tries; /* how many of them */
     bool stops;
@@ -204,7 +204,7 @@ static void test_user_stops_a_step_and_keeps_what_is_known(void)
     TEST_ASSERT_TRUE(isfinite(result.resistance.value) && !isfinite(result.inductance_d.value));
 }
 
-/* A step alone runs what it needs, and nothing after it. */
+/* A single step runs the steps that it needs, and none after it. */
 static void test_step_that_is_requested_alone_runs_those_that_it_needs(void)
 {
     scenario_error_t error = {.file = ""};
@@ -222,7 +222,7 @@ static void test_step_that_is_requested_alone_runs_those_that_it_needs(void)
 }
 
 /* A link that the meter shows 6 % higher; 4 % are within the error of a divider. */
-static void test_link_that_the_meter_denies_ends_before_the_first_step(void)
+static void test_a_link_that_contradicts_the_meter_ends_before_the_first_step(void)
 {
     scenario_error_t error = {.file = ""};
     commission_result_t result;

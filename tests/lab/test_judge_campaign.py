@@ -44,13 +44,13 @@ class Counts(unittest.TestCase):
         self.assertIn("fewer than pinned: violation away: 0 of 2000", wrong(2000, away=0, calm=400)[0])
 
     def test_a_calm_drive_of_the_day_is_red_less_than_once_in_a_million(self):
-        """Whatever the rate is: the worst of all that could be pinned, for each count of both."""
+        """For any rate: the worst of all counts that could be stored, for each pair of counts."""
         for both in range(1, 60):
             chance = sum(judge.math.comb(both, m) * judge.math.comb(660 - both, 60 - m) / judge.math.comb(660, 60)
                          for m in range(both + 1) if min(judge.tails(m, both - m, 60, 600)) < judge.CHANCE)
             self.assertLess(chance, 2.0 * judge.CHANCE)
 
-    def test_an_excuse_that_more_than_a_fiftieth_of_the_runs_need_is_seen(self):
+    def test_an_excuse_of_more_than_a_fiftieth_of_the_runs_is_reported(self):
         found = judge.collections.Counter({"excuse the interrupt begins late": 12, "alarm": 60})
         self.assertEqual([], judge.excuses_too_often(found, 600))
         self.assertEqual([], judge.excuses_beyond_chance(found, 600))

@@ -1,5 +1,5 @@
-/* The error map against theory: what a wrong inductance must give, what must not matter, what a lost point
- * looks like; and the judgement, on points made by hand. */
+/* The error map against theory: the error of a wrong inductance, deviations that must have no effect, and the
+ * values of a lost point; and the judgement, on points made by hand. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -186,7 +186,7 @@ static void test_wrong_inductance_turns_the_angle_as_theory_says(void)
     }
 }
 
-/* Also those that leave the mean alone change the noise's way through the drive: no two rows have equal bits.
+/* Deviations that do not change the mean also change the noise in the drive: no two rows have equal bits.
  */
 static void test_every_deviation_reaches_the_drive(void)
 {
@@ -202,7 +202,7 @@ static void test_every_deviation_reaches_the_drive(void)
     }
 }
 
-/* 10 N m and the friction ask for 10.3 A, the limit is 10 A: the rotor slows down and is lost. 0.34 N m short
+/* 10 N m and the friction require 10.3 A, the limit is 10 A: the rotor slows down and is lost. 0.34 N m short
  * of 0.0636 kg m^2: 51 r/min a second, some 100 r/min by the middle of the window. */
 static void test_overloaded_point_is_not_locked_and_has_numbers(void)
 {

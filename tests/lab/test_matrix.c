@@ -1,5 +1,5 @@
-/* The fault matrix: its data make sense, every promise is judged, and nothing is wrong where nothing was
- * injected. */
+/* The fault matrix: its data are consistent, every requirement is judged, and without an injected fault no
+ * violation is found. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -46,7 +46,7 @@ static uint32_t index_of_manoeuvre(const char *name)
 /* ---- the data ---- */
 
 /* The size that docs/faults.md states. */
-static void test_the_document_tells_the_size(void)
+static void test_the_document_states_the_size(void)
 {
     static char text[65536];
     char told[200];
@@ -132,7 +132,7 @@ static void expect_reasons(const char *names)
     }
 }
 
-static void test_promised_reasons_exist_and_are_there_where_one_is_needed(void)
+static void test_required_reasons_exist_and_are_given_where_one_is_needed(void)
 {
     for (size_t n = 0; n < matrix_promise_count; n++) {
         const matrix_promise_t *promise = &matrix_promises[n];
@@ -141,7 +141,7 @@ static void test_promised_reasons_exist_and_are_there_where_one_is_needed(void)
         expect_reasons(promise->reasons);
         TEST_ASSERT_TRUE_MESSAGE((promise->reactions & with_reason) == 0u || promise->reasons[0] != '\0',
                                  fault);
-        /* what cannot occur, and more than 25 A, need a reason of physics */
+        /* cells that cannot occur, and more than 25 A, need a physical reason */
         TEST_ASSERT_TRUE_MESSAGE(
             (promise->reactions != 0u && promise->current <= 25.0) || promise->because[0] != '\0', fault);
     }
@@ -178,7 +178,7 @@ static bool is_injected(const table_row_t *row)
 }
 
 /* Of the plant from open_phase_a on, where what can break begins, and of the rig. */
-static void test_every_fault_that_can_be_injected_is_in_the_matrix_or_said_to_be_none(void)
+static void test_every_fault_that_can_be_injected_is_in_the_matrix_or_listed_as_none(void)
 {
     const uint32_t breaks = rig_row_by_name("open_phase_a")->id;
     for (uint32_t t = 0; t < rig_table_count(); t++) {
@@ -278,7 +278,7 @@ static uint32_t red(matrix_cell_t cell)
     return cell.red;
 }
 
-static void test_a_kept_promise_is_green_and_each_broken_part_is_told(void)
+static void test_a_kept_promise_is_green_and_each_broken_part_is_reported(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, red(kept()));
     matrix_cell_t cell = kept();
@@ -354,7 +354,7 @@ static void test_what_is_not_yet_kept_names_cells_that_occur_each_once_with_its_
     TEST_ASSERT_NULL(cells[0].not_yet);
 }
 
-static void test_another_colour_than_is_known_is_a_surprise_both_ways(void)
+static void test_a_result_that_is_not_the_listed_one_is_reported_both_ways(void)
 {
     matrix_cell_t cell = kept();
     TEST_ASSERT_FALSE(matrix_surprises(&cell));
@@ -370,8 +370,8 @@ static void test_another_colour_than_is_known_is_a_surprise_both_ways(void)
 
 /* ---- runs ---- */
 
-/* A sensor at its rail has been told since the drive can stop: green everywhere, the bridge open at once. The
- * speed of the rotor in each manoeuvre when the fault occurs [r/min]. */
+/* A sensor at its limit is reported as long as the drive can stop: every cell passes, the bridge opens at
+ * once. The speed of the rotor in each manoeuvre when the fault occurs [r/min]. */
 static void test_a_sensor_at_its_rail_is_green_in_every_manoeuvre_and_comes_in_it(void)
 {
     static const struct {

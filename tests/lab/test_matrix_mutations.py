@@ -1,12 +1,11 @@
-"""A protection that is spoilt turns cells of the fault matrix red.
+"""A defect in a protection makes cells of the fault matrix fail.
 
 usage: test_matrix_mutations.py BUILD SOURCE few|all      BUILD: folder of a Ninja build with matrix_cells in it
 
 Each mutation is one file of the firmware, compiled again and linked before the others: a limit of the fault table twice as
 large; the quantities of two neighbouring rows exchanged, so that each sets the other's bit; a limit of a watch twice
-as large. The cells that are run are those in which the
-row is the reason, or those that are named; of them those count that are green without the mutation. `few` are representatives,
-for every day; `all` looks for the cells itself in a whole run.
+as large. The cells in which the row is the reason, or the named cells, are run; only those that pass without the mutation count. `few` are
+representatives for the daily run; `all` finds the cells itself in a whole run.
 """
 import pathlib
 import re
@@ -74,7 +73,7 @@ def twice_the_limit(row):
 
 
 def exchanged(a, b):
-    """What both rows compare, and how, in each other's place."""
+    """The comparisons of both rows are exchanged."""
     text = flat((SOURCE / "firmware" / HEADER).read_text())
     def head(row, other):
         return (f'F({row[0]}, {row[1]}, "{row[2]}", ' + f'{other[3]}, {other[4]}, "{other[5]}", ' + ", ".join(other[6:10]) +
@@ -85,7 +84,7 @@ def exchanged(a, b):
     return Mutant(f"{a[2]} and {b[2]}: bits exchanged", (GUARD, LIMITS, TRIPS, FAST), {HEADER: text})
 
 
-# Limits that are no row of the fault table's: row, file, what is written there, what instead.
+# Limits that are not in a row of the fault table: row, file, text in the file, text that replaces it.
 WATCHES = [
     ("stalled", "settings/params.c", "settings/params.h", r'(stall_time, "s", )2\.0f', r"\g<1>4.0f"),
     ("encoder_mismatch", "medium/protect/encoder_watch.c", "medium/protect/encoder_watch.h", r"(define ENCODER_WATCH_TIME\s+)(\S+)", r"\g<1>(2.0f * \g<2>)"),
@@ -98,13 +97,13 @@ def watch(row, compiled, path, old, new):
     return Mutant(f"{row}: its watch's limit twice as large", (compiled,), {path: replaced(path, old, new)})
 
 
-# A rotor that is lost is caught, and no reason is latched: the cells of a row whose reaction that is.
+# The cells of a row whose reaction is that a lost rotor is caught, without a latched reason.
 CAUGHT = {"unlocked": ["estimate_jump/run_slow/sensorless", "estimate_jump/run_fast/sensorless", "estimate_jump/braking/sensorless"]}
 
-# Rows whose reason is given past the table: cells with it say nothing of the row.
+# Rows whose reason is also given without the table: cells with this reason do not test the row.
 PAST_THE_TABLE = {"rotor_too_fast": "no cell has a rotor that fast: where a sensor is off by 2 A, the sequence refuses by current_offset"}
 
-# For every day: mutation, cells that it must turn red.
+# For the daily run: mutation, cells that must fail with it.
 FEW = [
     (lambda by: twice_the_limit(by["dc_overvoltage"]), ["dc_high/run_fast"]),
     (lambda by: twice_the_limit(by["sink_hot"]), ["sink_hot/align"]),

@@ -1,4 +1,5 @@
-/* Motors as data sheets have them, what tune makes of them, [motor] and [[profile]] in a scenario. */
+/* Motors in the form of data sheets, the parameters that tune computes, [motor] and [[profile]] in a
+ * scenario. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -42,7 +43,7 @@ static bool given(const char *const *assignments)
 
 /* ---- the sheet ---- */
 
-static void test_every_way_to_say_the_flux_means_the_same_motor(void)
+static void test_every_form_of_the_flux_gives_the_same_motor(void)
 {
     /* psi_f = 0.1 Wb, p = 4: a phase has 0.4 V s/rad peak, 41.888 V at 1000 r/min, 72.552 V between lines;
      * K_t 0.6 N m/A of the peak; 2 pi 0.1 V/Hz. Through two phases the mean of a block is 3/pi of the line's
@@ -85,7 +86,7 @@ static void say_too(motor_key_t key, double value)
     TEST_ASSERT_TRUE_MESSAGE(motor_make(&sheet, &motor, &error), error.message);
 }
 
-static void test_a_contradiction_is_told_with_both_numbers(void)
+static void test_a_contradiction_is_reported_with_both_numbers(void)
 {
     TEST_ASSERT_TRUE(GIVEN(USUAL, "ke_line_peak=72.552 V/krpm", "inertia=1e-3"));
     say_too(MOTOR_KEY_kt_rms, 0.87);
@@ -101,7 +102,7 @@ static void test_a_contradiction_is_told_with_both_numbers(void)
     TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "= 3 N m"));
 }
 
-static void test_what_is_missing_is_named_and_nothing_is_said_twice(void)
+static void test_what_is_missing_is_named_and_nothing_is_reported_twice(void)
 {
     TEST_ASSERT_FALSE(GIVEN("pole_pairs=4", "inductance_d=1 mH"));
     const char *const missing[] = {"resistance or resistance_line", "inductance_q", "rated_current_peak",
@@ -198,7 +199,7 @@ static void test_a_heavier_load_slows_the_loops_and_a_lighter_one_is_warned_of(v
     TEST_ASSERT_FALSE(warns_of("within"));
 }
 
-static void test_what_will_not_work_is_told_with_numbers(void)
+static void test_an_impossible_motor_is_reported_with_numbers(void)
 {
     TEST_ASSERT_TRUE(GIVEN("pole_pairs=7", "resistance=35 mohm", "inductance=85 uH", "ke_line_rms=4",
                            "rated_current_rms=14", "link_voltage=48", "inertia=1e-4"));
@@ -207,7 +208,7 @@ static void test_what_will_not_work_is_told_with_numbers(void)
     TEST_ASSERT_TRUE(warns_of("85 uH at 10 kHz and a link of 48 V: the current ripple is 9.41 A"));
     TEST_ASSERT_TRUE(warns_of("rated current 19.8 A peak"));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, row_of("current_judged"));
-    /* EMF 0.1 x 4 x 523.6 = 209 V of a link of 311 V, which makes 180 V of a phase at most */
+    /* EMF 0.1 x 4 x 523.6 = 209 V with a link of 311 V, which gives at most 180 V for a phase */
     TEST_ASSERT_TRUE(GIVEN(USUAL, "flux_linkage=0.1", "rated_speed=5000 r/min", "inertia=1e-3"));
     TEST_ASSERT_TRUE(tune_motor(&motor, &tune, &error));
     TEST_ASSERT_TRUE(warns_of("at 5000 r/min the EMF is 209.4 V"));
@@ -238,7 +239,7 @@ static double drawn(double low, double high)
     return low * pow(high / low, (double)(state >> 8) / 16777216.0);
 }
 
-static void test_the_drive_accepts_the_rows_of_whatever_motor_has_some(void)
+static void test_the_drive_accepts_the_rows_of_every_motor_that_has_some(void)
 {
     uint32_t with_rows = 0u;
     for (int n = 0; n < 400; n++) {
@@ -308,7 +309,7 @@ static void test_the_library_has_a_dozen_published_motors_from_30_w_to_5_kw(void
  * starts one ends
  * in estimate_astray, that of a small motor with a winding of large inductance, in which the noise of the
  * current is a speed; with five other seeds it does not. */
-static void test_every_motor_starts_from_wherever_it_stands(void)
+static void test_every_motor_starts_from_every_angle(void)
 {
     char **names;
     const int count = motor_library(&names);
@@ -409,7 +410,7 @@ static void test_a_motor_too_salient_without_encoder_is_refused_with_both_rows(v
     scenario_free(scenario);
 }
 
-/* Up to what the estimator takes tune goes without an encoder, beyond that with one, and says so. */
+/* Up to the limit of the estimator tune uses no encoder, beyond it an encoder, and reports this. */
 static void test_tune_takes_an_encoder_for_a_motor_too_salient(void)
 {
     static const double shares[] = {0.99, 1.01, 1.5};
@@ -428,7 +429,7 @@ static void test_tune_takes_an_encoder_for_a_motor_too_salient(void)
     }
 }
 
-/* Values that the runner has of a row at some times. */
+/* Values of a row in the runner at some times. */
 static double at_time(const char *profile, double time)
 {
     char text[900];
@@ -468,7 +469,7 @@ static void test_a_profile_goes_from_point_to_point(void)
     }
 }
 
-static void test_a_motor_or_a_profile_that_is_none_is_refused_where_it_stands(void)
+static void test_an_invalid_motor_or_profile_is_refused_with_its_place(void)
 {
 #define ROW HEAD "[[profile]]\nrow = \"load_torque\"\n"
     static const struct {

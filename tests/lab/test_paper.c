@@ -166,7 +166,7 @@ static void write_manifest(FILE *file)
     paper_write_manifest(paper, "abc\"123", 1.5, file);
 }
 
-static void test_manifest_tells_conditions_figures_and_rows(void)
+static void test_manifest_reports_conditions_figures_and_rows(void)
 {
     static const char *const parts[] = {
         "{\"commit\": \"abc\\\"123\", \"seed\": 1, \"seconds\": 1.5,",
@@ -222,7 +222,7 @@ int main(void)
     RUN_TEST(test_verdict_follows_from_the_numbers);
     RUN_TEST(test_beyond_the_paper_a_claim_holds_or_does_not);
     RUN_TEST(test_figures_are_found_by_name);
-    RUN_TEST(test_manifest_tells_conditions_figures_and_rows);
+    RUN_TEST(test_manifest_reports_conditions_figures_and_rows);
     RUN_TEST(test_board_with_another_carrier_is_refused_by_name);
     const int failed = UNITY_END();
     paper_free(paper);

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Every row of a figure of a report that `lagless paper` has made: its verdict, and where something is known of it a number from the
-paper, docs/theory.md or algebra. A row that is not below fails, and so does a line below without a row.
+"""Every row of a figure of a report that `lagless paper` has made: its verdict, and, if a number is known, the
+one from the paper, docs/theory.md or algebra. A row that is not below fails, and so does a line below without a
+row.
 
 usage: test_paper_rows.py FIGURE REPORT [LAGLESS]    with LAGLESS the figure is measured first, and its report goes to REPORT
 """
@@ -22,7 +23,7 @@ def both(name, verdict, number, tolerance, more=0.0):
     return (name + ".real", verdict, number, tolerance + more), (name + ".ideal", verdict, number, tolerance)
 
 
-# Row, verdict, number [unit of the row], tolerance; None: nothing is known of it.
+# Row, verdict, number [unit of the row], tolerance; None: no number is known.
 EXPECTED = (
     # tanh(x/2)/x at 0; 1/10 mA
     ("fig04.sigmoid.formula", SAME, 0.5, 1e-9),

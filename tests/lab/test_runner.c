@@ -79,7 +79,7 @@ static void run(void)
 }
 
 /* 200 deg mechanical are 4 times that electrical: 80 deg of a turn. */
-static void test_rotor_stands_at_the_start_angle_held_or_locked(void)
+static void test_rotor_is_at_the_start_angle_held_or_locked(void)
 {
     static const char *const shafts[] = {
         "friction_breakaway = 2\nload_kind = 1\nload_torque = 1.9\n",
@@ -171,7 +171,7 @@ static void test_rows_without_fractions_switch_where_a_ramp_begins(void)
     TEST_ASSERT_EQUAL_UINT32(100u, periods);
 }
 
-static void test_what_the_rig_refuses_on_the_way_names_line_and_time(void)
+static void test_a_refusal_of_the_rig_names_line_and_time(void)
 {
     char line[1200];
     const uint32_t ids[1] = {rig_row_by_name("i_q")->id};
@@ -306,7 +306,7 @@ static void test_a_stop_ends_the_run_after_the_period_and_judges_what_is_over(vo
     run();
     TEST_ASSERT_EQUAL_INT(RUNNER_INTERRUPTED, result.end);
     TEST_ASSERT_EQUAL_UINT32(2001u,
-                             result.periods); /* the flag came before period 2000 and counts after it */
+                             result.periods); /* the flag was set before period 2000 and counts after it */
     TEST_ASSERT_EQUAL_UINT32(2001u, taken.count);
     TEST_ASSERT_EQUAL_INT(RUNNER_MET, result.verdicts[0].judgement);
     TEST_ASSERT_EQUAL_INT(RUNNER_NOT_JUDGED, result.verdicts[1].judgement);

@@ -51,14 +51,14 @@ class Program(unittest.TestCase):
         self.assertLessEqual({row["name"] for row in json.loads(told)["rows"]}, rows.keys())
         self.assertLessEqual({"speed_request", "i_q_request", "true_theta_e", "theta_hat_err"}, rows.keys())
 
-    def test_a_wrong_override_is_told(self):
+    def test_a_wrong_override_is_reported(self):
         rows, error = same_bits.hashed(PROGRAM, [str(same_bits.SCENARIOS / "load_step.toml"), "no_such_row=1"])
         self.assertIsNone(rows)
         self.assertIn("no_such_row", error)
 
 
 class Comparing(unittest.TestCase):
-    def test_rows_of_both_are_compared_and_those_of_one_side_told(self):
+    def test_rows_of_both_are_compared_and_those_of_one_side_reported(self):
         record = {"i_a": "1", "i_b": "2", "u_dc": "3"}
         for other, verdict in ((dict(record), (True, "same, 3 rows")), ({**record, "i_b": "4"}, (False, "DIFFERENT in 1 of 3 rows: i_b")),
                                ({"i_a": "1", "i_b": "2", "i_c": "9"}, (True, "same, 2 rows; new: i_c; gone: u_dc"))):
@@ -67,7 +67,7 @@ class Comparing(unittest.TestCase):
 
 
 class Tool(unittest.TestCase):
-    """The command, on one run, with a record of its own."""
+    """The command, on one run, with a separate record."""
 
     RUN = "current_mode_locked_shaft"
 

@@ -1,4 +1,4 @@
-/* What a scenario file means: settings and their order, times, overrides. What is wrong with a file:
+/* The meaning of a scenario file: settings and their order, times, overrides. Mistakes in files:
  * test_broken.c. */
 #include <math.h>
 #include <stdio.h>
@@ -217,10 +217,10 @@ static void test_settings_that_wait_for_each_other_find_their_order(void)
     /* a reference above the old limit, written before the limit */
     given(RUN "[requests]\ni_q_request = 12\n[params]\ncurrent_limit = 12\n");
     TEST_ASSERT_EQUAL_STRING("current_limit", scenario->events[0].settings[0].row->name);
-    /* a limit that is refused itself is named, not the reference that waits for it */
+    /* if a limit is refused, the message names it, not the reference that depends on it */
     expect_error(RUN "[requests]\ni_q_request = 12\n[params]\ncurrent_limit = 14\n",
                  "8:1: overcurrent_trip: 15 A: accepted 16.8 to 19 A");
-    /* and the way back: the reference must go first */
+    /* and in the reverse direction: the reference must change first */
     given(RUN "[requests]\ni_q_request = 9\n[[at]]\ntime = 0.5\nparams.current_limit = "
               "5\nrequests.i_q_request = 4\n");
     TEST_ASSERT_EQUAL_STRING("i_q_request", scenario->events[1].settings[0].row->name);
@@ -231,7 +231,7 @@ static void test_settings_that_wait_for_each_other_find_their_order(void)
     TEST_ASSERT_EQUAL_STRING("load_torque", scenario->events[1].settings[0].row->name);
 }
 
-static void test_the_first_mistake_of_a_file_is_told_first(void)
+static void test_the_first_mistake_of_a_file_is_reported_first(void)
 {
     expect_error(RUN "[plant]\nzebra = 1\napple = 2\n", "test.toml:6:1: zebra: no such row in plant");
 }

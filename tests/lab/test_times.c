@@ -51,7 +51,7 @@ static void test_each_carrier_has_as_many_decimals_as_are_exact_or_nanoseconds(v
 }
 
 /* Digits of the text as nanoseconds: 3 x it is within 1 of 20 x tick, which no other tick is. */
-static void test_every_text_tells_its_tick(void)
+static void test_every_text_identifies_its_tick(void)
 {
     for (uint64_t ticks = 7500u; ticks <= 30000u; ticks += 101u) {
         for (uint32_t period = 0; period < 4200000000u; period += 99991111u) {

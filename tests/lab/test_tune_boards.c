@@ -15,7 +15,7 @@
 #include "tests/rig/seed.h"
 #include "unity.h"
 
-const board_facts_t *const board_facts[] = {NULL}; /* the list of boards is not what this is about */
+const board_facts_t *const board_facts[] = {NULL}; /* this test does not concern the list of boards */
 
 #define RPM (2.0 * 3.14159265358979323846 / 60.0) /* [rad/s] */
 
@@ -182,7 +182,7 @@ static void expect_start_current_of_a_leg(const char *name)
     TEST_ASSERT_TRUE_MESSAGE(start <= BOARD_MODULE_CONTINUOUS_MA / 1e3 * (1.0 + 1e-6), name);
 }
 
-static void test_what_tune_prints_is_accepted_and_what_the_drive_makes_of_it(void)
+static void test_the_output_of_tune_is_accepted_and_agrees_with_the_drive(void)
 {
     for (size_t n = 0; n < motors(); n++) {
         const char *name = read_sheet(n);
@@ -195,9 +195,9 @@ static void test_what_tune_prints_is_accepted_and_what_the_drive_makes_of_it(voi
     }
 }
 
-/* Motors that do not run with the rows of tune, each printed by the test. Assumed reasons, which no one has
- * proven: at 16 kHz dead time and drops of a board for 311 V leave too little of 24 V and of 48 V; the EMF
- * of a hub motor of 48 V on a board of 400 V is below the error of the dead time. */
+/* Motors that do not run with the rows of tune, each printed by the test. Assumed reasons, which are not
+ * proven: at 16 kHz dead time and drops of a board for 311 V leave too little of 24 V and of 48 V; the EMF of
+ * a hub motor of 48 V on a board of 400 V is below the error of the dead time. */
 static bool is_known(const char *name)
 {
     const bool fast = RIG_PERIOD_SECONDS < 70e-6;

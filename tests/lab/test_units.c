@@ -1,5 +1,4 @@
-/* Quantities as people write and read them. Expected values are literals of the number meant: the reading is
- * exact. */
+/* Quantities as text. Expected values are literals of the number meant: the reading is exact. */
 #include <locale.h>
 #include <math.h>
 #include <stdio.h>
@@ -41,8 +40,8 @@ static void expect_refused(const char *text, const char *unit, const char *part)
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(why.text, "accepted: "), why.text);
 }
 
-/* A prefix goes into the number's exponent, so that the result is the very double that a compiler makes of
- * the literal; a factor is rounded once, the product once more. */
+/* A prefix goes into the number's exponent, so that the result is exactly the double of the literal in a
+ * compiler; a factor is rounded once, the product once more. */
 static void test_values_are_exact(void)
 {
     static const struct {
@@ -135,7 +134,7 @@ static void test_each_spelling_of_a_unit_is_that_unit(void)
     }
 }
 
-static void test_what_is_no_quantity_is_refused_with_what_would_be(void)
+static void test_what_is_not_a_quantity_is_refused_with_what_would_be(void)
 {
     static const struct {
         const char *text, *unit, *part;

@@ -53,7 +53,7 @@ static void open_port(bool wait)
     TEST_ASSERT_NOT_NULL_MESSAGE(wire, error.text);
 }
 
-/* Octets that have come within 20 looks. */
+/* Octets that have arrived within 20 calls. */
 static uint32_t read_some(uint8_t *to, uint32_t room)
 {
     uint32_t count = 0;
@@ -121,7 +121,7 @@ static void test_only_this_machine_is_listened_to(void)
 
 /* Silence, DISCONNECT, silence; then the next client is accepted, and gets no data of the first one; also a
  * client that connects before the server has noticed that the first one is gone. */
-static void test_client_that_leaves_is_said_good_bye_for_before_the_next_is_heard(void)
+static void test_a_disconnect_is_sent_for_a_client_that_leaves_before_the_next_one_is_served(void)
 {
     static const uint8_t goodbye[] = {1u, 0u, 0u, 0u, 0xfeu};
     uint8_t octets[16];
@@ -156,7 +156,7 @@ static void test_client_that_leaves_is_said_good_bye_for_before_the_next_is_hear
     }
 }
 
-static void test_nobody_there_takes_everything(void)
+static void test_without_a_client_all_octets_are_accepted(void)
 {
     const uint8_t octets[100] = {0};
     open_port(true);
@@ -165,7 +165,7 @@ static void test_nobody_there_takes_everything(void)
     }
 }
 
-/* A client that does not read: without waiting the line takes less and less. */
+/* A client that does not read: a line that does not wait accepts fewer and fewer octets. */
 static void test_without_waiting_a_slow_client_leaves_no_room(void)
 {
     const uint8_t octets[100] = {0};
@@ -250,7 +250,7 @@ static void test_stop_ends_the_waiting(void)
     close(client);
 }
 
-/* Every octet value, among them what a terminal would take for a command or turn into another. */
+/* Every octet value, among them those that a terminal would interpret as commands or change. */
 static void test_terminal_is_raw(void)
 {
     wire_error_t error;
@@ -282,7 +282,7 @@ static void test_terminal_is_raw(void)
     close(again);
 }
 
-/* ---- what is no frame ends the connection, and nothing of it is handed on ---- */
+/* ---- octets that are not a frame end the connection, and none of them is passed on ---- */
 
 static int connected(void)
 {
@@ -298,7 +298,7 @@ static void put(int client, const void *octets, size_t count)
     TEST_ASSERT_EQUAL((ssize_t)count, send(client, octets, count, MSG_NOSIGNAL));
 }
 
-/* Nothing but the DISCONNECT that the wire itself sends for a client that has gone. */
+/* Only the DISCONNECT that the wire itself sends for a client that has disconnected. */
 static void expect_closed_unheard(int client)
 {
     static const uint8_t goodbye[] = {1, 0, 0, 0, 0xFE};
@@ -317,7 +317,7 @@ static const uint8_t start[] = {2,    0,    0, 0, 0xFF, 0x00, 8, 0, 1,    0, 0xF
                                 0xA0, 0x0F, 0, 0, 6,    0,    2, 0, 0xF0, 4, 0x79, 0, 0, 0};
 
 /* HTTP, TLS, and lengths of 0 and above the largest. */
-static void test_frames_behind_something_else_are_not_heard(void)
+static void test_frames_behind_other_octets_are_ignored(void)
 {
 #define HEAD(text)                                                                                           \
     {                                                                                                        \
@@ -342,7 +342,7 @@ static void test_frames_behind_something_else_are_not_heard(void)
     }
 }
 
-static void test_good_frames_before_a_bad_one_are_heard_and_none_behind_it(void)
+static void test_valid_frames_before_an_invalid_one_are_accepted_and_none_behind_it(void)
 {
     uint8_t heard[64];
     const int client = connected();

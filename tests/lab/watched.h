@@ -22,7 +22,7 @@ static uint32_t *slot(const char *name)
 {
     const uint32_t id = rig_row_by_name(name)->id;
     uint32_t *found = NULL;
-    for (uint32_t n = 0; n < count; n++) { /* a signal that is judged by itself comes twice: the second */
+    for (uint32_t n = 0; n < count; n++) { /* a signal that is judged alone appears twice: the second one */
         found = ids[n] == id ? &slots[n] : found;
     }
     TEST_ASSERT_NOT_NULL_MESSAGE(found, name);

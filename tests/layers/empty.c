@@ -1,4 +1,4 @@
-/* A program of nothing, for a library to be linked with. */
+/* An empty program, with which a library is linked. */
 int main(void)
 {
     return 0;

@@ -90,15 +90,15 @@ FORBIDDEN_LINES = (
     ("firmware/drive/drive.c", "  #  include <hal/hal.h>", "include", "hal/hal.h"),
     ("firmware/drive/drive.c", "#include BOARD_HEADER", "include", "BOARD_HEADER"),
     ("firmware/math/angle.h", "#include <stdio.h>", "include", "<stdio.h>"),
-    ("firmware/drive/drive.c", "#define REACHES (drive->estimator.pll.amplitude)", "parts", "reaches into the estimator"),
-    ("firmware/drive/drive.c", "#define REACHES (all->smo.gain)", "parts", "reaches into the estimator"),
-    ("firmware/drive/drive.c", "#define REACHES (estimator.tracker.pll.detector)", "parts", "reaches into the estimator"),
-    ("host_sim/rig/rig.c", "#define REACHES(x) ((x)->pll.theta_e)", "parts", "reaches into the estimator"),
+    ("firmware/drive/drive.c", "#define REACHES (drive->estimator.pll.amplitude)", "parts", "is an inner field of the estimator"),
+    ("firmware/drive/drive.c", "#define REACHES (all->smo.gain)", "parts", "is an inner field of the estimator"),
+    ("firmware/drive/drive.c", "#define REACHES (estimator.tracker.pll.detector)", "parts", "is an inner field of the estimator"),
+    ("host_sim/rig/rig.c", "#define REACHES(x) ((x)->pll.theta_e)", "parts", "is an inner field of the estimator"),
     *((name, "/* as in notes" + ".md, section 2 */", "document", "notes" + ".md is no file of the project")
       for name in ("hal/f28335/pwm.c", "host_sim/chip/chip.c", "firmware/math/angle.h")),
 )
 
-# What is right, at the head of a file.
+# Permitted lines at the head of a file.
 GOOD_LINES = (
     ("firmware/estimator/smo.c", "#define KNOWN(x) ((x)->smo.gain)"),
     ("firmware/drive/drive.c", '/*\n#include "hal/hal.h"\n*/ // #include "hal/hal.h"'),
@@ -247,7 +247,7 @@ class CheckLayers(unittest.TestCase):
 
     # Includes
 
-    def test_what_is_too_long_is_told(self):
+    def test_what_is_too_long_is_reported(self):
         self.write("firmware/settings/faults.h", "\n" * 501)  # a table
         self.prepend("firmware/math/angle.c", "void wide(float x)\n{\n" + "    (void)x;\n" * 57 + "}\n")
         self.assertEqual(self.check().returncode, 0)

@@ -31,7 +31,8 @@ class Rows(DaqOnlinePolicy):
 
 
 def record(seconds, every, path, ids):
-    """Of every so-manieth period its number, then floats; as 32-bit words, a row after the other. pyxcp orders them by address."""
+    """For every n-th period its number, then floats; as 32-bit words, a row after the other. pyxcp orders them
+    by address."""
     measurements = [("period", 4 * 2000, SIGNALS, "U32")] + [("s%d" % i, 4 * i, SIGNALS, "F32") for i in sorted(ids)]
     policy = Rows([DaqList(name="isr", event_num=0, stim=False, enable_timestamps=True, measurements=measurements,
                            priority=0, prescaler=every)])

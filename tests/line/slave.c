@@ -238,7 +238,7 @@ static uint32_t act(slave_t *slave, session_t *session, const uint8_t *command, 
     }
 }
 
-/* Over a serial line SET_MTA and DOWNLOAD, eight octets are enough to tell them, have to come twice. */
+/* Over a serial line SET_MTA and DOWNLOAD, which eight octets are enough to recognise, must come twice. */
 static bool is_certain(slave_t *slave, const uint8_t *command)
 {
     if (!slave->serial || (command[0] != 0xF6u && command[0] != 0xF0u)) {
@@ -251,7 +251,7 @@ static bool is_certain(slave_t *slave, const uint8_t *command)
     return twice;
 }
 
-/* Is a frame of the master what it has to be? */
+/* Returns true if a frame of the master is correct. */
 static bool is_good(slave_t *slave, const uint8_t *frame, uint32_t length)
 {
     uint8_t again[4 + 64 + 3];

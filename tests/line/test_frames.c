@@ -79,7 +79,7 @@ static void test_frames_come_in_order_and_those_that_are_missing_are_counted(voi
 }
 
 /* Rubbish, a length of 0, one above the most. */
-static void test_what_is_no_frame_is_dropped_and_the_next_one_is_good(void)
+static void test_what_is_not_a_frame_is_dropped_and_the_next_one_is_good(void)
 {
     static const uint8_t rubbish[3][7] = {
         {0x80, 0xFF, 0x00, 0x00, 0x11, 0xFF, 0xFF}, {0, 0, 1, 0}, {FRAMES_PACKET + 1u, 0, 1, 0}};
@@ -154,7 +154,7 @@ static void test_stream_is_found_again_after_a_lost_octet(void)
 }
 
 /* The octets of a frame on a serial line, without those of the next one. */
-static void test_a_frame_with_a_wrong_bit_is_none(void)
+static void test_a_frame_with_a_wrong_bit_is_dropped(void)
 {
     for (uint32_t bit = 16; bit < 80u; bit++) { /* behind the length, which decides where it ends */
         uint8_t octets[10];
@@ -189,7 +189,7 @@ static void test_a_frame_is_made_as_the_standard_has_it(void)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(odd, made, 5u);
 }
 
-static void test_over_a_lossless_line_rubbish_ends_it(void)
+static void test_over_a_lossless_line_invalid_octets_end_it(void)
 {
     static const uint8_t http[] = "HTTP/1.1 400 Bad Request";
     frames_init(&frames, true);

@@ -56,7 +56,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    /* a slave that is mute keeps no good-bye waiting for long */
+    /* a slave that does not answer does not delay the DISCONNECT for long */
     slave_end(&slave);
     master_close(master);
 }
@@ -78,7 +78,7 @@ static double value_of(const char *name)
     return value;
 }
 
-/* So long, and on a busy machine somewhat longer. */
+/* This time, and somewhat more on a busy machine. */
 static void took(double seconds, double started)
 {
     const double elapsed = master_now() - started;
@@ -119,7 +119,7 @@ static void speaks_something_else(void)
     slave_octets(&slave, (const uint8_t *)"SSH-2.0-OpenSSH_9.2\r\n", 21);
 }
 
-static void test_what_is_no_drive_of_these_tables_is_refused(void)
+static void test_what_is_not_a_drive_of_these_tables_is_refused(void)
 {
     char both[128];
     snprintf(both, sizeof both, "tables are lagless-%08lx, those of this program lagless-%08lx",
@@ -200,7 +200,7 @@ static void test_set_writes_the_slot_at_4_times_the_id(void)
                             slave_get(&slave, MASTER_REQUESTS, 4u * row("enable")->id));
 }
 
-/* A wrong value that every check of the way let pass. */
+/* A wrong value that no check on the line has detected. */
 static void test_what_was_set_is_read_back(void)
 {
     connect_with(false);
@@ -269,7 +269,7 @@ static void test_long_reads_are_cut_into_packets(void)
     TEST_ASSERT_EQUAL_MESSAGE(before + 3u, slave_count(&slave, 0xF4), "160 octets are 60 + 60 + 40");
 }
 
-/* ---- a line that is not well ---- */
+/* ---- a disturbed line ---- */
 
 /* Each once, and the values that are requested are right nevertheless. */
 static void test_a_slave_that_misbehaves_is_understood(void)
@@ -321,10 +321,11 @@ static void test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on(vo
     TEST_ASSERT_EQUAL_HEX32(float_bits(2.0f), slave_get(&slave, MASTER_PARAMS, address));
     TEST_ASSERT_EQUAL_HEX32(0xDEADBEEFu, slave_get(&slave, MASTER_PARAMS, address + 4u));
     TEST_ASSERT_EQUAL(4u, slave_count(&slave, 0xF6)); /* each comes twice over a serial line */
-    TEST_ASSERT_EQUAL(3u, slave_count(&slave, 0xF0)); /* mute at the first one, which was not carried out */
+    TEST_ASSERT_EQUAL(3u,
+                      slave_count(&slave, 0xF0)); /* no answer to the first one, which was not carried out */
 }
 
-static void test_a_slave_that_falls_silent_is_given_up_and_everything_says_so(void)
+static void test_a_slave_that_stops_answering_is_given_up_and_each_call_reports_it(void)
 {
     double value;
     connect_with(false);
@@ -342,7 +343,7 @@ static void test_a_slave_that_falls_silent_is_given_up_and_everything_says_so(vo
     TEST_ASSERT_FALSE(master_work(master));
 }
 
-static void test_a_line_that_is_closed_is_told(void)
+static void test_a_line_that_is_closed_is_reported(void)
 {
     double value;
     connect_with(true);
@@ -360,7 +361,7 @@ static void test_an_idle_line_is_kept_alive(void)
     TEST_ASSERT_TRUE(count >= 3u && count <= 11u); /* 10 on a machine that has nothing else to do */
 }
 
-/* ---- questions that do not wait ---- */
+/* ---- requests that do not wait ---- */
 
 static uint32_t answers[3];
 static int last_result;
@@ -390,7 +391,7 @@ static void test_questions_wait_in_the_queue_and_are_all_answered(void)
     for (uint32_t n = 0; n < MASTER_QUEUE + 3u; n++) {
         master_ask_read(master, MASTER_SIGNALS, 4u * row("omega_m")->id, 4u, count_answer, (void *)&kinds[1]);
     }
-    /* one place more may be taken by the look at the drive's clock */
+    /* the request of the drive's clock may take one more place */
     TEST_ASSERT_TRUE_MESSAGE(answers[1] == 3u || answers[1] == 4u,
                              "those that find no room are told so at once");
     TEST_ASSERT_EQUAL(MASTER_NOT_SENT, last_result);
@@ -539,7 +540,7 @@ static void test_samples_come_while_a_question_waits(void)
     slave_put(&slave, MASTER_SIGNALS, 4u * row("i_q")->id, float_bits(7.0f));
     start(&samples, 1u, 1u);
     sample(1);
-    slave.mute = 1; /* so that the question takes its patience */
+    slave.mute = 1; /* so that the request waits for its full time */
     TEST_ASSERT_EQUAL_DOUBLE(7.0, value_of("i_q"));
     sample(2);
     TEST_ASSERT_EQUAL_DOUBLE(7.0, value_of("i_q"));

@@ -42,7 +42,7 @@ c.Transport.timeout = 5.0
 c.General.disable_error_handling = True
 """
 
-# Starts at once and is never at rest: what is recorded differs in every period.
+# The motor starts at once and never rests: the recorded values differ in every period.
 SCENARIO = """schema = 1
 title = "A motor that is never at rest"
 [run]
@@ -147,7 +147,7 @@ class Pyxcp(stuck.TestCase):
         for complaint in ("WARNING", "ERROR", "CRITICAL", "Traceback", "not implemented"):
             self.assertNotIn(complaint, done.stdout + done.stderr)
 
-    def test_description_is_fetched_and_has_every_row_and_says_of_the_line_what_the_drive_says(self):
+    def test_description_is_fetched_and_has_every_row_and_the_line_of_the_drive(self):
         self.serve("cold_start")
         self.info_is_clean()
         self.tool("xcp-fetch-a2l")
@@ -214,7 +214,7 @@ class Pyxcp(stuck.TestCase):
         self.assertIn("default %d;" % port, told)
 
     def knows(self, code):
-        """Has the drive this command? Zeros behind it ask for nothing that there is."""
+        """Returns true if the drive has this command. The zeros behind it do not address an existing item."""
         return self.asked(bytes([code, *[0] * 7]))[0] != b"\xfe\x20"
 
     def asked(self, *packets):

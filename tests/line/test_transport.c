@@ -1,4 +1,4 @@
-/* Targets as people write them, and serial devices: a pseudo terminal stands for one. */
+/* Targets as text, and serial devices, which a pseudo terminal represents. */
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -46,7 +46,7 @@ static void test_devices_with_and_without_a_baud(void)
     TEST_ASSERT_EQUAL_STRING("/dev/serial/by-id/usb-a:b/x", parsed.place);
 }
 
-static void test_what_is_no_target_is_told_with_what_would_be(void)
+static void test_what_is_not_a_target_is_reported_with_what_would_be(void)
 {
     refused("", "accepted");
     refused("drive", "accepted: tcp://HOST:PORT");
@@ -103,7 +103,7 @@ static void test_a_serial_device_is_taken_by_one_program_alone(void)
     close(far);
 }
 
-static void test_what_is_no_serial_device_is_told(void)
+static void test_what_is_not_a_serial_device_is_reported(void)
 {
     bool lossless;
     TEST_ASSERT_EQUAL(-1, transport_open("/dev/null", &lossless, why, sizeof why));

@@ -68,7 +68,7 @@ def lagless(*arguments, **settings):
 
 
 def layouts(page):
-    """What the page's script gets to draw, by figure."""
+    """The data that the page's script draws, by figure."""
     text = page.read_text(encoding="utf-8")
     hosts = re.findall(r'data-figure="(\w+)".*?<script type="application/json">(.*?)</script>', text, re.DOTALL)
     return {figure: json.loads(content) for figure, content in hosts}
@@ -122,7 +122,8 @@ class Case(command_line.TestCase):
 class Plots(Case):
     @classmethod
     def setUpClass(cls):
-        """What several tests look at: two runs of the scenario, in folders of their own, and one that ends with a fault."""
+        """Common data of several tests: two runs of the scenario, in folders of their own, and one that ends
+        with a fault."""
         cls.made = fresh("made")
         (cls.made / "own.toml").write_text(SCENARIO)
         cls.first = lagless("run", "own.toml", "--plot", cwd=cls.made)
@@ -130,7 +131,7 @@ class Plots(Case):
         cls.fault = lagless("run", "stuck_sensor", "--plot", "--quiet", "--out", "out", cwd=cls.made)
         cls.own = cls.made / "runs" / "own"
 
-    def test_a_run_without_a_folder_gets_a_fresh_one_and_tells_it(self):
+    def test_a_run_without_a_folder_gets_a_fresh_one_and_reports_it(self):
         self.expect(1, self.first, "page: runs/own/own.html\n", "FAILED")
         for name in ("own", "own_2"):
             self.assertTrue((self.made / "runs" / name / "own.csv").is_file(), self.second.stderr)
@@ -240,7 +241,7 @@ class Document(Case):
 
 class Refusals(Case):
     @unittest.skipUnless(DRAWS, "matplotlib is missing")
-    def test_what_is_no_recording_is_refused_by_name_and_line(self):
+    def test_what_is_not_a_recording_is_refused_by_name_and_line(self):
         other = self.folder / "other.csv"
         other.write_text("time,x\n0,1\n1,2\n")
         short = self.folder / "short.mat"
@@ -285,7 +286,7 @@ class Refusals(Case):
         (self.folder / "runs").write_text("")
         self.expect(3, lagless("run", self.own_toml, "--plot", cwd=self.folder), "runs")
 
-    def test_without_python_or_matplotlib_it_says_how_to_get_them(self):
+    def test_without_python_or_matplotlib_it_reports_how_to_get_them(self):
         path = self.recording()
         self.expect(3, lagless("plot", path, env={**os.environ, "LAGLESS_PYTHON": "/nonexistent/python3"}),
                     "cannot run Python (/nonexistent/python3)", "install Python 3.9 or later")
@@ -314,7 +315,7 @@ class Compares(Case):
         done = self.expect(0, lagless("compare", self.recording(), self.recording(name="b.csv")), "equal: 4 samples of 2 signals")
         self.assertEqual("", done.stderr)
 
-    def test_the_first_difference_is_told_with_period_time_and_both_values(self):
+    def test_the_first_difference_is_reported_with_period_time_and_both_values(self):
         a = self.recording()
         b = self.recording(("0.0002,2,1", "0.0002,2.25,0"), ("-0.1", "-0.2"), name="b.csv")
         done = self.expect(1, lagless("compare", a, b))
@@ -342,7 +343,7 @@ class Compares(Case):
             done = self.expect(3, lagless("compare", a, b, stdout=full), "the output cannot be written: No space left on device")
         self.assertNotIn("Exception", done.stderr)
 
-    def test_rows_rates_lengths_and_settings_that_differ_are_told(self):
+    def test_rows_rates_lengths_and_settings_that_differ_are_reported(self):
         a = self.recording()
         self.expect(1, lagless("compare", a, self.recording(("i_q[A]", "i_d[A]"), name="b.csv")), "only in A: i_q", "only in B: i_d",
                     "no difference in the 4 samples of the 1 signals that both have")
@@ -357,7 +358,7 @@ class Compares(Case):
                     "setting enable: on in A, quick_stop in B", "setting speed_request: 300 r/min in A, 600 r/min in B")
         self.expect(2, lagless("compare", a, self.recording(("period: 0.0001", "period: 0.00005"), name="e.csv")), "periods of 0.0001 s")
 
-    def test_both_are_drawn_in_one_page_with_what_is_apart(self):
+    def test_both_are_drawn_in_one_page_with_their_difference(self):
         a, b = self.recording(), self.recording(("-0.1", "-0.2"), name="b.csv")
         self.expect(1, lagless("compare", a, b, "--out", self.folder / "out", "--format", "png"), "out/compare.png")
         self.expect(1, lagless("compare", a, b, "--plot", cwd=self.folder), "runs/compare/compare.html")

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
-"""Opens pages of own runs in a headless Chromium without a network, as a reader at a desk and one with a phone would: that of
-a run with a fault, of two recordings compared, and of a fault matrix. That such checks see a fault is shown on the report's page (tests/report).
+"""Opens pages of own runs in a headless Chromium without a network, with the widths of a desktop screen and of
+a phone: that of
+a run with a fault, of two recordings compared, and of a fault matrix. tests/report proves on the report's page
+that such checks detect a fault.
 
 usage: test_look_page.py LAGLESS FOLDER    pages and screenshots go to FOLDER
 
@@ -19,7 +21,7 @@ from test_browser import (CANVASES, SKIPPED, Browser, Fault, browser_programs, c
 
 WIDTHS = (1400, 390)
 
-# Each panel of each layout: what it is, what of it could not be seen.
+# Each panel of each layout: its kind, and its parts that were not visible.
 PANELS = """
 return [...document.querySelectorAll('.plots')].map(host => {
     const layout = JSON.parse(host.querySelector('script').textContent);
@@ -108,7 +110,8 @@ def check_traces(seen):
     expect([name for name, found in seen.canvases.items() if found < 20 and name not in bands], [], "panels that show no trace")
 
 
-# A state and its name stand in the panel of bands: its pixels are of more than one colour, and some are those of letters.
+# The panel of bands shows a state and its name: its pixels are of more than one colour, and some are those of
+# letters.
 BANDS = """
 return [...document.querySelectorAll('.plots')].flatMap(host => (host.plots || []).filter((_, k) =>
     JSON.parse(host.querySelector('script').textContent).panels[k].kind === 'bands').map(plot => {

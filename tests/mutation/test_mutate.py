@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""tools/mutate, on a tree of one source, one header and two test programs: which mutants it makes, the verdict of each, that a list
-finds its lines on a later tree, that a weaker test is found, what it refuses. And docs/building.md has the rates of the list.
+"""tools/mutate, on a tree of one source, one header and two test programs: its mutants, the verdict of each,
+that a list finds its lines in a later tree, that a weaker test is detected, and the inputs that it refuses. And
+docs/building.md has the rates of the list.
 Python 3.9, standard library, git, CMake and a C compiler.
 """
 import pathlib
@@ -109,7 +110,7 @@ class Operators(unittest.TestCase):
             with self.subTest(line=line):
                 self.assertEqual(set(self.changed(";\n" + line + "\n}")), wanted)
 
-    def test_what_is_no_code_stays(self):
+    def test_text_that_is_not_code_stays(self):
         for line in ("/* a < b */", "// a < b", '#include "a/b.h"', "#if A < 2", "float x[3];", "part_t *part;", 'f("a < b, 1");'):
             with self.subTest(line=line):
                 self.assertEqual([change for change in self.changed("{\n" + line + "\n}") if change[0] != "statement"], [])
@@ -123,7 +124,7 @@ class Operators(unittest.TestCase):
 
 
 class Draw(unittest.TestCase):
-    def test_each_room_has_its_share_and_a_few_at_least(self):
+    def test_each_module_has_its_share_and_a_few_at_least(self):
         wanted = mutate.shares({"a": 900, "b": 90, "c": 10}, 100)
         self.assertEqual(wanted, {"a": 90, "b": 9, "c": mutate.FEWEST})
 
@@ -198,7 +199,7 @@ class SmallTree(unittest.TestCase):
 
 
 class WrongUse(unittest.TestCase):
-    def test_says_what_is_wrong(self):
+    def test_mistakes_are_reported(self):
         for words, text in ((["nowhere"], "no module: nowhere; there are app, contract"), (["--count", "0"], "--count must be above 0"),
                             (["--list", "nowhere.tsv"], "nowhere.tsv: No such file"), (["--list", __file__], "is no list of mutants"),
                             (["--again", "--list", "x"], "without these"), (["--accept", "math"], "all modules"),
@@ -210,7 +211,8 @@ class WrongUse(unittest.TestCase):
 
 
 class Lists(unittest.TestCase):
-    """A mutant whose statement has gone judges nothing: of those that survived once none may be gone, of those drawn a tenth."""
+    """A mutant whose statement does not exist any more proves nothing: of those that survived before, none may
+    be absent, of the drawn ones at most a tenth."""
 
     def gone(self, name):
         rows = mutate.read_list(ROOT / "tools/mutation" / name)

@@ -328,8 +328,8 @@ class Machine
         double left = h;
         made_at = floating ? omega_e : made_at;
         while (left > 0.0 && !floating) {
-            /* A current on a border belongs to the side it moves to: look a little ahead with the nearer
-             * region. */
+            /* A current on a border belongs to the side to which it moves: its value a short time later, with
+             * the nearer region, decides. */
             std::array<Region, 3> region{};
             const std::array<double, 3> now = phases(current);
             for (size_t n = 0; n < 3; n++) {
@@ -407,7 +407,7 @@ bool oracle_run(const plant_params_t *params, oracle_frame_t frame, double theta
     const bool soft = params->dc_resistance > 0.0 && params->dc_capacitance > 0.0;
     const bool broken =
         params->open_phase_a != 0.0 || params->open_phase_b != 0.0 || params->open_phase_c != 0.0;
-    /* Legs of their own, single switches, wires, ripple, a second mass: each test of these has its algebra.
+    /* Individual legs, single switches, wires, ripple, a second mass: the tests of these use algebra.
      */
     const double unknown[] = {params->leg_a_drop,       params->leg_b_drop,       params->leg_c_drop,
                               params->leg_a_resistance, params->leg_b_resistance, params->leg_c_resistance,

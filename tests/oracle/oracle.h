@@ -1,15 +1,15 @@
-/* What the plant should do, computed another way: matrix exponentials (Eigen) between switching instants.
+/* The expected results of the plant, computed in another way: matrix exponentials (Eigen) between switching
+ * instants.
  *
  * Between effective gate edges each leg is a voltage source behind a resistor, a - r i, whose a and r depend
  * only on its gates and on where its current lies (above, inside, below the zone around zero). The currents
  * then obey a linear system with constant coefficients, in which voltage or EMF rotate as further states:
  *
  *   stationary frame (L_d = L_q only)   i, EMF and its harmonics, 1
- *   flux (any L_d, L_q, saturation)     no linear system: the flux linkage of the windings, magnets included,
- *                                       in the stationary frame is the state of a classical Runge-Kutta
- *                                       step, psi' = u - R i, and i is the closed inverse of the flux's law
- *   rotor frame (any L_d, L_q)          i, voltage, six times the angle, 1; unlike r held at mid-step,
- *                                       of second order: 0.1 mA at 2 us, so the step is shorter
+ *   flux (any L_d, L_q, saturation)     no linear system (flux): the flux linkage of the windings, magnets
+ * included, in the stationary frame is the state of a classical Runge-Kutta step, psi' = u - R i, and i is
+ * the closed inverse of the flux's law rotor frame (any L_d, L_q)          i, voltage, six times the angle,
+ * 1; unlike r held at mid-step, of second order: 0.1 mA at 2 us, so the step is shorter
  *
  * The instants at which a current passes a border of the zone are searched for. The speed is constant within
  * sub-steps of ORACLE_STEP and follows the torque between them; that is the only other approximation, of

@@ -40,7 +40,7 @@ double cubic(const Vector4 &p, double x)
 }
 
 /* Positive roots of a cubic that changes its sign at them: between its extremes it is monotonous, and no root
- * exceeds 1 + max |p_n/p_3|. Halved until the interval is two neighbours. */
+ * exceeds 1 + max |p_n/p_3|. The interval is halved until its ends are neighbouring numbers. */
 std::vector<double> positive_roots(const Vector4 &p)
 {
     const double most = 1.0 + (p.head<3>() / p(3)).cwiseAbs().maxCoeff();
@@ -127,8 +127,8 @@ void pll_oracle_continuous(const pll_oracle_t *loop, int n, double scale, size_t
 void pll_oracle_sampled(const pll_oracle_t *loop, const double *theta, const double *omega, size_t count,
                         double *error, double *frequency)
 {
-    /* State: angle, integrator, feed-forward; input: angle, speed. The feed-forward acts in the step it comes
-     * in. */
+    /* State: angle, integrator, feed-forward; input: angle, speed. The feed-forward acts in the step of its
+     * input. */
     const double t = loop->period;
     const double share = -std::expm1(-loop->wc * t);
     Eigen::Matrix3d a;

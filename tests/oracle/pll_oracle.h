@@ -1,13 +1,13 @@
-/* What the PLL should do, from the paper's polynomials and from the sampled linear loop, in double precision
- * (Eigen): roots of polynomials, matrix exponentials. Small errors only: the detector is the angle
+/* The expected results of the PLL, from the paper's polynomials and from the sampled linear loop, in double
+ * precision (Eigen): roots of polynomials, matrix exponentials. Small errors only: the detector is the angle
  * difference.
  *
  *     Phi_1   = [(kp + wc) s^2 + (ki + kp wc) s + ki wc] / [(s + wc)(s^2 + kp s + ki)]       (22); wc = 0:
  * (19) Phi_e1  = s^2 (s + wc (1 - gamma)) / [(s + wc)(s^2 + kp s + ki)]                       (23) for gamma
  * = 1
  *
- * gamma is the gain from speed to the feed-forward's speed. Deviations from a constant speed are meant
- * throughout. */
+ * gamma is the gain from speed to the feed-forward's speed. All values are deviations from a constant speed.
+ */
 #ifndef TESTS_ORACLE_PLL_ORACLE_H
 #define TESTS_ORACLE_PLL_ORACLE_H
 
@@ -41,7 +41,7 @@ void pll_oracle_continuous(const pll_oracle_t *loop, int n, double scale, size_t
 void pll_oracle_sampled(const pll_oracle_t *loop, const double *theta, const double *omega, size_t count,
                         double *error, double *frequency);
 
-/* Largest |z| of the sampled angle loop, the feed-forward apart (it is not in the loop). */
+/* Largest |z| of the sampled angle loop, without the feed-forward (it is not in the loop). */
 double pll_oracle_radius(const pll_oracle_t *loop);
 
 #ifdef __cplusplus

@@ -56,7 +56,7 @@ Complex current_at(const smo_oracle_case_t &q, long k)
     return Complex(0.0, q.current_q) * std::polar(1.0, theta);
 }
 
-/* The held voltage that makes the current what it is: i(k) = a i(k-1) + b u - response e(k-1). */
+/* The held voltage that results in this current: i(k) = a i(k-1) + b u - response e(k-1). */
 Complex voltage_before(const smo_oracle_case_t &q, long k)
 {
     return (current_at(q, k) - decay(q) * current_at(q, k - 1) + emf_response(q) * emf_at(q, k - 1)) /

@@ -1,4 +1,4 @@
-/* What the back-EMF observer should do, computed another way, in double precision.
+/* The expected results of the back-EMF observer, computed in another way, in double precision.
  *
  * Data: a winding with an EMF of constant speed and a current that turns with it; the mean of the EMF over
  * the hold is integrated numerically. Response: the linear observer and its filter as one state space, solved

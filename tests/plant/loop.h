@@ -21,15 +21,15 @@ typedef struct {
     uint32_t dead;           /* [tick] */
     uint32_t gates;          /* command bits now */
     uint32_t averaged;       /* 1: plant_carrier instead of edges */
-    uint32_t parts; /* time passes in this number of pieces between two edges; 0: as the plant likes it */
-    uint32_t upper_ends; /* 1: pulses centred at the ends of the period, not in its middle */
+    uint32_t parts;          /* number of steps between two edges; 0: chosen by the plant */
+    uint32_t upper_ends;     /* 1: pulses centred at the ends of the period, not in its middle */
 } loop_t;
 
 /* One carrier period from plant's present tick, which must be k LOOP_PERIOD; commanded edges are appended to
- * edges (NULL: not wanted) and *count. Returns with the plant advanced to the next period's start. */
+ * edges (NULL: none) and *count. Returns with the plant advanced to the next period's start. */
 void loop_period(loop_t *loop, plant_t *plant, oracle_edge_t *edges, size_t *count);
 
-/* These parameters, or the defaults, with others in their places: "name = value, name = value". */
+/* These parameters, or the defaults, with other values in their places: "name = value, name = value". */
 plant_params_t plant_with(plant_params_t params, const char *changes);
 plant_params_t plant_of(const char *changes);
 

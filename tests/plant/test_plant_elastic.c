@@ -8,7 +8,7 @@
 
 #define TICKS 150e6
 
-/* Nothing but the shaft: no magnets, no friction. 2 and 3 g m^2, natural frequency 1000 rad/s. */
+/* Only the shaft: no magnets, no friction. 2 and 3 g m^2, natural frequency 1000 rad/s. */
 static plant_params_t bare(void)
 {
     plant_params_t q =
@@ -17,7 +17,8 @@ static plant_params_t bare(void)
     return q;
 }
 
-/* twist'' + 2 z twist' + w^2 twist = a, a = T_load/J_load; the centre of mass goes by -T_load/(J + J_load).
+/* twist'' + 2 z twist' + w^2 twist = a, a = T_load/J_load; the centre of mass accelerates by -T_load/(J +
+ * J_load).
  */
 static void swinging(const plant_params_t *q, double motor, double load, double t, double wanted[3])
 {
@@ -39,8 +40,7 @@ static void swinging(const plant_params_t *q, double motor, double load, double 
     wanted[2] = centre - v * q->inertia / both;
 }
 
-/* The plant at the end of `seconds`, seen every 1.3 ms; what is wanted of twist and speeds by the closed
- * form. */
+/* The plant at the end of `seconds`, seen every 1.3 ms; the expected twist and speeds by the closed form. */
 static void follow(const plant_params_t *q, double motor, double load, double seconds)
 {
     plant_init(&plant, q, 1);
@@ -104,7 +104,7 @@ static void test_a_swing_beyond_break_away_moves_the_motor(void)
         before = truth();
         now = truth_at((uint64_t)(0.2 * TICKS));
         TEST_ASSERT_TRUE((fabs(now.theta_m) > 1e-6) == (over != 0));
-        /* What was lost, friction has taken; the one tick in which it breaks loose is not resolved. */
+        /* Friction has taken the lost energy; the one tick in which it breaks loose is not resolved. */
         TEST_ASSERT_DOUBLE_WITHIN((over ? 1e-3 : 1e-9) * before.energy_kinetic, before.energy_kinetic,
                                   now.energy_kinetic + now.energy_mechanical);
     }

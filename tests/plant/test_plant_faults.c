@@ -33,7 +33,7 @@ static void put_currents(double a, double b, double c)
 
 /* ---- unequal legs ---- */
 
-/* Upper a and lower b, c on for good: V - d - 2 V_ce - (R_leg + 1.5 (R + r_ce)) i = 0. */
+/* Upper a and lower b, c permanently on: V - d - 2 V_ce - (R_leg + 1.5 (R + r_ce)) i = 0. */
 static void test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current(void)
 {
     const uint32_t high[3] = {LOOP_PERIOD, 0, 0};
@@ -51,7 +51,7 @@ static void test_a_leg_s_own_drop_and_resistance_are_in_the_steady_current(void)
         TEST_ASSERT_DOUBLE_WITHIN(averaged ? 1e-3 : 1e-6, (30.0 - 3.0 - 1.6) / (2.0 + 1.5 * (0.95 + 0.018)),
                                   plant.i[0]);
 
-        /* From the instant it is taken back, with the time constant of what is left. */
+        /* From the instant of its removal, with the remaining time constant. */
         double i = plant.i[0];
         q.leg_a_drop = 0.0;
         q.leg_a_resistance = 0.0;
@@ -122,7 +122,7 @@ static void test_an_open_switch_leaves_the_current_to_the_diodes_at_the_instant(
     plant_truth_t now = truth();
     /* (2 v_a - v_b - v_c)/3 */
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, (-2.0 * (0.95 + 0.05) - 2.0 * (0.8 + 0.018)) / 3.0, now.u_alpha);
-    put_currents(-2.0, 1.0, 1.0); /* against it the diode of the same switch conducts as ever */
+    put_currents(-2.0, 1.0, 1.0); /* in the other direction the diode of the same switch conducts as before */
     TEST_ASSERT_EQUAL_INT(PLANT_LEG_UPPER_DIODE, leg_a());
     plant_gates(&plant, plant.tick, PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));
     plant_advance(&plant, after(5e-6));
@@ -184,7 +184,8 @@ static uint32_t exchange(uint32_t gates, const uint32_t to[3])
     return bits;
 }
 
-/* Edges of a running loop into a plain plant, and with legs exchanged into one of swapped wires: the same. */
+/* A plant without a fault gets the edges of a running loop, and a plant with exchanged wires gets the same
+ * edges with exchanged legs: both have the same result. */
 static void test_swapped_phases_are_exchanged_commands_to_the_last_bit(void)
 {
     static oracle_edge_t edges[12 * 400];
@@ -241,7 +242,7 @@ static void test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_mo
         TEST_ASSERT_EQUAL_DOUBLE(i_b, plant.i[1]);
         TEST_ASSERT_DOUBLE_WITHIN(1e-9, before.u_alpha, now.u_alpha);
         TEST_ASSERT_TRUE(fabs(before.u_beta) > 10.0);
-        /* Drops aside: the currents are others. */
+        /* Except for the drops: the currents differ. */
         TEST_ASSERT_DOUBLE_WITHIN(2.0, -before.u_beta, now.u_beta);
         if (!averaged) {
             now = truth_at(5000u + plant.turn_off_ticks + 10u);
@@ -395,7 +396,7 @@ static void test_a_ripple_is_a_sine_from_the_instant_it_is_set(void)
     TEST_ASSERT_EQUAL_DOUBLE(q.dc_voltage, plant.v_dc);
 }
 
-/* Legs on for good into a choke: flux is the integral of 2/3 of the link less its drops. */
+/* Legs permanently on, with a choke as load: flux is the integral of 2/3 of the link less its drops. */
 static void test_a_ripple_reaches_the_motor_as_its_integral(void)
 {
     const uint32_t high[3] = {LOOP_PERIOD, 0, 0};
@@ -443,7 +444,8 @@ static void test_a_soft_link_follows_source_ripple_and_chopper_as_integrated_els
     TEST_ASSERT_TRUE(worst < 10e-6 * 40.0 * 1885.0);
 }
 
-/* Whatever leaves the capacitor is C/2 of the squares; it comes back with the supply. */
+/* The energy that leaves the capacitor is C/2 of the difference of the squares; it returns with the supply.
+ */
 static void test_a_lost_supply_leaves_the_capacitor_to_feed_the_inverter(void)
 {
     for (uint32_t averaged = 0; averaged < 2; averaged++) {

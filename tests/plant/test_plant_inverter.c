@@ -69,7 +69,7 @@ static void test_dead_time_error_is_that_of_the_formula(void)
         double commanded = 2.0 / 3.0 * 0.12 * 311.0;
         for (int averaged = 0; averaged < 2; averaged++) {
             double error = commanded - mean_alpha(&q, 8400, 6600, dead[n], averaged);
-            /* Edges are exact to the tick; what is left is rounding and the last e^-15 of settling. */
+            /* Edges are exact to the tick; the remaining error is rounding and the last e^-15 of settling. */
             TEST_ASSERT_DOUBLE_WITHIN(1e-4, 4.0 / 3.0 * v + small, error);
             TEST_ASSERT_DOUBLE_WITHIN(0.07, row[n],
                                       error * 0.75); /* the table's rounding, and the small term */
@@ -84,13 +84,12 @@ static void test_averaged_mode_has_no_error_where_nothing_switches(void)
     /* One tick less, and the upper transistor of a comes late by T_e: 345 ticks of the period. */
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.0 / 3.0 * 20.0 * (1.0 - 346.0 / LOOP_PERIOD),
                               mean_alpha(&q, LOOP_PERIOD - 1, 0, 375, true));
-    /* A pulse shorter than T_e does not come through: no current beyond the zone, so no more than R times
-     * that. */
+    /* A pulse shorter than T_e has no effect: no current beyond the zone, so no more than R times that. */
     TEST_ASSERT_DOUBLE_WITHIN(0.95 * 0.05, 0.0, mean_alpha(&q, 300, 0, 375, true));
 }
 
-/* What the averaged inverter makes of single periods of a switched one: each begins from the currents that
- * the edges of those before have left. */
+/* The averaged inverter compared with single periods of a switched one: each begins with the currents at the
+ * end of the switched period before. */
 typedef struct {
     double rms;            /* [V] averaged minus switched, mean voltage of a period */
     double one_current;    /* [V] the same if both edges of a leg met the mean current */
@@ -194,7 +193,7 @@ static void test_averaged_period_of_a_salient_machine_has_the_voltage_of_its_edg
     }
 }
 
-static void test_averaged_periods_go_on_until_told_otherwise(void)
+static void test_averaged_periods_continue_until_the_mode_changes(void)
 {
     const uint32_t high[3] = {8400, 6600, 7000};
     plant_params_t q = locked();
@@ -284,7 +283,7 @@ static void test_all_off_lets_the_current_die_into_the_link_and_then_none_flows(
     plant_advance(&plant, 60000u);
     plant_gates(&plant, 60000u, 0);
     TEST_ASSERT_TRUE(truth_at(60000u).i_a > 4.0);
-    /* 6.5 A at 200 V/12.5 mH are gone in 0.5 ms; 50 us in the zone later the nodes float. */
+    /* 6.5 A decay at 200 V/12.5 mH in 0.5 ms; 50 us in the zone later the nodes float. */
     plant_truth_t now = truth_at(60000u + 150000u);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_b);
@@ -313,7 +312,7 @@ static void test_emf_above_the_link_flows_through_the_diodes(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
 }
 
-static void test_a_pulse_starts_the_wait_for_floating_legs_anew(void)
+static void test_a_pulse_starts_the_wait_for_floating_legs_again(void)
 {
     uint32_t lower = PLANT_LOWER(0) | PLANT_LOWER(1) | PLANT_LOWER(2);
     begin(locked());

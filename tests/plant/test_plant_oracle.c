@@ -52,7 +52,7 @@ static distance_t run(const plant_params_t *q, oracle_frame_t frame, double omeg
     return far;
 }
 
-/* The loop goes from a speed to a target, with i_d and at most so much of i_q. */
+/* The loop changes from a speed to a target, with i_d and at most this i_q. */
 static const struct {
     const char *name, *changes;
     oracle_frame_t frame;

@@ -92,7 +92,7 @@ static void test_a_constant_voltage_makes_the_flux_of_its_integral(void)
         const plant_truth_t now = truth_at(tick);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.02 * now.i_d / sqrt(1.0 + now.i_d * now.i_d / 64.0),
                                   now.flux_alpha);
-        /* Nothing but the field takes the energy: 1.5 (psi i - L I_s^2 (sqrt(1 + (i/I_s)^2) - 1)). */
+        /* Only the field takes energy: 1.5 (psi i - L I_s^2 (sqrt(1 + (i/I_s)^2) - 1)). */
         const double root = sqrt(1.0 + now.i_d * now.i_d / 64.0);
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, 1.5 * (now.flux_alpha * now.i_d - 0.02 * 64.0 * (root - 1.0)),
                                   now.energy_magnetic);
@@ -101,10 +101,10 @@ static void test_a_constant_voltage_makes_the_flux_of_its_integral(void)
 }
 
 /* A winding without resistance keeps the flux that it had when it was short-circuited: psi_f in the direction
- * in which the rotor stood. A quarter of a turn later all of it is in the q axis, and the d axis has none:
+ * of the rotor at that time. A quarter of a turn later all of it is in the q axis, and the d axis has none:
  * i_d takes away psi_f, i_q makes psi_f. L_q I_s is 0.12 Wb; the iron is full at 6 A with 0.06 2/sqrt(1 +
- * 1/9) = 0.1138 Wb, and 0.06/10^1.5 = 1.897 mH hold the other 0.0692 Wb with 36.5 A more. Nothing but the
- * shaft gives the field its energy. */
+ * 1/9) = 0.1138 Wb, and 0.06/10^1.5 = 1.897 mH hold the other 0.0692 Wb with 36.5 A more. Only the shaft
+ * supplies the energy of the field. */
 static void test_a_short_circuit_turns_more_flux_into_an_axis_than_its_iron_carries(void)
 {
     plant_params_t q = plant_of("inductance_d = 0.02, inductance_q = 0.06, saturation_q = 2, " NO_DROPS
@@ -263,7 +263,7 @@ static void test_a_flux_linkage_that_is_not_that_of_the_map_is_refused(void)
 #define LOSSY BENT ", iron_loss_resistance = 150, " NO_DROPS ", shaft_locked = 1, shaft_locked_speed = 100"
 
 /* Terminals open, then short-circuited, at 400 rad/s: u = R i + j omega psi with i = o + j omega psi/R_c,
- * solved on paper for o, the current that makes the flux; what the shaft gives is the loss of R and R_c. */
+ * solved on paper for o, the current that makes the flux; the power of the shaft is the loss of R and R_c. */
 static void test_the_iron_brakes_and_takes_its_current(void)
 {
     const double omega = 400.0;

@@ -1,4 +1,4 @@
-/* What the drive gets to see: volts, noise, lag, counts; and the numbers behind the noise. */
+/* The values that the drive measures: volts, noise, lag, counts; and the random numbers of the noise. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -79,7 +79,7 @@ static void test_rules_between_fields_name_one_and_the_range_that_is_left(void)
     }
 }
 
-/* A run that meets everything: noise, lag, soft link, harmonics, metering, a change of parameters, a trip. */
+/* A run with all features: noise, lag, soft link, harmonics, metering, a change of parameters, a trip. */
 static double busy(plant_t *p, loop_t *by, int from, int to)
 {
     double sum = 0.0;
@@ -119,7 +119,7 @@ static void test_copied_state_runs_on_identically(void)
     TEST_ASSERT_TRUE(plant.shoot_throughs > 0);
 }
 
-static void test_where_one_stops_to_look_does_not_matter(void)
+static void test_the_times_of_reading_do_not_matter(void)
 {
     /* The same edges, once in whole periods and once in steps of an odd number of ticks. */
     plant_params_t q = plant_of("current_noise = 0, inertia = 0.003");

@@ -40,7 +40,7 @@ static void test_decelerating_rotor_rests_at_the_tick_of_algebra(void)
             const double left = way * truth_at(tick - 1u).omega_m;
             TEST_ASSERT_TRUE(left > 0.5 * torque / INERTIA * TICK && left < 2.5 * torque / INERTIA * TICK);
             TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(tick + 2u).omega_m);
-            /* The same without a look in between: theta = J w^2/(2 T), at rest without end. */
+            /* The same without a reading in between: theta = J w^2/(2 T), at rest without end. */
             plant_init(&plant, &q, 1);
             plant_set_motion(&plant, 0.3, way * 20.0);
             const plant_truth_t rest = truth_at(SECOND);
@@ -89,7 +89,7 @@ static void test_passive_load_holds_and_never_drives(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(SECOND).omega_m);
     plant_set_motion(&plant, 0.0, -100.0);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(2u * SECOND).omega_m);
-    /* Turned active it drives: the shaft lets go at once. */
+    /* If the load becomes active, it drives: the shaft breaks loose at once. */
     q.load_kind = PLANT_LOAD_ACTIVE;
     plant_set_params(&plant, &q);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, -(50.0 - COULOMB) / INERTIA * 0.1,
@@ -170,12 +170,12 @@ static void test_brake_stops_the_rig_holds_it_and_lets_go(void)
     }
 }
 
-static void test_brake_can_not_be_felt_on_a_locked_shaft(void)
+static void test_brake_has_no_effect_on_a_locked_shaft(void)
 {
     plant_params_t q = begin(plant_with(sticking(2.0), "shaft_locked = 1, shaft_locked_speed = 30"));
     plant_set_brake(&plant, 60.0);
     TEST_ASSERT_EQUAL_DOUBLE(30.0, truth_at(SECOND).omega_m);
-    /* Let go, it is an ordinary braked shaft. */
+    /* After its release it is an ordinary braked shaft. */
     q.shaft_locked = 0.0;
     plant_set_params(&plant, &q);
     TEST_ASSERT_DOUBLE_WITHIN(1e-9, 30.0 - (60.0 + COULOMB) / INERTIA * 0.01,
@@ -184,7 +184,7 @@ static void test_brake_can_not_be_felt_on_a_locked_shaft(void)
 
 /* ---- as a state ---- */
 
-static void test_where_one_stops_to_look_moves_no_event(void)
+static void test_the_times_of_reading_move_no_event(void)
 {
     begin(plant_with(sticking(2.0), "load_kind = 1, load_torque = 1.9"));
     plant_set_motion(&plant, 0.0, 20.0);

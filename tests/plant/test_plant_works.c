@@ -49,7 +49,7 @@ static void test_a_spring_swings_its_rotor_as_a_cosine(void)
     for (int k = 1; k <= 20; k++) {
         double t = 0.037 * k;
         plant_truth_t now = truth_at(t);
-        /* Steps of 100 us at 30 rad/s, of second order: (w h)^2 = 9e-6 for each radian that has gone by. */
+        /* Steps of 100 us at 30 rad/s, of second order: (w h)^2 = 9e-6 for each radian of motion. */
         double bound = 9e-6 * 30.0 * t;
         TEST_ASSERT_DOUBLE_WITHIN(0.5 * bound, 0.5 * cos(30.0 * t), now.theta_m);
         TEST_ASSERT_DOUBLE_WITHIN(15.0 * bound, -15.0 * sin(30.0 * t), now.omega_m);
@@ -57,9 +57,9 @@ static void test_a_spring_swings_its_rotor_as_a_cosine(void)
     }
 }
 
-static void test_a_piston_takes_and_gives_back_what_its_potential_says(void)
+static void test_a_piston_takes_and_returns_the_energy_of_its_potential(void)
 {
-    /* J w^2/2 - (T/n) cos(n theta) stays, whether the rotor swings or goes round. */
+    /* J w^2/2 - (T/n) cos(n theta) stays, if the rotor swings and if it turns. */
     const double speeds[] = {5.0, 40.0};
     for (int n = 0; n < 2; n++) {
         plant_params_t q = plant_with(bare(), "load_sine = 0.2, load_sine_cycles = 2");

@@ -40,7 +40,7 @@ class Cluster(unittest.TestCase):
         self.assertEqual(found.summary["done"], RUNS)
         self.assertEqual(shares, [n / SHARDS for n in range(1, SHARDS + 1)])
 
-    def test_a_worker_killed_on_the_way_loses_nothing(self):
+    def test_a_killed_worker_loses_no_result(self):
         killed = []
 
         def kill(share):

@@ -106,7 +106,7 @@ class TheBench(unittest.TestCase):
     def error(self, estimator):
         return lagless.bench(estimator, only=self.CASE).errors[self.CASE]
 
-    def test_the_paper_s_observer_lags_as_its_theory_says(self):
+    def test_the_paper_s_observer_lags_as_in_its_theory(self):
         # docs/paper.md, erratum 2: -54 mrad at 1500 r/min, with the printed compensation +32, with erratum 1 +31.
         paper_observer = importlib.import_module("paper_observer")
         self.assertAlmostEqual(self.error(paper_observer.Uncompensated).mean, 54 * 1490 / 1500, delta=0.5)
@@ -142,7 +142,7 @@ class TheBench(unittest.TestCase):
         self.assertAlmostEqual(ours.mean, theirs.mean, places=6)
         self.assertAlmostEqual(ours.sd, theirs.sd, places=6)
 
-    def test_what_is_no_estimator_is_refused_with_what_is_accepted(self):
+    def test_what_is_not_an_estimator_is_refused_with_what_is_accepted(self):
         for wrong, said in ((3, "a function or class"), ("nowhere.so", "shared object"), (lambda motor: 1, "step"),
                             (lambda motor: lambda u, i: "3 rad", "one number"), (lambda motor: lambda u, i: float("nan"), "finite"),
                             (LAGLESS, "shared object")):
@@ -193,7 +193,7 @@ class Commissioning(unittest.TestCase):
         self.assertEqual((found.reason, found.reversed), ("pole_pairs_doubted", True))
         self.assertEqual(lagless.commission("cold_start", plate=self.PLATE, steps=["board"], link="340 V").reason, "link_mismatch")
 
-    def test_what_ends_it_has_a_name_and_what_is_missing_is_said(self):
+    def test_what_ends_it_has_a_name_and_what_is_missing_is_reported(self):
         found = lagless.commission("cold_start", plate=self.PLATE, set={"plant.open_phase_b": 1})
         self.assertEqual((found.reason, found.step, found.passed), ("open_phase", "wiring", False))
         self.assertTrue(math.isnan(float(found.resistance)))
@@ -295,7 +295,7 @@ class TheRig(unittest.TestCase):
                     rig.set(wrong)
             self.assertEqual(rig.hash, before)
 
-    def test_a_run_records_every_nth_period_and_stops_when_told(self):
+    def test_a_run_records_every_nth_period_and_stops_on_request(self):
         with lagless.Rig(1, **START["params"], **START["requests"]) as rig:
             trace = rig.run("20 ms", record=["period", "state", "u_dc"], every=3)
             self.assertEqual(trace.period.tolist(), list(range(0, 200, 3)))
@@ -308,7 +308,7 @@ class TheRig(unittest.TestCase):
             rig.run(25000, progress=shares.append)
             self.assertEqual(shares, [0.4, 0.8, 1.0])
 
-    def test_a_closed_rig_says_so(self):
+    def test_a_closed_rig_reports_it(self):
         rig = lagless.Rig()
         rig.close()
         rig.close()
@@ -349,7 +349,7 @@ class Scenarios(unittest.TestCase):
         failed = lagless.run({**run, "at": []}, set={"run.duration": "10 ms", "dc_voltage": 250})
         self.assertEqual((False, 1, "failed"), (failed.passed, failed.failed, failed.verdicts[0].judgement))
 
-    def test_what_is_wrong_is_told_with_its_place(self):
+    def test_what_is_wrong_is_reported_with_its_place(self):
         for scenario, text in (("no_such", "no scenario of the package"), ({"title": "x", "run": {"duration": "1 s"}, "plant": {"inertia": -1}}, "inertia"),
                                ("schema = 1\ntitle = 3\n", "title"), (3, "accepted: name, path"), ({"title": object()}, "numbers, text")):
             with self.subTest(scenario=scenario), self.assertRaisesRegex(lagless.Error, text):
@@ -426,7 +426,7 @@ class Motulator(unittest.TestCase):
 
 
 class Boards(unittest.TestCase):
-    """What each board is, is compared with its header by tests/cli/test_boards.py, through the program's list."""
+    """tests/cli/test_boards.py compares each board with its header, through the program's list."""
     SMALL = {"title": "x", "motor": "hurst-dmb0224c10002", "run": {"duration": "0.1 s", "record": ["i_q"]}, **START}
 
     def test_they_are_those_of_the_program(self):
@@ -447,7 +447,7 @@ class Boards(unittest.TestCase):
                 self.assertEqual((ours.hash, ours.board, ours.seconds), (theirs["state_hash"], board, theirs["seconds"]))
                 self.assertAlmostEqual(ours.t[1], lagless.period(board), 15)
 
-    def test_what_contradicts_or_does_not_exist_is_told(self):
+    def test_what_contradicts_or_does_not_exist_is_reported(self):
         with self.assertRaisesRegex(lagless.Error, "for board mosfet_48v_60a, and igbt_540v_30a is chosen"):
             lagless.run({"board": "mosfet_48v_60a", **self.SMALL}, board="igbt_540v_30a")
         for wrong in (lambda: lagless.run(self.SMALL, board="igbt"), lambda: lagless.Rig(board="igbt"), lambda: lagless.campaign(1, board="igbt")):
@@ -528,7 +528,7 @@ class Examples(unittest.TestCase):
 
 
 class Document(unittest.TestCase):
-    def test_what_it_shows_runs(self):
+    def test_the_shown_code_runs(self):
         text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
         blocks = re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
         self.assertEqual(len(blocks), text.count("```python"))

@@ -1,4 +1,5 @@
-"""`tools/release` makes the source archive and of it one wheel for every Python of the platform; the wheel runs in an empty virtual
+"""`tools/release` makes the source archive, and from it one wheel for every Python of the platform; the wheel
+runs in an empty virtual
 environment where no compiler is to be found, with the bits of the program `lagless`. All have the same version.
 
 usage: test_wheel.py LAGLESS FOLDER [LIBRARY]     run by a Python that has scikit-build-core and auditwheel. Ends with 77, skipped,
@@ -36,7 +37,7 @@ print(json.dumps({"hash": result.hash, "samples": len(result.i_q), "file": lagle
 
 
 def without_ours():
-    """The environment without what points at the tree."""
+    """The environment without the variables that refer to the tree."""
     return {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "LAGLESS_LIBRARY", "LAGLESS_MOTORS")}
 
 
@@ -44,7 +45,8 @@ class Wheel(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         begin = time.monotonic()
-        # Not optimised, and without what a debugger needs, which is stripped anyway: the bits are the same, and the optimised library is
+        # Not optimised, and without debug information, which is stripped anyway: the bits are the same, and the
+        # optimised library is
         # python_package's.
         plain = [f"--setting=cmake.define.CMAKE_{language}_FLAGS_DEBUG=-O0" for language in ("C", "CXX")]
         made = subprocess.run([sys.executable, "-B", str(ROOT / "tools/release"), "--out", str(FOLDER), "--setting=cmake.build-type=Debug",

@@ -1,4 +1,4 @@
-/* Recordings as files: content, names, refusals, and what happens when the disk or the memory is full. */
+/* Recordings as files: content, names, refusals, and the reaction to a full disk or memory. */
 #define _DEFAULT_SOURCE
 #define _XOPEN_SOURCE 700
 
@@ -441,7 +441,7 @@ static void test_vcd_shows_edges_in_nanoseconds(void)
     free(text);
 }
 
-/* Courses of edges, and what is shown of them. */
+/* Courses of edges, and the edges that are shown. */
 static const struct {
     const char *name;
     uint32_t isr_ticks;
@@ -559,7 +559,7 @@ static void test_vcd_comment_cannot_be_ended_by_a_text(void)
     expect_in("run.vcd", "seed: 7\n");
 }
 
-/* ---- refusals: nothing is left behind ---- */
+/* ---- refusals: no file remains ---- */
 
 static void expect_refused(const char *part)
 {
@@ -678,7 +678,7 @@ static void test_abandon_removes_everything(void)
 
 /* 262144 samples of 16 octets fit. The test records this number, and then one more, whose time is earlier
  * or not. */
-static void test_memory_that_is_used_up_is_told_unless_the_loss_is_taken_back(void)
+static void test_memory_that_is_used_up_is_reported_unless_the_loss_is_taken_back(void)
 {
     static const struct {
         const char *name;
@@ -713,7 +713,7 @@ static void test_memory_that_is_used_up_is_told_unless_the_loss_is_taken_back(vo
     }
 }
 
-static void test_lost_edges_are_told_and_samples_kept(void)
+static void test_lost_edges_are_reported_and_samples_kept(void)
 {
     options.formats = RECORDER_CSV | RECORDER_VCD;
     options.memory = RECORDER_MEMORY_MIN;
@@ -752,7 +752,7 @@ static void expect_cut(uint32_t format, rlim_t octets, uint32_t samples)
     TEST_ASSERT_TRUE(!exists("run.csv") && !exists("run.mat") && !exists("run.vcd") && !exists("run.mf4"));
 }
 
-static void test_a_disk_that_is_full_or_fills_up_is_told(void)
+static void test_a_disk_that_is_full_or_fills_up_is_reported(void)
 {
     /* none at all, of a file smaller than any buffer; in the header, in the middle, in the last column of MAT
      */
@@ -766,7 +766,7 @@ static void test_a_disk_that_is_full_or_fills_up_is_told(void)
     }
 }
 
-static void test_a_final_name_that_is_taken_is_told(void)
+static void test_a_final_name_that_is_taken_is_reported(void)
 {
     char path[256];
     path_of(path, "run.csv");

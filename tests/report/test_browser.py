@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Opens the page of a paper report in a headless Chromium without a network, and looks at it as a reader would; then at copies
-with faults, each of which its check must find.
+"""Opens the page of a paper report in a headless Chromium without a network, and checks it as a reader would
+see it; then copies with faults, each of which its check must detect.
 
 usage: test_browser.py REPORT [--screenshots FOLDER]   looks at REPORT/index.html
 
@@ -23,7 +23,7 @@ import urllib.error
 import urllib.request
 
 SKIPPED = 77
-NO_PLOTS = ("fig16",)  # tables, as all that is beyond the paper
+NO_PLOTS = ("fig16",)  # tables, like all other content beyond the paper
 
 # Plots near the viewport that were not drawn yet.
 PENDING = """
@@ -201,7 +201,7 @@ class Page:
         self.canvases = None
         browser.size(1400, 1000)
         browser.do("url", {"url": "about:blank"})
-        for kind in ("performance", "browser"):  # what the browser itself did when it started, or the page before
+        for kind in ("performance", "browser"):  # the processor time of the browser's start, or of the page before
             browser.records(kind)
         browser.do("url", {"url": (report / "index.html").resolve().as_uri()})
         browser.wait(lambda: browser.run("return document.readyState === 'complete'"), "the page")
@@ -273,7 +273,7 @@ class Page:
         steps = self.every(".plots", "(({x, x_unit, log}) => x_unit === 's' && !log && x.step || 1e9)"
                            "(JSON.parse(e.querySelector('script').textContent))")
         index = steps.index(min(steps))
-        for _ in range(2):  # what is drawn on the way may move it
+        for _ in range(2):  # drawing during the scrolling may move it
             self.browser.run("document.querySelectorAll('.plots')[arguments[0]].scrollIntoView()", index)
             self.settle()
         return index, steps[index]

@@ -85,7 +85,7 @@ static missed_t measure(double rpm, double load)
 
 /* The remaining error is a fraction of a volt of the 8 V of a leg: the changes within a dead band, 0.15 V
  * between the drops of transistor and diode. Limits: the worst of both directions and boards, times 1.5. */
-static void test_the_observer_is_told_what_was_on_the_winding(void)
+static void test_the_observer_gets_what_was_on_the_winding(void)
 {
     static const struct {
         double rpm, load; /* [r/min], [N m] */

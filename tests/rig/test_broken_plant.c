@@ -26,7 +26,7 @@ static void running(double fidelity, double rpm, double seconds)
 
 /* Every such row, set to its present value: the result has the same bits as if any other row were set to its
  * present value. */
-static void test_rows_that_are_none_change_no_bit(void)
+static void test_rows_without_a_fault_change_no_bit(void)
 {
     static const char *const rows[] = {"leg_a_drop",
                                        "leg_b_resistance",
@@ -100,7 +100,7 @@ static void test_a_switch_that_shorts_trips_the_module_within_the_tick(void)
 
 /* ---- samples and memory ---- */
 
-static void test_missing_samples_are_as_many_as_asked_for(void)
+static void test_missing_samples_have_the_requested_number(void)
 {
     for (uint32_t fidelity = 0; fidelity < 2u; fidelity++) {
         running(fidelity, 300.0, 0.05);

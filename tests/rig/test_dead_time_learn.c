@@ -202,9 +202,10 @@ static void start(rig_t *rig, double theta, double rpm, double load)
  * learns during the acceleration and at that speed. Requirements: within 5 % after 1.5 s (the worst of 58
  * runs has 1.1 s); a mean of 2 mrad, which is the light rotor's rms without load; and an SD of 6 mrad.
  *
- * Not every try brings the rig's rotor up under the rated load with a dead time assumed too large by so
- * much, nor the kit's 6.3 A a light one: of 24 seeds 15 started at the first try, 7 at another, and 2 were
- * given up (docs/not_there.md). There the drive has either learnt the value or reports a stall. */
+ * With a dead time assumed too large by this share, not every try starts the rig's rotor under the rated
+ * load, nor do the kit's 6.3 A always start a light one: of 24 seeds 15 started at the first try, 7 at
+ * another, and 2 were given up (docs/not_there.md). There the drive has either learnt the value or reports a
+ * stall. */
 static void expect_started_or_given_up(rig_t *rig)
 {
     run_seconds(rig, 8.0);

@@ -168,7 +168,7 @@ static void test_a_halt_ends_in_one_zero_vector_at_the_next_counter_zero(void)
 }
 
 /* Slow enough that the short-circuit current, 4.5 A, trips nothing else. */
-static void test_after_a_halt_the_drive_says_late_and_opens_the_gates(void)
+static void test_after_a_halt_the_drive_reports_late_and_opens_the_gates(void)
 {
     static const double length[] = {3e-3, 0.05, 0.5};
     for (double part = 0.05; part < 1.0; part += 0.13) {
@@ -334,7 +334,7 @@ static void expect_a_new_start(void)
     TEST_ASSERT_TRUE(chip_debug_can_look(chip()));
 }
 
-static void test_a_restart_with_the_bridge_on_opens_the_gates_and_comes_up_anew(void)
+static void test_a_restart_with_the_bridge_on_opens_the_gates_and_comes_up_again(void)
 {
     run_held_at(60.0);
     restart();

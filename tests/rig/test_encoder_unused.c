@@ -48,7 +48,7 @@ static void expect_same_period(rig_t *one, rig_t *other, const table_t *signals)
 
 /* The same rig with an encoder that hardly counts, four counts a turn in place of 10000, and from the
  * reversal on with one whose two tracks sometimes change at once. */
-static void test_without_the_encoder_no_signal_hangs_on_what_it_shows(void)
+static void test_without_the_encoder_no_signal_depends_on_its_count(void)
 {
     const table_t *signals = NULL;
     for (uint32_t n = 0; n < rig_table_count(); n++) {

@@ -21,7 +21,7 @@ static const char *const sampled[] = {"i_a", "i_b", "i_c"};
 static const char *const truths[] = {"true_i_a", "true_i_b", "true_i_c"};
 
 /* All errors of the sensors, a link that changes, every gate edge: none of them has an effect. */
-static void test_exact_samples_are_past_all_sensor_errors(void)
+static void test_exact_samples_have_no_sensor_error(void)
 {
     rig_t *rig = turning(700.0);
     run_put(rig, "sensors", SENSORS_EXACT);

@@ -100,7 +100,7 @@ static void expect_learnt(bool light, double rpm, double assumed, const wrong_t 
  * standard deviations over 40 seeds, of the light rotor at 100 r/min 2.6 mrad and 0.9 %, of the others at
  * most 0.72 mrad and 0.3 %: at 100 r/min one run in fifteen has more than 1.5 % of L, and is less sure of it.
  */
-static void test_l_a_fifth_wrong_is_put_right(void)
+static void test_an_inductance_wrong_by_a_fifth_is_learnt(void)
 {
     static const double speeds[] = {100.0, 300.0, 600.0, 1000.0, 1500.0};
     grid_t grid = grid_of("a fifth wrong", 40u);
@@ -141,7 +141,7 @@ static void test_a_light_rotor_teaches_it_beside_its_own_swing(void)
 
 /* Requirements: with a wrong R or psi_f 5 mrad; the leg's loss, 2.3 us and 0.875 V, a fifth too small and too
  * large: 6. Limits: the mean of the magnitude and four standard deviations, over 22 seeds. */
-static void test_what_else_is_wrong_has_no_part_in_it(void)
+static void test_other_wrong_values_have_no_effect(void)
 {
     static const struct {
         wrong_t wrong[3];

@@ -39,7 +39,7 @@ static void test_ids_of_the_plant_stay(void)
     TEST_ASSERT_EQUAL_UINT32(4007, rig_row_by_name("inertia")->id);
 }
 
-static void test_a_name_in_two_tables_is_told_apart_by_its_table(void)
+static void test_a_name_in_two_tables_is_distinguished_by_its_table(void)
 {
     TEST_ASSERT_EQUAL_UINT32(23, rig_row_by_name("params.encoder_lines")->id);
     TEST_ASSERT_TRUE(rig_row_by_name("plant.encoder_lines")->id >= 4000);
@@ -130,7 +130,7 @@ static double one_digit_on(const char *text, double direction)
 
 /* Every settable row of every table, past either end of its range: the ends that are reported are accepted as
  * they are written, and a value beyond them by one digit is not. */
-static void test_told_ends_of_every_row_are_accepted_as_they_are_written(void)
+static void test_reported_limits_of_every_row_are_accepted_as_they_are_written(void)
 {
     for (uint32_t t = 0; t < rig_table_count(); t++) {
         const table_t *table = rig_table(t);
@@ -154,7 +154,7 @@ static void test_told_ends_of_every_row_are_accepted_as_they_are_written(void)
 }
 
 /* The same for rules between rows, with the limits that they allow. */
-static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
+static void test_reported_limits_of_rules_are_accepted_as_they_are_written(void)
 {
     static const struct {
         const char *row;
@@ -185,7 +185,7 @@ static void test_told_ends_of_rules_are_accepted_as_they_are_written(void)
     }
 }
 
-static void test_a_row_without_room_is_told_with_the_one_to_change(void)
+static void test_a_row_without_room_is_reported_with_the_one_to_change(void)
 {
     run_puts(rig, "observer_gain=200 observer_slope=1 field_weakening=0 overspeed_trip=500");
     TEST_ASSERT_FALSE(rig_apply(rig));

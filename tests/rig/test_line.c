@@ -178,7 +178,7 @@ static uint16_t stored(uint32_t page, uint32_t at)
     return hal_store_word(page, at);
 }
 
-static void test_the_pages_outlive_the_supply_and_the_drive_begins_anew(void)
+static void test_the_pages_outlive_the_supply_and_the_drive_begins_again(void)
 {
     put("plant.inertia", 0.01);
     rig_set_motion(rig, 1.0, 30.0);

@@ -177,7 +177,7 @@ static double lower_by(void)
  * T_s/2 of T_s/4, and have decayed by (R T_s/L)^2 c/8 more at its end, which the observer again takes for
  * voltage: up to 0.06 mrad. The rest, of second order in R tau/L and from the ripple, stays below the limit
  * of the averaged inverter. */
-static void test_late_edges_turn_the_estimate_by_what_theory_says(void)
+static void test_late_edges_turn_the_estimate_by_the_angle_of_theory(void)
 {
     grid_t grid = grid_of("late edges", 10u);
     for (uint32_t point; grid_next_documented(&grid, &point);) {

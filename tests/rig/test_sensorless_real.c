@@ -39,7 +39,7 @@ typedef struct {
     change_t changes[3];
     uint32_t fidelities; /* 1: averaged, 2: switched as well */
     double load, seconds;
-    limits_t points[5]; /* to the first of 0 r/min */
+    limits_t points[5]; /* number of the first rows, up to the row of 0 r/min */
 } drive_case_t;
 
 /* One point: running at this speed and load, which is applied where the speed control can hold it. */

@@ -887,7 +887,7 @@ void setUp(void)
 }
 
 /* A new row belongs into the list above, with a check. */
-static void test_every_row_is_looked_at(void)
+static void test_every_row_is_checked(void)
 {
     const table_t *signals = NULL;
     for (uint32_t n = 0; n < rig_table_count(); n++) {
@@ -904,7 +904,7 @@ static void test_every_row_is_looked_at(void)
     }
 }
 
-static void test_every_row_shows_what_it_says(void)
+static void test_every_row_has_the_value_of_its_text(void)
 {
     char message[160] = "";
     if (!all_right()) {
@@ -997,8 +997,8 @@ int main(void)
 {
     UNITY_BEGIN();
     run_all();
-    RUN_TEST(test_every_row_is_looked_at);
-    RUN_TEST(test_every_row_shows_what_it_says);
+    RUN_TEST(test_every_row_is_checked);
+    RUN_TEST(test_every_row_has_the_value_of_its_text);
     RUN_TEST(test_any_two_rows_exchanged_are_found);
     RUN_TEST(test_any_row_in_the_place_of_another_is_found);
     RUN_TEST(test_any_row_that_is_a_period_old_is_found);

@@ -115,7 +115,7 @@ static void expect_same_bits(rig_t *other)
 
 /* hal_read takes the samples of t_k independently of the duration of the rest, and duties act from t_{k+1} as
  * long as they are written before it. Gates are switched at the end, so they are on before. */
-static void test_within_the_period_no_bit_hangs_on_it(void)
+static void test_within_the_period_no_bit_depends_on_it(void)
 {
     start();
     run_put(rig, "medium_time", 0.0);
@@ -126,7 +126,7 @@ static void test_within_the_period_no_bit_hangs_on_it(void)
 }
 
 /* The drive's own measurement is of the whole interrupt, and the longest one stays. */
-static void test_the_drive_tells_what_its_last_and_its_longest_interrupt_took(void)
+static void test_the_drive_reports_what_its_last_and_its_longest_interrupt_took(void)
 {
     static const double factors[] = {1.0, 2.0, 0.5};
     double longest = 0.0;
@@ -152,7 +152,7 @@ static void put_medium(rig_t *of, double windows)
 
 /* The setpoint of a window acts from a fixed period on, whenever it is ready before. The background applies
  * learnt values when it has time: here nothing is learnt. */
-static void test_within_the_window_no_bit_hangs_on_the_medium_task(void)
+static void test_within_the_window_no_bit_depends_on_the_medium_task(void)
 {
     static const double windows[] = {0.1, 0.3, 0.5, 0.7, 0.9, 0.95};
     run_parameter(rig, "inductance_adaptation", 0.0);
@@ -168,7 +168,7 @@ static void test_within_the_window_no_bit_hangs_on_the_medium_task(void)
 }
 
 /* From its begin to its end: its own time, and that of the interrupts during it. */
-static void test_the_drive_tells_what_its_last_and_its_longest_medium_task_took(void)
+static void test_the_drive_reports_what_its_last_and_its_longest_medium_task_took(void)
 {
     const double period = (double)RIG_PERIOD_TICKS * ((double)BOARD_SYSCLK_HZ / 150e6);
     static const double windows[] = {0.1, 0.6, 0.3};
@@ -192,7 +192,7 @@ static void test_the_drive_tells_what_its_last_and_its_longest_medium_task_took(
 }
 
 /* For one window the last setpoint continues to act; in the second one the gates are off. */
-static void test_a_medium_task_longer_than_the_window_is_told_as_late(void)
+static void test_a_medium_task_longer_than_the_window_is_reported_as_late(void)
 {
     start();
     put_medium(rig, 4.0);
@@ -225,7 +225,7 @@ static void test_a_medium_task_that_is_late_once_stops_nothing(void)
 }
 
 /* Three late samples in succession, as for a sample that comes too late; then the gates are off. */
-static void test_an_interrupt_longer_than_the_period_is_told_as_late(void)
+static void test_an_interrupt_longer_than_the_period_is_reported_as_late(void)
 {
     start();
     put_interrupt(1.1);

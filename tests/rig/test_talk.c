@@ -254,7 +254,7 @@ static void test_requests_of_one_command_are_one_set(void)
     TEST_ASSERT_EQUAL_DOUBLE(1.0, rig_value(rig, "mode")); /* neither of them */
 }
 
-static void test_identification_is_where_the_description_says(void)
+static void test_identification_is_at_the_address_of_the_description(void)
 {
     connect();
     static const struct {
@@ -269,7 +269,7 @@ static void test_identification_is_where_the_description_says(void)
     }
 }
 
-static void test_faults_are_told_newest_first(void)
+static void test_faults_are_reported_newest_first(void)
 {
     connect();
     SEND(0xF4, 8, 0, 7, 0, 0, 0, 0);
@@ -333,7 +333,7 @@ static void test_a_silent_master_brings_a_quick_stop(void)
 }
 
 /* Octets that are not a command do not count as a sign of life. */
-static void test_noise_is_no_sign_of_life(void)
+static void test_noise_is_not_a_sign_of_life(void)
 {
     connect();
     switch_on();
@@ -346,7 +346,7 @@ static void test_noise_is_no_sign_of_life(void)
     TEST_ASSERT_TRUE(rig_value(rig, "line_errors") > 0.0);
 }
 
-static void test_command_timeout_may_be_another_one_or_none(void)
+static void test_command_timeout_may_be_changed_or_off(void)
 {
     connect();
     run_parameter(rig, "command_timeout", 0.05);
@@ -437,7 +437,7 @@ static void test_stop_is_obeyed_while_the_line_is_flooded_by_samples(void)
 
 /* ---- restart ---- */
 
-static void test_restart_is_answered_and_begins_anew(void)
+static void test_restart_is_answered_and_begins_again(void)
 {
     connect();
     run_parameter(rig, "current_limit", 8.0);

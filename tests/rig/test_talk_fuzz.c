@@ -1,7 +1,7 @@
 /* Random and mutated octets at the drive's line, over the wire and over the chip's serial line, while it
- * runs: no period is missed and none is late, what the drive sends are whole frames in their order,
- * parameters and requests are always a set that may be, and none of them changes unless its new value was
- * sent behind the octet of a DOWNLOAD. Argument 1 is the total number of octets. */
+ * runs: no period is missed and none is late, the drive sends whole frames in their order, parameters and
+ * requests are always a set that may be, and none of them changes unless its new value was sent behind the
+ * octet of a DOWNLOAD. Argument 1 is the total number of octets. */
 #include "app/talk.h"
 #include "host_sim/rig/rig_state.h"
 #include "settings/signals.h"

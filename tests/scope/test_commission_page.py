@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Commissions a motor from the page of `lagless scope` in a headless Chromium: a step is stopped and what was measured is kept; then all
+"""Commissions a motor from the page of `lagless scope` in a headless Chromium: a step is stopped and its
+measured values are kept; then all
 steps of another drive, with their questions, their results and the file.
 
 usage: test_commission_page.py LAGLESS FOLDER    screenshots go to FOLDER

@@ -1,4 +1,5 @@
-/* The server of the scope's page: whom it answers, what it refuses, how it treats those who do not read. */
+/* The server of the scope's page: the requests that it answers, those that it refuses, and clients that do
+ * not read. */
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <stdio.h>
@@ -63,7 +64,7 @@ static void work(void)
     }
 }
 
-/* All that has come; its number of octets. */
+/* All received octets, and their number. */
 static ssize_t receive(int from, char *to, size_t size)
 {
     size_t count = 0;
@@ -112,7 +113,7 @@ static void expect_answer(const char *form, int status)
 #define HERE "Host: 127.0.0.1:{P}\r\n"
 #define PAGE "GET /{T}/events HTTP/1.1\r\n" HERE
 
-static void test_page_is_given_with_headers_that_keep_it_alone(void)
+static void test_page_has_headers_that_isolate_it(void)
 {
     char answer[2048];
     const int browser = client();
@@ -126,7 +127,7 @@ static void test_page_is_given_with_headers_that_keep_it_alone(void)
     close(browser);
 }
 
-static void test_who_does_not_belong_here_is_refused_and_nothing_is_done(void)
+static void test_a_foreign_request_is_refused_and_nothing_is_done(void)
 {
     static const struct {
         const char *request;
@@ -156,7 +157,8 @@ static void test_who_does_not_belong_here_is_refused_and_nothing_is_done(void)
         {PAGE "Origin: null\r\n\r\n", 403},
         {PAGE "Origin: http://127.0.0.1:1\r\n\r\n", 403},
         {PAGE "Sec-Fetch-Site: same-origin\r\nOrigin: http://evil.example\r\n\r\n", 403},
-        /* what a form on a foreign page can send lacks the header; and it may not ask whether it could */
+        /* a request of a form on a foreign page lacks the header; and the server does not permit such a page
+         * to add it */
         {"POST /{T}/stop HTTP/1.1\r\nHost: localhost:{P}\r\nContent-Length: 0\r\n\r\n", 403},
         {"POST /{T}/stop HTTP/1.1\r\n" HERE
          "Origin: http://evil.example\r\nX-Lagless: 1\r\nContent-Length: 0\r\n\r\n",
@@ -186,7 +188,7 @@ static void test_who_does_not_belong_here_is_refused_and_nothing_is_done(void)
 }
 
 /* Typed, or opened by a program; from a page of its own; STOP by it. */
-static void test_who_belongs_here_is_answered(void)
+static void test_a_request_of_the_page_is_answered(void)
 {
     expect_answer("GET /{T}/ HTTP/1.1\r\n" HERE "Sec-Fetch-Site: none\r\n\r\n", 200);
     expect_answer("GET /{T}/ HTTP/1.1\r\n" HERE

@@ -55,7 +55,7 @@ return scope.panels().map(({plot}) => {
     });
 })"""
 
-# What is drawn of the drive's own buffer, as the page keeps it.
+# The data of the drive's own buffer that the page draws.
 KEPT = """
 const {kept} = scope.state, {picture} = kept, names = kept.signals.map(id => scope.rows.get(id).name);
 const speed = picture.columns[names.indexOf('omega_m')], at = picture.zero - picture.begin;
@@ -137,7 +137,7 @@ class Bench:
     def opens_and_is_linked(self):
         self.browser.size(1400, 1000)
         self.browser.do("url", {"url": "about:blank"})
-        for kind in ("performance", "browser"):  # what the browser itself did when it started
+        for kind in ("performance", "browser"):  # the processor time of the browser's start
             self.browser.records(kind)
         self.browser.do("url", {"url": self.url})
         self.wait("document.body.dataset.link === 'up' && document.body.dataset.state === 'ready'", "the link")
@@ -346,7 +346,8 @@ def go_through(make_bench, checks, programs, rules):
 
 
 def main(text, benches, rules):
-    """benches: how one is made, of its folder for screenshots and a folder to work in, and its checks."""
+    """benches: for each a function that makes it from its folder for screenshots and a working folder, and its
+    checks."""
     if len(sys.argv) != 3:
         print(text)
         return 2

@@ -1,4 +1,5 @@
-"""`lagless scope` without a browser: what it answers, when it stops the motor, how it ends. usage: test_scope.py LAGLESS FOLDER"""
+"""`lagless scope` without a browser: its answers, the conditions in which it stops the motor, its end. usage:
+test_scope.py LAGLESS FOLDER"""
 
 import base64
 import contextlib
@@ -122,7 +123,7 @@ class Scope(command_line.TestCase):
         self.assertEqual(code, done.returncode, done.stderr)
         return done.stderr
 
-    def test_page_is_whole_and_asks_nobody(self):
+    def test_page_is_complete_and_loads_nothing(self):
         page = self.scope(self.serve("--port", "0"))
         connection = http.client.HTTPConnection(page.host)
         connection.request("GET", page.path + "/")
@@ -148,7 +149,7 @@ class Scope(command_line.TestCase):
             count += each["n"]
         self.assertEqual(0, page.state["missing"])
 
-    def test_what_the_drive_refuses_is_told_and_changes_nothing(self):
+    def test_what_the_drive_refuses_is_reported_and_changes_nothing(self):
         page = self.scope(self.serve("--port", "0"))
         self.wait(lambda: page.value("current_bandwidth") > 0, "parameters")
         before = page.value("current_bandwidth")
@@ -174,7 +175,7 @@ class Scope(command_line.TestCase):
         self.wait(lambda: not page.state["staged"] and page.value("current_bandwidth") == 750, "in force")
 
     def test_drives_own_buffer_comes_over_the_serial_line(self):
-        """All that the drive has kept, by the numbers of the periods themselves; nothing of one that is not held."""
+        """All rows that the drive has kept, by the numbers of their periods; none of a period that is not held."""
         page = self.scope(self.serve("--serial"))
         self.assertIn("is still empty", page.ask("/capture")["text"])
         for wish in ("capture_1 2000", "capture_2 2024", "capture_3 2044", "capture_signals 3", "capture_after 100", "capture_on command"):
@@ -234,7 +235,7 @@ class Scope(command_line.TestCase):
         page = self.scope(target)  # it is free again
         self.wait(lambda: page.value("enable") == 2 and abs(page.value("omega_m")) < 0.5, "stopped")
 
-    def test_drive_that_begins_anew_is_taken_up_again(self):
+    def test_drive_that_begins_again_is_taken_up_again(self):
         page = self.scope(self.serve("--port", "0"))
         self.assertTrue(page.ask("/order", "restart")["ok"])
         self.wait(lambda: not page.state["link"], "the link is lost")

@@ -54,7 +54,7 @@ static void test_base64_is_that_of_the_standard(void)
     TEST_ASSERT_EQUAL_STRING("+//+", written() + before);
 }
 
-static void test_rows_stand_by_ascending_id_and_none_is_of_the_desk(void)
+static void test_rows_have_ascending_ids_and_none_is_of_the_simulation(void)
 {
     for (uint32_t n = 0; n < values.count; n++) {
         TEST_ASSERT_LESS_THAN_UINT32(3000u, values.rows[n]->id);
@@ -86,7 +86,7 @@ static void put(const char *name, uint32_t bits)
     values.news[place] = true;
 }
 
-static void test_news_are_told_once_and_all_on_demand(void)
+static void test_news_are_reported_once_and_all_on_demand(void)
 {
     put("omega_m", bits_of(-1.5f));    /* 2032 */
     put("fault_reason", 0xffffffffu);  /* 2002, int: -1 */

@@ -30,7 +30,7 @@ def make(folder):
     shutil.rmtree(folder, ignore_errors=True)
     environment = stand_in.install(folder / "tools")
     configured = {gates: configure(folder / gates, environment, f"-DLAGLESS_GATES={gates}") for gates in GATES}
-    (folder / "tools/log").write_text("", encoding="utf-8")  # what CMake tried out is no part of the build
+    (folder / "tools/log").write_text("", encoding="utf-8")  # the files that CMake tried to compile are not part of the build
     built = {gates: run("cmake", "--build", folder / gates, *([] if gates == BUILT else ["--target", "ccs"]), env=environment)
              for gates in GATES}
     told = {what: {gates: (done.returncode, done.stdout) for gates, done in steps.items()}
@@ -40,7 +40,7 @@ def make(folder):
 
 
 class Build:
-    """What make() left: the tools' command lines, and where they are."""
+    """The results of make(): the tools' command lines, and their folders."""
 
     def __init__(self, folder):
         self.folder, self.tools, self.ware = folder / BUILT, folder / "tools/cgt", folder / "tools/ware"

@@ -1,4 +1,5 @@
-"""What tests of tools/check-linker and tools/check-image work out once and not for each of their cases: the compiler's call
+"""Data that the tests of tools/check-linker and tools/check-image compute only once for all their cases: the
+compiler's call
 graph of a source, which chip_build.py makes of all, its text without comments, the words of its command line. A case changes next
 to none of them, and no header."""
 import functools
@@ -57,4 +58,4 @@ def remember(linker):
     linker.graph_of, linker.Calls, linker.Source = remembered, all_calls, one_source
     linker.NODE, linker.EDGE = (types.SimpleNamespace(findall=functools.cache(each.findall)) for each in (linker.NODE, linker.EDGE))
     linker.without_comments = functools.cache(linker.without_comments)
-    linker.shlex = types.SimpleNamespace(split=functools.cache(linker.shlex.split))  # the module's own name: no one else's split
+    linker.shlex = types.SimpleNamespace(split=functools.cache(linker.shlex.split))  # the module's own name, so that no other module uses this function

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Stand-in for TI's cl2000, ar2000 and hex2000, to test the build description where these cannot be had. It compiles
 nothing. It refuses options and inputs that the real tools would refuse according to TI's manuals, writes
-placeholders that say what they are, and appends each command line to the file that STAND_IN_LOG names. Called by the name of the tool that
+placeholders that are marked as such, and appends each command line to the file that STAND_IN_LOG names. Called
+by the name of the tool that
 it replaces."""
 import json
 import os
@@ -12,7 +13,7 @@ import sys
 TOOL = pathlib.Path(sys.argv[0]).name
 PLACEHOLDER = "STAND-IN placeholder, holds no code: "
 
-# SPRU514 and SPRU513. What follows --run_linker is the linker's.
+# SPRU514 and SPRU513. The arguments after --run_linker are those of the linker.
 COMPILER = (
     r"-v28|-ml|-mt|-g|-O[0-4]|--abi=(eabi|coffabi)|--float_support=fpu32|--ramfunc=on|--gen_func_subsections=on|--c99|"
     r"--relaxed_ansi|--display_error_number|--diag_warning=\d+|--diag_wrap=off|--include_path=.+|-D\w+(=\S*)?|"
@@ -72,7 +73,7 @@ def compile_(words):
     inputs = options(words, COMPILER)
     sources = [word.partition("=")[2] for word in words if re.match(r"--(c|asm)_file=", word)]
     if [pathlib.Path(name).name for name in inputs] == ["CMakeCCompilerId.c"]:
-        # What CMake reads of a compiler that it looks at for the first time.
+        # The properties that CMake reads from a compiler at its first use.
         about = ("INFO:compiler[TI]", "INFO:compiler_version[00000022.00000006.00000001]", "INFO:arch[TMS320C28x]",
                  "INFO:standard_default[90]", PLACEHOLDER)
         pathlib.Path("CMakeCCompilerId.obj").write_text("\0".join(about), encoding="utf-8")

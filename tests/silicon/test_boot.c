@@ -25,7 +25,7 @@ void setUp(void)
     }
 }
 
-static void test_the_code_stands_where_it_runs_and_nothing_else_has_changed(void)
+static void test_the_code_is_where_it_runs_and_nothing_else_has_changed(void)
 {
     uint16_t flash[ROOM];
     memcpy(flash, stand_in_flash, sizeof flash);

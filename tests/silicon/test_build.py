@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The build description of the F28335 image, against stand-ins for TI's tools: what is linked, what is built again, what is refused.
+"""The build description of the F28335 image, against stand-ins for TI's tools: the linked files, the files that
+are built again, the refused inputs.
 Its options are those of the project in ti/, which test_ccs.py compares with the build; only the real tools can show their effect.
 
 usage: test_build.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py

@@ -118,7 +118,7 @@ class Projects(unittest.TestCase):
         cls.build = chip_build.Build(chip_build.folder())
         cls.all = ((Project(COMMITTED), GIVEN), (Project(cls.build.folder / "ccs"), None))
 
-    def test_the_committed_files_are_those_that_cmake_tells_without_a_compiler_of_ti(self):
+    def test_the_committed_files_are_those_that_cmake_reports_without_a_compiler_of_ti(self):
         without = {name: value for name, value in os.environ.items() if not name.startswith("C2000")}
         asked = run(sys.executable, "-B", TOOL, "--check", env=without)
         self.assertEqual((asked.returncode, asked.stdout), (0, ""))
@@ -201,7 +201,7 @@ class Projects(unittest.TestCase):
 class Check(unittest.TestCase):
     """project_check.c stops a wrong project that would otherwise build."""
 
-    def test_what_is_missing_is_told_and_a_complete_project_builds(self):
+    def test_what_is_missing_is_reported_and_a_complete_project_builds(self):
         whole = "-DLAGLESS_PER_FILE_OPTIONS"
         for definitions, *texts in (([whole], "HAL_GATE_ACTIVE_HIGH: by the schematic, add it", "1 with active_high, 0 with active_low"),
                                     ([whole, "-DHAL_GATE_ACTIVE_HIGH=2"], "accepted is 1 with active_high, 0 with active_low"),
@@ -232,7 +232,7 @@ class Tool(unittest.TestCase):
         (self.folder / "facts").write_text(facts, encoding="utf-8")
         return run(sys.executable, "-B", TOOL, "--facts", self.folder / "facts", "--out", self.folder / "out", *more)
 
-    def test_options_of_all_and_of_single_sources_are_told_apart(self):
+    def test_options_of_all_and_of_single_sources_are_distinguished(self):
         for value in ('"boards/x.h"', '"a b"', r'"a\b"', "a&b<c>"):  # a definition stays one word
             self.assertEqual(self.asked(self.FACTS.replace("A=1", f"A={value}")).returncode, 0)
             self.assertIn(f"--define=A={value}", Project(self.folder / "out").compiler)

@@ -93,7 +93,7 @@ static void test_a_check_that_fails_in_the_start_never_reaches_the_background(vo
     TEST_ASSERT_EQUAL_STRING("app_start", check_failure.function);
 }
 
-static void test_a_check_is_evaluated_once_and_passes_without_a_word(void)
+static void test_a_check_is_evaluated_once_and_prints_nothing_if_it_holds(void)
 {
     uint32_t n = 0u;
     if (setjmp(leave) == 0) {

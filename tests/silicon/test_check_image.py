@@ -80,7 +80,7 @@ class Elf:
         vars(self.section(name)).update(attributes)
 
     def load_ramfunc(self, at):
-        """With the symbol that says so."""
+        """With the symbol that states this."""
         self.change(".TI.ramfunc", load=at)
         self.define("ramfunc_load_start", at, NOTYPE)
 
@@ -144,7 +144,7 @@ class Elf:
         path.write_bytes(bytes(body) + b"".join(headers))
 
 
-# What the program is, at the places the linker command files give: each function a few words.
+# The program, at the addresses of the linker command files: each function has a few words.
 FUNCTION_WORDS = 8
 RAM_CODE = 0x8000
 APP_INTERRUPT, APP_TRIP, DRIVE_STEP, DRIVE_TRIP, DIVISION = (RAM_CODE + FUNCTION_WORDS * n for n in range(5))
@@ -195,7 +195,7 @@ def join_constants(image, gap):
     image.change(".const", align=2, gap=[0xDEAD] * gap, run=at, load=at, header_address=at)
 
 
-# One fault each, and what is reported of it.
+# One fault each, and its report.
 FAULTS = (
     (lambda image: image.forget("app_trip"), "symbols: app_trip is not there: the interrupts of the drive\n"),
     (lambda image: image.define("code_start", 0x300000, place=1),
@@ -441,7 +441,7 @@ class CheckImage(unittest.TestCase):
         self.image.define("__TI_SYSMEM_SIZE", 0x400, NOTYPE)
         self.assert_breach(self.image, "heap: __TI_SYSMEM_SIZE is linked: no heap\n")
 
-    def test_names_that_are_no_console(self):
+    def test_names_that_are_not_a_console(self):
         for name in ("app_read", "hal_output", "params_print", "sprint", "_lock", "abort", "exit", "memcpy"):
             self.image.define(name, 0x300008, place=1)
         self.assert_passes(self.image)
@@ -489,7 +489,7 @@ class CheckImage(unittest.TestCase):
 
 
 class CallGraph(unittest.TestCase):
-    """What the interrupt calls, by the command lines of a build for the chip."""
+    """The functions that the interrupt calls, by the command lines of a build for the chip."""
 
     @classmethod
     def setUpClass(cls):
@@ -533,7 +533,7 @@ class CallGraph(unittest.TestCase):
         self.assertIn("interrupt: unexpected of hal/f28335/interrupts.c at 0x300010: .TI.ramfunc, ", told)
         self.assertNotIn("0x300008", told)
 
-    def test_what_is_no_call_graph_is_refused(self):
+    def test_what_is_not_a_call_graph_is_refused(self):
         for name, text, status, why in (
                 ("graph.json", '[{"directory": "/"}]', 2, "accepted is the compile_commands.json of a build for the chip"),
                 ("names", "app_interrupt\nint main(void)\n", 2, "names:2: 'int main(void)' is not the name of a function"),

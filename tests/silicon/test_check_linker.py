@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""tools/check-linker on this tree, which must pass, and on copies of it with one thing broken, which must be named.
+"""tools/check-linker on this tree, which must pass, and on copies of it with one defect, which must be named.
 
 usage: test_check_linker.py BUILDS [unittest options]    BUILDS: the folder of chip_build.py
 
@@ -26,7 +26,7 @@ checker = graphs.tool.load("check-linker")
 graphs.remember(checker)
 
 
-# What is changed, by a pattern that fits one place of a file, and what is reported of it.
+# A change, by a pattern that matches one place of a file, and its report.
 BREACHES = (
     (FLASH, "origin = 0x00C000, length = 0x004000", "origin = 0x00BFFF, length = 0x004000", "f28335_flash.cmd:",
      "overlap: L4_L7 begins at 0x00bfff, in L0_L3, which ends at 0x00bfff"),
@@ -103,7 +103,7 @@ BREACHES = (
 )
 
 
-# What is added to a source, from which of its lines on it is reported, and what.
+# Text that is added to a source, the line from which on it is reported, and the report.
 ADDED = (
     ("firmware/app/main.c", "void abort(void);\nvoid abort(void)\n{\n    hal_gates_off();\n    for (;;) {\n    }\n}\n", 1,
      'names: error #10056: symbol "abort" redefined: first defined here; redefined in rts2800_fpu32_eabi.lib<exit.c.obj>, '
@@ -250,7 +250,7 @@ class CheckLinker(unittest.TestCase):
         self.listed_in_flash("hal/f28335/wait.c: bus_wait")
         self.assert_breach("hal/f28335/wait.c:", "stays in flash")
 
-    def test_what_is_collected_is_written_as_it_stands_in_the_tree(self):
+    def test_the_collected_files_are_written_with_their_names_in_the_tree(self):
         before = (self.root / FLASH).read_text(encoding="utf-8")
         self.write(FLASH, re.sub(r"(?s)(/\* begin: [^\n]*\n).*?( */\* end:)", r"\1\2", before))
         self.assertEqual(checker.main([*self.words(), "--write"]), 0)

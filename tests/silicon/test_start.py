@@ -22,7 +22,7 @@ def number(text, names):
 
 
 class Cpu:
-    """What these instructions change; `source` is a file's text."""
+    """The registers that these instructions change; `source` is a file's text."""
 
     def __init__(self, source):
         self.program, self.labels, self.names = [], {}, {}
@@ -45,7 +45,7 @@ class Cpu:
                 self.program.append((section, word, [part.strip() for part in rest[0].split(",")] if rest else []))
 
     def run(self, at):
-        """From here until it leaves this file: where to."""
+        """Runs from here until it leaves this file; returns the target."""
         for _ in range(TURNS):
             _, word, operands = self.program[at]
             at += 1

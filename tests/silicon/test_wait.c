@@ -20,7 +20,7 @@ static const volatile cpu_timer_regs_t *look(uint32_t number)
 #define CPU_TIMER(n) look(n)
 #include "hal/f28335/wait.c"
 
-/* What the timer has counted when bus_wait returns, begun at this count. */
+/* The counts of the timer until bus_wait returns, if it begins at this count. */
 static uint32_t waited(uint32_t cycles, uint32_t from, uint32_t cycles_a_look)
 {
     timer.TIM = from;
@@ -44,7 +44,7 @@ static void test_it_waits_at_least_so_many_cycles_and_hardly_more(void)
 }
 
 /* hal_time() wraps after 28 s. */
-static void test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference(void)
+static void test_a_timer_that_goes_through_zero_during_this_time_makes_no_difference(void)
 {
     for (uint32_t from = 0u; from < 40u; from++) {
         TEST_ASSERT_EQUAL_UINT32(102u, waited(100u, from, 6u));
@@ -52,7 +52,7 @@ static void test_a_timer_that_goes_through_zero_meanwhile_makes_no_difference(vo
 }
 
 /* Before hal_init has started it, or after it was stopped: a turn takes a cycle and more. */
-static void test_a_timer_that_stands_ends_it_after_as_many_turns(void)
+static void test_with_a_stopped_timer_it_ends_after_the_same_number_of_turns(void)
 {
     for (size_t n = 0; n < sizeof lengths / sizeof lengths[0]; n++) {
         (void)waited(lengths[n], 1234u, 0u);
@@ -60,7 +60,7 @@ static void test_a_timer_that_stands_ends_it_after_as_many_turns(void)
     }
 }
 
-static void test_no_cycles_are_no_wait(void)
+static void test_zero_cycles_are_no_wait(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, waited(0u, 77u, 5u));
 }

@@ -52,7 +52,7 @@ class Ensemble(unittest.TestCase):
         environment = {key: value for key, value in os.environ.items() if not key.startswith("LAGLESS_")}
         return subprocess.run([ENSEMBLE, "--build", self.folder, *arguments], env=environment, capture_output=True, text=True, check=False)
 
-    def test_runs_are_counted_by_function_and_member_and_a_red_one_is_told_with_seed_and_message(self):
+    def test_runs_are_counted_by_function_and_member_and_a_red_one_is_reported_with_seed_and_message(self):
         self.build(rig_a=("rig", PROGRAM.format(red=7)))
         done = self.run_tool("--seeds", "5", "--first", "1")
         self.assertEqual((0, "15 of 15 runs green, 100.00 %, of 2 test functions with 5 seeds\n"), (done.returncode, done.stdout))

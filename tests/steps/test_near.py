@@ -1,4 +1,4 @@
-"""Which tests does tools/near choose for a change? In a small project of two libraries. usage: test_near.py"""
+"""The tests that tools/near selects for a change, in a small project of two libraries. usage: test_near.py"""
 
 import pathlib
 import shutil
@@ -80,7 +80,7 @@ class Near(unittest.TestCase):
         (self.root / "a.c").write_text(FILES["a.c"].replace("0", "1"))
         self.assertEqual(1, self.near().returncode)
 
-    def test_a_revision_that_is_none_is_wrong_use(self):
+    def test_an_unknown_revision_is_wrong_use(self):
         done = self.near("--since", "nowhere")
         self.assertEqual(2, done.returncode)
         self.assertIn("nowhere", done.stderr)

@@ -60,7 +60,7 @@ class Steps(unittest.TestCase):
         self.assertEqual(["after", "before", "inner", "inner"], sorted(rows))
         self.assertEqual("a tool\n", self.log("unchecked"))
 
-    def test_what_runs_beside_is_told_where_it_is_waited_for(self):
+    def test_a_parallel_step_is_reported_where_it_is_waited_for(self):
         done = self.run_script("""lane() { step a 'first of the lane' sleep 0.2; step a 'second of the lane' true; }
             beside lane lane
             step b 'in front' true
@@ -70,7 +70,7 @@ class Steps(unittest.TestCase):
         self.assertEqual(["in front", "first of the lane", "second of the lane", "end"],
                          [line.split("  ")[0] for line in done.stdout.splitlines()])
 
-    def test_a_failure_beside_ends_the_script_at_its_next_step(self):
+    def test_a_failure_of_a_parallel_step_ends_the_script_at_its_next_step(self):
         done = self.run_script("""lane() { step a 'bad' sh -c 'echo because; exit 3'; echo no further; }
             beside lane lane
             while [ ! -s build/log/lane.ended ]; do sleep 0.05; done
@@ -82,7 +82,7 @@ class Steps(unittest.TestCase):
         self.assertNotIn("after", done.stdout)
         self.assertNotIn("no further", done.stdout)
 
-    def test_a_failing_step_ends_what_runs_beside(self):
+    def test_a_failing_step_ends_the_parallel_steps(self):
         begun = time.monotonic()
         done = self.run_script("""lane() { step a 'long' sh -c 'echo $$ >pid; exec sleep 60'; }
             beside lane lane
@@ -97,7 +97,7 @@ class Steps(unittest.TestCase):
             time.sleep(0.05)
         self.fail("the step beside still runs")
 
-    def test_processor_seconds_of_a_step_are_its_own_and_not_those_of_what_ran_beside(self):
+    def test_processor_seconds_of_a_step_do_not_include_parallel_steps(self):
         busy = "i=0; while [ $i -lt 400000 ]; do i=$((i + 1)); done"
         done = self.run_script(f"""lane() {{ step a idle true; step a busy sh -c '{busy}'; }}
             beside lane lane
@@ -115,7 +115,7 @@ class Steps(unittest.TestCase):
 
     # ---- what was not checked ----
 
-    def test_what_could_not_be_checked_is_told_and_a_failure_under_ci(self):
+    def test_what_could_not_be_checked_is_reported_and_a_failure_under_ci(self):
         line = "dialect: not checked, this machine has no no_such_tool (tools/setup installs it)"
         done = self.run_script("tools_here dialect sh no_such_tool && echo wrong\nsteps_unchecked\necho end\n")
         self.assertEqual((0, [line, "", "not checked, 1:", "  " + line, "end"]), (done.returncode, done.stdout.splitlines()), done.stderr)
@@ -128,7 +128,7 @@ class Steps(unittest.TestCase):
                 self.assertEqual((code, code == 1), (done.returncode, "CI is set" in done.stderr))
                 self.assertIn(told, done.stdout.splitlines()[-1])
 
-    def test_skipped_tests_are_told_and_a_failure_under_ci_and_skipped_parts_are_told(self):
+    def test_skipped_tests_are_reported_and_a_failure_under_ci_and_skipped_parts_are_reported(self):
         build = self.folder / "build/preset"
         build.mkdir(parents=True)
         rows = TESTS.splitlines()
@@ -150,7 +150,7 @@ class Steps(unittest.TestCase):
 
 
 def alive(process):
-    """Not ended, and not merely waiting for its parent to notice."""
+    """Running: neither ended nor a zombie."""
     try:
         return pathlib.Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except FileNotFoundError:

@@ -1,5 +1,5 @@
 /* Takes a recording through this target's drive, interrupt by interrupt, and compares every signal and the
- * command with what the host got, bit for bit; where floats are software, the beginning of each part, and of
+ * command with those of the host, bit for bit; where floats are software, the beginning of each part, and of
  * the parts the share of the day. 0: no bit differs. */
 #include <stdio.h>
 #include <string.h>

@@ -9,7 +9,7 @@
 
 #include "tools/target/recorded_drive.h"
 
-#define LOWEST 1000u /* cuts that there must have been, at least */
+#define LOWEST 1000u /* least number of cuts */
 
 static uint32_t windows, cuts, spared;
 
@@ -33,7 +33,7 @@ void __sanitizer_cov_trace_pc(void)
     }
 }
 
-/* [-] blocks of the medium task in this window, by what a copy of the drive does; 0: it opens the bridge. */
+/* [-] blocks of the medium task in this window, according to a copy of the drive; 0: it opens the bridge. */
 static uint32_t blocks_of_window(void)
 {
     drive_t *copy = malloc(sizeof *copy);

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Every test that tests/target/avr/left_out.c leaves out is there: in this file a test of this name, and no row twice. A row
-that names none would leave out a test that somebody writes later, and no one would see it."""
+"""Every test that tests/target/avr/left_out.c leaves out is there: in this file a test of this name, and no row
+twice. A row without such a test would leave out a test that is written later, and this would not be
+detected."""
 import pathlib
 import re
 import sys

@@ -1,7 +1,7 @@
 /* Both tasks at once, in two threads, under ThreadSanitizer: takes a recording through the drive on the host,
  * and while the medium task works on a window the next seven periods of the fast task run in parallel. The
  * two
- * meet only where a window ends, as on the chip: there the medium task has to be done, and is handed the next
+ * meet only where a window ends, as on the chip: there the medium task must have finished, and gets the next
  * window. Any other word that one task writes and the other one reads or writes is a race, which ends the
  * program. Commands and all that the fast task shows are those of the recording, bit for bit.
  *
@@ -19,7 +19,7 @@ static sem_t handed, done;
 static bool works;   /* the medium task has a window */
 static bool no_more; /* it has seen the last one */
 
-/* What the compiler calls at each block of the firmware, for test_cut.c. */
+/* The function that the compiler calls at each block of the firmware, for test_cut.c. */
 void __sanitizer_cov_trace_pc(void);
 __attribute__((no_sanitize_thread)) void __sanitizer_cov_trace_pc(void)
 {
@@ -47,7 +47,7 @@ static void wait_for_medium(void)
     }
 }
 
-/* Does the medium task open the bridge in this window? By what a copy of the drive does. */
+/* Returns true if the medium task opens the bridge in this window, according to a copy of the drive. */
 static bool opens(void)
 {
     drive_t *copy = malloc(sizeof *copy);

@@ -137,7 +137,8 @@ static inline uint16_t twin_invalid(const twin_t *est)
     return fixed_invalid(&est->fixed);
 }
 
-/* Tests that do not concern the twin, and why; test_twins.c has its own of them where there is one. */
+/* Tests that do not apply to the twin, with the reason; test_twins.c has corresponding tests for some of
+ * them. */
 static inline bool twin_skips(const char *test)
 {
     static const char *const skipped[] = {

@@ -20,11 +20,12 @@ typedef struct {
     double moving;     /* the same, with the other sign in the second staircase [-] */
     double across;     /* current across the axis over that along the axis [-] */
     double l_d, l_q;   /* [H] */
-    double rotor;      /* rate^2 by which a free rotor lowers L_q: L_q (1 - rotor/w^2) [rad^2/s^2] */
-    double bends;      /* I_s of the q axis [A]; 0: it does not saturate */
-    double leaves;     /* current across the sine over that along the sine, until it has been lowered */
-    int flat;          /* 1: the voltage does not follow the staircase of currents */
-    unsigned steady;   /* times that leaving rotor is still steady again; 0: never leaves */
+    double
+        rotor; /* the square of the rate of a free rotor, which lowers L_q: L_q (1 - rotor/w^2) [rad^2/s^2] */
+    double bends;    /* I_s of the q axis [A]; 0: it does not saturate */
+    double leaves;   /* current across the sine over that along the sine, until it has been lowered */
+    int flat;        /* 1: the voltage does not follow the staircase of currents */
+    unsigned steady; /* times that leaving rotor is still steady again; 0: never leaves */
 } winding_t;
 
 typedef struct {

@@ -448,7 +448,7 @@ static void test_a_bad_set_is_refused_and_changes_nothing(void)
     expect_refused("encoder_lines", REASON_BRIDGE_ON);
 }
 
-static void test_a_bridge_that_comes_on_meanwhile_keeps_the_old_set(void)
+static void test_a_bridge_that_comes_on_during_this_time_keeps_the_old_set(void)
 {
     app->staged.encoder_lines = 1024;
     from_here();

@@ -109,7 +109,7 @@ static void expect_state(capture_state_t state)
 /* ---- the ring ---- */
 
 /* The last periods, in their order: all of the room is used, around the ring's end too. */
-static void test_each_number_of_columns_has_the_ring_to_itself(void)
+static void test_each_number_of_columns_uses_the_whole_ring(void)
 {
     for (uint32_t columns = 1; columns <= CAPTURE_COLUMNS; columns++) {
         capture_wish_t wish = usual;
@@ -147,7 +147,7 @@ static void test_fault_holds_with_its_own_period_the_newest(void)
     }
 }
 
-static void test_reset_empties_only_what_nobody_asked_for(void)
+static void test_reset_empties_only_what_was_not_requested(void)
 {
     for (int asked = 0; asked < 2; asked++) {
         setUp();
@@ -163,7 +163,7 @@ static void test_reset_empties_only_what_nobody_asked_for(void)
     }
 }
 
-static void test_fault_triggers_whatever_is_waited_for(void)
+static void test_a_fault_triggers_with_any_trigger(void)
 {
     static const int32_t triggers[] = {CAPTURE_ON_ABOVE, CAPTURE_ON_BELOW, CAPTURE_ON_COMMAND};
     for (uint32_t n = 0; n < 3u; n++) {
@@ -230,7 +230,7 @@ static void test_value_that_passes_its_level_triggers_with_its_period(void)
     }
 }
 
-static void test_edge_is_followed_by_as_many_periods_as_asked(void)
+static void test_edge_is_followed_by_the_requested_number_of_periods(void)
 {
     capture_wish_t wish = on_speed(CAPTURE_ON_ABOVE, 10.0f);
     wish.columns = 8u;
@@ -274,7 +274,7 @@ static void test_whole_values_trigger_by_their_own_kind(void)
 
 /* ---- command, arming, release ---- */
 
-static void test_held_until_armed_anew_or_released(void)
+static void test_held_until_armed_again_or_released(void)
 {
     capture_wish_t wish = on_speed(CAPTURE_ON_ABOVE, 10.0f);
     arm(&wish);
@@ -308,7 +308,7 @@ static void expect_refused(uint32_t refusal, const capture_wish_t *wish)
     TEST_ASSERT_EQUAL_MEMORY(&default_tuning, &tuning, sizeof tuning);
 }
 
-static void test_wish_is_refused_for_what_is_wrong_with_it(void)
+static void test_request_is_refused_for_what_is_wrong_with_it(void)
 {
     capture_wish_t wish = on_speed(4, 1.0f);
     expect_refused(CAPTURE_BAD_ON, &wish);
@@ -335,7 +335,7 @@ static void test_wish_is_refused_for_what_is_wrong_with_it(void)
     expect_refused(CAPTURE_BAD_ID + 11u, &wish);
 }
 
-static void test_what_a_wish_does_not_use_may_be_anything(void)
+static void test_what_a_request_does_not_use_may_be_anything(void)
 {
     capture_wish_t wish = usual;
     wish.source = 1u;

@@ -114,7 +114,7 @@ static void test_fast_rotor_is_caught_before_the_catch_is_over(void)
 /* An observer that begins at zero lacks exp(-t/0.4 ms) of the EMF: 0.7 % after 2 ms, and from then on less
  * than a catch can measure; the slip has taken part of it for psi_f, and gives it back. A fast rotor is
  * caught after 10 ms, a slow one after 20. */
-static void test_observer_that_arrives_does_not_make_the_speed_small(void)
+static void test_a_settling_observer_does_not_reduce_the_speed(void)
 {
     static const double speeds[] = {500.0, 20.0};
     for (int n = 0; n < 2; n++) {
@@ -173,7 +173,7 @@ static void test_speed_becomes_that_of_the_turning_whatever_psi_f(void)
 }
 
 /* The error of the dead time has a constant direction and does not turn. */
-static void test_voltage_error_that_stands_still_is_no_rotor(void)
+static void test_a_constant_voltage_error_is_not_a_rotor(void)
 {
     for (double length = 0.5; length < 200.0; length *= 1.7) {
         for (double angle = -3.1; angle < 3.2; angle += 0.4) {
@@ -199,7 +199,7 @@ static void test_ripple_as_long_as_an_emf_is_no_rotor(void)
     TEST_ASSERT_EQUAL_INT(CATCH_STANDING, outcome);
 }
 
-static void test_rotor_slower_than_the_least_speed_stands(void)
+static void test_rotor_slower_than_the_least_speed_counts_as_at_standstill(void)
 {
     for (int way = -1; way <= 1; way += 2) {
         TEST_ASSERT_EQUAL_INT(CATCH_STANDING, catch_of(way * 0.0, 1.0, 0.0).outcome);
@@ -209,7 +209,7 @@ static void test_rotor_slower_than_the_least_speed_stands(void)
 }
 
 /* 1 ms without a break: ten periods. Where the field can be weakened, the EMF may be longer. */
-static void test_emf_beyond_the_link_is_told_within_a_millisecond(void)
+static void test_emf_beyond_the_link_is_reported_within_a_millisecond(void)
 {
     const double omega = 1000.0;
     const float below = (float)(0.999 * omega * PSI);

@@ -42,13 +42,13 @@ static bool aborts(int positive)
     return ended;
 }
 
-static void test_what_fails_says_where_and_aborts(void)
+static void test_a_failed_check_prints_its_place_and_aborts(void)
 {
     TEST_ASSERT_TRUE(aborts(0));
     TEST_ASSERT_EQUAL_STRING("fails_in_line_1000, line 1000: check failed\n", told);
 }
 
-static void test_what_holds_says_nothing(void)
+static void test_a_check_that_holds_prints_nothing(void)
 {
     TEST_ASSERT_FALSE(aborts(1));
     TEST_ASSERT_EQUAL_STRING("", told);

@@ -88,7 +88,8 @@ static void test_an_overloaded_resistor_is_found_and_may_be_used_again_when_it_i
     TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
 }
 
-/* C du/dt = -u/R + P/u, with steps of a look. Number of looks until the condition; 0: none came. */
+/* C du/dt = -u/R + P/u, with one step for each evaluation. Number of looks until the condition; 0: none came.
+ */
 static uint32_t looks_until_no_effect(double resistance, double capacitance, double returned)
 {
     double u = 385.0;

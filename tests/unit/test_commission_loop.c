@@ -175,7 +175,7 @@ static void test_one_turn_of_the_shaft_is_as_many_electrical_turns_as_it_has_pol
     TEST_ASSERT_EQUAL_INT32(COMMISSION_REASON_ROTOR_SWINGS, turn_shaft(&bench, 0.5, &turned));
 }
 
-static void test_steps_without_the_results_that_they_need_say_so(void)
+static void test_steps_without_the_results_that_they_need_report_it(void)
 {
     static const commission_step_t steps[] = {COMMISSION_CURRENT_LOOP, COMMISSION_TURN};
     for (uint32_t n = 0u; n < 2u; n++) {

@@ -17,7 +17,7 @@ static void begin(current_control_t *control, const current_control_params_t *pa
     current_control_init(control, &tuning);
 }
 
-static void test_feed_forward_is_the_motor_equation_and_the_emf_it_is_told(void)
+static void test_feed_forward_is_the_motor_equation_and_the_given_emf(void)
 {
     current_control_params_t params = PARAMS;
     params.inductance_d = 0.008f;

@@ -242,7 +242,7 @@ static void test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck(void
 
 /* Exact sensors and a constant current: the assumed voltage may be wrong by the effect of R/2 and of the
  * whole dead time for any time. */
-static void test_a_current_that_stands_still_is_no_stuck_sensor(void)
+static void test_a_constant_current_is_not_a_stuck_sensor(void)
 {
     const float voltage = (float)(1.5 * RESISTANCE * 8.0 + 0.9 * 4.0 / 3.0 * (7.5 + 0.9));
     for (uint32_t n = 0; n < 20000u; n++) {
@@ -506,7 +506,7 @@ static void test_a_phase_lacks_current_that_had_none_at_the_last_window_either(v
 
 /* A loss requires 32 periods without current in succession. Here are 24, a window that ends with 1 A, and 24
  * again; the first window is not judged. */
-static void test_a_window_with_current_ends_the_time_without(void)
+static void test_a_window_with_current_ends_the_time_without_current(void)
 {
     for (uint32_t n = 0; n < 64u; n++) {
         const float noise = 0.02f * (float)(n % 3u);

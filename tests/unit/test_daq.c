@@ -141,7 +141,7 @@ static void test_lists_of_different_rates_keep_their_order(void)
     }
 }
 
-static void test_limits_of_what_is_asked_for(void)
+static void test_limits_of_the_requests(void)
 {
     make(1u);
     TEST_ASSERT_EQUAL(DAQ_OUT_OF_RANGE, daq_set_prescaler(&daq, 0u, 256u));

@@ -76,8 +76,8 @@ static double sign_of(double complex current, double axis)
     return creal(current * cexp(-J * axis)) < 0.0 ? -1.0 : 1.0;
 }
 
-/* The mean of the sign of a phase whose current at an edge has the mean square 0.625 s^2 of noise, or twice
- * this in the phase that is the sum of two sensors. */
+/* Mean of the sign of a phase whose current at an edge has the mean square 0.625 s^2 of noise, or twice this
+ * in the phase that is the sum of two sensors. */
 static double mean_sign_of(double complex current, int32_t phase)
 {
     const double axis = 2.0 * PI / 3.0 * phase;
@@ -321,7 +321,7 @@ static void test_slower_where_the_emf_is_small(void)
 
 /* One value is wrong in each period: the EMF or current of the drive is multiplied by a factor, or speed,
  * reference or link voltage differ. */
-static void test_what_is_no_lesson_leaves_it_alone(void)
+static void test_an_invalid_measurement_changes_nothing(void)
 {
     static const struct {
         const char *what;
@@ -360,7 +360,7 @@ static void test_what_is_no_lesson_leaves_it_alone(void)
 
 /* Frozen samples: the current is constant, for any EMF. The periods until that is seen are as many
  * as are kept of the current's direction. */
-static void test_a_current_that_stands_still_teaches_nothing(void)
+static void test_nothing_is_learnt_from_a_constant_current(void)
 {
     turn(0.2);
     period_t input = next();
@@ -420,7 +420,7 @@ static void test_what_is_learnt_stays_until_the_parameters_change(void)
 
 /* The parameters change, and the rotor has turned by half a turn at the next step: the mean EMF begins again
  * with that step, or it would point the other way. */
-static void test_with_other_parameters_the_means_begin_anew(void)
+static void test_with_other_parameters_the_means_begin_again(void)
 {
     turn(0.1);
     dead_time_learn_params_t params = PARAMS;

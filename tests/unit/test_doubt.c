@@ -288,7 +288,7 @@ static void given_remembered_doubt(void)
     TEST_ASSERT_TRUE(doubt_step(&doubt, &tuning, &input));
 }
 
-static void test_a_new_doubt_begins_the_memory_anew(void)
+static void test_a_new_doubt_begins_the_memory_again(void)
 {
     given_remembered_doubt();
     input.amplitude = 7.0f;

@@ -36,7 +36,7 @@ static void request_reset(void)
     drive_request(&drive, &requests);
 }
 
-static void test_a_fault_calibrates_and_trims_anew(void)
+static void test_a_fault_calibrates_and_trims_again(void)
 {
     bring_to_run();
     drive_trip(&drive);
@@ -287,7 +287,7 @@ static void test_history_ends_with_the_period_of_the_fault(void)
 }
 
 /* Its rows are of consecutive periods, also where a second fault comes soon after the first. */
-static void test_history_begins_anew_with_the_reset(void)
+static void test_history_begins_again_with_the_reset(void)
 {
     bring_to_run();
     drive_trip(&drive);
@@ -404,7 +404,7 @@ static void test_an_offer_withdrawn_is_not_taken(void)
 }
 
 /* Every part gets its own coefficients: one of each part that depends on the set, calculated by hand. */
-static void test_a_new_set_reaches_every_room(void)
+static void test_a_new_set_reaches_every_part(void)
 {
     bring_to_run();
     set_rows(&params, "calibration_periods=1024 overcurrent_trip=13 encoder_lines=1000 observer_gain=180 "
@@ -446,7 +446,7 @@ static void test_a_new_set_reaches_every_room(void)
  * to this voltage, so that its output exceeds it by k_p times the error after 16 time constants L/R. The
  * longest
  * voltage is 2/3 0.92 311 V = 190.7 V, less 4/3 8.03 V that the inverter takes or more. */
-static void test_control_is_told_what_the_link_has_too_little_for(void)
+static void test_control_gets_what_the_link_has_too_little_for(void)
 {
     bring_to_run();
     request_currents(-10.0f, 10.0f);

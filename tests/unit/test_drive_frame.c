@@ -125,7 +125,7 @@ static void test_integrals_go_on_with_the_frame(void)
 }
 
 /* An alignment begins after a catch: the values of the stationary frame are no longer valid. */
-static void test_integrals_are_zero_in_a_frame_anew(void)
+static void test_integrals_are_zero_in_a_new_frame(void)
 {
     params.position_source = POSITION_SENSORLESS;
     params.doubtful_current = 0.0f; /* no current is requested in the catch */

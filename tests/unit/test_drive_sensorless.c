@@ -213,7 +213,7 @@ static void test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_refer
 /* While the bridge was off the rotor has been turned and reversed: the estimator does not continue from its
  * last angle. The encoder's angle is right to half a step, 1.3 mrad, and its speed to 1.5 rad/s here; what is
  * left by that speed after 10 ms is below the 5 mrad that a reset may leave. */
-static void test_estimator_starts_anew_at_every_switching_on(void)
+static void test_estimator_starts_again_at_every_switching_on(void)
 {
     make_inverter_ideal();
     given_running_machine(418.9, 0.0);
@@ -328,7 +328,7 @@ static double told_after(double way)
 }
 
 /* Each of those rows turns off its own criterion; the lock has one too. */
-static void test_a_lost_lock_is_told_whatever_criteria_are_off(void)
+static void test_a_lost_lock_is_reported_whatever_criteria_are_off(void)
 {
     for (int32_t judged = 0; judged <= 1; judged++) {
         setUp();

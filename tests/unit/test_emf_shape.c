@@ -18,7 +18,7 @@ void setUp(void)
     taken = 0.0;
 }
 
-/* So long at this speed [rad/s] with a d axis whose sixth harmonic is `d` and one of the q axis `q`. */
+/* Runs this time at this speed [rad/s], with the sixth harmonics `d` of the d axis and `q` of the q axis. */
 static void turn(double omega, double d, double q, double seconds)
 {
     for (int32_t n = 0; n < (int32_t)(seconds / STEP + 0.5); n++) {
@@ -47,7 +47,7 @@ static void test_sum_and_difference_of_both_harmonics_are_learnt_whichever_way_i
     }
 }
 
-static void test_the_axes_are_told_apart_and_what_noise_may_make_is_not_used(void)
+static void test_the_axes_are_distinguished_and_what_noise_may_make_is_not_used(void)
 {
     turn(42.0, 0.0, 0.05, 1.0);
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, (double)shape.learnt.d);
@@ -85,7 +85,7 @@ static void test_off_forgets_it_and_other_coefficients_do_not(void)
     TEST_ASSERT_EQUAL_FLOAT((float)RATE, shape.rate);
 }
 
-/* That of the formula, for a rotor that turns backwards, at any angle. */
+/* The value of the formula, for a rotor that turns backwards, at any angle. */
 static void test_voltage_of_a_shape(void)
 {
     shape.used = (dq_t){0.04f, -0.01f};

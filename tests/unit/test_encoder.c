@@ -50,7 +50,7 @@ static double mean_bound(const encoder_params_t *params, int samples)
 
 static encoder_tuning_t tuning; /* of the encoder that was started last */
 
-/* With these parameters, expecting count 0 at standstill. */
+/* With these parameters; count 0 at standstill is expected. */
 static void start_at_zero(encoder_t *encoder, const encoder_params_t *params)
 {
     encoder_prepare(&tuning, params);
@@ -243,8 +243,8 @@ static void test_reset_stands_still_at_the_given_count(void)
                               (double)encoder_step(&encoder, &tuning, 7778).omega_e);
 }
 
-/* What a shaft at standstill, and one that turns, does not see of other angles for its counts: the one goes
- * on standing, the other's speed is that of an encoder that starts on it. */
+/* A change of the angles of its counts has no effect on the speed: a shaft at standstill remains at
+ * standstill, and the speed of a turning shaft is that of an encoder that starts on it. */
 static void test_other_angles_of_the_counts_are_no_motion(void)
 {
     encoder_params_t others[3] = {PARAMS, PARAMS, PARAMS};

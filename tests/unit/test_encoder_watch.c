@@ -66,7 +66,7 @@ void setUp(void)
 
 /* Three standard deviations of the mean of two windows, 3 sqrt(2) L n/(2 n_w T): where psi_f omega_least is
  * less, noise would be judged. */
-static void test_what_noise_makes_of_an_emf_is_not_judged(void)
+static void test_noise_in_an_emf_is_not_judged(void)
 {
     const double quiet = (double)prepared(0.0, 0.0f).emf_least;
     TEST_ASSERT_DOUBLE_WITHIN(1e-5 * quiet, PSI * LEAST, quiet);
@@ -84,7 +84,7 @@ static uint32_t judged(double said)
     return encoder_watch_step(&watch, &input);
 }
 
-/* One judgement of a rotor at omega [rad/s] whose EMF is `share` of psi_f omega, by an encoder that turns at
+/* One judgement of a rotor at omega [rad/s] whose EMF is `share` of psi_f omega, with an encoder that shows
  * `said` [rad/s], without current. */
 static uint32_t judge(double omega, double share, double said)
 {
@@ -105,7 +105,7 @@ static void settle(double omega)
     }
 }
 
-/* Judgements until something is noticed, which is in `bits`; 0: nothing in 0.8 s. */
+/* Judgements until a condition is detected, which is in `bits`; 0: none in 0.8 s. */
 static uint32_t noticed(double omega, double share, double said)
 {
     for (uint32_t n = 1; n <= 1000u; n++) {
@@ -117,7 +117,8 @@ static uint32_t noticed(double omega, double share, double said)
     return 0u;
 }
 
-/* An encoder that is half a turn off, at this speed and with this current along alpha: is it noticed? */
+/* Returns true if the watch detects an encoder that is wrong by half a turn, at this speed and with this
+ * current along alpha. */
 static bool is_noticed(double omega, float alpha)
 {
     begin(0.0, 0.2f);
@@ -182,7 +183,7 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_not_elsewhere(void)
     TEST_ASSERT_EQUAL_UINT32(0u, watch.elsewhere);
 }
 
-/* The same, of those that are not put off. */
+/* The same, for the judgements that are not put off. */
 static uint32_t counted(double omega, double share, double said)
 {
     uint32_t put_off = 0;
@@ -203,7 +204,7 @@ static void expect(uint32_t bit, uint32_t judgements, double omega, double share
     TEST_ASSERT_EQUAL_HEX32(bit, bits);
 }
 
-static void test_an_encoder_that_is_right_is_let_be(void)
+static void test_a_correct_encoder_is_not_reported(void)
 {
     static const double speeds[] = {0.0, 5.0, 59.0, 61.0, 240.0, 1200.0, 3000.0};
     for (int n = 0; n < 14; n++) {
@@ -263,7 +264,7 @@ static void test_an_encoder_that_turns_without_an_emf_is_wrong(void)
 
 /* For each constant angle: the difference of the two EMFs does not turn, and may be along a phase's axis.
  * */
-static void test_an_encoder_that_counts_the_other_way_is_told_by_its_direction(void)
+static void test_an_encoder_that_counts_the_other_way_is_detected_by_its_direction(void)
 {
     static const double speeds[] = {90.0, 240.0, 628.0, 900.0};
     for (int n = 0; n < 8; n++) {
@@ -278,7 +279,7 @@ static void test_an_encoder_that_counts_the_other_way_is_told_by_its_direction(v
 }
 
 /* 6 ms are seven and a half windows, then three judgements. */
-static void test_after_a_rest_current_sensors_have_the_first_word(void)
+static void test_after_a_rest_the_current_sensors_are_judged_first(void)
 {
     settle(240.0);
     encoder += PI;
@@ -288,8 +289,8 @@ static void test_after_a_rest_current_sensors_have_the_first_word(void)
 
 /* A coil with R and L beside the EMF, solved in double in steps of 1 us, at a current that the voltage
  * changes: what is left after R and L have had theirs is the EMF's mean, sin(x)/x, x = omega T_j/2, of its
- * length. That the mean current is the middle of its ends holds but for what its rate changes by, here up to
- * 60 V/L T_j/12 = 0.3 A. */
+ * length. The mean current is the middle of its ends, except for the effect of the change of its rate, here
+ * up to 60 V/L T_j/12 = 0.3 A. */
 static void test_the_emf_is_what_resistance_and_inductance_leave_of_the_voltage(void)
 {
     const double omega = 628.0;
@@ -344,7 +345,7 @@ static bool burst_is_a_sign(double omega)
     return seen != 0u;
 }
 
-static void test_a_burst_of_noise_is_no_sign(void)
+static void test_a_burst_of_noise_is_not_a_sign(void)
 {
     int alarms = 0;
     for (int burst = 0; burst < 1000; burst++) {
@@ -359,7 +360,7 @@ static bool jumped(float missed)
     return encoder_jumped(&sampled, watch.tuning.leap);
 }
 
-static void test_an_angle_that_jumps_by_more_than_a_rotor_can_is_told_at_once(void)
+static void test_an_angle_that_jumps_by_more_than_a_rotor_can_is_reported_at_once(void)
 {
     TEST_ASSERT_FALSE(jumped(0.5049f));
     TEST_ASSERT_FALSE(jumped(-0.5049f));
@@ -368,7 +369,7 @@ static void test_an_angle_that_jumps_by_more_than_a_rotor_can_is_told_at_once(vo
 }
 
 /* 0.5 s are 625 judgements of 0.8 ms. At an EMF of 1200 rad/s three judgements are enough. */
-static void test_at_a_doubtful_emf_the_judgement_waits_half_a_second_and_then_speaks(void)
+static void test_at_a_doubtful_emf_the_judgement_waits_half_a_second(void)
 {
     settle(1200.0);
     rotor += 1.0;
@@ -394,8 +395,8 @@ static void test_what_was_seen_before_a_doubt_stays(void)
     expect(ENCODER_WATCH_MISMATCH, 1u, 1200.0, 1.0, 1200.0);
 }
 
-/* What a judgement says where `volts` are added to the EMF of a rotor that the encoder has right, at `axis`
- * [rad]. */
+/* The result of a judgement if `volts` are added at `axis` [rad] to the EMF of a rotor whose encoder is
+ * right. */
 static uint32_t judge_with(double omega, double volts, double axis)
 {
     encoder_watch_add(&watch, (ab_t){(float)(EVERY * volts * cos(axis)), (float)(EVERY * volts * sin(axis))});
@@ -432,7 +433,8 @@ static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
 
 /* 8 V rms of noise in the EMF of a window, whose ends are two measured currents: 40 V of an open wire lie up
  * to 36 degrees beside their axis in single windows. The rotor hardly turns, with its q axis across. The mean
- * difference stays on the axis: after half a second the wire is reported, and no encoder. */
+ * difference remains on the axis: after half a second the broken wire is reported, and no fault of the
+ * encoder. */
 static void test_noise_of_the_currents_does_not_hide_a_wire(void)
 {
     encoder_watch_params_t params = usual(0.0, 0.0f);
@@ -472,7 +474,7 @@ static void test_a_difference_below_the_least_emf_may_be_a_wrong_voltage(void)
 /* A motor whose EMF is large at a low speed, 90 V at 30 rad/s. The encoder slips by 140 degrees in one
  * period: between two windows the EMF has turned by more than a quarter, which is 1250 rad/s either way, and
  * from then on it turns with the encoder. */
-static void test_the_step_of_a_slip_is_no_direction(void)
+static void test_the_step_of_a_slip_is_not_a_direction(void)
 {
     encoder_watch_params_t params = usual(0.0, 0.0f);
     params.flux_linkage = 3.0f;
@@ -552,7 +554,7 @@ static void test_an_emf_on_the_axis_confirms_the_encoder(void)
     TEST_ASSERT_EQUAL_UINT32(1u, watch.confirmed);
     (void)judge(240.0, -1.0, 240.0);
     TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
-    (void)judge(240.0, 1.0, 240.0); /* what has been seen counts until it is halved away */
+    (void)judge(240.0, 1.0, 240.0); /* each earlier sign counts until the halving has removed it */
     TEST_ASSERT_EQUAL_UINT32(0u, watch.confirmed);
     for (int n = 0; n < 4; n++) {
         (void)judge(240.0, 1.0, 240.0);
@@ -579,7 +581,7 @@ static void test_an_emf_too_long_for_the_speed_must_last_twice_as_long(void)
 /* A judgement adds its EMF, limited to the sum that a sign requires, 10 times psi_f 60 rad/s; each judgement
  * of an encoder that is right halves the sum. After one wrong judgement at 1200 rad/s and two right ones a
  * quarter remains; the EMF at 61 rad/s adds the rest in 8 judgements. */
-static void test_one_large_emf_counts_as_what_a_sign_takes(void)
+static void test_one_large_emf_counts_at_most_as_one_sign(void)
 {
     settle(1200.0);
     encoder += PI;

@@ -1,5 +1,5 @@
-/* A fault that speaks of the shaft's speed names the estimate where only that has such a speed: what the EMF
- * of a tracked, a caught and a lost rotor confirms, and what it does not. */
+/* A fault of the shaft's speed names the estimate if only the estimate has this speed: what the EMF of a
+ * tracked, a caught and a lost rotor confirms, and what it does not. */
 #include "drive/drive.h"
 
 #include "settings/reasons.h"

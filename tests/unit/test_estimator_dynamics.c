@@ -25,7 +25,8 @@ static void test_torque_feedforward_takes_the_error_away(void)
     }
 }
 
-/* What carries a load is left out: told that it is all of the current, the loop goes on as without K. */
+/* The current that carries the load is left out: if the whole current counts as load, the loop works as
+ * without K. */
 static void test_current_of_the_load_is_not_fed_forward(void)
 {
     const estimator_oracle_case_t rig = rig_of(0, 300.0, 2.0);

@@ -13,7 +13,7 @@ static void test_default_is_exact_for_every_machine_either_way(void)
         const double way = n % 2 ? -1.0 : 1.0;
         estimator_params_t params = params_of(machine);
         params.smo.emf_cutoff = (float)cutoffs[n / 16 % 4];
-        /* Signs that a healthy run never raises: |x| of 1.75 times the EMF is 1.3/slope. */
+        /* Signs that do not occur in a run without a fault: |x| of 1.75 times the EMF is 1.3/slope. */
         params.validity = (validity_params_t){.amplitude_min = 0.98f,
                                               .amplitude_max = 1.02f,
                                               .detector_max = 0.01f,
@@ -58,9 +58,9 @@ static void test_emf_has_its_length_and_the_feedforward_carries_the_speed(void)
 
 /* ---- the EMF filter acts in the frame of the loop ---- */
 
-/* A filter that is switched on, set to another cutoff and off again while the motor turns: the angle never
- * feels it, for the filter goes on from the EMF that it is at; and what an EMF that is longer by 5 V then
- * adds to it is the new one's share, 1 - exp(-cutoff T). */
+/* A filter that is switched on, set to another cutoff and off again while the motor turns: this has no effect
+ * on the angle, because the filter continues from its present EMF; and the error that an EMF longer by 5 V
+ * then adds to it is the new one's share, 1 - exp(-cutoff T). */
 static void test_filter_is_switched_while_it_runs(void)
 {
     static const double cutoffs[] = {2000.0, 600.0, 0.0, 5000.0};

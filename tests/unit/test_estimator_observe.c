@@ -18,8 +18,8 @@ static double emf_error(const estimator_oracle_case_t *rig, long k)
 
 static const double RPM[] = {-1500.0, -600.0, -100.0, -30.0, 30.0, 100.0, 600.0, 1500.0};
 
-/* It starts from nothing, at angle zero, standing, and is settled within 10 ms. The EMF of a sample: float
- * leaves L/T 5e-7 A = 6e-5 V (estimator_bench.h), the lag's series 1e-5 of it. */
+/* It starts without a state, at angle zero and speed zero, and is settled within 10 ms. The EMF of a sample:
+ * float leaves L/T 5e-7 A = 6e-5 V (estimator_bench.h), the lag's series 1e-5 of it. */
 static void test_emf_of_a_turning_rotor_is_seen_without_the_loop(void)
 {
     for (int n = 0; n < 16; n++) {
@@ -39,9 +39,9 @@ static void test_emf_of_a_turning_rotor_is_seen_without_the_loop(void)
     }
 }
 
-/* The observer's lag is of the order of a sample: a speed that is wrong by 100 rad/s is wrong by less than
- * 100 rad/s 2 T = 20 mrad, but by something. */
-static void test_speed_that_is_told_undoes_the_lag(void)
+/* The observer's lag is of the order of a sample: a speed that is wrong by 100 rad/s makes an error of less
+ * than 100 rad/s 2 T = 20 mrad, but not zero. */
+static void test_a_given_speed_compensates_the_lag(void)
 {
     const estimator_params_t params = params_of(0);
     const estimator_oracle_case_t rig = rig_of(0, 400.0, RATED);
@@ -54,7 +54,7 @@ static void test_speed_that_is_told_undoes_the_lag(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.1, 0.0, emf_error(&rig, 300));
 }
 
-static void test_frame_and_speed_stay_meanwhile(void)
+static void test_frame_and_speed_stay_during_this_time(void)
 {
     const estimator_params_t params = params_of(0);
     const estimator_oracle_case_t rig = rig_of(0, 400.0, 2.0);
@@ -95,8 +95,8 @@ static void test_sample_that_is_no_number_changes_nothing(void)
     }
 }
 
-/* Locked where the EMF says it goes on as one that has been locked for long: by the header within 0.1 mrad up
- * to the turn limit; 0.1 of the EMF of a sample more at 100 r/min. */
+/* Locked at the angle of the EMF, it continues like a loop that has been locked for long: by the header
+ * within 0.1 mrad up to the turn limit; 0.1 of the EMF of a sample more at 100 r/min. */
 static void test_lock_on_the_observed_emf_goes_on_without_a_bump(void)
 {
     for (int n = 0; n < 16; n++) {
@@ -115,7 +115,7 @@ static void test_lock_on_the_observed_emf_goes_on_without_a_bump(void)
         const ab_t emf = est.estimate.emf;
         const ab_t error = est.observer.smo.current_err;
         estimator_lock(&est, rotor, est.estimate.amplitude);
-        /* the estimate is the start, the observer goes on */
+        /* the estimate is the initial one, the observer continues */
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, circle((double)est.estimate.frame.theta_e - now.theta));
         TEST_ASSERT_DOUBLE_WITHIN(2.5e-6, sin(now.theta), (double)est.estimate.frame.rotation.sin);
         TEST_ASSERT_DOUBLE_WITHIN(2.5e-6, cos(now.theta), (double)est.estimate.frame.rotation.cos);
@@ -133,7 +133,7 @@ static void test_lock_on_the_observed_emf_goes_on_without_a_bump(void)
     }
 }
 
-static void test_lock_begins_validity_anew(void)
+static void test_lock_begins_validity_again(void)
 {
     estimator_params_t params = params_of(0);
     params.validity =

@@ -6,7 +6,7 @@
 static const double RPM[] = {100.0, 500.0, 1000.0, 1500.0};
 
 /* Of the power-weighted gain only 1500 r/min is published; the others from (14) itself: the printed lag is
- * atan(w L/(R (g + 1))), g that of the corrected one. The exact lag leaves nothing. */
+ * atan(w L/(R (g + 1))), g that of the corrected one. With the exact lag no error remains. */
 static void test_each_lag_deviates_as_published(void)
 {
     double expected[LAG_EXACT + 1][4] = {[LAG_NONE] = {-3.1, -15.8, -33.1, -54.1},

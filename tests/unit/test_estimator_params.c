@@ -62,7 +62,7 @@ static void test_check_names_each_field_value_and_range(void)
             TEST_ASSERT_FLOAT_WITHIN(1e-6f * rows[n].min, rows[n].min, why.min);
             TEST_ASSERT_FLOAT_WITHIN(1e-6f * rows[n].max, rows[n].max, why.max);
         }
-        /* At the limits this rule holds; where a cross-rule speaks up, it is another text. */
+        /* At the limits this rule holds; another rule may report an error with another text. */
         for (int m = 0; m < 2; m++) {
             params = full_params();
             float limit = m ? rows[n].max : rows[n].min;
@@ -75,8 +75,8 @@ static void test_check_names_each_field_value_and_range(void)
     }
 }
 
-/* Sets that break one rule: what is named with which value and which range, if these are known, and a change
- * that makes the set a good one. The largest EMF is 1.1 0.2 Wb 800 rad/s = 176 V, or 220 V; 2/T + ki T/2 is
+/* Sets that break one rule: the reported row, its value and its range, if these are known, and a change that
+ * makes the set valid. The largest EMF is 1.1 0.2 Wb 800 rad/s = 176 V, or 220 V; 2/T + ki T/2 is
  * 20000.134. */
 static void test_check_refuses_what_rules_between_fields_forbid(void)
 {
@@ -129,7 +129,7 @@ static void test_check_refuses_what_rules_between_fields_forbid(void)
     }
 }
 
-static void test_check_refuses_what_is_no_choice(void)
+static void test_check_refuses_what_is_not_a_choice(void)
 {
     for (int n = -1; n <= 4; n++) {
         params_error_t why = {.field = "untouched"};

@@ -3,8 +3,8 @@
 
 /* ---- 6. reset ---- */
 
-/* Largest difference [mrad] over 0.05 s between one that has run for long and one reset to the true state at
- * t_k, whose first step is that of t_k+1. */
+/* Largest difference [mrad] over 0.05 s between an estimator that has run for long and one that was reset to
+ * the true state at t_k, whose first step is that of t_k+1. */
 static double bump(const estimator_params_t *params, const estimator_oracle_case_t *rig, long k)
 {
     static double settled_error[600];
@@ -74,8 +74,8 @@ static void test_reset_of_the_other_machines_goes_on_without_a_bump(void)
     }
 }
 
-/* What the filter makes of a fast EMF is in the reset, for the modes that leave it in the observer: the word
- * of estimator.h. */
+/* For the modes that leave the filter in the observer, a reset includes the effect of the filter on a fast
+ * EMF, as estimator.h states. */
 static void test_reset_at_high_speed_makes_the_filters_lag(void)
 {
     static const lag_mode_t modes[] = {LAG_NONE, LAG_PRINTED, LAG_CORRECTED};

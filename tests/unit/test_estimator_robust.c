@@ -40,10 +40,10 @@ static void test_zero_inputs_stay_finite_and_are_not_valid(void)
     }
 }
 
-/* Each input in turn no number for 20 periods: the bit at once, the angle on with omega T, and back in lock
- * when samples return. The observer has lost what the current changed meanwhile: v is at its limit for a
- * dozen samples at most (2 i_q over b k_s = 1.6 A each), which is a smaller disturbance than a wrong angle:
- * pulled in as fast. */
+/* Each input in turn is not a number for 20 periods: the bit is set at once, the angle continues with omega
+ * T, and the loop locks again when the samples return. The observer has missed the change of the current
+ * during this time: v is at its limit for a dozen samples at most (2 i_q over b k_s = 1.6 A each), which is a
+ * smaller disturbance than a wrong angle: pulled in as fast. */
 static void test_bad_samples_coast_and_recover(void)
 {
     static const float bad[] = {NAN, INFINITY, -INFINITY, 1e30f, -1e30f};
@@ -104,8 +104,8 @@ static void test_bad_sample_changes_nothing_but_the_angle(void)
     }
 }
 
-/* Never a good sample from the first step on, and the worst that passes for one. */
-static void test_nonsense_for_ever_stays_finite(void)
+/* No valid sample from the first step on, and the worst sample that counts as valid. */
+static void test_endless_invalid_input_stays_finite(void)
 {
     static const float values[] = {0.0f, 1e5f, -1e5f, 9e5f, 1e30f, 3.4e38f, NAN, INFINITY, 1e-30f, -1e-38f};
     for (int n = 0; n < 48; n += SWEEP_FEW) {

@@ -17,7 +17,7 @@
 #define OMEGA_RATED (2400.0 * RAD_PER_RPM)
 #define GAIN_TOP    (1.75 * 0.3) /* of k_s: the largest active flux of s = 4, at 15 A [Wb] */
 
-/* What the estimator takes the motor for, over what it is. */
+/* The parameters of the estimator divided by those of the motor. */
 typedef struct {
     double inductance_d, inductance_q, resistance, flux_linkage;
 } assumption_t;
@@ -246,7 +246,8 @@ static void test_an_inductance_a_fifth_wrong_loses_no_rotor(void)
     }
 }
 
-/* All of the torque within one sample, and off again: the flux that i_d makes is known, and no EMF. */
+/* The whole torque within one sample, and off again: the flux of i_d is known, and is not taken for an EMF.
+ */
 static void test_a_step_of_torque_is_no_error(void)
 {
     static const double speeds[] = {240.0, 1200.0, 2400.0};
@@ -320,7 +321,7 @@ static void test_lock_from_rest_begins_with_the_active_flux(void)
 }
 
 /* No sample leads to a state that is no number. */
-static void test_samples_that_are_none_leave_the_flux_as_it_was(void)
+static void test_invalid_samples_do_not_change_the_flux(void)
 {
     given(3.0, 500.0, &RIGHT);
     locked(-2.0, 3.0);

@@ -136,8 +136,8 @@ static void test_criterion_switched_off_is_not_judged(void)
     }
 }
 
-/* Debounce of 4.5 periods: 5. Limits are moved to either side of the value, so that a period fails or does
- * not at will; and a separate count. */
+/* Debounce of 4.5 periods: 5. The test moves the limits to either side of the value, so that a period fails
+ * or passes as required; the count is separate. */
 static void check_debounce(int n)
 {
     static const char pattern[] = "FFFF....FFFF.F.FF.FFFFFFFFFFFFFFF....F....F..FF......FFFFF.....";
@@ -181,7 +181,7 @@ static void test_each_criterion_is_debounced(void)
     }
 }
 
-/* It comes with the sample and goes with it, and leaves the others as they are. */
+/* It is set and cleared with the sample, and does not change the others. */
 static void test_sample_bit_is_not_debounced(void)
 {
     estimator_params_t params = validity_params(4);
@@ -203,7 +203,7 @@ static void test_sample_bit_is_not_debounced(void)
     TEST_ASSERT_EQUAL_UINT16_ARRAY(expected, seen, 7);
 }
 
-static void test_reset_starts_validity_anew(void)
+static void test_reset_starts_validity_again(void)
 {
     estimator_params_t params = validity_params(0);
     estimator_oracle_case_t rig = validity_rig(1.0);

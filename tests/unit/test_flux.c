@@ -46,8 +46,8 @@ static void test_flux_rests_where_it_cannot_be_seen(void)
     }
 }
 
-/* The machine's flux is not that of the parameter: psi_hat goes half of it either way and not a step more,
- * and comes back when the flux does. */
+/* The machine's flux is not that of the parameter: psi_hat changes by up to half of it in both directions and
+ * not further, and returns with the flux. */
 static void test_flux_stops_at_half_of_the_parameter_either_way_and_comes_back(void)
 {
     for (int n = 0; n < 4; n++) {
@@ -87,7 +87,8 @@ static void test_flux_rests_while_the_detector_is_off(void)
     }
 }
 
-/* An adapted flux survives a retune while it is meant to: not when the parameter changes or it is off. */
+/* An adapted flux remains when the tuning changes, except when its parameter changes or the adaptation is
+ * off. */
 static void test_retune_keeps_an_adapted_flux_while_it_is_meant(void)
 {
     estimator_params_t params = params_of(0);

@@ -137,7 +137,7 @@ static void test_what_turns_along_is_no_swing(void)
     }
 }
 
-/* The damping first, within the current of a start; the rest is left to the d axis. */
+/* The damping has priority within the current of a start; the d axis gets the rest. */
 static void test_current_stays_within_the_longest_vector(void)
 {
     for (double swing = -100.0; swing <= 100.0; swing += 5.0) {
@@ -174,7 +174,7 @@ static void test_frame_turns_on_by_its_speed(void)
     }
 }
 
-/* In steps of the ramp until 12 rad/s times what is left are less; from there on exponentially. */
+/* In steps of the ramp until 12 rad/s times the rest are less; from there on exponentially. */
 static void test_speed_goes_to_its_target_by_the_ramp_and_gently_at_the_end(void)
 {
     for (int way = -1; way <= 1; way += 2) {

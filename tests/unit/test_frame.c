@@ -50,7 +50,7 @@ static void test_a_frame_is_complete_with_its_last_octet_and_not_before(void)
     expect_connect(); /* after any time */
 }
 
-static void test_a_packet_may_be_as_long_as_is_said_and_not_longer(void)
+static void test_a_packet_may_have_the_stated_length_and_not_more(void)
 {
     uint16_t frame[FRAME_HEADER + FRAME_MAX_CTO] = {FRAME_MAX_CTO};
     frame[FRAME_HEADER + FRAME_MAX_CTO - 1u] = 0xA5;
@@ -117,7 +117,8 @@ static void test_an_error_of_the_line_drops_the_frame_under_way(void)
     TEST_ASSERT_EQUAL_UINT32(1u, receiver.errors);
     now += SILENCE;
     expect_connect();
-    now += 10u * SILENCE; /* a frame's beginning that was lost: the silence before it is none behind it */
+    now += 10u * SILENCE; /* the beginning of a frame was lost: the silence before it does not count as the
+                             silence behind it */
     frame_broken(&receiver, now);
     TEST_ASSERT_EQUAL_UINT32(0u, hear(connect, 6u));
     now += SILENCE;
@@ -125,7 +126,7 @@ static void test_an_error_of_the_line_drops_the_frame_under_way(void)
 }
 
 /* Octets may have arrived while the receiver was off. */
-static void test_a_silence_that_nobody_heard_is_none(void)
+static void test_a_silence_while_not_listening_does_not_count(void)
 {
     (void)hear(connect, 3u);
     now += 10u * SILENCE;
@@ -161,7 +162,7 @@ static void test_what_is_sent_has_length_and_counter_in_front(void)
 
 /* ---- with a tail ---- */
 
-/* In their order: octets, whether they are a packet, errors so far. */
+/* In this order: octets, true if they are a packet, number of errors so far. */
 static void test_with_a_tail_the_sum_must_agree_and_the_counter_must_follow(void)
 {
     static const struct {

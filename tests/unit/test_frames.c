@@ -71,8 +71,8 @@ static void test_park_is_a_turn_backwards_and_its_inverse_forwards(void)
     }
 }
 
-/* The turn from one frame to another: a vector seen in the one and turned by it is the vector seen in the
- * other. */
+/* The turn from one frame to another: the vector in the one frame, turned by it, is the vector in the other
+ * frame. */
 static void test_turn_between_two_frames(void)
 {
     const ab_t vector = {7.0f, -3.0f};

@@ -1,5 +1,5 @@
-/* Every row of the fault table, from the table: what the guard says is compared period by period with a model
- * that reads the same rows one at a time. */
+/* Every row of the fault table, from the table: the result of the guard is compared in each period with a
+ * model that reads the same rows one at a time. */
 #include "guard/guard.h"
 
 #include "tests/unit/compare.h"
@@ -17,7 +17,7 @@
 
 #define ROWS ((uint32_t)FAULTS)
 
-/* All that the guard sees of a period. */
+/* All inputs of the guard in a period. */
 typedef struct {
     measured_t measured;
     guard_input_t input;
@@ -27,7 +27,7 @@ typedef struct {
 
 static uint32_t clock; /* [periods] since setUp */
 
-/* Each moment for itself, as the drive can have them, and all. */
+/* Each condition of the drive alone, and all together. */
 #define EVERY (GUARD_ALWAYS | GUARD_RUNNING | GUARD_ENCODER | GUARD_TRACKING | GUARD_SUPPLIED)
 
 static params_t params;
@@ -36,7 +36,7 @@ static guard_tuning_t tuning;
 static guard_t guard; /* both */
 static scene_t healthy;
 
-/* What both guards of the drive say together. */
+/* The result of both guards of the drive together. */
 static void unite(void)
 {
     guard = each;
@@ -76,7 +76,7 @@ void setUp(void)
 }
 
 /* One guard has the rows that are judged in each period, the other those that are judged in the last of a
- * window. Where the first says that it needs not be called, a call changes nothing: no row is forgotten
+ * window. If the first one returns that no call is necessary, a call changes nothing: no row is missing
  * there. */
 static void step(const scene_t *scene)
 {
@@ -108,7 +108,7 @@ static void expect_set(fault_set_t expected, fault_set_t set, const char *of)
     TEST_ASSERT_EQUAL_HEX32_MESSAGE(expected.word[1], set.word[1], of);
 }
 
-/* What is shown, by fault_reaction_t. */
+/* The shown rows, by fault_reaction_t. */
 static void expect_shown(const fault_set_t sets[4], const char *of)
 {
     expect_set(sets[FAULT_OPEN], guard.faults, of);
@@ -123,8 +123,8 @@ static void expect_nothing(void)
     expect_shown(none, "nothing");
 }
 
-/* Where the quantities of the table come from, each in every way it can: bits of a word of the scene, or
- * without bits a float, which may be the amount of either sign. The ways of a quantity follow each other. */
+/* The sources of the quantities of the table, each in every form: bits of a word of the scene, or without
+ * bits a float, whose amount counts for both signs. The ways of a quantity follow each other. */
 #define AT(field) offsetof(scene_t, field)
 static const struct {
     const char *quantity;
@@ -192,7 +192,7 @@ static bool is_way(size_t way, uint32_t row)
     return way < WAYS && strcmp(ways[way].quantity, fault_rows[row].quantity) == 0;
 }
 
-/* The first way of a row; a row without one fails here: its quantity must be added above. */
+/* The first source of a row; for a row without one the test fails here: its quantity must be added above. */
 static size_t way_of(uint32_t row)
 {
     size_t way = 0;
@@ -260,8 +260,8 @@ static bool counts(uint32_t row, uint32_t now)
     return fault_rows[row].when == FAULT_ALWAYS || (now & GUARD_MOMENT(fault_rows[row].when)) != 0u;
 }
 
-/* For how many periods a row is known to hold, of the `periods` up to now in which it did: a slow one
- * from the first look that has seen it to the last. */
+/* The number of periods for which a row is known to hold, of the last `periods` in which it did: a slow row
+ * counts from the first evaluation that has seen it to the last one. */
 static uint32_t seen(const fault_row_t *row, uint32_t periods)
 {
     if (row->rate == FAULT_EACH) {
@@ -290,8 +290,8 @@ static bool shown(uint32_t row)
     return fault_set_has(guard.failed, (fault_bit_t)row);
 }
 
-/* This number of periods with this value: all are compared on the host, elsewhere those beside the debounce
- * and some of the others. */
+/* This number of periods with this value: all are compared on the host, on other targets those next to the
+ * debounce and some of the others. */
 static void check_periods(uint32_t row, float value, size_t way, uint32_t now, uint32_t count)
 {
     scene_t scene = healthy;
@@ -307,7 +307,7 @@ static void check_periods(uint32_t row, float value, size_t way, uint32_t now, u
     }
 }
 
-/* Healthy until nothing of a row is shown or counted any more: until the next look at the latest. */
+/* Without a fault until no row is shown or counted any more: at most until the next evaluation. */
 static void recover(void)
 {
     do {
@@ -318,8 +318,8 @@ static void recover(void)
 
 /* ---- every row ---- */
 
-/* At its limit it is silent; beyond, it must hold for its debounce; then it is shown for as long as it holds,
- * and no longer. */
+/* At its limit it is not shown; beyond the limit it must hold for its debounce; then it is shown exactly as
+ * long as it holds. */
 static void test_every_row_shows_beyond_its_limit_after_its_debounce(void)
 {
     for (uint32_t row = 0; row < ROWS; row++) {
@@ -344,13 +344,13 @@ static void test_every_row_shows_beyond_its_limit_after_its_debounce(void)
     }
 }
 
-/* [periods] after which a row is shown, whenever the looks are. */
+/* [periods] after which a row is shown, for any times of the evaluations. */
 static uint32_t enough(uint32_t row)
 {
     return fault_rows[row].debounce + (fault_rows[row].rate == FAULT_SLOW ? 2u * DRIVE_WINDOW : 0u);
 }
 
-static void test_every_row_counts_anew_after_a_break(void)
+static void test_every_row_counts_again_after_a_break(void)
 {
     for (uint32_t row = 0; row < ROWS; row += SWEEP_FEW) {
         setUp();
@@ -363,9 +363,8 @@ static void test_every_row_counts_anew_after_a_break(void)
     }
 }
 
-/* Each time at which a condition may begin: with the gates off only lasting dangers count, the encoder's
- * and the
- * estimate's only while control turns with them; what was there before it is counted from then. */
+/* Each time at which a condition may begin: with the gates off only lasting dangers count, those of the
+ * encoder and of the estimate only while control uses them; an earlier condition counts from that time on. */
 static void test_every_row_is_silent_until_its_moment(void)
 {
     for (uint32_t row = 0; row < ROWS; row += SWEEP_FEW) {
@@ -385,7 +384,7 @@ static void test_every_row_is_silent_until_its_moment(void)
     }
 }
 
-/* ---- what the table must say ---- */
+/* ---- requirements on the table ---- */
 
 /* The value of the first list that names the row; each name in a list is between blanks. */
 typedef struct {
@@ -403,8 +402,8 @@ static float ruled(const rule_t *rule, uint32_t row)
     return rule->value;
 }
 
-/* Every way to be destroyed within a period stops at once, a voltage or a speed within a millisecond, a
- * temperature within a tenth of a second; a conversion may be disturbed, an interrupt late, once and again.
+/* A danger of destruction within a period stops the drive at once, a voltage or a speed within a millisecond,
+ * a temperature within a tenth of a second; single disturbed conversions and late interrupts are permitted.
  * Other conditions have been debounced where they are found. */
 static const rule_t debounces[] = {{" bad_sample late ", 3.0f},
                                    {" dc_overvoltage ", 2.0f},
@@ -414,8 +413,8 @@ static const rule_t debounces[] = {{" bad_sample late ", 3.0f},
                                    {" current_sum ", 2.4e-3f / DRIVE_PERIOD},
                                    {NULL, 1.0f}};
 
-/* With the gates off, what lasts or destroys by itself; the encoder's and the estimate's only where control
- * turns with them; all others while the gates are on. */
+/* With the gates off, the lasting and the destroying conditions; those of the encoder and of the estimate
+ * only while control uses them; all others while the gates are on. */
 static const rule_t moments[] = {
     {" overcurrent bad_sample dc_overvoltage sink_hot motor_hot sink_warm motor_warm program_corrupt "
      "params_corrupt stack_low encoder_lost motor_overload module_overload derating master_silent "
@@ -426,8 +425,9 @@ static const rule_t moments[] = {
     {" dc_undervoltage ", FAULT_SUPPLIED},
     {NULL, FAULT_RUNNING}};
 
-/* What is slow leaves time to brake. What is warm, limits or ripples warns, and an encoder that was left. A
- * rotor that is lost is caught again, and that it was lost too often, or a start failed, is a fault. */
+/* A slow danger leaves time to brake. Warnings are given for heat, for active limits, for ripple, and for an
+ * encoder that is not used any more. A rotor that is lost is caught again; too many losses, or a failed
+ * start, are a fault. */
 static const rule_t reactions[] = {
     {" sink_hot motor_hot background_stalled speed_error motor_overload ", FAULT_STOP},
     {" sink_warm motor_warm encoder_lost derating dc_ripple dc_limits master_silent loop_slow oscillation ",
@@ -449,7 +449,7 @@ static void test_reactions_are_as_fast_as_the_danger(void)
     }
 }
 
-/* A row's place is its bit, and its number permanent: append only. Each is a reason that can be read. */
+/* A row's place is its bit, and its number permanent: append only. Each is a reason with a text. */
 static void test_rows_keep_their_places_and_numbers(void)
 {
     static const int32_t numbers[] = {20, 21, 30, 22, 26, 29, 23, 28, 24, 25, 32, 33, 34, 35,  37,  38,
@@ -480,7 +480,7 @@ static void test_the_gravest_of_several_is_named(void)
 }
 
 /* Any two ways of conditions that fail at once, of one word or of two. */
-static void test_conditions_at_once_are_told_apart(void)
+static void test_conditions_at_once_are_distinguished(void)
 {
     for (uint32_t one = 0; one < ROWS; one++) {
         for (uint32_t other = 0; other < one; other++) {

@@ -1,4 +1,4 @@
-/* The conditions of a hand-over, each by itself, and how long they must hold. */
+/* The conditions of a hand-over, each alone, and the time for which they must hold. */
 #include "medium/manoeuvre/handover.h"
 #include "tests/unit/compare.h"
 
@@ -10,7 +10,7 @@
 
 static handover_t handover;
 
-/* The requests in a period; `way` turns all of it round. */
+/* The requests in a period; `way` reverses all signs. */
 static estimate_t estimate;
 static lock_t lock;
 static float omega_forced;
@@ -76,7 +76,7 @@ static void test_good_after_a_sixth_of_a_second_in_either_direction(void)
     expect_good();
 }
 
-/* Each condition just kept and just not, forwards and backwards. A current of 1.6 3 A + 0.15 10 A = 6.3 A
+/* Each condition just met and just not met, forwards and backwards. A current of 1.6 3 A + 0.15 10 A = 6.3 A
  * is enough, for either sign. A psi_f that is configured 30 % wrong makes an EMF of 1/1.3 or 1/0.7 of the
  * expected one, with exact voltages. */
 static void test_one_condition_prevents_it(void)
@@ -103,7 +103,7 @@ static void test_one_condition_prevents_it(void)
     }
 }
 
-static void test_a_break_begins_it_anew(void)
+static void test_an_interruption_restarts_the_time(void)
 {
     for (uint32_t n = 1u; n < HELD; n++) {
         TEST_ASSERT_EQUAL_INT(HANDOVER_GOES_ON, step());

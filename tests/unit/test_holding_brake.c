@@ -1,4 +1,4 @@
-/* The holding brake: which state follows at which look. */
+/* The holding brake: the state that follows at each evaluation. */
 #include "medium/protect/holding_brake.h"
 #include "tests/unit/compare.h"
 
@@ -12,7 +12,7 @@ void setUp(void)
 {
     const holding_brake_params_t params = {
         .on = true,
-        .release_time = 40e-3f, /* 50 looks, one more, and two until the output is set */
+        .release_time = 40e-3f, /* 50 evaluations, one more, and two until the output is set */
         .apply_time = 80e-3f,   /* 100, the same */
         .preload = 7.0f,
         .current_limit = 10.0f,

@@ -11,7 +11,7 @@
 #define R_TRUE 0.97
 #define I_Q    4.5
 
-/* What the rotor does and what is known of it. */
+/* The motion of the rotor, and its known values. */
 typedef struct {
     double omega;              /* [rad/s] */
     double l_d, l_q;           /* true [H] */
@@ -59,7 +59,7 @@ static double random_pm1(void)
     return (double)seed / 2147483648.0 - 1.0;
 }
 
-/* The tuning that the background makes of what has been learnt, as it would. */
+/* The tuning that the background computes from the learnt values. */
 static void assume(const motor_t *motor)
 {
     const double ratio = (double)(x.learnt.value / x.learnt.from);
@@ -158,7 +158,7 @@ static double ratio(void)
     return (double)x.learnt.value / L_TRUE;
 }
 
-/* What is left of an error [-] after these seconds of cycles that count, by the law of the rate. */
+/* The rest of an error [-] after this number of seconds of cycles that count, by the law of the rate. */
 static double left_after(double seconds, double first)
 {
     double rate = first;
@@ -279,7 +279,7 @@ static void test_r_is_learnt_right_with_a_wrong_l(void)
 
 /* Without torque the dither serves R alone: it ends when the rate has fallen to a fifth, by its law after 7.5
  * s at 3/s; L stays as it is. */
-static void test_without_torque_it_asks_for_r_for_a_while(void)
+static void test_without_torque_it_measures_r_for_a_while(void)
 {
     motor_t motor = usual();
     motor.omega = 60.0;
@@ -295,7 +295,7 @@ static void test_without_torque_it_asks_for_r_for_a_while(void)
     TEST_ASSERT_EQUAL_FLOAT(x.learnt.from, x.learnt.value);
 }
 
-/* In how many of the next seconds there is a dither, counted in steps of 10 ms [s]. */
+/* The time within the next seconds in which there is a dither, counted in steps of 10 ms [s]. */
 static double dithered(const motor_t *motor, int seconds)
 {
     double sum = 0.0;
@@ -307,7 +307,7 @@ static double dithered(const motor_t *motor, int seconds)
 }
 
 /* At 2/s the rate falls to 0.3 of the first in (1/0.3 - 1) 3 s = 7 s, a little later since the first cycles
- * do not count. From there on a look of a second follows each rest of 20 s; what has been learnt holds. */
+ * do not count. From there on a dither of a second follows each rest of 20 s; the learnt value remains. */
 static void test_the_dither_rests_when_it_has_learnt(void)
 {
     motor_t motor = usual();
@@ -323,8 +323,8 @@ static void test_the_dither_rests_when_it_has_learnt(void)
     TEST_ASSERT_TRUE(share > 0.03 && share < 0.05);
 }
 
-/* L falls by a tenth where the load rises by 3 of 10 A: the dither looks again at once. A smaller step of the
- * load does not end the rest. */
+/* L decreases by a tenth when the load increases by 3 of 10 A: the dither begins again at once. A smaller
+ * step of the load does not end the rest. */
 static void test_another_load_ends_the_rest(void)
 {
     motor_t motor = usual();
@@ -456,7 +456,7 @@ static void test_a_ripple_at_the_electrical_frequency_is_kept_away_from(void)
     }
 }
 
-/* What L and R of a motor are over the truth after these seconds:
+/* The learnt L and R of a motor divided by the true values after this number of seconds:
  * - R wrong by 0.3 ohm, seen by e_q alone, and an i_q that swings with the dither, late by a fifth of a
  * cycle. Not opposed, it would add the part in step, resistance x swing, to omega dL: (0.3 ohm x 0.4 x cos 80
  *   degrees)/(42 rad/s x L), 4 %;
@@ -530,10 +530,10 @@ static void test_it_keeps_away_from_the_sixth_harmonic_and_without_torque_from_i
     }
 }
 
-/* One thing of a motor whose L is wrong by a fifth keeps it from being learnt. Where nothing is to be seen,
- * too slow or almost without torque, nothing is requested; where a cycle is spoilt, the next one is. Through
- * zero to the same speed backwards is always more than a cycle may change. */
-static void test_nothing_is_learnt_where_nothing_shows_and_from_a_cycle_that_was_spoilt(void)
+/* L is wrong by a fifth, and one condition at a time prevents that it is learnt. If nothing can be learnt, at
+ * a low speed or almost without torque, no dither is requested; after an invalid cycle the next one follows.
+ * A reversal to the same speed backwards always exceeds the change that a cycle may have. */
+static void test_nothing_is_learnt_without_an_effect_and_from_an_invalid_cycle(void)
 {
     static const struct {
         size_t at;
@@ -565,7 +565,8 @@ static void test_nothing_is_learnt_where_nothing_shows_and_from_a_cycle_that_was
     }
 }
 
-/* One period that is no number, or an EMF that is gone: what was learnt stays, and learning goes on after. */
+/* One period that is not a number, or without an EMF: the learnt value remains, and learning continues
+ * afterwards. */
 static void test_no_number_and_no_emf_teach_nothing(void)
 {
     static const float emfs[] = {NAN, INFINITY, 0.0f, 73.2f};
@@ -586,7 +587,7 @@ static void test_no_number_and_no_emf_teach_nothing(void)
     }
 }
 
-static void test_another_parameter_starts_anew_and_another_rate_does_not(void)
+static void test_another_parameter_starts_again_and_another_rate_does_not(void)
 {
     motor_t motor = usual();
     motor.l_d_from = motor.l_q_from = 0.8 * L_TRUE;
@@ -700,7 +701,7 @@ static void test_l_q_of_a_salient_rotor_is_learnt_as_fast_at_low_speed(void)
 
 /* Along di_q = t di_d, t = D i_q/psi_a = 0.64, the torque changes by t^2 (di_d/i_q)^2 = 0.16 %; by i_d alone
  * it would change by t di_d/i_q = 4 %. */
-static void test_a_salient_rotor_that_is_known_stays_as_it_is_and_feels_no_torque(void)
+static void test_a_known_salient_rotor_stays_as_it_is_and_gets_no_torque(void)
 {
     memset(&x, 0, sizeof x);
     const double ripple = run_salient(L_Q, 500.0, 100.0, 5.0);

@@ -1,5 +1,5 @@
-/* The learnt inertia on a shaft made by algebra: domega/dt = K (i_q - i_L), the motor's current given, and
- * what of it is held back for the load. */
+/* The learnt inertia on a shaft given by algebra: domega/dt = K (i_q - i_L), with the motor's current and the
+ * part of it that carries the load. */
 #include "medium/adapt/inertia.h"
 #include "tests/unit/compare.h"
 
@@ -21,7 +21,7 @@ typedef struct {
     double viscous;   /* more of it, per speed gained [A s/rad] */
     double step;      /* of the load, half way [A] */
     double ramp;      /* of the reference [rad/s^2]; 0: at once */
-    double short_of;  /* what is left in the tail at first, dies out in 50 ms [rad/s] */
+    double short_of;  /* the initial speed error of the tail, which decays in 50 ms [rad/s] */
     bool unsound_way; /* one period of it */
     bool unsound_tail;
 } way_t;
@@ -90,7 +90,7 @@ static void go(const way_t *way)
     stand(load, 0.1);
 }
 
-/* What the last way has said of J, over the truth. */
+/* The result of the last change for J, divided by the true value. */
 static double said(double inertia)
 {
     return (double)x.said[0] / inertia;
@@ -103,7 +103,7 @@ static double hat(void)
 
 /* Heavier and lighter than the parameter, both directions, up and down. The sum is of held samples: a period
  * of the way. */
-static void test_a_way_says_what_the_inertia_is(void)
+static void test_a_speed_change_measures_the_inertia(void)
 {
     static const double inertias[] = {0.005, 0.0115, 0.02, 0.055, 0.09};
     for (int n = 0; n < 20; n++) {
@@ -145,13 +145,13 @@ static void learn_twice(void)
 static void test_two_ways_that_agree_are_assumed_one_is_not(void)
 {
     learn_twice();
-    const way_t way = usual(0.09, 500.0); /* as a load that came and went again would seem */
+    const way_t way = usual(0.09, 500.0); /* like the effect of a load that was applied and removed again */
     go(&way);
     TEST_ASSERT_DOUBLE_WITHIN(0.004, 1.0, said(0.09));
     TEST_ASSERT_DOUBLE_WITHIN(0.004 * 0.04, 0.04, hat());
 }
 
-/* The median of what the last three said, in every order. */
+/* The median of the last three results, in every order. */
 static void test_what_is_learnt_is_the_median_of_three(void)
 {
     static const double orders[][3] = {{1, 2, 3}, {1, 3, 2}, {2, 1, 3}, {2, 3, 1}, {3, 1, 2}, {3, 2, 1}};
@@ -182,7 +182,7 @@ static void test_it_stays_within_its_range(void)
 /* One thing of a way of 5 A from 100 to 500 rad/s of 0.04 kg m^2 is not as it should be: the load steps by
  * 0.18 of the current, the way is short, weak or longer than the longest (3.95 s, beside the tail), a period
  * of it or of its tail is unsound, the motor pushes the one way and the rotor goes the other. */
-static void test_a_way_that_may_deceive_says_nothing(void)
+static void test_a_doubtful_speed_change_measures_nothing(void)
 {
     const double per_ampere = 1.5 * POLE_PAIRS * POLE_PAIRS * PSI;
     const way_t cases[] = {
@@ -207,8 +207,8 @@ static void test_a_way_that_may_deceive_says_nothing(void)
     }
 }
 
-/* The next one is judged by itself. */
-static void test_after_a_way_that_was_spoilt_the_next_one_speaks(void)
+/* The next one is judged alone. */
+static void test_after_an_invalid_speed_change_the_next_one_counts(void)
 {
     way_t way = usual(0.04, 500.0);
     way.unsound_tail = true;
@@ -218,8 +218,8 @@ static void test_after_a_way_that_was_spoilt_the_next_one_speaks(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.004, 1.0, said(0.04));
 }
 
-/* A number that is none, in the speed from which the way begins, or in a current on it. */
-static void test_what_is_no_number_teaches_nothing(void)
+/* A value that is not a number, in the initial speed of the change, or in a current during it. */
+static void test_nothing_is_learnt_from_values_that_are_not_numbers(void)
 {
     for (int n = 0; n < 2; n++) {
         setUp();
@@ -372,7 +372,7 @@ static void test_load_settles_slowly_after_a_change_of_the_speed(void)
     TEST_ASSERT_EQUAL_FLOAT(0.1f, load_share(10.0f));
 }
 
-/* K of the inertia that is assumed, half of that of the parameter: 5 A for 0.1 s. */
+/* K of the assumed inertia, half of that of the parameter: 5 A for 0.1 s. */
 static void test_speed_that_is_foreseen_is_that_of_the_inertia_that_is_assumed(void)
 {
     const inertia_tuning_t tuning = prepared(J_FROM, 0.5 * J_FROM, true);
@@ -390,7 +390,7 @@ static void test_speed_that_is_foreseen_is_that_of_the_inertia_that_is_assumed(v
 
 /* ---- coefficients ---- */
 
-static void test_another_parameter_or_off_begins_anew(void)
+static void test_another_parameter_or_off_begins_again(void)
 {
     for (int n = 0; n < 2; n++) {
         const double from = n ? J_FROM : 0.03;

@@ -77,7 +77,7 @@ static double sign_of(double current)
     return fmax(-1.0, fmin(1.0, current / 0.4));
 }
 
-/* Where both edges of a leg meet the same current. */
+/* If the current is the same at both edges of a leg. */
 static double complex lost_at(double complex current, double u_dc)
 {
     double lost[3];
@@ -87,8 +87,8 @@ static double complex lost_at(double complex current, double u_dc)
     return vector_of(lost);
 }
 
-/* Where they meet what flows at these duties: docs/theory.md, 12, whose currents tests/unit/test_edges.c
- * compare with integration. */
+/* If the current at each edge is the one that flows at these duties: docs/theory.md, 12, whose currents
+ * tests/unit/test_edges.c compare with integration. */
 static double complex lost_between(const abc_t *duties, double complex before, double complex now,
                                    double u_dc)
 {
@@ -125,7 +125,7 @@ static double longest(double angle, double u_dc)
     return (DUTY_MAX - DUTY_MIN) * u_dc / (sqrt(3.0) * cos(fmod(angle + 4.0 * PI, PI / 3.0) - PI / 6.0));
 }
 
-/* ---- there: duties for a voltage ---- */
+/* ---- from a voltage to duties ---- */
 
 /* The ideal duty of each leg, highest and lowest symmetric about the middle; half a count and a float's
  * rounding (7500 x 6e-8) from it is the nearest that a register can hold. */
@@ -183,14 +183,15 @@ static void test_what_the_link_has_too_little_for_is_missing(void)
             const double complex missing = fmin(0.0, 1.0 - shares[n]) * reach * cexp(J * angle);
             TEST_ASSERT_DOUBLE_WITHIN(VOLT_TOLERANCE * fmax(1.0, shares[n]), 0.0,
                                       cabs(of_ab(made.missing) - missing));
-            /* and the duties say so: each half a count of 41 mV at most from it, which makes 4/3 of that */
+            /* and the duties confirm this: each is half a count of 41 mV at most from it, which makes 4/3 of
+             * that */
             TEST_ASSERT_DOUBLE_WITHIN(4.0 / 3.0 * 0.5 * 311.0 / COUNTS + 1e-3, 0.0,
                                       cabs(duties_of(made.duty) * 311.0 - (asked + missing)));
         }
     }
 }
 
-/* ---- back: the voltage that acted ---- */
+/* ---- from duties to the voltage that acted ---- */
 
 static void test_nothing_has_acted_at_first(void)
 {
@@ -218,7 +219,7 @@ static void remember(const period_t *period)
     inverter_remember(&inverter, &period->duty, to_ab(period->current), (float)period->u_dc);
 }
 
-/* Whatever share of it is compensated, all of the loss is lost. */
+/* The whole loss acts, for any compensated share. */
 static void test_duties_of_two_steps_ago_acted_less_what_the_inverter_took(void)
 {
     double early = 0.0, late = 0.0, edges = 0.0;

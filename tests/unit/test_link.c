@@ -50,7 +50,7 @@ static void test_without_ride_through_driving_is_never_limited(void)
     }
 }
 
-static void test_limits_are_asked_for_as_long_as_they_act(void)
+static void test_limits_are_requested_as_long_as_they_act(void)
 {
     TEST_ASSERT_FALSE(is_near(311.0));
     TEST_ASSERT_TRUE(is_near(380.5));
@@ -88,7 +88,7 @@ static void test_a_lost_supply_is_excused_for_its_time(void)
     TEST_ASSERT_TRUE(excuses());
 }
 
-/* One disturbed conversion is no link that sinks. */
+/* One disturbed conversion does not count as a sinking link. */
 static void test_a_link_that_sinks_is_seen_twice(void)
 {
     looks(311.0, 0.1);
@@ -139,7 +139,7 @@ static void test_three_phases_a_sag_and_a_braking_are_no_ripple(void)
     TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
 }
 
-static void test_new_coefficients_keep_what_is_lost_and_limit_anew(void)
+static void test_new_coefficients_keep_what_is_lost_and_limit_again(void)
 {
     looks(205.0, 0.3);
     limit_at(205.0, OMEGA);

@@ -11,7 +11,7 @@ void setUp(void)
     begin(0.5);
 }
 
-/* A period as the drive does it: a look in one of sixteen. */
+/* A period as in the drive: one evaluation in sixteen periods. */
 static void step(int k, double u, double omega)
 {
     if (k % PER_LOOK == 0) {
@@ -25,7 +25,8 @@ static void step(int k, double u, double omega)
 /* ---- above ---- */
 
 /* A rotor of 0.003 kg m^2 without friction, between a supply and the limit: i_q is what the limit requests.
- * Its speed rises by omega_free and one per cent, and by what half a look brings, and no further. */
+ * Its speed rises by omega_free and one per cent, and by the change in half an evaluation period, and no
+ * further. */
 static void test_a_supply_above_full_does_not_drive_a_rotor_without_friction(void)
 {
     static const double supplies[] = {392.5, 396.0, 399.9};
@@ -61,8 +62,8 @@ static void test_a_supply_is_remembered_until_the_link_is_clearly_lower(void)
     TEST_ASSERT_TRUE(limit.braking < 0.0f);
 }
 
-/* What the 5 per mille are for: a zero error of 30 mA feeds 5 W into 1 mF that no one takes power from, from
- * 390 V to the trip in 0.8 s. The link stays where it is full while friction slows the rotor. */
+/* The reason for the 5 per mille: a zero error of 30 mA feeds 5 W into 1 mF that no one takes power from,
+ * from 390 V to the trip in 0.8 s. The link stays where it is full while friction slows the rotor. */
 static void test_a_zero_error_does_not_fill_a_link_without_supply(void)
 {
     double u = 390.0, omega = OMEGA;
@@ -118,7 +119,7 @@ static void test_a_low_supply_that_goes_is_lost(void)
     TEST_ASSERT_TRUE(limit.driving < 0.0f);
 }
 
-/* A capacitor that the rotor holds, while `taken` [W] go elsewhere and the motor wishes for `wish` [A]: it
+/* A capacitor that the rotor holds, while other loads take `taken` [W] and the motor requests `wish` [A]: it
  * follows the hold down, and is not taken for a supply, for as long as the rotor turns. */
 static void held(double capacitance, double taken, double wish)
 {

@@ -1,4 +1,4 @@
-/* The three signs of a lost rotor and when they show: LP is a low-pass of 5 ms, so that after n periods of
+/* The three signs of a lost rotor and their times: LP is a low-pass of 5 ms, so that after n periods of
  * 0.1 ms a step is seen to 1 - exp(-0.02 n). */
 #include "medium/manoeuvre/lock.h"
 #include "tests/unit/compare.h"
@@ -45,7 +45,7 @@ static uint32_t lost_after(float omega_e)
     return 0u;
 }
 
-/* Half a turn off: 2 exp(-0.02 n) - 1 < 0.5 from n = 15 on. 51 % along the axis are enough whatever is
+/* Half a turn off: 2 exp(-0.02 n) - 1 < 0.5 from n = 15 on. 51 % along the axis are enough for any part
  * across, 49 % are not: 0.51 exp(-0.02 n) < 0.01 from 197 on. eps^2 (1 - exp(-0.02 n)) > 0.12: of 0.6 from n
  * = 21 on, of 0.35 from n = 195 on, of 0.34 never. */
 static void test_a_sign_shows_when_its_mean_has_passed_its_limit(void)
@@ -68,7 +68,7 @@ static void test_a_sign_shows_when_its_mean_has_passed_its_limit(void)
 }
 
 /* 20 ms of 0.1 ms in succession; a single period below the limit of the torque begins again. */
-static void test_estimate_that_stands_for_20_ms_while_speed_is_asked_for_shows(void)
+static void test_estimate_at_zero_for_20_ms_while_speed_is_requested_shows(void)
 {
     static const struct {
         float omega, omega_ref;
@@ -114,7 +114,7 @@ static void test_reset_is_a_lock_that_has_lasted(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, lock.scatter);
 }
 
-/* Half a radian off: the EMF is still along the axis, the detector alone tells. */
+/* Wrong by half a radian: the EMF is still along the axis, and only the detector shows the error. */
 static void test_scatter_is_no_sign_before_the_loop_has_settled(void)
 {
     make_estimate(200.0f, cosf(0.5f), -sinf(0.5f));

@@ -195,7 +195,7 @@ static void test_alignment_of_one_slow_turn_takes_every_rotor_along(void)
     }
 }
 
-/* Of the observed EMF 0.8 are fed forward, and the loop is locked where the EMF says. */
+/* Of the observed EMF 0.8 are fed forward, and the loop is locked at the angle of the EMF. */
 static void test_forced_frame_gets_its_share_of_the_emf(void)
 {
     begin();
@@ -255,7 +255,7 @@ static void check_start(const start_t *start, double theta)
     until_it_acts();
     TEST_ASSERT_EQUAL_INT32(FRAME_TURNS, demand.change);
     TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.0, circle((double)demand.frame.theta_e - machine.theta));
-    /* there is something to keep: the load's current, some swing left */
+    /* there are currents to keep: that of the load, and the rest of a swing */
     TEST_ASSERT_DOUBLE_WITHIN(0.5, machine.friction / KT, fabs(cimag(had)));
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * fabs(machine.omega_m), machine.omega_m, (double)m.run.omega_m_ref);
     TEST_ASSERT_EQUAL_UINT32(1u, m.start_try);
@@ -458,8 +458,9 @@ static void test_fall_back_keeps_the_torque(void)
 /* ---- reversal ---- */
 
 /* At the limit of current it passes zero faster than the model of the loop needs: 12 rad/s at 152 rad/s^2 and
- * more. Run goes on, and no one judges it there: from the EMF of 15.8 rad/s, the hand-over's, until 10.5
- * rad/s the other way, and the 10 ms after that. At 152 to 200 rad/s^2 that is 0.14 to 0.18 s. */
+ * more. The manoeuvre run continues, and is not judged in this range: from the EMF of 15.8 rad/s, the
+ * hand-over's, until 10.5 rad/s the other way, and the 10 ms after that. At 152 to 200 rad/s^2 that is 0.14
+ * to 0.18 s. */
 static void test_quick_reversal_stays_in_run_and_is_not_judged_near_zero(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -592,7 +593,7 @@ static void test_rotor_that_stands_after_a_loss_is_started(void)
 }
 
 /* The third within 2 s of the first; without that window it would be the third at all. */
-static void test_three_losses_within_two_seconds_are_one_too_many(void)
+static void test_three_losses_within_two_seconds_are_a_fault(void)
 {
     static const double apart[] = {0.1, 0.98, 1.02, 1.5};
     for (int n = 0; n < 4; n++) {
@@ -606,7 +607,8 @@ static void test_three_losses_within_two_seconds_are_one_too_many(void)
     }
 }
 
-/* A start whose run is lost within half a second has led to nothing: this number of tries, however far apart.
+/* A start after which the rotor is lost within half a second counts as failed: this number of tries, at any
+ * distance in time.
  */
 static void test_starts_that_are_lost_at_once_are_counted_as_tries(void)
 {
@@ -615,7 +617,7 @@ static void test_starts_that_are_lost_at_once_are_counted_as_tries(void)
         setUp();
         make_heavy();
         given_caught(60.0);
-        m.start_try = (uint32_t)params.start_tries - left; /* as after catches that found it standing */
+        m.start_try = (uint32_t)params.start_tries - left; /* as after catches at standstill */
         steps(n == 2 ? 0.51 : 0.45);
         lose();
         TEST_ASSERT_EQUAL_HEX32(n == 0 ? MANOEUVRE_LOST : 0u, m.failed);
@@ -636,8 +638,8 @@ static void test_relocks_whose_runs_do_not_last_are_counted_as_tries(void)
     TEST_ASSERT_EQUAL_HEX32(MANOEUVRE_LOST, m.failed);
 }
 
-/* Those of the last time on do not count. */
-static void test_losses_begin_anew_when_the_bridge_comes_on(void)
+/* Those of the previous operation do not count. */
+static void test_losses_begin_again_when_the_bridge_comes_on(void)
 {
     given_heavy_running(60.0);
     for (int n = 0; n < 2; n++) {
@@ -652,9 +654,9 @@ static void test_losses_begin_anew_when_the_bridge_comes_on(void)
     TEST_ASSERT_EQUAL_UINT32(1u, m.losses.count);
 }
 
-/* ---- wishes for currents, encoder ---- */
+/* ---- requested currents, encoder ---- */
 
-static void test_wish_for_a_current_starts_in_its_direction(void)
+static void test_request_for_a_current_starts_in_its_direction(void)
 {
     for (int way = -1; way <= 1; way += 2) {
         setUp();

@@ -106,7 +106,7 @@ static void test_trim_is_removed_in_the_stationary_frame_alone(void)
     TEST_ASSERT_EQUAL_FLOAT(0.577350269f + 0.25f, measure.measured.current.beta);
 }
 
-/* ---- what is no measurement ---- */
+/* ---- invalid samples ---- */
 
 /* Every analogue input, with the largest amount that it may show and the middle between its ends. */
 static const struct {
@@ -153,7 +153,7 @@ static void test_no_temperature_sensor_is_no_error(void)
     TEST_ASSERT_EQUAL_UINT32(1u, measure.measured.good);
 }
 
-/* Whichever input is bad: all analogue ones stay, the digital ones and the trim are those of now. */
+/* If any input is invalid, all analogue values remain; the digital ones and the trim are the present ones. */
 static void test_a_bad_sample_keeps_the_last_good_values(void)
 {
     for (size_t n = 0; n < INPUTS; n++) {
@@ -269,7 +269,8 @@ static void test_sensors_that_scatter_too_much_are_noisy(void)
     }
 }
 
-/* What a rotor feeds through the diodes, up to 0.5 rad a sample; its mean over the calibration is small. */
+/* The current that a rotor drives through the diodes, up to 0.5 rad a sample; its mean over the calibration
+ * is small. */
 static void test_a_current_is_no_noise(void)
 {
     params.calibration_periods = 256;
@@ -290,7 +291,7 @@ static void test_a_current_is_no_noise(void)
     }
 }
 
-static void test_a_calibration_begins_anew(void)
+static void test_a_calibration_begins_again(void)
 {
     currents(0.25f, -0.125f, 0.375f);
     TEST_ASSERT_EQUAL(CALIBRATION_GOOD, calibrate_all());

@@ -1,5 +1,5 @@
 /* Offsets of the current sensors while the bridge is off: found block by block, kept where they have hardly
- * moved, left alone where a current flows, refused where they are too large. */
+ * moved, not changed where a current flows, refused where they are too large. */
 #include "fast/measure.h"
 
 #include "tests/unit/compare.h"
@@ -51,7 +51,8 @@ static void expect_offset(double a, double b)
     TEST_ASSERT_FLOAT_WITHIN(2e-4f * SHARE, (float)(-a - b) * SHARE, measure.offset.c);
 }
 
-/* After 64 periods of settling and 512 of the block, and again 512 later: no sooner, and none between. */
+/* After 64 periods of settling and 512 of the block, and again 512 later: not earlier, and not between these.
+ */
 static void test_an_offset_that_has_moved_is_taken_at_the_end_of_a_block(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.5, -0.2, SETTLE + BLOCK - 1u));
@@ -65,8 +66,8 @@ static void test_an_offset_that_has_moved_is_taken_at_the_end_of_a_block(void)
     expect_offset(-0.4, 0.3);
 }
 
-/* Half a per cent of the sensors' range in the length of the vector: a alone, 2/3 of it along alpha. What the
- * trim has found while turning is the sensor's, too: then nothing has moved. */
+/* Half a per cent of the sensors' range in the length of the vector: a alone, 2/3 of it along alpha. The
+ * result of the trim while turning belongs to the sensor, too: then no offset has moved. */
 static void test_what_has_hardly_moved_stays(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.099, -0.0495, SETTLE + 3u * BLOCK));
@@ -78,10 +79,10 @@ static void test_what_has_hardly_moved_stays(void)
     trim.alpha = 0.5f * SHARE;
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.5, -0.25, SETTLE + 2u * BLOCK));
     expect_offset(0.0, 0.0);
-    TEST_ASSERT_EQUAL_UINT32(1u, periods(0.0, 0.0, BLOCK)); /* it was the trim that is wrong now */
+    TEST_ASSERT_EQUAL_UINT32(1u, periods(0.0, 0.0, BLOCK)); /* in this case the trim is wrong */
 }
 
-static void test_an_offset_beyond_its_limit_is_told_and_not_taken(void)
+static void test_an_offset_beyond_its_limit_is_reported_and_not_taken(void)
 {
     (void)periods(0.5, 0.0, SETTLE + BLOCK);
     TEST_ASSERT_EQUAL_UINT32(0u, periods(1.1, 0.0, 2u * BLOCK));
@@ -93,8 +94,8 @@ static void test_an_offset_beyond_its_limit_is_told_and_not_taken(void)
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure.rest.found);
 }
 
-/* A rotor that feeds the link: each phase conducts near its crests, twice a turn. A block of it says nothing,
- * however the turns lie in it. */
+/* A rotor that feeds the link: each phase conducts near its crests, twice a turn. A block with this current
+ * gives no result, for any position of the turns in it. */
 static void test_a_rotor_that_feeds_the_link_is_no_offset(void)
 {
     for (double hertz = 15.0; hertz < 400.0; hertz *= 1.3) {
@@ -157,7 +158,7 @@ static void test_a_step_is_due_until_it_is_measured(void)
 
 /* A step of more than the span of a quiet block, 0.4 A: the block begins again with it, so that a whole block
  * later the offset is the one behind the step, and until then no start. */
-static void test_a_step_beyond_the_span_of_a_block_begins_it_again(void)
+static void test_a_step_beyond_the_span_of_a_block_restarts_it(void)
 {
     for (int way = -1; way <= 1; way += 2) {
         setUp();
@@ -170,8 +171,8 @@ static void test_a_step_beyond_the_span_of_a_block_begins_it_again(void)
     }
 }
 
-/* A current changes by so much again and again, and is seen by others: nothing is due then, until it has been
- * constant for 12.8 ms. */
+/* A current changes repeatedly by this amount, and other checks detect it: then no calibration is due
+ * until it has been constant for 12.8 ms. */
 static void test_two_steps_in_a_short_time_are_a_current(void)
 {
     (void)periods(0.0, 0.0, SETTLE + BLOCK + 300u);
@@ -194,8 +195,8 @@ static void test_what_is_left_to_the_trim_is_not_due(void)
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOES_ON, measure_found(&measure));
 }
 
-/* Noise of 1 A to both sides has a low-passed current, too; so has a rotor that feeds the link. What begins a
- * block spans nothing yet. */
+/* Noise of 1 A to both sides has a low-passed current, too; so has a rotor that feeds the link. The first
+ * sample of a block has no span yet. */
 static void test_nothing_is_due_where_a_current_flows(void)
 {
     uint32_t due = 0u;
@@ -207,19 +208,19 @@ static void test_nothing_is_due_where_a_current_flows(void)
     expect_offset(0.0, 0.0);
 }
 
-/* The bridge was on: the currents decay, the sensors settle, and what was found before is no more. */
-static void test_a_run_in_between_begins_anew(void)
+/* The bridge was on: the currents decay, the sensors settle, and the earlier result is no longer valid. */
+static void test_a_run_in_between_begins_again(void)
 {
     (void)periods(0.5, 0.0, SETTLE + 2u * BLOCK + 100u); /* the second block makes the first one sure */
     measure_begin_rest(&measure);
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOES_ON, measure.rest.found);
-    TEST_ASSERT_EQUAL_UINT32(0u, periods(8.0, -3.0, SETTLE)); /* what is left of the run */
+    TEST_ASSERT_EQUAL_UINT32(0u, periods(8.0, -3.0, SETTLE)); /* the trim of the last run */
     TEST_ASSERT_EQUAL_UINT32(0u, periods(0.5, 0.0, BLOCK));
     expect_offset(0.5, 0.0);
     TEST_ASSERT_EQUAL_INT32(CALIBRATION_GOOD, measure.rest.found);
 }
 
-static void test_what_is_no_measurement_is_left_out(void)
+static void test_what_is_not_a_measurement_is_left_out(void)
 {
     (void)periods(0.5, 0.0, SETTLE + 200u);
     for (int n = 0; n < 100; n++) {

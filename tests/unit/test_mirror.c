@@ -274,7 +274,7 @@ static void expect_error(mirror_error_t error)
     TEST_ASSERT_FALSE(store_erase(&flash));
 }
 
-static void test_nobody_at_the_address_is_an_error_within_its_time(void)
+static void test_no_answer_at_the_address_is_an_error_within_its_time(void)
 {
     absent = true;
     const uint32_t begin = now;
@@ -304,7 +304,7 @@ static void test_a_memory_that_keeps_what_it_had_is_found_and_its_set_stays(void
     expect_stored(&old);
 }
 
-/* It answers again before its time is over: nothing is lost. */
+/* The memory answers again before its time is over: no octet is lost. */
 static void test_a_memory_may_be_away_for_a_while(void)
 {
     const params_t set = random_set();

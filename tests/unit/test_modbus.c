@@ -95,7 +95,7 @@ static modbus_result_t after(uint32_t periods)
     return modbus_listen(&modbus, store, &access, now, answer);
 }
 
-/* Octets of a request with its CRC, and what the server makes of it. */
+/* Octets of a request with its CRC, and the answer of the server. */
 static modbus_result_t ask(const uint16_t *octets, uint32_t count)
 {
     const uint32_t crc = remainder_of(octets, count);
@@ -264,7 +264,7 @@ static void test_a_frame_ends_with_the_gap_and_not_before(void)
     expect_silence(after(GAP), 1u);
 }
 
-static void test_lost_octets_spoil_the_frame_and_not_the_next_one(void)
+static void test_lost_octets_invalidate_the_frame_and_not_the_next_one(void)
 {
     modbus_broken(&modbus, now);
     expect_silence(ASK(ADDRESS, 6, 0, 21, 0, 7), 1u);

@@ -74,7 +74,7 @@ static uint32_t until(uint32_t bits, uint32_t most, double i, double sign, doubl
     return 0u;
 }
 
-/* A steady acceleration is read exactly: i_L is what is missing of it. */
+/* A steady acceleration is measured exactly: i_L is the missing current. */
 static void test_the_load_is_what_the_motion_lacks(void)
 {
     static const double cases[][2] = {{10.0, 0.0}, {10.0, 4.0}, {-7.0, 2.5}, {3.0, -9.0}, {0.0, 5.0}};
@@ -131,7 +131,8 @@ static void test_a_jam_is_no_runaway(void)
     }
 }
 
-/* From 20 to 60 rad/s at once, against the full current: 40 rad/s are 295 A in 8 ms, and no torque's. */
+/* From 20 to 60 rad/s at once, against the full current: 40 rad/s are 295 A in 8 ms, which no torque can
+ * cause. */
 static void test_a_shaft_that_is_hit_is_no_runaway(void)
 {
     for (int way = -1; way <= 1; way += 2) {
@@ -143,7 +144,7 @@ static void test_a_shaft_that_is_hit_is_no_runaway(void)
     }
 }
 
-/* An estimate runs away from the rotor, not the rotor: that is for the lock. */
+/* The estimate runs away from the rotor, not the rotor: the check of the lock detects this. */
 static void test_only_a_sensor_sees_a_runaway(void)
 {
     for (int n = 0; n < 100; n++) {
@@ -154,8 +155,8 @@ static void test_only_a_sensor_sees_a_runaway(void)
     }
 }
 
-/* An elastic shaft throws the rotor on against its current: while the EMF is where the encoder puts the
- * rotor, the torque has the right sign. A runaway that begins afterwards has to last its whole time. */
+/* An elastic shaft throws the rotor on against its current: while the EMF agrees with the encoder, the torque
+ * has the right sign. A runaway that begins afterwards has to last its whole time. */
 static void test_a_shaft_whose_emf_confirms_the_encoder_does_not_run_away(void)
 {
     motion_watch_input_t input = input_of(LIMIT, 60.0);
@@ -200,7 +201,7 @@ static void test_a_rotor_that_stands_at_the_limit_is_stalled_after_its_time(void
     }
 }
 
-static void test_what_was_asked_for_or_is_not_judged_is_no_stall(void)
+static void test_a_requested_standstill_or_one_that_is_not_judged_is_not_a_stall(void)
 {
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 60.0, false, ~UINT32_C(0), 5000u)); /* a current */
     TEST_ASSERT_EQUAL_UINT32(0u, held_at(0.0, 9.9, LIMIT, 0.4, true, ~UINT32_C(0), 5000u));   /* it holds */
@@ -242,7 +243,7 @@ static void test_time_below_the_limit_counts_back(void)
 
 /* A load beyond the brake: 10 A hold the shaft at 100 rad/s against 13 A of load, which gain 51 rad/s^2. It
  * passes 110.5 rad/s after 0.21 s; then it is reported within 100 ms, long before speed_error_time. */
-static void test_a_load_that_overruns_the_brake_is_told_at_once(void)
+static void test_a_load_that_overruns_the_brake_is_reported_at_once(void)
 {
     omega = 100.0;
     double passed = 0.0;
@@ -256,8 +257,8 @@ static void test_a_load_that_overruns_the_brake_is_told_at_once(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.04, passed + 0.06, told);
 }
 
-/* A shaft that its brake slows is not told, however far the reference is; nor one that coasts, nor one whose
- * brake has room. */
+/* A shaft that its brake slows down is not reported, at any distance from the reference; nor one that coasts,
+ * nor one whose brake has torque left. */
 static void test_a_shaft_that_is_braked_or_coasts_overruns_nothing(void)
 {
     static const struct {

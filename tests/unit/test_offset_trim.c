@@ -1,4 +1,5 @@
-/* EMFs made of a turning vector and a constant: the constant is what an offset leaves, and what is found. */
+/* EMFs made of a turning vector and a constant: the constant is the effect of an offset, and is the result.
+ */
 #include "medium/adapt/offset_trim.h"
 #include "tests/unit/sweep.h"
 #include "tests/unit/vectors.h"
@@ -155,7 +156,7 @@ static void test_a_slow_window_is_a_whole_turn(void)
     expect_offset(-0.05 * CONSTANT, ROUNDING, step(CONSTANT));
 }
 
-/* ---- when nothing may be concluded ---- */
+/* ---- when no result is permitted ---- */
 
 /* One window in which the trim gets these speeds at its beginning and end. */
 static void expect_window_of_speeds(float begin, float end, bool counts)
@@ -212,7 +213,8 @@ static void test_each_component_stops_at_the_limit(void)
     const ab_t offset = steps(-4.1 + 0.9 * J, 4 * WINDOW);
     TEST_ASSERT_EQUAL_FLOAT(TRIM_LIMIT, offset.alpha);
     TEST_ASSERT_FLOAT_WITHIN(4.0f * (float)ROUNDING, -0.18f, offset.beta);
-    /* and comes back from it at once, the half of a sample before the wrap apart: nothing has wound up */
+    /* and returns from the limit at once, except for the half of a sample before the wrap: nothing has
+     * accumulated beyond it */
     const ab_t back = steps(1.0 + 3.0 * J, WINDOW);
     const float half = 0.05f * 0.5f * (1.0f + 4.1f) / (float)WINDOW;
     TEST_ASSERT_FLOAT_WITHIN((float)ROUNDING, TRIM_LIMIT - 0.05f + half, back.alpha);
@@ -231,7 +233,7 @@ static void test_reset_takes_the_offset_and_forgets_the_window(void)
     const ab_t offset = steps(CONSTANT, WINDOW + WINDOW / 2);
     TEST_ASSERT_EQUAL_FLOAT(0.02f, offset.alpha);
     TEST_ASSERT_EQUAL_FLOAT(-0.01f, offset.beta);
-    /* the next one adds to what was given */
+    /* the next result is added to the earlier one */
     expect_offset(0.02 - 0.01 * J - 0.05 * CONSTANT, ROUNDING, steps(CONSTANT, WINDOW));
 }
 

@@ -1,4 +1,5 @@
-/* Does the speed loop swing a shaft? Sines of the torque reference, as they grow, stay or fade, and noise. */
+/* The detection of a shaft that the speed loop makes oscillate: growing, constant and decreasing sines of the
+ * torque reference, and noise. */
 #include <stdlib.h>
 
 #include "medium/protect/oscillation_watch.h"
@@ -33,9 +34,9 @@ static double told(double hertz, double share, double rate, double most)
 }
 
 /* Three blocks of 16 half-waves, and one in which the filters settle. A swing that grows by e in 0.35 s is
- * told before it is large; one that is small and stays or fades, slower than the speed loop itself or beyond
- * the band is none. */
-static void test_a_swing_is_told_if_it_is_large_or_grows(void)
+ * reported before it is large; one that is small and constant or decreasing, or slower than the speed loop,
+ * or beyond the band, does not count. */
+static void test_an_oscillation_is_reported_if_it_is_large_or_grows(void)
 {
     static const struct {
         double hertz, share, rate, earliest, latest; /* the last two [s]; 0: never */
@@ -51,7 +52,7 @@ static void test_a_swing_is_told_if_it_is_large_or_grows(void)
     }
 }
 
-static void test_noise_is_none(void)
+static void test_noise_is_not_an_oscillation(void)
 {
     srand(7);
     for (int n = 0; n < 100000; n++) {
@@ -60,7 +61,7 @@ static void test_noise_is_none(void)
     }
 }
 
-static void test_a_change_of_the_speed_reference_and_a_rest_begin_anew(void)
+static void test_a_change_of_the_speed_reference_and_a_rest_begin_again(void)
 {
     for (int n = 0; n < 20; n++) { /* 48 half-waves of 50 Hz take 0.48 s */
         reference += 1.0;

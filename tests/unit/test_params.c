@@ -26,8 +26,8 @@ static void test_defaults_are_the_papers_motor_and_are_accepted(void)
 }
 
 /* Every row, just below and just above its range, and not a number: refused by its own name with a range
- * within its own. What is stored whole has no slot for a number that is none. Both ends belong to the range:
- * at most a rule between rows refuses them. */
+ * within its own. A row that is stored as a whole number has no representation of NaN. Both ends belong to
+ * the range: at most a rule between rows refuses them. */
 static void test_every_row_is_refused_outside_its_range_by_name_and_takes_both_ends(void)
 {
     for (uint32_t n = 0; n < params_table.count; n++) {
@@ -83,7 +83,7 @@ static void test_a_motor_that_does_not_fit_is_refused_by_its_row(void)
 }
 #endif
 
-/* What a rule gives as its limit is accepted itself. */
+/* The limit that a rule reports is accepted. */
 static void expect_accepted_at(const char *field, float limit)
 {
     table_set(row_of(field), &params, limit);
@@ -92,12 +92,12 @@ static void expect_accepted_at(const char *field, float limit)
 
 typedef struct {
     const char *field;
-    float good, bad, min, max; /* good NAN: none is */
+    float good, bad, min, max; /* good NAN: no value is good */
     const char *given;         /* other rows */
 } rule_t;
 
-/* The last value that is accepted and the first that is not, among rows that are given; the range that the
- * refusal says, and that the end of it which was passed is accepted. */
+/* The last value that is accepted and the first that is not, among rows that are given; the range in the
+ * refusal, and a check that the end of it which was passed is accepted. */
 static void check_rule(const rule_t *rule)
 {
     params_defaults(&params);
@@ -201,8 +201,8 @@ static void test_a_salient_rotor_is_advised_an_encoder(void)
     TEST_ASSERT_EQUAL_UINT32(row_of("position_source")->id, why.change);
 }
 
-/* k_s 1.25 times the EMF at overspeed_trip, 0.183 x 4 x 220 = 161.04 V; a_f = 1.6 L/(k_s T_s). A
- * slope that is set keeps the gain of the observer's loop while L is learnt. */
+/* k_s 1.25 times the EMF at overspeed_trip, 0.183 x 4 x 220 = 161.04 V; a_f = 1.6 L/(k_s T_s). A configured
+ * slope keeps the gain of the observer's loop while L is learnt. */
 static void test_the_observer_follows_motor_and_trip_where_its_rows_are_zero(void)
 {
     params_defaults(&params);
@@ -252,7 +252,7 @@ static void test_the_tracking_loop_follows_inertia_and_current_limit(void)
 }
 
 /* 0.6 of the bandwidth by the rule is enough: 328.6 rad/s for the bare motor. */
-static void test_a_loop_that_is_set_is_taken_and_told_slow_below_its_share_of_the_rule(void)
+static void test_a_configured_loop_is_used_and_reported_slow_below_its_share_of_the_rule(void)
 {
     static const struct {
         float inertia, bandwidth;
@@ -330,7 +330,7 @@ static void test_by_rule_a_start_catches_below_its_hand_over(void)
 static void test_estimators_set_is_made_of_the_rows(void)
 {
     estimator_params_t estimator;
-    /* J is what the row says; the observer lives on L_q */
+    /* J is the value of the row; the observer uses L_q */
     set_rows(&params,
              "torque_feedforward=0.5 inertia_adaptation=off motor_inductance_d=12e-3 flux_adaptation=2 "
              "lag_compensation=printed observer_switching=sigmoid observer_emf_cutoff=1800 "

@@ -16,7 +16,7 @@ static double draw(double least, double most)
     return least + (most - least) * (double)(seed >> 8) / 16777216.0;
 }
 
-/* y = kp e + I, cut to the limits by itself or by what follows; what is missing of it leaves the integral
+/* y = kp e + I, limited by the controller or by a later stage; the missing part is taken from the integral
  * with ki T/kp: I' = I + ki T e + (ki T/kp) (cut y - y). Numbers up to 100 round by 4e-6 thrice a step. */
 static void test_runs_as_its_law_in_double_precision(void)
 {

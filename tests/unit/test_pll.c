@@ -139,8 +139,9 @@ static void test_responses_are_those_of_the_polynomials(void)
 }
 
 /* The paper's claim and erratum 10: an acceleration leaves a/ki in the conventional loop, nothing with the
- * feed-forward, and with a wrong speed per volt its share; third coefficient of (24): one that grows by j per
- * second leaves j/(ki omega_c). Half of the rest of the transient is over after 0.02 s; 2 s leave nothing. */
+ * feed-forward, and with a wrong speed per volt its share; third coefficient of (24): an acceleration that
+ * grows by j per second leaves j/(ki omega_c). Half of the rest of the transient is over after 0.02 s; 2 s
+ * leave nothing. */
 static void test_errors_in_acceleration_are_the_coefficients(void)
 {
     static const struct {
@@ -309,10 +310,10 @@ static void check_finite(const pll_t *pll, position_t p)
     TEST_ASSERT_TRUE(fabsf(pll->integral) <= 2.0f * pll->tuning.speed_limit && isfinite(pll->omega_smooth));
 }
 
-/* Without an EMF, or with one beyond 1e15 V: the angle goes on at the smooth speed, which grows by the
- * torque's share alone, a T a period; the angle of period k is then late by nothing but a T^2 k/2 against the
- * parabola. angle_wrap and the products are good to 4e-7 rad a period and the speed to half its last
- * digit, 1.5e-5 rad/s, whose sum over k periods turns the angle by at most 1.5e-5 T k^2/2. */
+/* Without an EMF, or with one beyond 1e15 V: the angle continues with the smooth speed, which changes only by
+ * the torque's share, a T a period; the angle of period k is then late by nothing but a T^2 k/2 against the
+ * parabola. angle_wrap and the products are good to 4e-7 rad a period and the speed to half its last digit,
+ * 1.5e-5 rad/s, whose sum over k periods turns the angle by at most 1.5e-5 T k^2/2. */
 static void test_without_an_emf_it_coasts(void)
 {
     static const ab_t beyond[] = {{NAN, 0.0f}, {0.0f, -INFINITY}, {1.001e15f, 0.0f}, {0.8e15f, -0.8e15f}};
@@ -335,7 +336,7 @@ static void test_without_an_emf_it_coasts(void)
                                       (double)p.omega_e);
             TEST_ASSERT_DOUBLE_WITHIN(4e-7 * (k + 1) + 7.5e-6 * k * k * T, 0.0,
                                       circle(theta - (double)p.theta_e));
-            TEST_ASSERT_EQUAL_FLOAT(0.0f, pll.detector); /* what the loop has not seen is no error */
+            TEST_ASSERT_EQUAL_FLOAT(0.0f, pll.detector); /* an error not processed by the loop is zero */
         }
         TEST_ASSERT_TRUE(before.integral == pll.integral);
         TEST_ASSERT_EQUAL_FLOAT(pll.integral + pll.feedforward, pll.omega_smooth);
@@ -431,8 +432,8 @@ static void test_filter_starts_empty_or_settled(void)
     }
 }
 
-/* F at what the EMF tells with a psi_f that is wrong, I at the rest: the loop stays on the rotor, which it
- * leaves when F starts at the whole speed. */
+/* F starts at the speed that the EMF shows with a wrong psi_f, and I at the rest: the loop remains locked. It
+ * loses the rotor if F starts at the whole speed. */
 static void test_lock_with_a_wrong_psi_f_stays_locked(void)
 {
     static const double gammas[] = {1.0 / 0.75, 1.0 / 1.25};

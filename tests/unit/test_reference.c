@@ -24,7 +24,8 @@ void setUp(void)
     setpoint.change = (int32_t)FRAME_ANEW;
 }
 
-/* A window begins: its setpoint makes this i_q at its end at speed zero, less so much for the speed. */
+/* A window begins: its setpoint makes this i_q at its end at speed zero, less the part in proportion to the
+ * speed. */
 static void begin(float standing, float stiffness)
 {
     setpoint.current.q = standing;
@@ -53,7 +54,7 @@ static void test_reference_reaches_the_setpoint_on_a_line_and_stays_there(void)
     TEST_ASSERT_EQUAL_FLOAT(4.0f, i_q(0.0f));
 }
 
-/* The proportional part waits for no window: what the speed does is in i_q of the same period. */
+/* The proportional part does not wait for a window: a change of the speed acts on i_q in the same period. */
 static void test_i_q_falls_with_the_speed_in_the_same_period(void)
 {
     static const float speeds[] = {16.0f, 16.5f, 20.0f, 12.0f, -4.0f, 16.0f};
@@ -64,7 +65,7 @@ static void test_i_q_falls_with_the_speed_in_the_same_period(void)
 }
 
 /* From a request for a current to the speed control, to a slower one, and back, at 16 rad/s: each window
- * starts from the i_q that was there, and ends where its setpoint says. */
+ * starts from the present i_q, and ends at its setpoint. */
 static void test_i_q_goes_on_where_the_stiffness_changes(void)
 {
     static const struct {

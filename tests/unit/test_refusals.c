@@ -1,5 +1,6 @@
-/* What a refusal of the parameters tells is true: every value of the told range is accepted as far as the row
- * is concerned, one number beyond it is not, and where nothing is accepted the row to change makes room. */
+/* The text of a refusal of the parameters is true: every value of the reported range is accepted for this
+ * row, one number beyond it is not, and if no value is accepted, a change of the named row makes some values
+ * possible. */
 #include "settings/reasons.h"
 #include "settings/requests.h"
 #include "tests/unit/rows.h"
@@ -21,7 +22,7 @@ static void given_observer(void)
     set_rows(&params, "observer_gain=200 observer_slope=1");
 }
 
-/* Is the row named again with this value in it? */
+/* Returns true if the row is reported again with this value. */
 static bool is_named_with(const params_t *set, const table_row_t *row, float value)
 {
     params_t changed = *set;
@@ -84,7 +85,7 @@ static void expect_true(const params_t *set)
     TEST_ASSERT_FLOAT_WITHIN_MESSAGE(1e-6f * fabsf(held), held, why.value, why.rule);
     expect_told_in_rows(why.rule);
     if (params_none_accepted(&why)) {
-        for (int n = 0; n <= 20; n++) { /* nothing, wherever one looks */
+        for (int n = 0; n <= 20; n++) { /* no range in either direction */
             const float share = (float)n / 20.0f;
             expect_refused_at(set, row, table_min(row) + share * share * (table_max(row) - table_min(row)));
         }
@@ -122,7 +123,7 @@ static void make_random_set(void)
     }
 }
 
-static void test_every_told_range_is_true_of_random_sets(void)
+static void test_every_reported_range_is_true_of_random_sets(void)
 {
     uint32_t refused = 0u;
     random_state = 14u;
@@ -137,9 +138,9 @@ static void test_every_told_range_is_true_of_random_sets(void)
 }
 
 /* Several rows of the start at once, by factors from a third to three of what they are or are made to be;
- * each in its turn then out of its range, so that it is reported whatever rule stands first. 0 of some is
- * apart: between it and the told range lies what is refused. */
-static void test_every_told_range_of_the_start_is_true(void)
+ * each in its turn then out of its range, so that it is reported for any order of the rules. The value 0 of
+ * some rows is separate: between it and the told range lies what is refused. */
+static void test_every_reported_range_of_the_start_is_true(void)
 {
     static const struct {
         const char *row;
@@ -175,8 +176,8 @@ static void test_every_told_range_of_the_start_is_true(void)
     }
 }
 
-/* Where a row has no room, the row to change makes some: at its advice, or without one at an end of its
- * range. Then the report names either another row, or this one with a range. */
+/* If a row has no permitted value, a change of the named row gives one: at its advised value, or without one
+ * at an end of its range. Then the report names either another row, or this one with a range. */
 static void test_the_row_to_change_makes_room_for_the_one_that_has_none(void)
 {
     uint32_t found = 0u;
@@ -208,7 +209,7 @@ static void test_the_row_to_change_makes_room_for_the_one_that_has_none(void)
 }
 
 /* Every rule of the estimator that a set of rows can break, by the field that the estimator itself names, and
- * the row by which it is reported. What is not here is kept by the ranges of the rows. */
+ * the row by which it is reported. The ranges of the rows ensure the other rules. */
 static const struct {
     const char *field, *row, *settings;
 } broken[] = {
@@ -235,7 +236,7 @@ static const struct {
      "feedforward_cutoff=200 pll_bandwidth=200"}, /* no such loop: none is made */
 };
 
-static void test_every_rule_of_the_estimator_is_told_in_rows_and_truly(void)
+static void test_every_rule_of_the_estimator_is_reported_in_rows_and_truly(void)
 {
     for (size_t n = 0; n < sizeof broken / sizeof broken[0]; n++) {
         estimator_params_t estimator;
@@ -253,7 +254,7 @@ static void test_every_rule_of_the_estimator_is_told_in_rows_and_truly(void)
 }
 
 /* Largest EMF 0.183 Wb x 4 x 220 rad/s = 161.04 V, times 1.25: 201.3 V. */
-static void test_rules_of_thumb_are_told(void)
+static void test_rules_of_thumb_are_reported(void)
 {
     params.observer_gain = 100.0f;
     TEST_ASSERT_FALSE(params_check(&params, &why));
@@ -276,9 +277,10 @@ static void test_rules_of_thumb_are_told(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 8.0f, why.advice);
 }
 
-/* 300 rad/s need 1.1 x 219.6 V = 241.6 V, and of 9 mH with a slope of 1 the observer rings from 217 V: no
- * gain does. The slope has to fall: 1.6 L/(k_s T) = 0.52459 with k_s = 1.25 x 219.6 V = 274.5 V. */
-static void test_a_gain_without_room_asks_for_another_slope(void)
+/* 300 rad/s need 1.1 x 219.6 V = 241.6 V, and for 9 mH with a slope of 1 the observer oscillates from 217 V
+ * on: no gain meets both. The slope has to fall: 1.6 L/(k_s T) = 0.52459 with k_s = 1.25 x 219.6 V = 274.5 V.
+ */
+static void test_a_gain_without_room_requires_another_slope(void)
 {
     given_observer();
     set_rows(&params, "overspeed_trip=300 motor_inductance_d=9e-3 motor_inductance_q=9e-3");
@@ -297,7 +299,7 @@ static void test_a_gain_without_room_asks_for_another_slope(void)
 
 /* For a row beyond its own range the report has the range that all rules permit: 200 V/(1.1 x 0.183 Wb x 4)
  * = 248.385 rad/s. */
-static void test_a_row_out_of_range_is_told_what_the_rules_leave_of_it(void)
+static void test_a_row_out_of_range_is_reported_with_the_range_of_the_rules(void)
 {
     given_observer();
     params.overspeed_trip = 20000.0f;
@@ -307,7 +309,7 @@ static void test_a_row_out_of_range_is_told_what_the_rules_leave_of_it(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 3.0f, why.min);
     TEST_ASSERT_TRUE(why.min > 3.0f); /* above estimate_speed_min */
     expect_true(&params);
-    params.start_speed = 8.0f; /* and a start by rule is handed over at no less */
+    params.start_speed = 8.0f; /* and a start by rule is handed over at this speed at least */
     TEST_ASSERT_FALSE(params_check(&params, &why));
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 8.0f / 0.3f, why.min);
     expect_true(&params);

@@ -30,7 +30,7 @@ static void given_relocked(double wanted)
     lose_and_catch();
 }
 
-static void test_a_relocked_rotor_against_the_wish_keeps_its_speed_until_it_is_judged(void)
+static void test_a_relocked_rotor_against_the_request_keeps_its_speed_until_it_is_judged(void)
 {
     given_relocked(60.0);
     const double caught = machine.omega_m;
@@ -49,7 +49,7 @@ static void test_a_relocked_rotor_against_the_wish_keeps_its_speed_until_it_is_j
     TEST_ASSERT_TRUE(machine.omega_m > 0.0);
 }
 
-/* The scatter, which a fresh lock is not judged by for 50 ms, comes to its word before the reversal. */
+/* The scatter, by which a new lock is not judged for 50 ms, is evaluated before the reversal. */
 static void test_a_loop_that_scatters_is_lost_before_the_reversal(void)
 {
     given_relocked(60.0);
@@ -63,9 +63,9 @@ static void test_a_loop_that_scatters_is_lost_before_the_reversal(void)
     TEST_ASSERT_TRUE(machine.omega_m < -55.0);
 }
 
-/* Nothing is waited for with a request of the rotor's own direction, 40 rad/s times k_i, 158 A/s; with a
- * stop; with a current, which is torque and no speed; nor any more when the request turns round. */
-static void test_another_wish_has_its_torque_at_once(void)
+/* The drive does not wait if the request has the rotor's direction, 40 rad/s times k_i, 158 A/s; with a stop;
+ * with a current, which is a torque and not a speed; nor after the request has been reversed. */
+static void test_another_request_has_its_torque_at_once(void)
 {
     static const struct {
         double relocked_with; /* [rad/s] */
@@ -92,7 +92,7 @@ static void test_another_wish_has_its_torque_at_once(void)
     }
 }
 
-/* At first sight of a rotor nothing was lost: it is reversed as it is caught. */
+/* At the first catch no rotor was lost: it is reversed at once. */
 static void test_a_first_catch_reverses_at_once(void)
 {
     given_rotor_backwards(60.0);
@@ -124,7 +124,7 @@ static void test_a_relocked_rotor_slower_than_at_a_handover_goes_on_in_the_force
     TEST_ASSERT_DOUBLE_WITHIN(0.3 * 44.0, -44.0, (double)m.forced.speed);
 }
 
-/* A torque has no speed that the forced frame could take the rotor to. */
+/* A requested torque has no speed to which the forced frame could bring the rotor. */
 static void test_a_relocked_slow_rotor_with_a_requested_torque_runs_on(void)
 {
     for (int way = -1; way <= 1; way += 2) {

@@ -12,7 +12,8 @@ static const speed_control_params_t SPEED = {
 
 static run_t run;
 
-/* No ramps, no current that is not requested; of a hand-over half is left a period later. */
+/* Without ramps, and without a current that is not requested; half of the current of a hand-over remains a
+ * period later. */
 static run_tuning_t tuning_of(const speed_control_params_t *speed)
 {
     return (run_tuning_t){.speed = speed_control_prepare(speed), .low_share = 1.0f, .fade = 0.5f};
@@ -45,7 +46,7 @@ static void expect(demand_t demand, float d, float q, float omega_m_ref)
     TEST_ASSERT_EQUAL_FLOAT(omega_m_ref, demand.omega_m_ref);
 }
 
-static void test_zero_asks_for_nothing_and_leaves_the_speed_control_at_rest(void)
+static void test_zero_requests_no_current_and_leaves_the_speed_control_at_rest(void)
 {
     for (int n = 0; n < 100; n++) {
         expect(step(RUN_ZERO, 20.0f, 1.0f, 2.0f, 5.0f), 0.0f, 0.0f, 0.0f);
@@ -53,14 +54,14 @@ static void test_zero_asks_for_nothing_and_leaves_the_speed_control_at_rest(void
     expect(step(RUN_SPEED, 5.0f, 0.0f, 0.0f, 5.0f), 0.0f, 0.0f, 5.0f);
 }
 
-static void test_currents_are_taken_as_they_are_wished_for(void)
+static void test_currents_are_taken_as_requested(void)
 {
     expect(step(RUN_CURRENT, 99.0f, -1.5f, 3.0f, 5.0f), -1.5f, 3.0f, 5.0f);
     expect(step(RUN_CURRENT, 99.0f, 1.0f, -4.0f, -2.0f), 1.0f, -4.0f, -2.0f);
 }
 
 /* kp (ref - omega) at first; then ki T of it more in every step: 2.5e-4 A/(rad/s). */
-static void test_speed_makes_the_torque_current_and_the_wish_the_other(void)
+static void test_speed_makes_the_torque_current_and_the_request_the_other(void)
 {
     expect(step(RUN_SPEED, 12.0f, -2.0f, 7.0f, 4.0f), -2.0f, 4.0f, 12.0f);
     for (int n = 0; n < 999; n++) {
@@ -71,9 +72,11 @@ static void test_speed_makes_the_torque_current_and_the_wish_the_other(void)
                              step(RUN_SPEED, 12.0f, 0.0f, 0.0f, 4.0f).current.q);
 }
 
-/* Between two steps i_q is what the speed of the period takes from i_q at speed zero: at the speed of the
- * step its own i_q, and k_p less for each rad/s more. A wish for a current does not fall with the speed. */
-static void test_it_says_how_i_q_falls_with_the_speed_until_the_next_step(void)
+/* Between two steps i_q is i_q at speed zero less a part in proportion to the speed of the period: at the
+ * speed of the step its own i_q, and k_p less for each rad/s more. A requested current does not decrease with
+ * the speed.
+ */
+static void test_it_gives_the_slope_of_i_q_over_the_speed_until_the_next_step(void)
 {
     static const float weights[] = {1.0f, 0.5f, 0.0f};
     for (int n = 0; n < 3; n++) {
@@ -106,7 +109,8 @@ static void test_a_limited_torque_is_shown_as_such(void)
     TEST_ASSERT_EQUAL_UINT32(0u, run.limited);
 }
 
-/* What heat and DC link leave holds for what is requested too, has two sides, and may ask for a current. */
+/* The limits of heat and DC link also hold for requested currents, have two sides, and may require a current.
+ */
 static void test_torque_current_stays_within_what_is_left_of_the_limit(void)
 {
     run_limit(&run, -2.0f, 4.0f);
@@ -122,8 +126,8 @@ static void test_torque_current_stays_within_what_is_left_of_the_limit(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-4f, 8.0f, step(RUN_SPEED, 100.0f, 0.0f, 0.0f, 0.0f).current.q);
 }
 
-/* A limit that comes and goes: what it cuts off leaves the integral with k_i/k_p, as at current_limit; after
- * half a second exp(-2.5) of 4 A is left. */
+/* A limit that is active for a time: the part beyond it is taken from the integral with k_i/k_p, as at
+ * current_limit; after half a second exp(-2.5) of 4 A is left. */
 static void test_what_a_limit_cuts_off_leaves_the_integral(void)
 {
     for (int n = 0; n < 1000; n++) {
@@ -138,7 +142,7 @@ static void test_what_a_limit_cuts_off_leaves_the_integral(void)
     TEST_ASSERT_FLOAT_WITHIN(2e-3f, 1.0f + 4.0f * 0.082085f, first);
 }
 
-/* At the reference the first torque current is the one that flowed. */
+/* At the reference the first torque current is the present one. */
 static void test_from_current_to_speed_without_a_jump(void)
 {
     for (int n = 0; n < 10; n++) {
@@ -162,7 +166,7 @@ static void test_it_is_entered_with_the_current_that_flows(void)
 }
 
 /* 1/1024 rad/s a period up and down, the quick stop's is another; 0: at once. */
-static void test_ramps_take_the_reference_to_the_wish(void)
+static void test_ramps_take_the_reference_to_the_request(void)
 {
     run_tuning_t tuning = tuning_of(&SPEED);
     tuning.ramp = 1.0f / 1024.0f;
@@ -204,7 +208,7 @@ static void test_a_ramp_begins_at_the_speed_of_the_motor(void)
 #define LOW      2.0f /* low-speed current [A] */
 #define HANDOVER 60.0 /* [rad/s] electrical */
 
-/* Integral-proportional speed control; what a hand-over leaves fades with 0.1 s. */
+/* Integral-proportional speed control; the rest of a hand-over fades with 0.1 s. */
 static void begin_slow(float low_current)
 {
     const speed_control_params_t speed = {
@@ -221,8 +225,8 @@ static void begin_slow(float low_current)
     begin(&tuning);
 }
 
-/* What fades goes first, so that both of them together are within the longest vector all the time. */
-static void test_i_q_waits_for_what_a_hand_over_has_left(void)
+/* The fading current is reduced first, so that both together are always within the longest vector. */
+static void test_i_q_waits_for_the_rest_of_a_hand_over(void)
 {
     begin_slow(0.0f);
     run_enter(&run, (dq_t){8.0f, 3.0f}, 15.0f);
@@ -279,9 +283,9 @@ static void test_low_speed_current_comes_with_its_low_pass(void)
     }
 }
 
-/* The larger of the two, not their sum, and no dip between them: what flows already of the low-speed current
- * is not requested again. What is requested comes on top. */
-static void test_larger_of_both_is_added_to_the_wish(void)
+/* The larger of the two, not their sum, and no dip between them: the part of the low-speed current that
+ * already flows is not requested again. What is requested comes on top. */
+static void test_larger_of_both_is_added_to_the_request(void)
 {
     begin_slow(LOW);
     run_enter(&run, (dq_t){4.0f, 0.0f}, 0.0f);
@@ -295,7 +299,7 @@ static void test_larger_of_both_is_added_to_the_wish(void)
 }
 
 /* Beyond ten hand-over speeds a fifth is left; requested currents are not limited by this. */
-static void test_wish_for_currents_gets_nothing_else(void)
+static void test_requested_currents_are_not_changed(void)
 {
     begin_slow(LOW);
     run_enter(&run, (dq_t){4.0f, 1.0f}, 0.0f);
@@ -316,8 +320,8 @@ static dq_t torque_step(float torque, float omega_m)
     return demand.current;
 }
 
-/* 0.5 A/(N m): 1.5 p psi_f of 2 N m/A. What is beyond the limit is not made; the fast task takes no speed off
- * it. */
+/* 0.5 A/(N m): 1.5 p psi_f of 2 N m/A. The current beyond the limit is not requested; the fast task does not
+ * subtract a speed from it. */
 static void test_a_torque_is_made_as_a_current_of_the_flux(void)
 {
     run_tuning_t tuning = tuning_of(&SPEED);

@@ -157,7 +157,7 @@ static double most_torque(double current)
     return best;
 }
 
-/* What is left is the table between its points: half a percent of psi_q, over psi_a. */
+/* The remaining error is that of the table between its points: half a percent of psi_q, over psi_a. */
 static void test_right_data_leave_only_the_table(void)
 {
     static const double currents[] = {3.0, 6.0, 9.0, 12.0, 15.0};
@@ -177,8 +177,8 @@ static void test_right_data_leave_only_the_table(void)
     }
 }
 
-/* A12: the iron follows another law than the two parameters of the drive. What is left is the error of psi_q
- * over psi_a. */
+/* A12: the iron follows another law than the two parameters of the drive. The remaining error is that of
+ * psi_q over psi_a. */
 static void test_two_parameters_are_enough_for_another_law(void)
 {
     flux_true = flux_other;
@@ -285,7 +285,7 @@ static void test_a_saturation_below_the_current_limit_is_refused_with_both_rows(
     TEST_ASSERT_TRUE(params_check(&params, &why));
 }
 
-/* L_0/L_d = 8, at 0.8 of the limit 4.9 and 3.8: what counts is the inductance there. */
+/* L_0/L_d = 8, at 0.8 of the limit 4.9 and 3.8: the inductance at that current counts. */
 static void test_the_ratio_that_counts_is_that_under_load(void)
 {
     params_t params = motor();

@@ -1,4 +1,4 @@
-/* The processor's look at itself, above memories of the test's own. */
+/* The self-test of the processor, on memories of the test. */
 #include "app/self_watch.h"
 
 #include "tests/unit/compare.h"
@@ -14,7 +14,7 @@ hal_memory_t hal_memory(hal_region_t region)
     return (hal_memory_t){memories[region], WORDS - (uint32_t)region}; /* of different lengths */
 }
 
-/* Calls for a whole round of the longest memory, and one more of any. */
+/* Calls for a whole round through the longest memory, and one more of any memory. */
 static uint32_t calls_of_a_round(void)
 {
     const uint32_t longest = WORDS > 2u * params_table.count ? WORDS : 2u * params_table.count;

@@ -77,7 +77,7 @@ static void test_weight_is_the_references_share_of_the_proportional_part(void)
         speed_control_t control;
         begin_weighed(&control, weights[k]);
         TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.5f * (weights[k] * 10.0f - 4.0f), step(&control, 10.0f, 4.0f));
-        begin_weighed(&control, weights[k]); /* a load is answered alike */
+        begin_weighed(&control, weights[k]); /* the response to a load is the same */
         (void)step(&control, 0.0f, 0.0f);
         TEST_ASSERT_FLOAT_WITHIN(1e-6f, -2.0f, step(&control, 0.0f, 4.0f));
     }
@@ -100,7 +100,8 @@ static void test_new_gains_are_bumpless_at_the_reference(void)
 }
 
 /* Without a proportional reference the integral holds, however long, what it gains in 10 ms above the
- * limit: 2.5 x 137 x 10 ms = 3.425 A. Speeds that ask for less take that off first: 10 rad/s are 5 A. */
+ * limit: 2.5 x 137 x 10 ms = 3.425 A. A speed above the reference first reduces the current: 10 rad/s are 5
+ * A. */
 static void test_without_weight_the_limit_leaves_nothing_to_unwind(void)
 {
     speed_control_t control;

@@ -37,7 +37,7 @@ void setUp(void)
     tuning = prepared(false, true);
 }
 
-/* One period; c is what the other two leave. */
+/* One period; c is minus the sum of the other two. */
 static bool step(float a, float b, float asked_a)
 {
     const still_watch_input_t input = {
@@ -68,10 +68,10 @@ static unsigned stuck_after(float a, float b, float miss, unsigned periods)
     return 0u;
 }
 
-/* The first sample moves, three stay, and in the third and the three after it the value is off. Next to no
- * current in a phase, its own or another: it must be far off, and for longer. At the limit of the voltage a
- * current moves as slowly as the link makes it. */
-static void test_a_value_that_stays_off_what_is_asked_for_is_stuck(void)
+/* The first sample moves, three stay, and in the third and the three after it the value is off. Almost no
+ * current in a phase, its own or another: the difference must be large, and last longer. At the limit of the
+ * voltage a current moves as slowly as the link makes it. */
+static void test_a_constant_value_that_differs_from_the_request_is_stuck(void)
 {
     static const struct {
         float a, b, miss, link; /* [A], [V] */
@@ -91,7 +91,7 @@ static void test_a_value_that_stays_off_what_is_asked_for_is_stuck(void)
     }
 }
 
-static void test_a_code_that_moves_begins_anew(void)
+static void test_a_code_that_moves_begins_again(void)
 {
     for (unsigned n = 0; n < 200u; n++) {
         TEST_ASSERT_FALSE(step(4.0f + (n % 6u == 0u ? 0.01f : 0.0f), -2.0f + 0.01f * (float)(n % 3u), 9.0f));

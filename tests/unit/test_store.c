@@ -30,7 +30,8 @@ static uint16_t word(uint32_t page, uint32_t at)
     return content.page[page][at];
 }
 
-/* One operation: the word gets its bits, of the last one some, and later ones none. */
+/* One operation: the word gets its bits; the last word before the cut gets some of them, and later words
+ * none. */
 static void change(uint16_t *to, uint16_t value)
 {
     operations++;
@@ -217,8 +218,8 @@ static void test_a_word_that_cannot_be_programmed_is_left_behind(void)
 
 /* ---- cuts of the power ---- */
 
-/* Saves `next` over `before` with a cut after each number of operations. Never anything but one of the two,
- * nor a corrupt store; and the next set is taken. How many operations it takes. */
+/* Saves `next` over `before` with a cut after each number of operations. The result is always one of the two
+ * sets, never a corrupt store; and the next set is accepted. How many operations it takes. */
 static uint32_t cut_everywhere(const params_t *before, bool is_empty)
 {
     static content_t at_first;
@@ -298,8 +299,8 @@ static void test_cuts_in_a_row_leave_old_or_new(void)
 
 /* ---- corrupt words ---- */
 
-/* What each wrong word of the last set, the third of its page, brings. */
-static void test_each_wrong_word_of_the_set_in_force_is_told(void)
+/* The effect of each wrong word of the last set, the third of its page. */
+static void test_each_wrong_word_of_the_active_set_is_reported(void)
 {
     save_random();
     const params_t before = save_random();
@@ -323,7 +324,7 @@ static void test_each_wrong_word_of_the_set_in_force_is_told(void)
     expect_stored(&set);
 }
 
-static void test_each_wrong_word_of_an_only_set_is_told(void)
+static void test_each_wrong_word_of_an_only_set_is_reported(void)
 {
     save_random();
     for (uint32_t at = 0; at + 1u < WORDS; at += SWEEP_FEW) {
@@ -334,7 +335,7 @@ static void test_each_wrong_word_of_an_only_set_is_told(void)
 }
 
 /* Of older ones: their headers lead to the active set, their values do not matter. */
-static void test_wrong_words_of_older_sets_are_told_or_harmless(void)
+static void test_wrong_words_of_older_sets_are_reported_or_harmless(void)
 {
     save_random();
     const params_t set = save_random();
@@ -360,8 +361,8 @@ static void test_a_wrong_page_beside_a_good_one_is_harmless(void)
     }
 }
 
-/* What another program has left in both sectors, or in one. */
-static void test_content_that_is_no_store_is_told(void)
+/* The data of another program in both sectors, or in one. */
+static void test_content_that_is_not_a_store_is_reported(void)
 {
     for (uint32_t pages = 1; pages <= 3u; pages++) {
         size_of_page(PAGE);
@@ -370,7 +371,7 @@ static void test_content_that_is_no_store_is_told(void)
             content.page[1][at] = (uint16_t)((pages & 2u) != 0u ? random_bits() & 0xFFFFu : 0xFFFFu);
         }
         expect_defaults(STORE_FOREIGN);
-        save_and_expect_it(); /* and is no more once a set is stored */
+        save_and_expect_it(); /* and is absent after a set is stored */
     }
     size_of_page(PAGE);
     save_random();
@@ -422,7 +423,7 @@ static void test_cut_while_a_set_is_erased_leaves_it_or_none(void)
 }
 
 /* A set stored over a corrupt one is active, though the corrupt one has a serial, too. */
-static void test_a_set_stored_over_a_corrupt_store_is_in_force(void)
+static void test_a_set_stored_over_a_corrupt_store_is_active(void)
 {
     fill();
     fill();

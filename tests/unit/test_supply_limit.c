@@ -55,8 +55,8 @@ static double power_of(size_t motor, double i_q, double omega_m)
            motors[motor].torque * TORQUE * omega_m * i_q + motors[motor].rest;
 }
 
-/* The speed control asks for all: i_q is at its limit. The current of the supply settles at the limit, or
- * below it where the limit of i_q is the smaller one. The resolution of floats in P_r: 1e-3. */
+/* The speed control requests the largest current: i_q is at its limit. The current of the supply settles at
+ * the limit, or below it where the limit of i_q is the smaller one. The resolution of floats in P_r: 1e-3. */
 static void test_the_current_settles_at_its_limit_in_both_directions(void)
 {
     for (size_t motor = 0; motor < sizeof motors / sizeof motors[0]; motor++) {
@@ -83,7 +83,7 @@ static void test_the_current_settles_at_its_limit_in_both_directions(void)
     }
 }
 
-/* The first look with right data already has the final limits: 1.5 R i^2 + K omega i = u I. */
+/* With right data the first evaluation already gives the final limits: 1.5 R i^2 + K omega i = u I. */
 static void test_the_limit_is_right_before_it_has_settled(void)
 {
     begin(2.0, 1.0, 0.0);
@@ -145,7 +145,7 @@ static void test_a_reached_limit_is_reported(void)
     }
 }
 
-/* Whatever the power is: a limit of zero is the least. */
+/* For any power, the least limit is zero. */
 static void test_a_limit_never_reverses_the_torque(void)
 {
     for (double power = -1e4; power <= 1e4; power += 500.0) {

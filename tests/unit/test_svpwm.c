@@ -96,7 +96,7 @@ static void test_voltage_is_a_share_of_the_request(void)
     }
 }
 
-static void test_nothing_sensible_gives_half_duties_and_says_no_voltage(void)
+static void test_invalid_input_gives_half_duties_and_no_voltage(void)
 {
     static const float cases[][3] = {
         {10.0f, 5.0f, 0.0f},        {10.0f, 5.0f, -0.0f},      {10.0f, 5.0f, -311.0f},

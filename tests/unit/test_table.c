@@ -33,7 +33,7 @@ static void test_defaults_reach_every_slot(void)
     TEST_ASSERT_EQUAL_INT32(1, slots.e);
 }
 
-/* A float has 24 bits: 2^24 + 1 and the ends of both types are none. */
+/* A float has 24 bits: 2^24 + 1 and the ends of both types are not floats. */
 static void test_whole_numbers_are_exact_to_their_last_bit(void)
 {
     static const int64_t ints[] = {16777217, -16777217, INT32_MAX, INT32_MIN, 0};
@@ -70,7 +70,7 @@ static void test_whole_limits_are_exact_and_so_are_defaults(void)
     TEST_ASSERT_FALSE(table_holds(&rows[0], &slots));
 }
 
-/* A refusal tells its range in floats: those of the drive's whole rows are exact. */
+/* A refusal has its range in floats: those of the drive's whole rows are exact. */
 static void test_whole_limits_of_the_drive_are_exact_as_floats(void)
 {
     for (uint32_t n = 0; n < params_table.count; n++) {
@@ -84,7 +84,7 @@ static void test_whole_limits_of_the_drive_are_exact_as_floats(void)
     }
 }
 
-/* Below, at and above each limit; what is no number, not whole or no choice. */
+/* Below, at and above each limit; values that are not numbers, not whole or not a choice. */
 static void test_values_are_accepted_within_the_range_of_their_row(void)
 {
     const struct {
@@ -129,7 +129,7 @@ static void test_rows_are_found_by_id_and_name(void)
 }
 
 /* FNV-1a of the octets of each row: id (little-endian, four), kind, then name, unit, choices each closed by a
- * zero octet. The text does not count, and a hash may be begun with another one. */
+ * zero octet. The text does not count, and a hash may begin with the value of another one. */
 static void test_hash_is_fnv_1a_of_all_that_gives_a_value_its_meaning(void)
 {
     static const uint8_t octets[] =
@@ -152,7 +152,7 @@ static void test_hash_is_fnv_1a_of_all_that_gives_a_value_its_meaning(void)
     TEST_ASSERT_EQUAL_HEX32(expected, table_hash(&other, 0));
 }
 
-/* The contract of the tables: what outside relies on. */
+/* The contract of the tables: the properties on which other programs rely. */
 static void test_ids_and_names_of_the_drive_are_unique_and_in_their_bands(void)
 {
     const table_t *const tables[] = {&params_table, &requests_table, &signals_table};

@@ -7,7 +7,7 @@
 #define EVERY   16   /* periods from one square to the next */
 #define WITHIN  0.02 /* of the largest heat */
 #define COOL    20.0f
-#define NOBODY  (-273.15f) /* what a sensor reads that is not there [degC] */
+#define NOBODY  (-273.15f) /* reading of an absent sensor [degC] */
 #define STEP_S  (PERIOD * EVERY * (double)THERMAL_SUMS)
 #define MAX_A   10.0
 #define MOTOR_A 7.0
@@ -80,9 +80,9 @@ static double exact(double heat, double square, double time)
 
 /* ---- the model ---- */
 
-/* A bit that has flipped in a heat makes anything of it. It is hot then, and cools down like twice the trip;
- * or it is cold. */
-static void test_a_heat_that_is_no_number_is_hot(void)
+/* A flipped bit can give a heat any value. It is hot then, and cools down like twice the trip; or it is cold.
+ */
+static void test_a_heat_that_is_not_a_number_counts_as_hot(void)
 {
     static const float broken[] = {NAN, INFINITY, 3e38f, -INFINITY, -3.0f};
     for (size_t n = 0; n < sizeof broken / sizeof broken[0]; n++) {
@@ -174,7 +174,7 @@ static void test_without_current_or_time_constant_nothing_is_judged(void)
 /* A motor from which 10 A are always requested gets them until h = 0.9, t = tau ln(1/(1 - 0.9 I_c^2/I^2));
  * then the
  * limit sinks to I_c, h rises to 1, and nothing trips. */
-static void test_torque_sags_to_what_the_motor_stands_and_nothing_trips(void)
+static void test_torque_falls_to_what_the_motor_withstands_and_nothing_trips(void)
 {
     const double until = -60.0 * log(1.0 - 0.9 * pow(MOTOR_A / MAX_A, 2.0));
     float last = (float)MAX_A;
@@ -202,8 +202,8 @@ static double tripped_after(uint32_t condition)
     return t;
 }
 
-/* Who does not heed the limit is stopped when h = 1.1: after tau ln(1/(1 - 1.1 I_c^2/I^2)). */
-static void test_who_goes_on_trips(void)
+/* A drive that exceeds the limit is stopped when h = 1.1: after tau ln(1/(1 - 1.1 I_c^2/I^2)). */
+static void test_a_drive_that_exceeds_the_limit_trips(void)
 {
     const double until = -60.0 * log(1.0 - 1.1 * pow(MOTOR_A / MAX_A, 2.0));
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * until, until, tripped_after(THERMAL_MOTOR));
@@ -217,7 +217,7 @@ static void test_who_goes_on_trips(void)
 }
 
 /* I_c above the limit: warm, never in need of less. */
-static void test_a_motor_that_stands_the_limit_is_never_derated(void)
+static void test_a_motor_that_withstands_the_limit_is_never_derated(void)
 {
     thermal_params_t params = usual();
     params.motor_continuous = (float)MAX_A;
@@ -229,8 +229,8 @@ static void test_a_motor_that_stands_the_limit_is_never_derated(void)
     TEST_ASSERT_EQUAL_UINT32(0u, x.conditions);
 }
 
-/* From 10 K below the trip on, a straight line to a quarter; the warmer of the two counts; a sensor that is
- * not there reads the cold of space. */
+/* From 10 K below the trip on, a straight line to a quarter; the warmer of the two counts; an absent sensor
+ * reads a temperature far below zero. */
 static void test_a_warm_sink_or_motor_takes_the_limit_down(void)
 {
     static const struct {

@@ -1,5 +1,5 @@
-/* The turning steps on a rotor in double precision that follows the orders: what is measured, what a test
- * orders, and the reasons of those that fail. */
+/* The turning steps on a rotor in double precision that follows the orders: the measured values, the orders
+ * of each test, and the reasons of those that fail. */
 #include <math.h>
 #include <string.h>
 #include <unity.h>

@@ -194,8 +194,8 @@ static void test_the_limit_of_a_refusal_is_accepted(void)
     TEST_ASSERT_FALSE(fixed_params_check(&params, &why));
 }
 
-/* What no format holds coasts, and the next good sample is taken. */
-static void test_samples_that_do_not_fit_are_none(void)
+/* With a value beyond the formats the loop coasts, and the next valid sample is used. */
+static void test_samples_that_do_not_fit_are_invalid(void)
 {
     static const float bad[] = {NAN, INFINITY, -INFINITY, 1e30f, -1100.0f, 1100.0f};
     estimator_params_t params = twin_params(SMO_SIGMOID_VECTOR, LAG_EXACT, 2000.0f);

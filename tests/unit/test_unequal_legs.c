@@ -1,5 +1,5 @@
-/* What three legs that lose different voltages and have different resistances leave in an EMF, summed leg by
- * leg; expected are the differences from their mean. */
+/* The effect on the EMF of three legs that lose different voltages and have different resistances, summed leg
+ * by leg; expected are the differences from their mean. */
 #include "medium/adapt/unequal_legs.h"
 #include "tests/unit/vectors.h"
 
@@ -35,7 +35,7 @@ static double of_leg(ab_t difference, int32_t leg)
     return creal(of_ab(difference) * conj(axis(leg)));
 }
 
-/* The EMF without its mean: what is lost more than is assumed, without what turns with the current. */
+/* The EMF without its mean: the loss beyond the assumed one, without the part that turns with the current. */
 static double complex rest_of(const lost_t *lost, double complex current)
 {
     const double volt = (lost->volt[0] + lost->volt[1] + lost->volt[2]) / 3.0;
@@ -72,7 +72,7 @@ static void expect(const lost_t *lost, double volt_within, double ohm_within)
 }
 
 /* Both kinds are distinguished, each leg by itself, at one speed and one current. */
-static void test_voltage_and_resistance_of_a_leg_are_told_apart(void)
+static void test_voltage_and_resistance_of_a_leg_are_distinguished(void)
 {
     static const lost_t cases[] = {
         {{0.5, 0.0, 0.0}, {0.0, 0.0, 0.0}}, {{0.0, 0.5, 0.0}, {0.0, 0.0, 0.0}},

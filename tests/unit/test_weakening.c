@@ -184,7 +184,7 @@ static void test_the_trim_brings_the_voltage_to_its_share(void)
     }
     TEST_ASSERT_DOUBLE_WITHIN(1e-3 * USE * U_DC, USE * U_DC, asked);
     TEST_ASSERT_TRUE(weakening.trim < -0.02f && weakening.trim > -0.2f);
-    for (int k = 0; k < 400; k++) { /* a voltage that no i_d changes: the trim ends */
+    for (int k = 0; k < 400; k++) { /* no i_d changes the voltage: the trim ends */
         weakening_look(&weakening, (float)U_DC, 1500.0f, (dq_t){1e3f, 0.0f});
         (void)weakening_i_d(&weakening, 2.0f, 0.0f, 1500.0f);
     }

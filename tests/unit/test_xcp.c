@@ -237,7 +237,7 @@ static void test_without_a_connection_only_connect_is_answered(void)
 /* A list of one ODT of one entry, to which the pointer is set. */
 #define ONE_LIST "D5 00 01 00, D4 00 00 00 01, D3 00 00 00 00 01, E2 00 00 00 00 00"
 
-static void test_a_new_connection_begins_anew(void)
+static void test_a_new_connection_begins_again(void)
 {
     prepare(ONE_LIST ", E1 FF 04 00 04 00 00 00");
     ask("DE 01 00 00", "FF 00");
@@ -250,7 +250,7 @@ static void test_a_new_connection_begins_anew(void)
 }
 
 /* Synchronisation is answered by its error, the mode of communication by octets. */
-static void test_unknown_commands_are_told_so(void)
+static void test_unknown_commands_are_reported(void)
 {
     ask("FC", "FE 00");
     ask("FB", "FF 00 00 00 00 00 00 10");
@@ -263,7 +263,7 @@ static void test_unknown_commands_are_told_so(void)
 }
 
 /* Octets that a command needs at least; one fewer is a mistake of syntax. */
-static void test_short_commands_are_told_so(void)
+static void test_short_commands_are_reported(void)
 {
     static const struct {
         uint16_t code;
@@ -539,7 +539,7 @@ static void test_the_client_chooses_the_page_that_it_reads(void)
 }
 
 /* One segment of two pages, without mappings, at address 4 of extension 1, 32 octets long. */
-static void test_what_is_said_of_segment_and_pages(void)
+static void test_description_of_segment_and_pages(void)
 {
     ask("E9", "FF 01 00");
     ask("E8 01 00 00 00", "FF 02 01 00 00 00");
@@ -560,7 +560,7 @@ static void test_what_is_said_of_segment_and_pages(void)
  * predefined, key 0: absolute ODT numbers. Resolution: entries of four octets; stamps of four octets, fixed,
  * unit 5 (100 us), one tick each. Event 0: for DAQ, consistent as a whole, two lists, nine letters of name,
  * every 1 x 100 us. Other carriers: 50 us are 5 x 10 us; 62.5 us are 625 x 100 ns, as an octet 63 x 1 us. */
-static void test_what_is_said_of_acquisition(void)
+static void test_description_of_acquisition(void)
 {
     ask("DA", "FF 93 00 00 01 00 00 00");
     ask("D5 00 02 00", "FF");

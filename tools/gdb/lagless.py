@@ -11,7 +11,7 @@ def load_lagless():
     import sys
 
     sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-    write_bytecode, sys.dont_write_bytecode = sys.dont_write_bytecode, True  # the source tree stays clean
+    write_bytecode, sys.dont_write_bytecode = sys.dont_write_bytecode, True  # writes no files into the source tree
     try:
         import lagless_commands  # noqa: F401
     finally:

@@ -495,7 +495,7 @@ that is not running is started."""
         names = []
         outermost = frame = gdb.newest_frame()
         while frame is not None and "/app/" not in file_of(frame):
-            if DRIVE_SOURCES.search(file_of(frame)) and frame.name() not in names:  # a part of one has its name, too
+            if DRIVE_SOURCES.search(file_of(frame)) and frame.name() not in names:  # also for a part of a function
                 names.append(frame.name())
             outermost, frame = frame, frame.older()
         while outermost.type() == gdb.INLINE_FRAME:

@@ -39,7 +39,7 @@ def table_rows(table):
     return [value["rows"][n] for n in range(int(value["count"]))]
 
 
-known_choices = {}  # of a program that has ended the texts cannot be read
+known_choices = {}  # kept, because gdb cannot read the texts of a program that has ended
 
 
 def choices(table, row_name):

@@ -49,7 +49,7 @@ class Program:
 
 
 class Bench:
-    """The tree that is mutated, and its build. `source`: the project; `folder`: all that is written."""
+    """The tree that is mutated, and its build. `source`: the project; `folder`: gets all files that are written."""
 
     def __init__(self, source, folder, dearest, say):
         self.source, self.folder, self.dearest, self.say = source, folder, dearest, say

@@ -45,7 +45,7 @@ def bare(text):
 
 
 def plain(line):
-    """A line of bare source, without its indentation and alignment: a mutant is found by it on a later tree."""
+    """A line of source without indentation and alignment; by it a mutant is found in a later tree."""
     return re.sub(r'"(?:\\.|[^"\\])*"|\s+', lambda match: match.group() if match.group()[0] == '"' else " ", line).strip()
 
 

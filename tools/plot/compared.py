@@ -251,7 +251,8 @@ class Both(drive.Drawn):
 
     def __init__(self, comparison, tables):
         both, others = merged(comparison)
-        # Panels are chosen by A's own samples, where gaps do not hide that a column is whole.
+        # Panels are chosen by the samples of A alone, because gaps would make a column of whole numbers appear
+        # as one of floats.
         whole = {name: numpy.where(numpy.isfinite(values), values, 0.0) for name, values in both.columns.items()}
         super().__init__(dataclasses.replace(both, columns=whole), tables)
         scales = {}

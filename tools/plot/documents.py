@@ -49,7 +49,7 @@ def block(report):
 
 
 def digits(value):
-    """Three digits that count."""
+    """Three significant digits."""
     return f"{value:.{2 if value < 9.995 else 1 if value < 99.95 else 0}f}"
 
 

@@ -14,7 +14,7 @@ from table import RPM, by_name
 
 SKY, AMBER, GREY, RED = "#56B4E9", "#E69F00", "#777777", "#B3261E"
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER, GREY)
-BANDS_MAX = 400      # stretches; what changes more often is a line
+BANDS_MAX = 400      # stretches; a column with more changes is drawn as a line
 NEAR_LIMIT = 0.4     # of a limit: from there on it is on the axis
 UNKNOWN = 1.81       # [rad] theta_sigma of an unknown angle
 LOCKED = 350.0       # [mrad] a larger error of the angle counts as a lost lock

@@ -65,7 +65,7 @@ def read_points(path):
 
 
 def digits(value):
-    """Three digits that count, and a minus as long as a plus would be."""
+    """Three significant digits, and a minus sign with the width of a plus sign."""
     size = abs(value)
     text = f"{value:.{2 if size < 9.995 else 1 if size < 99.95 else 0}f}"
     return label(text.replace("-0.00", "0.00"))

@@ -21,7 +21,7 @@ from style import BLACK, BLUE, GREEN, ORANGE, PURPLE
 WIDTH = 9.0          # [in]
 DPI = 200            # [1/in]
 GREY = "#999999"     # the variant `ideal` in addition to `real`
-SHADE = "#F3EFD8"    # what is on, or added, for a while
+SHADE = "#F3EFD8"    # conditions that hold for a part of the run
 BOX = {"facecolor": "#FFFFFF", "edgecolor": "none", "pad": 1.5, "alpha": 0.85}
 TURN = 6000.0        # [mrad] range of an error that wraps
 MARKS = 9            # along a curve
@@ -313,7 +313,8 @@ def fig17(figure, layouts, data, manifest):
 
 
 def fig15(figure, layouts, data, manifest):
-    """The loops at both bandwidths; below them those whose inverter is not compensated, and what each of them bears."""
+    """The loops at both bandwidths; below them those whose inverter is not compensated, and the dead time that
+    each of them tolerates."""
     loops, loss = layouts[:2], layouts[2]
     table = Data.read(data.path.with_name("fig15_dead_time.csv"))
     sheet = Sheet(figure, manifest, heights(loops[0], 1.1) + [1.7, 0.75], columns=2, gaps=[0.24, 0.24, 1.1, 0.85],

@@ -13,7 +13,7 @@ def tell(fraction):
         try:
             os.write(int(descriptor), f"{fraction:.4f}\n".encode())
         except OSError:
-            pass  # who asked is gone
+            pass  # the program that started the drawing has ended
 
 
 def part(begin, end):
@@ -35,4 +35,4 @@ def end():
         try:
             os.close(int(descriptor))
         except OSError:
-            pass  # who asked is gone
+            pass  # the program that started the drawing has ended

@@ -15,7 +15,7 @@ import re
 import sys
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # which python -I leaves out
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))  # python -I does not add it
 import progress
 import style
 from table import InputError

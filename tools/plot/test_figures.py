@@ -154,7 +154,7 @@ class Reading(unittest.TestCase):
             self.assert_refused(f"time[s],a[A]\n1,2\n3,{word}\n", ":3:", "a:", f"`{word}`")
             self.assert_refused(f"run[text],a[A]\nb,2\nc,{word}\n", ":3:", "a:", f"`{word}`")
 
-    def test_time_that_stands_still_is_refused(self):
+    def test_constant_time_is_refused(self):
         self.assert_refused("time[s],a[A]\n1,2\n1,3\n", "time does not increase")
 
     def test_empty_cells_are_no_numbers_wherever_they_are(self):
@@ -301,7 +301,7 @@ class Pictures(unittest.TestCase):
         self.assertEqual((max(ys), min(ys)), (9.0, -8.0))
         self.assertAlmostEqual(xs[list(ys).index(9.0)], 3.1234)
 
-    def test_error_that_turns_round_leaves_the_axis_and_that_is_said(self):
+    def test_an_error_beyond_half_a_turn_leaves_the_axis_and_is_reported(self):
         axis = self.drawn("fig15").figure.axes[7]
         self.assertIn("error", axis.get_ylabel())
         self.assertLess(axis.get_ylim()[1], 10.0)  # the held ones swing by 3 mrad

@@ -46,11 +46,11 @@ class Map(unittest.TestCase):
     def test_missing_file_is_refused(self):
         self.assert_refused(None, "map.json", "No such file")
 
-    def test_what_is_no_json_is_refused(self):
+    def test_what_is_not_json_is_refused(self):
         self.assert_refused("", "map.json")
         self.assert_refused("[{", "map.json")
 
-    def test_what_is_no_list_of_objects_is_refused(self):
+    def test_what_is_not_a_list_of_objects_is_refused(self):
         self.assert_refused([], "a list of points")
         self.assert_refused({"points": points()}, "a list of points")
         self.assert_refused([FIRST, 5], "point 2", "object")
@@ -71,7 +71,7 @@ class Map(unittest.TestCase):
         self.png = self.folder / "map.jpg"
         self.assertEqual(self.run_script(points()).returncode, 2)
 
-    def test_missing_matplotlib_is_said(self):
+    def test_missing_matplotlib_is_reported(self):
         self.json.write_text(json.dumps(points()))
         run = subprocess.run([sys.executable, "-B", "-I", "-S", SCRIPT, self.json, self.png], stderr=subprocess.PIPE, text=True,
                              check=False)  # no packages at all
@@ -122,7 +122,7 @@ class Map(unittest.TestCase):
             self.assertNotEqual(octets([{**FIRST, key: value}]), first, key)
 
     @unittest.skipUnless(DRAWS, "no matplotlib")
-    def test_folder_that_cannot_be_made_is_said(self):
+    def test_a_folder_that_cannot_be_made_is_reported(self):
         self.png = self.json / "below" / "map.png"
         run = self.run_script(points())
         self.assertEqual(run.returncode, 3)

@@ -93,10 +93,10 @@ class Page(unittest.TestCase):
         for part in ("Matrix &lt;1&gt;", "a &amp; b", "opens &lt;soon&gt;", "of &quot;physics&quot;"):
             self.assertIn(part, text)
 
-    def test_a_drawn_share_tells_its_seed(self):
+    def test_a_drawn_share_reports_its_seed(self):
         self.assertIn("by seed 20260101", self.written({**matrix(), "share_percent": 10, "seed": 20260101}))
 
-    def test_what_is_no_matrix_is_refused(self):
+    def test_what_is_not_a_matrix_is_refused(self):
         self.assert_refused("", "matrix.json")
         self.assert_refused([], "faults")
         for key in ("faults", "manoeuvres", "cells"):

@@ -100,7 +100,7 @@ class Report(unittest.TestCase):
             self.assertIn(word, run.stderr)
         self.assertFalse((self.folder / "index.html").exists())
 
-    def test_missing_matplotlib_is_said_and_the_data_stay(self):
+    def test_missing_matplotlib_is_reported_and_the_data_stay(self):
         (self.folder / "report.json").write_text(json.dumps(self.manifest))
         run = subprocess.run([sys.executable, "-B", "-I", "-S", SCRIPT, self.folder], stderr=subprocess.PIPE, text=True, check=False)
         self.assertEqual(run.returncode, 3, run.stderr)
@@ -137,7 +137,7 @@ class Report(unittest.TestCase):
         self.assertIn("fig04.csv", run.stderr)
 
     @unittest.skipUnless(DRAWS, "no matplotlib")
-    def test_page_asks_nobody_and_is_well_formed(self):
+    def test_page_loads_nothing_and_is_well_formed(self):
         run = self.run_script(UPLOT_DIR=self.library())
         self.assertEqual((run.returncode, run.stderr, len(run.stdout.splitlines())), (0, "", 1), run.stderr)
         text = (self.folder / "index.html").read_text(encoding="utf-8")
@@ -153,7 +153,7 @@ class Report(unittest.TestCase):
         self.assertEqual(text.count('data-row="fig04.a.ideal"'), 2)  # verdicts, and its figure
 
     @unittest.skipUnless(DRAWS, "no matplotlib")
-    def test_without_uplot_the_page_says_so_and_shows_the_pictures(self):
+    def test_without_uplot_the_page_reports_it_and_shows_the_pictures(self):
         run = self.run_script(UPLOT_DIR="", XDG_CACHE_HOME=str(self.folder))
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertIn("get-uplot", run.stdout)

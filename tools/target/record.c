@@ -542,7 +542,7 @@ static bool part(size_t number)
         set("medium_time", 0.0); /* in a replay it is available at once, too */
         parts[number].steps();
         while (recorded < length) {
-            rig_step(rig); /* what is left, and the interrupt of the last period */
+            rig_step(rig); /* the remaining periods, and the interrupt of the last one */
         }
         printf("%-30s%6u interrupts, %7.1f r/min, %6.2f A, state %g, fault %g\n", parts[number].name,
                (unsigned)recorded, value("omega_m") / RPM, value("i_q"), value("state"),

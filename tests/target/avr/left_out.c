@@ -1,5 +1,5 @@
-/* The tests that this target cannot judge, each by file and name and with its reason. What they are about,
- * replay.c compares with the host bit for bit. Whole modules are left out in CMakeLists.txt. */
+/* The tests that this target cannot judge, each by file and name and with its reason. replay.c compares their
+ * subject with the host, bit for bit. Whole modules are left out in CMakeLists.txt. */
 #include <string.h>
 #include <unity.h>
 

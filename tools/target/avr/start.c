@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* avr-libc ends in a loop; here the exit code goes out. */
+/* avr-libc ends in a loop; here the simulator gets the exit code. */
 void exit(int code)
 {
     GPIOR1 = (uint8_t)code;

@@ -1,5 +1,5 @@
 /* For the stand-ins of the C28x compiler: the intrinsics that it knows without a header and that firmware or
- * hal use. They are no calls there: the value changes its register. */
+ * hal use. On the C28x they are not calls: the value moves to another register. */
 #ifndef TARGET_C28X_H
 #define TARGET_C28X_H
 

@@ -58,6 +58,9 @@ static bool make_run(void *context, size_t n, char why[POOL_WHY])
         result.reproduced = campaign_reproduces(&drawn, &result);
         (void)campaign_text(&drawn, &result, text, sizeof text);
         scenario = text;
+    } else if (campaign_is_alarm(&result)) {
+        (void)campaign_text(&drawn, NULL, text, sizeof text);
+        scenario = text;
     }
     pthread_mutex_lock(&work->lock);
     const bool kept = campaign->keep == NULL || campaign->keep(campaign->context, run, &result, scenario);
@@ -183,35 +186,6 @@ typedef struct {
     bool alarmed; /* more than chance explains */
     uint32_t violations[CAMPAIGN_INVARIANT_COUNT];
 } counts_t;
-
-/* Probability of `alarms` or more false alarms in `calm` runs, at the rate that is allowed: a binomial
- * tail, its terms one after the other. */
-static double by_chance(uint32_t calm, uint32_t alarms)
-{
-    const double odds = CAMPAIGN_ALARM_RATE / (1.0 - CAMPAIGN_ALARM_RATE);
-    double term = exp((double)calm * log1p(-CAMPAIGN_ALARM_RATE));
-    double below = 0.0;
-    for (uint32_t n = 0; n < alarms; n++) {
-        below += term;
-        term *= odds * (double)(calm - n) / (double)(n + 1u);
-    }
-    return 1.0 - below;
-}
-
-#define ALARM_CHANCE 1e-6 /* [-] of campaigns in which the rate is exceeded by chance */
-
-bool campaign_alarms(const campaign_t *campaign, const campaign_result_t *results, uint32_t *calm,
-                     uint32_t *alarms)
-{
-    *calm = 0u;
-    *alarms = 0u;
-    for (uint32_t run = 0; run < campaign->runs; run++) {
-        const bool counts = results[run].end == CAMPAIGN_HELD && results[run].calm != 0u;
-        *calm += counts ? 1u : 0u;
-        *alarms += counts && results[run].reason != 0 ? 1u : 0u;
-    }
-    return *alarms == 0u || by_chance(*calm, *alarms) >= ALARM_CHANCE;
-}
 
 static counts_t count_all(const campaign_t *campaign, const campaign_result_t *results)
 {
@@ -426,11 +400,7 @@ static void say_text(FILE *file, const campaign_t *campaign, const campaign_resu
             "held      %" PRIu32 ", of which %" PRIu32 " ended in a fault of the drive and %" PRIu32
             " were excused something\n",
             counts->held, counts->faulted, counts->excused);
-    fprintf(file,
-            "alarms    %" PRIu32 " of %" PRIu32
-            " runs without a fault, whose load cannot overhaul the motor, ended in a fault: %s\n",
-            counts->alarms, counts->calm,
-            counts->alarmed ? "MORE than 2 in 1000" : "no more than 2 in 1000 explain");
+    campaign_say_alarms(file, counts->calm, counts->alarms);
     fprintf(file, "refused   %" PRIu32 "\n", counts->refused);
     fprintf(file, "violated  %" PRIu32 ", of which %" PRIu32 " failed again when their files were run\n",
             counts->violated, counts->reproduced);
@@ -454,6 +424,10 @@ static void say_text(FILE *file, const campaign_t *campaign, const campaign_resu
     if (counts->refused > 0u) {
         fprintf(file, "\nrefused because of          healthy injected\n");
         say_refused(&list, campaign, results);
+    }
+    if (counts->alarms > 0u) {
+        fprintf(file, "\nfalse alarms\n");
+        campaign_list_alarms(file, campaign, results);
     }
     if (counts->violated > 0u) {
         fprintf(file, "\nviolations\n");

@@ -314,6 +314,12 @@ void campaign_watch_edge(void *watch, uint64_t tick, uint32_t what, uint32_t val
 /* Number of words of the drive's state in which a bit may be flipped, from the first word on. */
 #define CAMPAIGN_STATE_WORDS 768u
 
+/* campaign_alarms.c: true if the run is calm and ended in a fault of the drive. The other two print the
+ * number of false alarms with the rule by which it is judged, and the runs. */
+bool campaign_is_alarm(const campaign_result_t *result);
+void campaign_say_alarms(FILE *file, uint32_t calm, uint32_t alarms);
+void campaign_list_alarms(FILE *file, const campaign_t *campaign, const campaign_result_t *results);
+
 /* Bit of an invariant. */
 #define CAMPAIGN_BIT(NAME) (UINT32_C(1) << CAMPAIGN_I_##NAME)
 

@@ -57,6 +57,7 @@ add_library(lagless_lab_shared OBJECT
     ${CMAKE_CURRENT_BINARY_DIR}/lab/board_list.c
     lab/boards.c
     lab/campaign.c
+    lab/campaign_alarms.c
     lab/campaign_around.c
     lab/campaign_judge.c
     lab/campaign_pair.c

@@ -76,7 +76,7 @@ SECTIONS
                       *(.text:current_control_step) *(.text:current_control_take) *(.text:current_control_turn)
                       *(.text:dead_time_edge_signs) *(.text:dead_time_leg) *(.text:dead_time_signs)
                       *(.text:dead_time_voltage) *(.text:demand) *(.text:doubt_may_be) *(.text:doubt_small)
-                      *(.text:doubt_step) *(.text:drive_outputs) *(.text:edges_ahead) *(.text:edges_swing)
+                      *(.text:doubt_step) *(.text:drive_outputs) *(.text:edges_ahead) *(.text:edges_currents)
                       *(.text:encoder_step) *(.text:estimate) *(.text:estimate_load) *(.text:estimate_position)
                       *(.text:estimator_set_flux) *(.text:estimator_set_load) *(.text:estimator_take)
                       *(.text:fast_find_gates_on) *(.text:fast_moments) *(.text:fast_step) *(.text:fast_trip)

@@ -74,7 +74,9 @@ static void expect_limits(const drive_case_t *drive, const limits_t *limits, dou
 
 /* Requirements: a mean of 5 mrad and an SD of 10 at 100 r/min, from 300 r/min on 4 and 4 without load
  * (docs/theory.md, 21), 1.5 and 1.5 under 5 N m: the drive is better than that. At 50 r/min, by the estimate
- * where by the rule a forced frame would turn, an SD of 8 and peaks of 40. */
+ * where by the rule a forced frame would turn, an SD of 8 and peaks of 40. Without load 0.2 to 0.37 mrad
+ * remain of the drops, whose sign follows the current in the whole period: without them it is 0.01 at 1013
+ * r/min. */
 static const drive_case_t documented[] = {
     {"compensated",
      true,
@@ -85,7 +87,7 @@ static const drive_case_t documented[] = {
      {{100.0, {0.54, 3.0}, {1.35, 1.8}, {8.7, 8.4}},
       {313.0, {0.2, 1.3}, {0.7, 0.61}, {3.4, 3.6}},
       {503.0, {0.38, 1.55}, {0.85, 0.47}, {4.1, 3.1}},
-      {1013.0, {0.25, 1.1}, {0.4, 0.36}, {1.75, 2.1}},
+      {1013.0, {0.48, 1.1}, {0.4, 0.36}, {1.75, 2.1}},
       {1490.0, {0.41, 0.91}, {0.33, 0.34}, {1.4, 2.05}}}},
     {"compensated",
      true,

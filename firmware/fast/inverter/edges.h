@@ -65,11 +65,11 @@ static inline edges_t edges_currents(const edges_tuning_t *edges, abc_t duty, ab
                       way * (duty.c - edges->none)};
     const ab_t made = frames_clarke(on);
     const float ampere = edges->current_per_volt * u_dc;
-    const ab_t free = {0.5f * (way * change.alpha - ampere * made.alpha),
+    const ab_t half = {0.5f * (way * change.alpha - ampere * made.alpha),
                        0.5f * (way * change.beta - ampere * made.beta)};
     const float turn = edges->quarter * omega_e;
-    const abc_t off = frames_inverse_clarke(free);
-    const abc_t bent = frames_inverse_clarke((ab_t){-turn * free.beta, turn * free.alpha});
+    const abc_t off = frames_inverse_clarke(half);
+    const abc_t bent = frames_inverse_clarke((ab_t){-turn * half.beta, turn * half.alpha});
     const float sixth = ampere * (1.0f / 6.0f);
     const float ab = on.a - on.b;
     const float bc = on.b - on.c;

@@ -214,15 +214,20 @@ static void name_small_range(commission_work_t *work)
 }
 
 /* Clears the results of a try. */
-static void try_again(commission_work_t *work)
+static void reset_fault(commission_work_t *work)
 {
-    work->raised += HANDOVER_STEP;
     work->result->reason[0] = '\0';
     work->result->what[0] = '\0';
     (void)commission_put(work, "fault_reset", 1.0);
     commission_wait(work, LOOK);
     (void)commission_put(work, "fault_reset", 0.0);
     commission_wait(work, LOOK);
+}
+
+static void try_again(commission_work_t *work)
+{
+    work->raised += HANDOVER_STEP;
+    reset_fault(work);
 }
 
 /* A signal of the drive that only this step gives a value; NULL: no signal keeps the value. */
@@ -246,8 +251,37 @@ static bool is_known(commission_work_t *work, commission_do_t step)
     return row != NULL && commission_value(work, row) > 0.0;
 }
 
+/* The step `wiring`. If a phase is open, a quiet sensor on it does not change, and the drive takes the sensor
+ * for stuck before the step has its matrix. Without this check of the drive the step distinguishes the two.
+ */
+static bool run_wiring(commission_work_t *work)
+{
+    commission_result_t *result = work->result;
+    char reason[sizeof result->reason];
+    char what[sizeof result->what];
+    const double judged = commission_value(work, "current_judged");
+    if (commission_run_step(work, COMMISSION_DO_wiring) || strcmp(result->reason, "current_stuck") != 0) {
+        return result->reason[0] == '\0';
+    }
+    memcpy(reason, result->reason, sizeof reason);
+    memcpy(what, result->what, sizeof what);
+    reset_fault(work);
+    const bool again = commission_put(work, "current_judged", 0.0) &&
+                       work->drive->apply(work->drive->context) &&
+                       !commission_run_step(work, COMMISSION_DO_wiring);
+    if (!again || strcmp(result->reason, "open_phase") != 0 || strncmp(result->what, "phase ", 6u) != 0) {
+        memcpy(result->reason, reason, sizeof reason);
+        memcpy(result->what, what, sizeof what);
+    }
+    (void)(commission_put(work, "current_judged", judged) && work->drive->apply(work->drive->context));
+    return false;
+}
+
 static bool one_try(commission_work_t *work, commission_do_t step)
 {
+    if (step == COMMISSION_DO_wiring) {
+        return run_wiring(work);
+    }
     if (step == COMMISSION_DO_least_speed) {
         return commission_least_speed(work);
     }

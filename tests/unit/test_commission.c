@@ -229,6 +229,16 @@ static void test_an_open_phase_takes_the_rank_and_is_named(void)
     }
 }
 
+/* By its Clarke transform sensor a adds i_a/sqrt 3 to beta as well, and sensor b 2 i_b/sqrt 3. */
+static void test_sensor_that_does_not_change_is_no_open_phase(void)
+{
+    static const wiring_matrix_t of_a = {{0.0f, -0.577350269f}, {0.0f, 1.0f}};
+    static const wiring_matrix_t of_b = {{1.0f, 0.577350269f}, {0.0f, 0.0f}};
+    TEST_ASSERT_FLOAT_WITHIN(1e-6f, 0.0f, wiring_rank(&of_a));
+    TEST_ASSERT_EQUAL_INT32(0, wiring_open_phase(&of_a));
+    TEST_ASSERT_EQUAL_INT32(0, wiring_open_phase(&of_b));
+}
+
 /* ---- torque test ---- */
 
 static void test_mean_of_turning_vectors_is_as_short_as_the_kernel_of_dirichlet(void)

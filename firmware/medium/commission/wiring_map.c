@@ -8,6 +8,10 @@
 /* A map with a negative trace cannot be the true one. */
 #define IMPOSSIBLE 10.0f
 
+/* A voltage along the axis of an open phase drives no current: square of that answer over the largest one. A
+ * sensor that does not change has 1/4 in the axis of its leg. */
+#define OPEN_MOST 0.0625f
+
 /* Share of the saliency in the trace up to which a winding is plausible [-], and the score beyond it. */
 #define SALIENCY_MOST  0.8f
 #define SALIENCY_SCORE 0.3f
@@ -40,17 +44,19 @@ int32_t wiring_open_phase(const wiring_matrix_t *matrix)
     const rotation_t axes[LEGS] = {
         {0.0f, 1.0f}, {FRAMES_HALF_OF_SQRT_3, -0.5f}, {-FRAMES_HALF_OF_SQRT_3, -0.5f}};
     float least = 0.0f;
+    float most = 0.0f;
     int32_t open = 1;
     for (int32_t n = 0; n < LEGS; n++) {
         const ab_t answer = {axes[n].cos * matrix->of_alpha.alpha + axes[n].sin * matrix->of_beta.alpha,
                              axes[n].cos * matrix->of_alpha.beta + axes[n].sin * matrix->of_beta.beta};
         const float length = length_square(answer);
+        most = bounds_more(most, length);
         if (n == 0 || length < least) {
             least = length;
             open = n + 1;
         }
     }
-    return open;
+    return least < OPEN_MOST * most ? open : 0;
 }
 
 /* The true currents behind measured ones, if the sensors are where the map says. */

@@ -31,7 +31,7 @@ void wiring_matrix_add(wiring_matrix_t *matrix, ab_t answer, rotation_t directio
 /* 2 |det M|/|M|^2 [-]: 1 for a round rotor, 0 with an open phase. */
 float wiring_rank(const wiring_matrix_t *matrix);
 
-/* The phase without an answer, 1 to 3. */
+/* The phase without an answer, 1 to 3; 0: each phase has one, and a sensor does not change. */
 int32_t wiring_open_phase(const wiring_matrix_t *matrix);
 
 /* How far this map is from the true one [-]: 0 for a round rotor with its true map. */

@@ -20,10 +20,13 @@
 #define FLUX_AGREES                                                                                          \
     0.05 /* [-] largest difference between two values of psi_f that count as the same: data sheets round     \
             them */
-#define TORQUE_MORE    1.1  /* [-] rated torque over Kt I, which no motor without reluctance torque exceeds */
-#define TORQUE_LESS    0.6  /* [-] below this ratio more than the iron loss at speed is missing */
-#define FRICTION_SHARE 0.01 /* [-] of the rated torque, where none is given */
-#define SPEED_UP_TIME  0.05 /* [s] to rated speed at rated torque, where no inertia is given */
+#define TORQUE_MORE    1.1    /* [-] rated torque over Kt I, which no motor without reluctance torque exceeds */
+#define TORQUE_LESS    0.6    /* [-] below this ratio more than the iron loss at speed is missing */
+#define FRICTION_SHARE 0.01   /* [-] of the rated torque, where none is given */
+#define SPEED_UP_TIME  0.2    /* [s] to the top speed at rated torque, where no inertia is given */
+#define LINK_SHARE     0.5    /* [-] of the link that a phase gets at the top speed */
+#define SPEED_REACHED  0.9    /* [-] of the speed at which the rated current needs that voltage */
+#define SPEED_USUAL    3000.0 /* [r/min] without rated speed and link */
 
 static const scenario_place_t nowhere = {0u, 0u};
 
@@ -485,18 +488,40 @@ static void make_torque(motor_t *motor)
     }
 }
 
-/* Values that the plant needs and data sheets do not contain. */
+/* Rated speed; if it is not given, 0.9 of the speed at which (omega L_q I)^2 + (omega psi_f + R I)^2 is the
+ * square of the voltage [rad/s]. */
+static double top_speed(const motor_t *motor)
+{
+    const double *value = motor->value;
+    if (motor->has[MOTOR_SPEED]) {
+        return value[MOTOR_SPEED];
+    }
+    const double u = LINK_SHARE * value[MOTOR_LINK];
+    const double drop = value[MOTOR_RESISTANCE] * value[MOTOR_CURRENT];
+    if (!motor->has[MOTOR_LINK] || u <= drop) {
+        return SPEED_USUAL * PI / 30.0;
+    }
+    const double across = value[MOTOR_INDUCTANCE_Q] * value[MOTOR_CURRENT];
+    const double flux = value[MOTOR_FLUX];
+    const double a = across * across + flux * flux;
+    const double b = flux * drop;
+    const double omega = (sqrt(b * b + a * (u * u - drop * drop)) - b) / a;
+    return SPEED_REACHED * omega / value[MOTOR_POLE_PAIRS];
+}
+
+/* Values that the plant needs and data sheets do not contain. An assumed inertia is that of a rotor with its
+ * machine: too large a value is much less harmful than too small a one (docs/motors.md). */
 static void make_shaft(motor_t *motor)
 {
     char text[UNITS_TEXT_SIZE];
     const double torque = motor->value[MOTOR_TORQUE];
     if (!motor->has[MOTOR_INERTIA]) {
-        const double speed = motor->has[MOTOR_SPEED] ? motor->value[MOTOR_SPEED] : 3000.0 * PI / 30.0;
+        const double speed = top_speed(motor);
         motor->value[MOTOR_INERTIA] = torque * SPEED_UP_TIME / speed;
         note(motor,
-             "inertia is not given: %s is assumed, with which rated torque reaches %.0f r/min in 50 ms; "
+             "inertia is not given: %s is assumed, with which rated torque reaches %.0f r/min in %.2g s; "
              "the drive learns its own",
-             units_text(text, motor->value[MOTOR_INERTIA], "kg m^2"), speed * 30.0 / PI);
+             units_text(text, motor->value[MOTOR_INERTIA], "kg m^2"), speed * 30.0 / PI, SPEED_UP_TIME);
     }
     if (!motor->has[MOTOR_COULOMB] && !motor->has[MOTOR_VISCOUS]) {
         motor->value[MOTOR_COULOMB] = FRICTION_SHARE * torque;

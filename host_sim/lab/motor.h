@@ -143,7 +143,7 @@ const char *motor_library_folder(void);
 /* From the sheet to the motor. false: required data are missing or contradictory (named in `error`); less
  * important points are reported in the motor's notes. Required are pole pairs, R, L, psi_f by one of its
  * names, and the rated current. If missing, assumed and reported are the inertia (rated torque brings it to
- * rated speed in 50 ms) and the friction (a hundredth of the rated torque). */
+ * rated speed in 0.2 s) and the friction (a hundredth of the rated torque). */
 bool motor_make(const motor_sheet_t *sheet, motor_t *motor, scenario_error_t *error);
 
 /* The value of a quantity by the last of its keys that the sheet has [SI]; NAN: none. Not for MOTOR_FLUX,

@@ -121,6 +121,19 @@ static void test_what_is_missing_is_named_and_nothing_is_reported_twice(void)
     TEST_ASSERT_FALSE(GIVEN(USUAL, "encoder_lines=5"));
 }
 
+/* The rated torque, 3 N m, reaches the top speed in 0.2 s. At 1000 rad/s 5 A need 25 V across and 105 V along
+ * the EMF, 107.935 V of 215.870 V. */
+static void test_an_inertia_that_is_not_given_is_that_of_a_machine(void)
+{
+    TEST_ASSERT_TRUE(GIVEN(USUAL, "flux_linkage=0.1"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 3.0 * 0.2 / (100.0 * PI), motor.value[MOTOR_INERTIA]);
+    TEST_ASSERT_TRUE(GIVEN(USUAL, "flux_linkage=0.1", "link_voltage=215.870 V"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-7, 3.0 * 0.2 / (0.9 * 250.0), motor.value[MOTOR_INERTIA]);
+    TEST_ASSERT_TRUE(GIVEN(USUAL, "flux_linkage=0.1", "link_voltage=311", "rated_speed=1500 r/min"));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 3.0 * 0.2 / (50.0 * PI), motor.value[MOTOR_INERTIA]);
+    TEST_ASSERT_NOT_NULL(strstr(motor.notes[0], "reaches 1500 r/min in 0.2 s"));
+}
+
 /* rms and peak are values of a quantity, and a key is for one of them. */
 static void test_arms_is_for_keys_of_rms_values(void)
 {

@@ -488,8 +488,8 @@ static bool capture_on(session_t *session, uint32_t count, char **words)
         return connect_set_choice(session, "capture_on", words[0]);
     }
     if (count < 3u || (strcmp(words[1], "above") != 0 && strcmp(words[1], "below") != 0)) {
-        return connect_fail(
-            session, "capture on: the trigger is missing; accepted: fault, command, SIGNAL above VALUE, SIGNAL below VALUE");
+        return connect_fail(session, "capture on: the trigger is missing; accepted: fault, command, SIGNAL "
+                                     "above VALUE, SIGNAL below VALUE");
     }
     const table_row_t *row = connect_row(session, words[0]);
     double level;

@@ -20,12 +20,12 @@
 #define FLUX_AGREES                                                                                          \
     0.05 /* [-] largest difference between two values of psi_f that count as the same: data sheets round     \
             them */
-#define TORQUE_MORE    1.1    /* [-] rated torque over Kt I, which no motor without reluctance torque exceeds */
-#define TORQUE_LESS    0.6    /* [-] below this ratio more than the iron loss at speed is missing */
-#define FRICTION_SHARE 0.01   /* [-] of the rated torque, where none is given */
-#define SPEED_UP_TIME  0.2    /* [s] to the top speed at rated torque, where no inertia is given */
-#define LINK_SHARE     0.5    /* [-] of the link that a phase gets at the top speed */
-#define SPEED_REACHED  0.9    /* [-] of the speed at which the rated current needs that voltage */
+#define TORQUE_MORE    1.1  /* [-] rated torque over Kt I, which no motor without reluctance torque exceeds */
+#define TORQUE_LESS    0.6  /* [-] below this ratio more than the iron loss at speed is missing */
+#define FRICTION_SHARE 0.01 /* [-] of the rated torque, where none is given */
+#define SPEED_UP_TIME  0.2  /* [s] to the top speed at rated torque, where no inertia is given */
+#define LINK_SHARE     0.5  /* [-] of the link that a phase gets at the top speed */
+#define SPEED_REACHED  0.9  /* [-] of the speed at which the rated current needs that voltage */
 #define SPEED_USUAL    3000.0 /* [r/min] without rated speed and link */
 
 static const scenario_place_t nowhere = {0u, 0u};

@@ -31,10 +31,11 @@
 #define GAIN_RULE        1.25  /* 3: over the largest EMF at overspeed_trip, the firmware's rule */
 #define WITHIN_MADE      0.98  /* theory, 30: share of the voltage that remains after duties and dead time */
 #define VOLTAGE_USE      0.93  /* the row's own, of U_dc/sqrt3 */
-#define LINK_LEAST       1.27  /* theory, 29: multiple of dc_undervoltage, at which the drive begins to hold the link */
-#define SLOPE_RULE       1.6   /* 3: the firmware's rule */
-#define CUTOFF_RULE      1.6   /* 7: 0.12 rad for a load step of the rated torque */
-#define CUTOFF_LEAST     50.0  /* [rad/s] 7 */
+#define LINK_LEAST                                                                                           \
+    1.27 /* theory, 29: multiple of dc_undervoltage, at which the drive begins to hold the link */
+#define SLOPE_RULE   1.6  /* 3: the firmware's rule */
+#define CUTOFF_RULE  1.6  /* 7: 0.12 rad for a load step of the rated torque */
+#define CUTOFF_LEAST 50.0 /* [rad/s] 7 */
 #define CUTOFF_MOST                                                                                          \
     (0.025 / T_S)                     /* limits the bandwidth to 0.1 per period; above this the noise is     \
                                        * too large */

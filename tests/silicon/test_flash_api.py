@@ -176,13 +176,13 @@ class Libraries(Case):
             self.assertIn(option, words[at:])
         self.assertEqual(self.made()[:12], TABLE)
 
-    def test_what_the_linker_says_is_passed_on(self):
+    def test_the_message_of_the_linker_is_passed_on(self):
         done = self.run_on(self.LIBRARY, environment=self.stand_in("echo 'error #16000: incompatible'; exit 1"))
         self.assertEqual(done.returncode, 1)
         self.assertIn("error #16000: incompatible", done.stderr)
         self.assertFalse(self.out.exists())
 
-    def test_without_the_tools_it_says_what_is_missing(self):
+    def test_without_the_tools_it_reports_what_is_missing(self):
         environment = {name: value for name, value in os.environ.items() if name != "C2000_CGT_ROOT"}
         self.assertIn("set C2000_CGT_ROOT", self.run_on(self.LIBRARY, environment=environment).stderr)
         self.assertIn("cannot be started", self.run_on(self.LIBRARY, "--cl2000", "/nowhere/cl2000").stderr)
@@ -215,7 +215,7 @@ class Builds(Case):
 class Table(unittest.TestCase):
     """linker/flash_api.asm, linker/flash_api.cmd and hal/f28335/flash_api.h have the same table."""
 
-    def test_entries_stand_where_the_program_looks_for_them(self):
+    def test_entries_are_where_the_program_reads_them(self):
         header = (ROOT / "hal/f28335/flash_api.h").read_text()
         places = {name: int(value) for name, value in re.findall(r"#define FLASH_API_(ERASE|PROGRAM|VERIFY|VERSION|SCALE|CALLBACK|HEAD)"
                                                                 r"\s+(\d+)u", header)}

@@ -74,7 +74,7 @@ static void test_a_loop_on_the_rotor_is_good_and_another_fails_in_time(void)
     }
 }
 
-static void test_a_window_that_does_not_agree_begins_the_count_anew(void)
+static void test_a_window_that_does_not_agree_begins_the_count_again(void)
 {
     int taken;
     given(100.0, 0.0, 1.0);

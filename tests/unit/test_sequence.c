@@ -117,7 +117,7 @@ static void test_gates_that_do_not_come_on_are_a_fault(void)
 
 /* ---- fault ---- */
 
-static void test_the_latched_fault_is_no_later_one(void)
+static void test_the_latched_fault_is_not_a_later_one(void)
 {
     from(DRIVE_FAULT);
     input.faults = LATE;
@@ -170,7 +170,7 @@ static void test_reset_needs_an_edge(void)
     go(3u * REARM, DRIVE_FAULT, OFF);
 }
 
-static void test_a_fault_tells_why_it_refuses(void)
+static void test_a_fault_reports_why_it_refuses(void)
 {
     from(DRIVE_FAULT);
     expect_refusal(REQUEST_ON, REASON_FAULT_PRESENT); /* quiet too short */
@@ -199,7 +199,7 @@ static void test_a_stop_ends_in_its_fault_after_its_time_or_with_off(void)
 
 /* ---- what a reset that is refused says, and one that comes by itself ---- */
 
-static void test_a_refused_reset_tells_what_is_still_there(void)
+static void test_a_refused_reset_reports_what_is_still_there(void)
 {
     static const struct {
         bool fault, stop, line;
@@ -310,7 +310,7 @@ static void test_a_coasting_drive_comes_on_again_by_itself(void)
 /* ---- all of it ---- */
 
 /* The states that one step may lead to, and from every state every input that there is. */
-static void test_no_input_leads_where_it_must_not(void)
+static void test_no_input_leads_to_a_forbidden_state(void)
 {
     static const bool may[6][6] = {
         /* to: not_ready ready switched operation quick_stop fault */

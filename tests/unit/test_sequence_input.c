@@ -44,7 +44,7 @@ static void test_an_input_that_comes_back_starts_nothing_by_itself(void)
 }
 
 /* Not even where the drive would start again by itself, after a fault of the power module. */
-static void test_an_automatic_reset_does_not_start_a_motor_whose_input_was_lost_meanwhile(void)
+static void test_an_automatic_reset_does_not_start_a_motor_whose_input_was_lost_during_this_time(void)
 {
     for (uint32_t lost = 0; lost < 2u; lost++) {
         with_debounce(DRIVE_OPERATION_ENABLED);

@@ -91,7 +91,7 @@ static void test_enable_that_is_not_on_over_the_reset_starts_with_on(void)
 }
 
 /* module_fault_retries says that the motor starts again by itself: that is its purpose. */
-static void test_a_retry_of_its_own_starts_the_motor(void)
+static void test_an_automatic_retry_starts_the_motor(void)
 {
     bring_to_operation();
     sequence.tuning.retries = 1u;

@@ -15,4 +15,4 @@ add_test(NAME case_noisy_line COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_S
 set_tests_properties(case_noisy_line PROPERTIES LABELS line TIMEOUT 300)
 add_test(NAME case_modbus COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_modbus.py $<TARGET_FILE:lagless>
     ${CMAKE_CURRENT_BINARY_DIR}/modbus)
-set_tests_properties(case_modbus PROPERTIES LABELS "line;sanitized" TIMEOUT 300)
+set_tests_properties(case_modbus PROPERTIES LABELS "line;sanitized" TIMEOUT 300 COST 12)

@@ -17,7 +17,7 @@ foreach(part "" _long)
     add_test(NAME saturation${part} COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/saturation.py ${long}
         $<TARGET_FILE:lagless> ${CMAKE_CURRENT_BINARY_DIR}/saturation${part})
 endforeach()
-set_tests_properties(salient_grid field_weakening saturation PROPERTIES LABELS scenario TIMEOUT 300)
+set_tests_properties(salient_grid field_weakening saturation PROPERTIES LABELS scenario TIMEOUT 300 COST 8)
 set_tests_properties(salient_grid_long field_weakening_long saturation_long PROPERTIES LABELS grid TIMEOUT 1200)
 set_tests_properties(salient_grid_long PROPERTIES ENVIRONMENT LAGLESS_GRID_SHARE=1)
 add_test(NAME cli_salient COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_SOURCE_DIR}/test_salient.py $<TARGET_FILE:lagless>

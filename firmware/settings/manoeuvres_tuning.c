@@ -10,23 +10,22 @@
 #define SPEED_DAMPING 3.0f   /* [-] four times the square of its damping, by the rule */
 #define LOW_CURRENT_LOSS                                                                                     \
     0.1f /* [-] of the low-speed current per hand-over speed: a fifth is left at ten of them */
-#define LOW_CURRENT_CUTOFF 20.0f   /* [rad/s] */
-#define EMF_WRONG          1.3f    /* [-] of psi_f: possible error of the assumed value */
-#define EMF_HELD           0.15f   /* [-] of the voltage that R holds: permitted excess of the feed-forward */
-#define RISE_TIME          1.5e-3f /* [s] of the forced current from zero to that of a start */
-#define ALIGN_RISE_TIME    75e-3f  /* [s] the same in the alignment of a light rotor: a quarter of its turn */
-#define ALIGN_ERROR        0.25f   /* [-] of I: largest error of the current when a rotor swings in */
-#define FADE_TIME          0.1f    /* [s] in which the remaining i_d of a hand-over fades */
-#define ALIGN_NATURAL      16.0f   /* [rad] of the pendulum's phase in the turn of an alignment */
-#define ALIGN_TIME_MIN     0.3f    /* [s] by the rule */
-#define ALIGN_TIME_MAX     2.0f    /* [s] by the rule */
-#define SWING_SPEED        0.333f  /* [-] of w_n: six times that is 2 w_n */
-#define FALLBACK_MARGIN    1.4f    /* [-] over the time in which the current limit lets the speed pass zero */
-#define FALLBACK_MIN       20e-3f  /* [s] */
-#define FALLBACK_MAX       0.1f    /* [s] time for which the model of the loop is valid */
-#define CATCH_WEAKENS      0.7f    /* [-] of current_limit */
-#define CATCH_REACH_MOST   4.0f    /* [-] beyond every link that the overspeed rule permits */
-#define SLOW_ASKED         1.67f   /* [-] of fallback_speed: a smaller reference counts as slow */
+#define LOW_CURRENT_CUTOFF 20.0f  /* [rad/s] */
+#define EMF_WRONG          1.3f   /* [-] of psi_f: possible error of the assumed value */
+#define EMF_HELD           0.15f  /* [-] of the voltage that R holds: permitted excess of the feed-forward */
+#define ALIGN_RISE_TIME    75e-3f /* [s] of the current in a light rotor's alignment, a quarter of the turn */
+#define ALIGN_ERROR        0.25f  /* [-] of I: largest error of the current when a rotor swings in */
+#define FADE_TIME          0.1f   /* [s] in which the remaining i_d of a hand-over fades */
+#define ALIGN_NATURAL      16.0f  /* [rad] of the pendulum's phase in the turn of an alignment */
+#define ALIGN_TIME_MIN     0.3f   /* [s] by the rule */
+#define ALIGN_TIME_MAX     2.0f   /* [s] by the rule */
+#define SWING_SPEED        0.333f /* [-] of w_n: six times that is 2 w_n */
+#define FALLBACK_MARGIN    1.4f   /* [-] over the time in which the current limit lets the speed pass zero */
+#define FALLBACK_MIN       20e-3f /* [s] */
+#define FALLBACK_MAX       0.1f   /* [s] time for which the model of the loop is valid */
+#define CATCH_WEAKENS      0.7f   /* [-] of current_limit */
+#define CATCH_REACH_MOST   4.0f   /* [-] beyond every link that the overspeed rule permits */
+#define SLOW_ASKED         1.67f  /* [-] of fallback_speed: a smaller reference counts as slow */
 
 static float within(float value, float least, float most)
 {
@@ -161,13 +160,12 @@ static void prepare_rooms(manoeuvres_tuning_t *tuning, const params_t *params, c
  * equilibrium swings in with up to 2 w_n. The part of its EMF that is not fed forward, 2 w_n psi_f (1 -
  * share), makes an error of this voltage over L_d bandwidth. If the error is large, the current rises slowly:
  * the rotor is released at the least current that overcomes its friction (docs/theory.md, 23). */
-static float align_rise(const params_t *params, const forced_params_t *forced)
+static float align_rise(const params_t *params, const forced_params_t *forced, float natural)
 {
-    const float left = 1.0f - forced_prepare(forced).emf_share;
-    const float volts = 2.0f * forced_natural(forced) * forced->flux_linkage * left;
+    const float volts = 2.0f * natural * forced->flux_linkage * (1.0f - forced_emf_share(forced));
     const float holds = (forced->inductance - forced->saliency) * params->current_bandwidth;
     const bool light = volts > ALIGN_ERROR * holds * forced->current;
-    return forced->current * DRIVE_WINDOW_PERIOD / (light ? ALIGN_RISE_TIME : RISE_TIME);
+    return forced->current * (light ? DRIVE_WINDOW_PERIOD / ALIGN_RISE_TIME : MANOEUVRE_RISE);
 }
 
 manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const assumed_t *assumed)
@@ -198,8 +196,7 @@ manoeuvres_tuning_t manoeuvres_prepare(const params_t *params, const assumed_t *
         .ease_share = lowpass_share(FORCED_EASE_CUTOFF, DRIVE_WINDOW_PERIOD),
         .current_start = start.current,
         .current_inverse = 1.0f / start.current,
-        .current_rise = start.current * DRIVE_WINDOW_PERIOD / RISE_TIME,
-        .align_rise = align_rise(params, &forced),
+        .align_rise = align_rise(params, &forced, natural),
         .current_retry = start.current_most,
         .current_caught =
             catch_current_along(params->doubtful_current, params->low_speed_current, params_salient(assumed)),

@@ -20,8 +20,7 @@ float forced_damping(const forced_params_t *params)
     return wanted < most ? wanted : most;
 }
 
-/* Share of the observed EMF in the feed-forward [-]. */
-static float forced_emf_share(const forced_params_t *params)
+float forced_emf_share(const forced_params_t *params)
 {
     const float observed = params->inductance - params->saliency; /* L_d, or L of a round rotor */
     const float by_saliency = params->saliency / observed;

@@ -79,6 +79,9 @@ float forced_natural(const forced_params_t *params);
  * the background. */
 float forced_damping(const forced_params_t *params);
 
+/* Share of the observed EMF in the feed-forward [-]. It runs in the background. */
+float forced_emf_share(const forced_params_t *params);
+
 /* Computes the coefficients. The low-pass of the damping is 2.5/(k L), because an error of L by 20 % also
  * acts as an EMF. It has divisions and exponentials and runs in the background. */
 forced_tuning_t forced_prepare(const forced_params_t *params);

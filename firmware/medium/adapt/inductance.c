@@ -76,7 +76,6 @@ static void start(inductance_t *x)
     x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
     x->rate = x->tuning.rate;
     x->kept = x->tuning.from;
-    x->kept_rate = x->tuning.rate;
     x->resistance_rate = x->tuning.rate;
     x->look = (inductance_look_t){.looked = 0u};
     inductance_rest(x);
@@ -142,21 +141,13 @@ static bool looks_for_resistance(const inductance_t *x, float speed)
            x->resistance_rate > SETTLED * x->tuning.rate;
 }
 
-/* Keeps the present value, to which a later interval without agreement returns. */
-static void keep(inductance_t *x)
-{
-    x->kept = x->learnt.value;
-    x->kept_rate = x->rate;
-}
-
 /* An interval ends. What it has learnt before its cycles contradicted each other is not used. */
 static void settle(inductance_t *x, bool failed)
 {
     if (x->confidence > CONFIDENT) {
-        keep(x);
+        x->kept = x->learnt.value;
     } else if (failed) {
         x->learnt.value = x->kept;
-        x->rate = x->kept_rate;
     }
 }
 
@@ -358,9 +349,7 @@ static void end(inductance_t *x, float omega_smooth)
         if (is_trusted(x, said) && loaded(x, x->mean.q) && shows(x, bounds_magnitude(omega_smooth))) {
             learn(tuning, time, said, &x->learnt, &x->rate);
             learnt = true;
-            if (x->confidence > CERTAIN) {
-                keep(x);
-            }
+            x->kept = x->confidence > CERTAIN ? x->learnt.value : x->kept;
         }
     }
     look(x, said > 0.0f, learnt, bounds_magnitude(omega_smooth));

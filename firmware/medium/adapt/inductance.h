@@ -172,7 +172,6 @@ typedef struct {
     learnt_value_t resistance; /* R [ohm] */
     float rate;                /* present rate of L [1/s] */
     float kept;                /* last L_q with enough confidence, or the parameter [H] */
-    float kept_rate;           /* rate of L at that time [1/s] */
     float resistance_rate;     /* present rate of R [1/s] */
     float confidence;          /* share of the last cycles that agreed with the one before them [-] */
     float said;                /* result of the last cycle [H] */

@@ -84,6 +84,9 @@ typedef struct {
 #define MANOEUVRE_TOO_FAST UINT32_C(4) /* its EMF is above the DC link voltage */
 #define MANOEUVRE_LOST     UINT32_C(8) /* the lock was lost too often */
 
+/* Rise of the forced current per window, over the current of a start: from zero to it in 1.5 ms. */
+#define MANOEUVRE_RISE (DRIVE_WINDOW_PERIOD / 1.5e-3f)
+
 /* Duration of a catch. */
 #define MANOEUVRE_CATCH_PERIODS DRIVE_PERIODS(20e-3f)
 
@@ -113,8 +116,7 @@ typedef struct {
     float ease_share;          /* share by which it approaches its final speed per window [-] */
     float current_start;       /* of the forced frame in a start [A] */
     float current_inverse;     /* 1/current_start [1/A] */
-    float current_rise;        /* rise of the forced current per window [A] */
-    float align_rise;          /* the same in an alignment [A] */
+    float align_rise;          /* rise of the forced current per window in an alignment [A] */
     float current_retry;       /* largest current of a start after a failed one [A] */
     float current_caught;      /* along the d axis of a rotor that is caught [A] */
     float doubtful;            /* smaller currents leave the sign of a leg's loss uncertain [A]; 0: never */

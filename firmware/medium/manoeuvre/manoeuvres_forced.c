@@ -155,7 +155,7 @@ static void force_current(manoeuvres_t *m, bool voltage_near)
         wanted = with_margin < wanted ? with_margin : wanted;
         wanted = wanted > 0.5f * m->forced.wanted ? wanted : 0.5f * m->forced.wanted;
     }
-    raise_current(m, wanted, m->limits.current_rise);
+    raise_current(m, wanted, MANOEUVRE_RISE * m->limits.current_start);
 }
 
 /* A start has failed for this reason: another try follows after a catch, or the fault if no try is left. */

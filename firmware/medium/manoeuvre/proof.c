@@ -31,8 +31,7 @@ static void begin_window(proof_t *proof)
 void proof_enter(proof_t *proof)
 {
     begin_window(proof);
-    proof->agreed = 0u;
-    proof->denied = 0u;
+    proof->verdicts = 0;
     proof->periods = 0u;
 }
 
@@ -63,13 +62,19 @@ proof_outcome_t proof_step(proof_t *proof, const estimate_t *estimate)
         proof->tracked++;
     }
     if (proof->tracked >= tuning->window) {
-        proof->agreed = agrees(proof) ? proof->agreed + 1u : 0u;
-        proof->denied = denies(proof) ? proof->denied + 1u : 0u;
+        const int32_t now = proof->verdicts;
+        if (agrees(proof)) {
+            proof->verdicts = now > 0 ? now + 1 : 1;
+        } else if (denies(proof)) {
+            proof->verdicts = now < 0 ? now - 1 : -1;
+        } else {
+            proof->verdicts = 0;
+        }
         begin_window(proof);
     }
-    if (proof->agreed >= PROOF_WINDOWS) {
+    if (proof->verdicts >= PROOF_WINDOWS) {
         return PROOF_GOOD;
     }
-    const bool ends = proof->denied >= PROOF_DENIED || proof->periods >= tuning->longest;
+    const bool ends = proof->verdicts <= -PROOF_DENIED || proof->periods >= tuning->longest;
     return ends ? PROOF_FAILED : PROOF_GOES_ON;
 }

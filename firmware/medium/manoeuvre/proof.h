@@ -25,8 +25,8 @@
 #include "math/frames.h"
 
 #define PROOF_TIME    2e-3f  /* [s] of a window */
-#define PROOF_WINDOWS 4u     /* [windows] that must agree, in succession */
-#define PROOF_DENIED  3u     /* [windows] whose EMF denies the speed, in succession */
+#define PROOF_WINDOWS 4      /* [windows] that must agree, in succession */
+#define PROOF_DENIED  3      /* [windows] whose EMF denies the speed, in succession */
 #define PROOF_LONGEST 50e-3f /* [s] */
 
 typedef struct {
@@ -39,8 +39,7 @@ typedef struct {
     dq_t emf;         /* sum in this window, q in the direction of rotation [V] */
     float expected;   /* sum of psi_a |omega| [V] */
     uint32_t tracked; /* [periods] of this window */
-    uint32_t agreed;  /* [windows] that agreed so far, in succession */
-    uint32_t denied;  /* [windows] that denied the speed so far, in succession */
+    int32_t verdicts; /* [windows] in succession that agreed; below zero: that denied the speed */
     uint32_t periods; /* [periods] so far */
 } proof_t;
 

@@ -99,8 +99,8 @@ static bool overruns(motion_watch_t *watch, const motion_watch_input_t *input)
     const motion_watch_tuning_t *tuning = &watch->tuning;
     const float speed = bounds_magnitude(input->omega_m);
     const float beyond = MOTION_OVERRUN * bounds_magnitude(input->omega_m_ref) + tuning->progress;
-    const bool over = input->asked && tuning->speed_error != 0u &&
-                      input->omega_m * input->omega_m_ref > 0.0f && input->i_q_ref * input->omega_m < 0.0f &&
+    const bool over = input->asked && input->i_q_ref * input->omega_m < 0.0f &&
+                      input->omega_m * input->omega_m_ref > 0.0f && tuning->speed_error != 0u &&
                       speed > beyond && !bounds_within(input->i_q_ref, MOTION_AT_LIMIT * input->limit) &&
                       input->running > tuning->overrun;
     if (!over || watch->over == 0u || speed < watch->overrun) {

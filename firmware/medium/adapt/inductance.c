@@ -216,8 +216,8 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
     }
     if (x->follows == 0u) {
         x->swing.i_d = 0.0f;
-        x->emf_mean = input->emf.q;
-        x->emf_d_mean = input->emf.d;
+        x->emf_mean.q = input->emf.q;
+        x->emf_mean.d = input->emf.d;
         x->turned = 0.0f;
         x->theta = input->theta;
         x->mean = input->current;
@@ -245,7 +245,7 @@ static bool begin(inductance_t *x, const inductance_input_t *input)
 static bool is_locked(const inductance_t *x, const inductance_wave_t *wave, float speed)
 {
     const bool turns =
-        speed > INDUCTANCE_SPEED_MIN && bounds_magnitude(x->emf_mean) > EMF_MIN * x->flux * speed;
+        speed > INDUCTANCE_SPEED_MIN && bounds_magnitude(x->emf_mean.q) > EMF_MIN * x->flux * speed;
     return turns && x->sum.detector < INDUCTANCE_DETECTOR_MAX * (float)wave->steps;
 }
 
@@ -390,7 +390,7 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     if (x->left == 0u && !begin(x, input)) {
         return;
     }
-    x->emf_mean = lowpass_step(x->emf_mean, share, input->emf.q);
+    x->emf_mean.q = lowpass_step(x->emf_mean.q, share, input->emf.q);
     x->mean.d = lowpass_step(x->mean.d, share, input->current.d);
     x->mean.q = lowpass_step(x->mean.q, share, input->current.q);
     const float s = wave_at(x->t);
@@ -403,7 +403,7 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     const float i_d = input->current.d - x->mean.d;
     const float i_q = input->current.q - x->mean.q - x->along * i_d - turned_part(x, i_d - x->swing.i_d);
     x->swing.i_d = i_d;
-    const float e_q = input->emf.q - x->emf_mean;
+    const float e_q = input->emf.q - x->emf_mean.q;
     x->sum.emf += e_q * s;
     x->sum.emf_c += e_q * c;
     x->sum.answer += i_d * s;
@@ -414,9 +414,9 @@ void inductance_step(inductance_t *x, const inductance_input_t *input)
     x->theta = input->theta;
     const float before = x->turned;
     x->turned = (1.0f - share) * (x->turned + moved);
-    x->emf_d_mean = lowpass_step(x->emf_d_mean, share, input->emf.d);
+    x->emf_mean.d = lowpass_step(x->emf_mean.d, share, input->emf.d);
     const float drop =
-        input->emf.d - x->emf_d_mean - x->flux * x->omega * x->turned - flux_change(x, x->turned - before);
+        input->emf.d - x->emf_mean.d - x->flux * x->omega * x->turned - flux_change(x, x->turned - before);
     x->sum.drop += drop * s;
     x->sum.drop_c += drop * c;
     x->sum.detector += bounds_magnitude(input->detector);

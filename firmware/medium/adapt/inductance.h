@@ -188,8 +188,7 @@ typedef struct {
     float turned;           /* high-pass of the loop's angle [rad] */
     float flux;             /* psi_a at the beginning; of a round rotor psi_f [Wb] */
     float along;            /* t: i_q of the dither over its i_d at constant torque [-] */
-    float emf_d_mean;       /* low-pass of e_d [V] */
-    float emf_mean;         /* low-pass of e_q [V] */
+    dq_t emf_mean;          /* low-pass of the EMF [V] */
     dq_t mean;              /* low-pass of the current [A] */
     inductance_sums_t sum;  /* of the cycle */
     inductance_swing_t swing;

@@ -75,9 +75,8 @@ static void start(inductance_t *x)
     x->learnt = (learnt_value_t){x->tuning.from, x->tuning.from};
     x->resistance = (learnt_value_t){x->tuning.resistance_from, x->tuning.resistance_from};
     x->rate = x->tuning.rate;
-    x->kept = x->tuning.from;
     x->resistance_rate = x->tuning.rate;
-    x->look = (inductance_look_t){.looked = 0u};
+    x->look = (inductance_look_t){.kept = x->tuning.from};
     inductance_rest(x);
 }
 
@@ -145,9 +144,9 @@ static bool looks_for_resistance(const inductance_t *x, float speed)
 static void settle(inductance_t *x, bool failed)
 {
     if (x->confidence > CONFIDENT) {
-        x->kept = x->learnt.value;
+        x->look.kept = x->learnt.value;
     } else if (failed) {
-        x->learnt.value = x->kept;
+        x->learnt.value = x->look.kept;
     }
 }
 
@@ -349,7 +348,7 @@ static void end(inductance_t *x, float omega_smooth)
         if (is_trusted(x, said) && loaded(x, x->mean.q) && shows(x, bounds_magnitude(omega_smooth))) {
             learn(tuning, time, said, &x->learnt, &x->rate);
             learnt = true;
-            x->kept = x->confidence > CERTAIN ? x->learnt.value : x->kept;
+            x->look.kept = x->confidence > CERTAIN ? x->learnt.value : x->look.kept;
         }
     }
     look(x, said > 0.0f, learnt, bounds_magnitude(omega_smooth));

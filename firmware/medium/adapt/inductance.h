@@ -143,6 +143,7 @@ typedef struct {
     uint32_t failed; /* [-] 1: the last interval ended because most of its cycles had no value */
     uint32_t rests;  /* remaining steps of a pause [-]; 0: an interval is active */
     float looked_at; /* i_q of the last interval [A] */
+    float kept;      /* last L_q with enough confidence, or the parameter [H] */
 } inductance_look_t;
 
 /* Sums over a cycle, s being the wave and c the same a quarter of a cycle ahead. */
@@ -171,7 +172,6 @@ typedef struct {
     learnt_value_t learnt;     /* L_q [H] */
     learnt_value_t resistance; /* R [ohm] */
     float rate;                /* present rate of L [1/s] */
-    float kept;                /* last L_q with enough confidence, or the parameter [H] */
     float resistance_rate;     /* present rate of R [1/s] */
     float confidence;          /* share of the last cycles that agreed with the one before them [-] */
     float said;                /* result of the last cycle [H] */

@@ -808,9 +808,13 @@ static bool without_lag(const stretch_t *s)
 static bool weighted_gain(const stretch_t *s)
 {
     const double share = settings_mean_share;
-    double mean = 0.0;
+    double mean = 0.0; /* q before the first sample: that of the whole stretch */
     double missed = 0.0;
     double moved = 0.0;
+    for (uint32_t k = s->first; k < s->end; k++) {
+        mean +=
+            (V(i_err_alpha) * V(i_err_alpha) + V(i_err_beta) * V(i_err_beta)) / (double)(s->end - s->first);
+    }
     for (uint32_t k = s->first; k < s->end && s->bridge; k++) {
         const double x2 = V(i_err_alpha) * V(i_err_alpha);
         const double y2 = V(i_err_beta) * V(i_err_beta);
@@ -820,7 +824,7 @@ static bool weighted_gain(const stretch_t *s)
             missed += (left - right) * (left - right);
             moved += right * right;
         }
-        mean += (k > s->first ? share : 1.0) * (x2 + y2 - mean);
+        mean += share * (x2 + y2 - mean);
     }
     const uint32_t k = s->first;
     EXPECT_OF("k_f", s->bridge ? sqrt(missed / moved) : 0.0, 0.0, 0.15)

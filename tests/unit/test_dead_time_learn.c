@@ -156,11 +156,11 @@ static void turn(double seconds)
     }
 }
 
-/* The rest of an error [-] after this number of seconds of learning, by the law of the rate in small steps,
- * from this share of the initial rate on. */
-static double left_after(double seconds, double share, double first)
+/* The rest of an error [-] after this number of seconds of learning, by the law of the rate in small steps.
+ */
+static double left_after(double seconds, double share)
 {
-    double rate = first * RATE;
+    double rate = RATE;
     double left = 1.0;
     for (int32_t n = 0; n < (int32_t)(seconds / PERIOD + 0.5); n++) {
         left -= share * PERIOD * rate * left;
@@ -179,13 +179,11 @@ static void test_error_falls_with_the_rate(void)
         setUp();
         world.omega = (n % 2 != 0 ? -1.0 : 1.0) * speeds[n / 2 % 3];
         world.ahead = ahead[n / 6] * PI;
-        world.learn.rate = 0.75f * (float)RATE;
         turn(0.15);
         const double before = unlearnt();
         const double whole = 4.0 * PI / fabs(world.omega);
         turn(whole);
-        const double expected =
-            144.0 / 145.0 * log(left_after(0.15, 1.0, 0.75) / left_after(0.15 + whole, 1.0, 0.75));
+        const double expected = 144.0 / 145.0 * log(left_after(0.15, 1.0) / left_after(0.15 + whole, 1.0));
         char message[120];
         snprintf(message, sizeof message, "%.0f rad/s, current %.1f pi ahead", world.omega, ahead[n / 6]);
         TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.05 * expected, expected, -log(unlearnt() / before), message);
@@ -248,20 +246,6 @@ static void test_only_what_is_more_than_chance_is_used(void)
     TEST_ASSERT_DOUBLE_WITHIN(2e-3, 0.0, off());
 }
 
-/* Whatever a start teaches, the parameters stay in use until the rate has fallen to 0.75: after
- * 6 (1/0.75 - 1)/g seconds, by the law of the rate without its floor of a hundredth; then the learnt value is
- * in use. */
-static void test_a_value_is_used_only_once_it_is_averaged(void)
-{
-    const double averaged = 6.0 * (1.0 / 0.75 - 1.0) / RATE;
-    const float given = world.learn.effective;
-    turn(0.95 * averaged);
-    TEST_ASSERT_TRUE(fabs((double)world.learn.learnt - (double)given) > 0.5 * fabs(TRUE - (double)given));
-    TEST_ASSERT_EQUAL_FLOAT(given, world.learn.effective);
-    turn(0.1 * averaged);
-    TEST_ASSERT_EQUAL_FLOAT(world.learn.learnt, world.learn.effective);
-}
-
 /* At 600 rad/s the twelfth harmonic turns by 2.9 rad from step to step, which is nearly half a turn; at
  * 380 rad/s by 1.8. The small psi_f makes both EMFs small enough to be evaluated. */
 static void test_a_speed_too_high_for_the_steps_teaches_nothing(void)
@@ -316,8 +300,7 @@ static void test_slower_where_the_emf_is_small(void)
     turn(whole);
     const double share = 0.55 / 0.85;
     const double slower = share * share;
-    const double expected =
-        144.0 / 145.0 * log(left_after(0.4, slower, 1.0) / left_after(0.4 + whole, slower, 1.0));
+    const double expected = 144.0 / 145.0 * log(left_after(0.4, slower) / left_after(0.4 + whole, slower));
     TEST_ASSERT_DOUBLE_WITHIN(0.05 * expected, expected, -log(unlearnt() / before));
 }
 

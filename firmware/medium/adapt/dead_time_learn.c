@@ -140,15 +140,13 @@ static bool settled(const dead_time_learn_t *learn, const dead_time_learn_input_
            square_of(learn->along_mean) > DEAD_TIME_LEARN_STEADY && learn->moved != 0u;
 }
 
-/* The parameters stay in use until the learnt value has been averaged for a while, and differs from them by
- * more than noise can explain. Before, a start can teach a value that is further away than they are. */
+/* The parameters stay in use until the learnt value differs from them by more than noise can explain. */
 static void use(dead_time_learn_t *learn)
 {
     const dead_time_learn_tuning_t *tuning = &learn->tuning;
     const float share = learn->rate * tuning->per_rate;
     const float chance = DEAD_TIME_LEARN_CHANCE * tuning->band * share * inverse_root(share);
-    const bool averaged = share <= DEAD_TIME_LEARN_USED;
-    const bool differs = averaged && !bounds_within(learn->learnt - tuning->effective, chance);
+    const bool differs = !bounds_within(learn->learnt - tuning->effective, chance);
     learn->effective = differs ? learn->learnt : tuning->effective;
 }
 

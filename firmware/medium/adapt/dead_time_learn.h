@@ -63,7 +63,6 @@
  * together with it. */
 #define DEAD_TIME_LEARN_SETTLED 0.2f
 #define DEAD_TIME_LEARN_NEAR    0.6f
-#define DEAD_TIME_LEARN_USED    0.75f /* [-] of the initial rate: from here on the learnt value may be used */
 #define DEAD_TIME_LEARN_CHANCE  0.028f /* [-] of the dead band: effect of noise at the initial rate */
 
 typedef struct {

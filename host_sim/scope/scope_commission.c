@@ -148,15 +148,30 @@ static void put_number(FILE *to, const char *name, double value)
     json_number(to, value);
 }
 
-/* The steps that the page runs: all but the one for a rotor that is held. */
+/* The page runs all steps but the one for a rotor that is held. */
+static bool is_shown(commission_do_t step)
+{
+    return step != COMMISSION_DO_angle;
+}
+
+/* Number of shown steps before this one: its place in the list of the page. */
+static uint32_t place_of(commission_do_t step)
+{
+    uint32_t place = 0u;
+    for (uint32_t n = 0; n < (uint32_t)step; n++) {
+        place += is_shown((commission_do_t)n) ? 1u : 0u;
+    }
+    return place;
+}
+
 static void put_steps(FILE *to, const scope_commission_t *commission)
 {
     for (uint32_t n = 0; n < COMMISSION_STEP_COUNT; n++) {
         const commission_do_t step = (commission_do_t)n;
-        if (step == COMMISSION_DO_angle) {
+        if (!is_shown(step)) {
             continue;
         }
-        fprintf(to, "%s{\"name\":", n > 0u ? "," : "");
+        fprintf(to, "%s{\"name\":", place_of(step) > 0u ? "," : "");
         json_text(to, commission_step_name(step));
         fputs(",\"text\":", to);
         json_text(to, commission_step_text(step));
@@ -221,7 +236,8 @@ void scope_commission_text(FILE *to, const scope_commission_t *commission)
             commission->done ? "true" : "false");
     fputs(",\"steps\":[", to);
     put_steps(to, commission);
-    fprintf(to, "],\"step\":%u,\"tries\":%u", (unsigned)commission->step, (unsigned)commission->tries);
+    fprintf(to, "],\"step\":%u,\"tries\":%u", (unsigned)place_of(commission->step),
+            (unsigned)commission->tries);
     put_number(to, "elapsed", commission->running ? seconds(commission) - commission->step_begun : 0.0);
     if (commission->asking) {
         fputs(",\"question\":", to);

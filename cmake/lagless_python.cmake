@@ -1,5 +1,5 @@
-# The interpreter itself in place of what a version manager puts on the path in front of it: a script that takes longer to start than many
-# of our Python programs run, and a check starts it some hundred times. Too old a one is left to find_package, which searches further.
+# The path of the interpreter itself: the `python3` of a version manager is a script that takes longer to start than many of our Python
+# programs run, and a check starts it some hundred times. If this interpreter is too old, find_package searches for another one.
 if(NOT Python3_EXECUTABLE)
     execute_process(COMMAND python3 -c "import sys; print(sys.executable if sys.version_info >= (3, 9) else '')"
         OUTPUT_VARIABLE interpreter OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)

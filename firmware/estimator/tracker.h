@@ -11,8 +11,8 @@
  *                                  loop itself changes psi_a in the opposite direction
  *
  * While braking the detector also shows the motion that an error of F causes, in the wrong direction. Only
- * the speed from the length of the EMF, which is free of it, can correct F: its cutoff is multiplied by
- * 1/f^3.
+ * the speed from the length of the EMF, which does not contain this motion, can correct F: its cutoff is
+ * multiplied by 1/f^3.
  *
  * Where the iron of the q axis saturates (saturation.h), psi_q = L_q i_q + c with the constant L_q of the
  * observer, and the flux behind the EMF is psi_a + j c in the frame of the rotor. The part of c is known:

@@ -36,7 +36,7 @@ def period_number(text):
 
 
 def decimals(ticks):
-    """The fewest digits that are exact for every period; 9 if no number of digits is."""
+    """The least number of digits that represents each period exactly; 9 if there is none."""
     return next((count for count in range(1, 9) if (ticks * TICK * 10**count).denominator == 1), 9)
 
 

@@ -103,12 +103,6 @@ static commission_verdict_t begin(angle_step_t *step, const commission_tuning_t 
     return commission_goes_on();
 }
 
-static void point(angle_step_t *step, float angle, excite_order_t *order)
-{
-    step->standing.angle = angle_wrap(angle);
-    order->axis = trig_turn(step->standing.angle);
-}
-
 /* y_1 or y_2 over y_0. */
 static float share_of(float cosine, float sine, float mean)
 {
@@ -162,14 +156,14 @@ static commission_verdict_t next(angle_step_t *step, const commission_tuning_t *
         order->voltage = 0.0f;
         step->phase = (int32_t)ANGLE_TURN;
     } else if (step->direction < DIRECTIONS) {
-        point(step, FIRST + APART * (float)step->direction, order);
+        standing_point(&step->standing, FIRST + APART * (float)step->direction, order);
         prepare(step, tuning, input, results, order);
     } else if (clear_amplitude(step, tuning, input, results) < AMPLITUDE_LEAST) {
         return commission_failed(COMMISSION_REASON_NO_STANDSTILL_ANGLE, ANGLE_NOT_CLEAR);
     } else {
         step->biased = 1u;
         step->direction = 0u;
-        point(step, FIRST, order);
+        standing_point(&step->standing, FIRST, order);
         order->voltage = 0.0f;
         order->current = step->bias;
         standing_wait(&step->standing);
@@ -186,10 +180,8 @@ static commission_verdict_t run_on(angle_step_t *step, const commission_tuning_t
     const uint32_t from = periods_of(SETTLE, tuning->window);
     step->windows++;
     if (step->windows > from) {
-        step->voltage.re += seen->voltage_cos.d;
-        step->voltage.im -= seen->voltage_sin.d;
-        step->current.re += seen->current_cos.d;
-        step->current.im -= seen->current_sin.d;
+        sine_sum_add(&step->voltage, seen->voltage_cos.d, seen->voltage_sin.d);
+        sine_sum_add(&step->current, seen->current_cos.d, seen->current_sin.d);
     }
     return step->windows < from + step->length ? commission_goes_on()
                                                : next(step, tuning, input, order, results);
@@ -203,7 +195,7 @@ static void turn_on(angle_step_t *step, const commission_tuning_t *tuning, const
     const float target = FIRST + APART * (float)step->direction;
     const float rest = angle_wrap(target - step->standing.angle);
     const float most = RATE * tuning->window;
-    point(step, step->standing.angle + bounds_clamp(rest, most), order);
+    standing_point(&step->standing, step->standing.angle + bounds_clamp(rest, most), order);
     if (bounds_within(rest, most)) {
         prepare(step, tuning, input, results, order);
     }

@@ -170,15 +170,17 @@ static void prepare(sine_step_t *step, const commission_tuning_t *tuning, const 
     step->across = (sine_sum_t){0.0f, 0.0f};
 }
 
+static float axis_of(dq_t sum, bool q)
+{
+    return q ? sum.q : sum.d;
+}
+
 static void add(sine_step_t *step, const excite_seen_t *seen)
 {
     const bool across = runs[step->run].across;
-    step->voltage.re += across ? seen->voltage_cos.q : seen->voltage_cos.d;
-    step->voltage.im -= across ? seen->voltage_sin.q : seen->voltage_sin.d;
-    step->along.re += across ? seen->current_cos.q : seen->current_cos.d;
-    step->along.im -= across ? seen->current_sin.q : seen->current_sin.d;
-    step->across.re += across ? seen->current_cos.d : seen->current_cos.q;
-    step->across.im -= across ? seen->current_sin.d : seen->current_sin.q;
+    sine_sum_add(&step->voltage, axis_of(seen->voltage_cos, across), axis_of(seen->voltage_sin, across));
+    sine_sum_add(&step->along, axis_of(seen->current_cos, across), axis_of(seen->current_sin, across));
+    sine_sum_add(&step->across, axis_of(seen->current_cos, !across), axis_of(seen->current_sin, !across));
 }
 
 static float length_square(sine_sum_t number)

@@ -29,6 +29,13 @@ typedef struct {
     float re, im;
 } sine_sum_t;
 
+/* Adds a window: its sums with the cosine and with the sine of the excitation. */
+static inline void sine_sum_add(sine_sum_t *sum, float cosine, float sine)
+{
+    sum->re += cosine;
+    sum->im -= sine;
+}
+
 typedef enum { SINE_BEGIN, SINE_ALIGN, SINE_TURN, SINE_STILL, SINE_RUNS } sine_phase_t;
 
 typedef struct {

@@ -1,8 +1,6 @@
 #include "medium/commission/standing.h"
 
-#include "math/angle.h"
 #include "math/bounds.h"
-#include "math/trig.h"
 
 #define BANDWIDTH   300.0f  /* [rad/s] of the control along the axis */
 #define CORNER      60.0f   /* [rad/s] of its integral, until R is known */
@@ -45,10 +43,9 @@ void standing_gains(float u_dc, const commission_tuning_t *tuning, const commiss
 void standing_begin(standing_t *standing, float angle, float u_dc, const commission_tuning_t *tuning,
                     const commission_results_t *results, excite_order_t *order)
 {
-    standing->angle = angle_wrap(angle);
     standing_wait(standing);
     *order = (excite_order_t){.kind = (int32_t)EXCITE_HOLD, .serial = order->serial + 1u};
-    order->axis = trig_turn(standing->angle);
+    standing_point(standing, angle, order);
     standing_gains(u_dc, tuning, results, order);
 }
 
@@ -66,8 +63,7 @@ bool standing_turn(standing_t *standing, float angle, const commission_tuning_t 
     const float rest = angle_wrap(angle - standing->angle);
     const bool lags = !bounds_within(seen->current.q, bounds_magnitude(TURN_LAG * seen->current.d));
     const float step = (lags ? TURN_SLOW : 1.0f) * TURN * tuning->window;
-    standing->angle = angle_wrap(standing->angle + bounds_clamp(rest, step));
-    order->axis = trig_turn(standing->angle);
+    standing_point(standing, standing->angle + bounds_clamp(rest, step), order);
     return bounds_within(rest, step);
 }
 

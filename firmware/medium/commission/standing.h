@@ -3,6 +3,8 @@
 #ifndef MEDIUM_COMMISSION_STANDING_H
 #define MEDIUM_COMMISSION_STANDING_H
 
+#include "math/angle.h"
+#include "math/trig.h"
 #include "medium/commission/commission_types.h"
 
 typedef enum { STANDING_NOT_YET, STANDING_STEADY, STANDING_NEVER } standing_state_t;
@@ -14,6 +16,13 @@ typedef struct {
     float last;             /* mean voltage of the last block [V]; below 0: none yet */
     commission_mean_t mean; /* of the present block, or of the last one when steady */
 } standing_t;
+
+/* Points the axis at this angle [rad]. */
+static inline void standing_point(standing_t *standing, float angle, excite_order_t *order)
+{
+    standing->angle = angle_wrap(angle);
+    order->axis = trig_turn(standing->angle);
+}
 
 /* A hold from zero current at this angle [rad]: gains from L [H] and R [ohm] of the results. */
 void standing_begin(standing_t *standing, float angle, float u_dc, const commission_tuning_t *tuning,

@@ -56,6 +56,7 @@ void medium_watch_currents(medium_t *medium, const window_t *window)
         .elsewhere = medium->encoder_watch.elsewhere != 0u,
         .limited = window->sum.limited != 0u,
         .comparable = is_comparable(m, window),
+        .noise = window->sensors.noise,
     };
     medium->found.current_faults = current_watch_step(watch, &input);
 }

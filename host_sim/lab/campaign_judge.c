@@ -51,9 +51,24 @@ static uint32_t ends(const campaign_injected_t *injected, const campaign_fault_t
     return campaign_periods(injected->time + lasts + AFTERWARDS);
 }
 
+/* Error that the fault adds to the measured currents [A]. */
+static double offset_of(const campaign_case_t *drawn, const campaign_motor_t *motor,
+                        const campaign_injected_t *injected)
+{
+    const char *const row = campaign_faults[injected->kind].row;
+    if (strcmp(row, "current_offset_a") == 0) {
+        return fabs(injected->value * motor->current - CAMPAIGN_VALUE(drawn, offset_a));
+    }
+    if (strcmp(row, "current_offset_b") == 0) {
+        return fabs(injected->value * motor->current - CAMPAIGN_VALUE(drawn, offset_b));
+    }
+    return 0.0;
+}
+
 static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign_injected_t *injected)
 {
     const campaign_fault_t *fault = &campaign_faults[injected->kind];
+    const campaign_motor_t motor = campaign_motor(drawn);
     const bool until_told = (fault->excuse & CAMPAIGN_UNTIL_TOLD) != 0u;
     const bool while_slow = (fault->excuse & CAMPAIGN_WHILE_SLOW) != 0u;
     const bool uncoded = (fault->excuse & CAMPAIGN_UNCODED) != 0u;
@@ -68,6 +83,7 @@ static campaign_excused_t excuse_of(const campaign_case_t *drawn, const campaign
         .told = until_told ? campaign_periods(injected->time + PROMISED_NOTICE) : UINT32_MAX,
         .turned = until_told ? 0.0 : CAMPAIGN_TURN,
         .notice = until_told ? campaign_periods(PROMISED_NOTICE) : 0u,
+        .offset = offset_of(drawn, &motor, injected),
     };
 }
 
@@ -185,16 +201,27 @@ static void judge_ceiling(campaign_watch_t *watch, uint32_t phase, double amount
     }
 }
 
+/* Error of the measured currents by present faults [A]. */
+static double offset_at(const campaign_watch_t *watch, uint32_t period)
+{
+    double offset = 0.0;
+    for (uint32_t n = 0; n < CAMPAIGN_FAULTS_MAX; n++) {
+        offset += campaign_is_there(watch, n, period) ? watch->excused[n].offset : 0.0;
+    }
+    return offset;
+}
+
 /* With all gates off, software can do no more: a rotor whose EMF exceeds the link voltage feeds the link
  * through the diodes. The same holds in the first periods of a catch, in which the drive has not yet measured
- * the speed: the drive does not cause a speed beyond overspeed_trip then. Offsets that have changed while the
- * rotor fed the link could not be measured, so the trip has an error of this size. */
+ * the speed: the drive does not cause a speed beyond overspeed_trip then. The trip has the error of the
+ * measured currents: that of an offset that has changed, until it can be measured. It cannot be measured with
+ * the bridge on, or while the rotor feeds the link. */
 static void judge_currents(campaign_watch_t *watch, uint32_t period, const uint32_t *rows)
 {
     static const char *const names[3] = {"true_i_a", "true_i_b", "true_i_c"};
     const bool fast = fabs(campaign_number(rows, CAMPAIGN_AT_true_omega_m)) > watch->overspeed &&
                       rows[CAMPAIGN_AT_manoeuvre] != watch->run;
-    const double unknown = watch->truth.fed ? watch->drift : 0.0;
+    const double unknown = (watch->truth.fed ? watch->drift : 0.0) + offset_at(watch, period);
     for (uint32_t phase = 0; phase < 3u; phase++) {
         const double amount = fabs(campaign_number(rows, CAMPAIGN_AT_true_i_a + phase));
         const bool over = amount > watch->trip + unknown;

@@ -155,6 +155,7 @@ typedef struct {
     double
         turned; /* [rad] electrical angle since the fault began, or since the bridge came on with the fault */
     uint32_t far[3]; /* [periods] time for which the current of this phase has exceeded the ceiling */
+    double offset;   /* [A] error that the fault adds to the measured currents */
 } campaign_excused_t;
 
 /* campaign_duty.c: the rules about the task of the drive. */

@@ -333,6 +333,31 @@ static void test_a_smaller_emf_excuses_the_angle_up_to_the_speed_that_makes_up_f
     }
 }
 
+/* A phase current stays at a share of a limit for three samples. */
+static void carry(double current, int end, const char *what)
+{
+    put("true_i_b", (float)(0.99 * current));
+    pass(10.0 * PERIOD);
+    expect(HELD, what);
+    put("true_i_b", (float)(-1.01 * current));
+    pass(3.0 * PERIOD);
+    expect(end, what);
+}
+
+/* 1.2 times the trip are 18 A. The measured current is wrong by the step of the offset from -0.4 A to 0.3
+ * times the rated current; after the fault has ended, and 0.1 s later, by nothing. */
+static void test_an_offset_of_a_sensor_adds_to_the_limit_of_the_current(void)
+{
+    judge_anew("");
+    observed.quantities[CAMPAIGN_Q_offset_b] = -0.4;
+    inject("current_offset_b", 0.3, 0.0);
+    carry(18.0 + 0.3 * watch.motor.current + 0.4, CAMPAIGN_I_CURRENT, "while the offset is there");
+    judge_anew("");
+    inject("current_offset_b", 0.3, 0.01);
+    pass(0.1102);
+    carry(18.0, CAMPAIGN_I_CURRENT, "afterwards");
+}
+
 static void test_swapped_wires_excuse_the_angle_only_without_an_encoder(void)
 {
     judge_anew("swap_phases");

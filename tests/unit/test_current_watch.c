@@ -22,6 +22,7 @@ static bool forced;                 /* a forced frame takes the rotor along */
 static bool contradicted;           /* the EMF along a phase's axis is wrong */
 static bool elsewhere;              /* the EMF is wrong along no phase's axis */
 static float doubt;                 /* [rad/s] of the rotor's speed */
+static float scatter;               /* [A^2] mean square of the sensors' noise in the calibration */
 
 /* The window under way, as the fast task sums it. */
 #define WINDOW 8u
@@ -65,6 +66,7 @@ void setUp(void)
     salience = 1.0;
     forced = contradicted = elsewhere = false;
     doubt = 0.0f;
+    scatter = 0.0f;
     prepare(false, 1.0, 1.0);
 }
 
@@ -106,6 +108,7 @@ static void judge(ab_t voltage, abc_t measured, ab_t reference)
         .contradicted = contradicted,
         .elsewhere = elsewhere,
         .comparable = true,
+        .noise = scatter,
     };
     ticks++;
     add(voltage, input.reference, measured);
@@ -238,6 +241,27 @@ static void test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck(void
     setUp();
     stand(400u, 0.03f); /* of 20 A, 0.2 % are 0.04 A */
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
+}
+
+/* A code is 20 A/2048 = 9.77 mA, two codes squared 3.81e-4 A^2. All is at rest: only the noise shows that the
+ * value of a is stuck. It is seen at the end of the window in which it has not changed for 16 periods. */
+static void test_a_value_without_the_noise_of_its_sensor_is_stuck_after_two_windows(void)
+{
+    static const struct {
+        float scatter; /* [A^2] in the calibration */
+        uint32_t seen;
+    } cases[] = {{3.9e-4f, CURRENT_WATCH_STUCK}, {3.7e-4f, 0u}, {0.0f, 0u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        scatter = cases[n].scatter;
+        for (uint32_t k = 0; k < 20u * WINDOW; k++) {
+            const float a = k < 10u * WINDOW ? 0.02f * (float)(k % 2u) : 0.5f;
+            const float b = 0.02f * (float)(k % 3u);
+            judge((ab_t){0.0f, 0.0f}, (abc_t){a, b, -a - b}, (ab_t){0.0f, 0.0f});
+        }
+        TEST_ASSERT_EQUAL_UINT32(cases[n].seen, seen);
+        TEST_ASSERT_TRUE(seen == 0u || periods == 13u * WINDOW);
+    }
 }
 
 /* Exact sensors and a constant current: the assumed voltage may be wrong by the effect of R/2 and of the

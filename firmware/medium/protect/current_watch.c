@@ -12,6 +12,9 @@
 #define STILL_TIME    1.2e-3f     /* [s] the same for a value near zero ... */
 #define JUMP_TIME     0.6e-3f     /* [s] ... that was reached by a jump which no current can make */
 #define LONG_STILL    15e-3f      /* [s] longest time without a change of a sound value while others change */
+#define SILENT        16u         /* [periods] without a change of a value with a noise of NOISY_CODES */
+#define NOISY_CODES   2.0f        /* [-] standard deviation */
+#define CODES         2048.0f     /* [-] of the range */
 #define BESIDE_SHARE  0.002f      /* [-] of the range: change of another sensor by then, four codes */
 #define URGENT        3.0f  /* [-] of the limit: beyond it any stuck value is reported after JUMP_TIME */
 #define SURPRISE      0.15f /* [-] of the range: largest observer error of a sound current */
@@ -44,6 +47,7 @@ current_watch_tuning_t current_watch_prepare(const current_watch_params_t *param
     const winding_t winding = winding_prepare(params->resistance, inductance, params->period);
     const float per_speed = winding.per_volt * params->flux_linkage;
     const float least = GAIN_SHARE * params->range;
+    const float noisy = NOISY_CODES / CODES * params->range;
     return (current_watch_tuning_t){
         .judged = params->judged ? 1u : 0u,
         .winding = winding,
@@ -60,6 +64,7 @@ current_watch_tuning_t current_watch_prepare(const current_watch_params_t *param
                   [STILL_JUMP] = periods_of(JUMP_TIME, params->period),
                   [STILL_ZERO] = periods_of(STILL_TIME, params->period)},
         .long_still = periods_of(LONG_STILL, params->period),
+        .noisy = noisy * noisy,
         .surprise = SURPRISE * params->range,
         .gain.least = least * least,
         .gain.pair = GAIN_PAIR * least * least,
@@ -170,6 +175,14 @@ static bool stands(const current_watch_tuning_t *tuning, const current_watch_pha
            !bounds_within(beside - phase->beside, tuning->beside);
 }
 
+/* True if the noise of the sensors makes so long a constant value impossible, whatever the current is. With a
+ * noise of two codes a value equals the one before with the probability 1/(2 sqrt(pi) 2) = 0.14, and 16 times
+ * in succession with 2e-14. */
+static bool is_silent(const current_watch_tuning_t *tuning, uint32_t still, float noise)
+{
+    return still >= SILENT && noise >= tuning->noisy;
+}
+
 /* By how much a value that stays constant contradicts the law of the winding in this window [A]. It is the
  * largest of three: p beyond its uncertainty; the change of p since the value was first constant; and p less
  * the p - m of a window in which the value was right. The uncertain part of the EMF turns with the rotor
@@ -227,7 +240,7 @@ static bool is_stuck(current_watch_t *watch, uint32_t n, const current_watch_win
     const uint32_t sure = phase->stuck > URGENT * tuning->stuck && phase->sure > jump ? jump : phase->sure;
     return (phase->still >= sure && phase->stuck > tuning->stuck &&
             (phase->still >= tuning->still[STILL_ZERO] || !current_watch_feeds_another(watch, n))) ||
-           stands(tuning, phase, beside);
+           stands(tuning, phase, beside) || is_silent(tuning, phase->still, input->noise);
 }
 
 /* Judges each sensor and the wires. */

@@ -13,6 +13,7 @@
  *             or p differs from the p - m of the window before the value became constant by more than these
  *             effects can change
  *             or the value has not changed for long, while another sensor's value and p have changed
+ *             or it has not changed for so long that the noise of the sensors rules it out
  *     gain    of the new part of the change in a window, Dm against Dp:  g = sum Dm Dp/sum Dp^2  per sensor;
  *             all of them outside GAIN_MIN .. GAIN_MAX, or one differs from another by more than GAIN_RATIO
  *             and by more than the saliency of a rotor in any position explains
@@ -90,7 +91,8 @@ typedef struct {
     float beside;                /* least change of another sensor's value in the same time [A] */
     uint32_t still[STILL_KINDS]; /* [periods] for which a value must not have changed */
     uint32_t long_still;         /* [periods] for which no current stays constant while others change */
-    float surprise;              /* largest observer error of a sound sensor [A] */
+    float noisy;    /* mean square of a sensor's noise with which no value stays constant for long [A^2] */
+    float surprise; /* largest observer error of a sound sensor [A] */
     current_watch_limits_t gain;
     float none;       /* largest value of a phase without current [A] */
     float slow_link;  /* DC link, below which the voltage limit lets a current lag far behind [V] */
@@ -161,6 +163,7 @@ typedef struct {
     bool limited;      /* true: the requested voltage was limited in one of the periods */
     bool elsewhere;    /* true: the EMF contradicts the assumed rotor along no phase's axis */
     bool comparable;   /* true: the EMF changes smoothly in this window, or as assumed */
+    float noise;       /* mean square of the noise of a sensor, in the last calibration [A^2] */
 } current_watch_input_t;
 
 /* Computes the coefficients. Divisions: for the background. */

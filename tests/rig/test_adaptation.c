@@ -17,15 +17,16 @@ static double learnt_inductance(rig_t *rig)
 
 /* ---- all was known ---- */
 
-/* At 100 r/min 0.1 % of the legs' loss is 1.3 mrad without load, 0.4 % of L 1.3 mrad with it. Limits: of 24
+/* At 100 r/min 0.1 % of the legs' loss is 1.3 mrad without load, 0.4 % of L 1.3 mrad with it. Limits: of 45
  * seeds the mean of the magnitude plus four of its standard deviations, and at least the worst of both
- * boards, times 1.3. */
+ * boards, times 1.3: one run of 98 has an SD of 2.6 mrad at 100 r/min, where all of them have 1.25 +- 0.16.
+ */
 static void test_nothing_is_lost_where_all_was_known(void)
 {
     static const struct {
         double rpm, mean[2], sd; /* [r/min], [mrad] without load and with, [mrad] */
-    } points[] = {{100.0, {2.6, 4.8}, 2.1},   {300.0, {0.32, 1.25}, 0.75},  {307.0, {0.32, 1.25}, 0.75},
-                  {600.0, {0.72, 1.0}, 0.64}, {1000.0, {0.32, 0.49}, 0.42}, {1490.0, {0.35, 0.72}, 0.43}};
+    } points[] = {{100.0, {2.6, 4.8}, 3.4},   {300.0, {0.4, 1.25}, 1.7},    {307.0, {0.4, 1.25}, 1.7},
+                  {600.0, {0.72, 1.0}, 0.68}, {1000.0, {0.72, 0.61}, 0.45}, {1490.0, {0.53, 0.72}, 0.43}};
     grid_t grid = grid_of("all was known", 4u * sizeof points / sizeof points[0]);
     for (uint32_t n; grid_next(&grid, &n);) {
         const double rpm = (n % 2u != 0u ? -1.0 : 1.0) * points[n / 4u].rpm;
@@ -131,11 +132,12 @@ static void expect_learnt(const other_t *o, double share, double direction)
  * at 0.2 of its speed the direct drive keeps a dead time that is a fifth too large, and L and the mean are
  * off by up to 3.5 % and 8.1 mrad (40 runs). For two of them the drive measures L 2 % too large, for each
  * initial value. Limits: of 22 runs each the mean and four standard deviations, of the direct drive of 80
- * runs. The requirement was a mean of 8 mrad, which the miniature motor meets in 999 of 1000 runs. */
+ * runs, of the miniature motor of 212, and of its L 1.3 times the largest. The requirement was a mean of 8
+ * mrad, which the miniature motor meets in 999 of 1000 runs. */
 static const other_t others[] = {{&spindle, 0.1, 0.036, 5.2},
                                  {&direct, 0.19, 0.0185, 3.3},
                                  {&hub, 0.1, 0.03, 5.2},
-                                 {&miniature, 0.3, 0.04, 8.2}}; /* 0.08 A of dither beside 10 mA of noise */
+                                 {&miniature, 0.3, 0.06, 8.4}}; /* 0.08 A of dither beside 10 mA of noise */
 
 static void test_other_motors_with_everything_a_fifth_wrong(void)
 {
@@ -160,8 +162,8 @@ typedef struct {
  * constant afterwards is recognised as constant after two sums, which count: each at the rate of one that has
  * settled, a fifth of 6/s, over its 0.8 ms, of at most the voltage of the whole dead band, times what the
  * weight of a phase is at most over its mean, 1.3/0.165 (medium/adapt/dead_time_learn.h): within 1.5 %, of
- * which 38 runs had 0.8. Of L a look that is nearly over may end with it: one run of 24, by 0.16 %, times 3.
- */
+ * which 38 runs had 0.8. A learning interval of L that is nearly over may end with the condition: by at most
+ * 0.67 % in 373 runs, times 1.3. */
 static void expect_kept(rig_t *rig, const void *learnt, const char *what, const change_t changes[2])
 {
     run_back_to(rig, learnt);
@@ -173,7 +175,7 @@ static void expect_kept(rig_t *rig, const void *learnt, const char *what, const 
     printf("%s: dead time %.5f before, %.5f after; L %.5f, %.5f\n", what, dead_time, run_learnt_loss(rig),
            inductance, learnt_inductance(rig));
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.015, dead_time, run_learnt_loss(rig), what);
-    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.005, inductance, learnt_inductance(rig), what);
+    TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.0088, inductance, learnt_inductance(rig), what);
 }
 
 /* One sensor alone: with three the test of the sum of currents, which is not zero any more, is not evaluated.

@@ -2,6 +2,7 @@
 #include "medium/medium_parts.h"
 
 #include "math/bounds.h"
+#include "math/trig.h"
 #include "settings/reasons.h"
 
 /* [-] uncertain share of the EMF: psi_f by 20 % and the rotor's angle; if the angle is
@@ -155,7 +156,7 @@ void medium_watch_motion(medium_t *medium, const window_t *window, const request
     }
     const encoder_watch_input_t input = {
         .current = window->measured.current,
-        .encoder = window->frame.rotation,
+        .encoder = trig_turn(window->encoder.theta_e),
         .omega_e = window->encoder.omega_e,
         .doubtful = doubts_emf(medium, window),
     };

@@ -137,6 +137,25 @@ static void test_what_is_drawn_is_accepted(void)
     TEST_ASSERT_LESS_THAN_UINT32(DRAWN / 100u, refused);
 }
 
+/* A sensor that shows more than current_offset_max without current is refused, so that a drift and the offset
+ * before it must be less: on every board. */
+static void test_no_drift_makes_an_offset_that_the_drive_refuses(void)
+{
+    const double most = rig_initial_named("current_offset_max");
+    uint32_t drifts = 0;
+    for (uint32_t run = 0; run < DRAWN; run++) {
+        campaign_case_t drawn;
+        campaign_draw(15u, run, 2.0, &drawn);
+        for (uint32_t n = 0; n < drawn.event_count; n++) {
+            const double value = drawn.events[n].kind == CAMPAIGN_V_DRIFT ? drawn.events[n].value : 0.0;
+            drifts += value != 0.0 ? 1u : 0u;
+            TEST_ASSERT_TRUE(fabs(CAMPAIGN_VALUE(&drawn, offset_a) + value) < most);
+            TEST_ASSERT_TRUE(fabs(CAMPAIGN_VALUE(&drawn, offset_b) - value) < most);
+        }
+    }
+    TEST_ASSERT_TRUE(drifts > DRAWN / 10u);
+}
+
 static void test_a_case_of_defaults_sets_nothing_but_the_friction(void)
 {
     char text[CAMPAIGN_TEXT_SIZE];

@@ -303,3 +303,22 @@ static void test_memory_ends_with_the_steady_drive(void)
     input.detector = 0.0f;
     TEST_ASSERT_FALSE(doubt_step(&doubt, &tuning, &input));
 }
+
+/* Without a filter of the EMF a doubt is remembered for three periods. A bit that flips in this number makes
+ * it much larger: the loop tracks again after three periods at the latest. */
+static void test_a_flipped_bit_does_not_make_the_loop_coast_for_longer(void)
+{
+    for (uint32_t bit = 0; bit < 32u; bit++) {
+        setUp();
+        TEST_ASSERT_EQUAL_UINT32(3u, tuning.memory);
+        TEST_ASSERT_TRUE(doubt_step(&doubt, &tuning, &input));
+        input.amplitude = 1000.0f; /* no doubt from here on */
+        doubt.left ^= UINT32_C(1) << bit;
+        uint32_t coasted = 0;
+        while (coasted < 100u && doubt_step(&doubt, &tuning, &input)) {
+            coasted++;
+        }
+        TEST_ASSERT_LESS_OR_EQUAL_UINT32(2u, coasted);
+        TEST_ASSERT_FALSE(doubt_may_be(&doubt, input.amplitude, input.leg));
+    }
+}

@@ -488,6 +488,33 @@ static void test_quick_reversal_stays_in_run_and_is_not_judged_near_zero(void)
     }
 }
 
+/* The passage from 6.3 rad/s, fallback_speed, to the opposite speed may take 0.1 s. A speed that has passed
+ * zero and stays at 2 rad/s has gained (6.3 + 2)/(2 x 6.3) = 0.66 of it: the forced frame takes over 66 ms
+ * after the EMF was lost. At 4 rad/s it is 0.82, 82 ms. The mean of the EMF lags by up to 10 ms, in which up
+ * to 2 rad/s are gained: (4.3 + 2)/(4.3 + 6.3) = 0.59. */
+static void test_a_reversal_that_stays_behind_ends_in_the_forced_frame(void)
+{
+    static const struct {
+        double stays, least, most; /* [rad/s], [s] */
+    } cases[] = {{2.0, 0.056, 0.08}, {4.0, 0.073, 0.095}};
+    for (size_t n = 0; n < 2u * sizeof cases / sizeof cases[0]; n++) {
+        const double way = n % 2u == 0u ? 1.0 : -1.0;
+        const double slow = 6.3;
+        given_heavy_running(way * 50.0);
+        wish.omega_m_ref = (float)way * -50.0f;
+        while (way * machine.omega_m > slow) {
+            step();
+        }
+        double since = 0.0;
+        for (; since < 0.2 && m.now == (int32_t)MANOEUVRE_RUN; since += T) {
+            step();
+            machine.inertia *=
+                machine.inertia < 1e3 && way * machine.omega_m < -cases[n / 2u].stays ? 1e6 : 1.0;
+        }
+        TEST_ASSERT_TRUE(since >= cases[n / 2u].least && since <= cases[n / 2u].most);
+    }
+}
+
 /* A rotor that stays between the speeds at which the EMF is found and at which a reversal has passed
  * zero, 6.3 and 10.5 rad/s: its loop must settle there. The mean of its error counts the periods in which it
  * tracks: 0.5^2 (1 - exp(-t/5 ms)) > 0.12 from 3.3 ms on, and 5 ms of these periods are the limit. 0.3^2 is

@@ -13,6 +13,7 @@ static bool limited;  /* control has not got the voltage that it requested */
 static float u_dc;    /* [V] */
 static ab_t voltage;  /* [V] that acts */
 static float omega_e; /* [rad/s] */
+static float apart;   /* [A] sum of the three values */
 
 /* 12 mH: 2/3 of 72 V moves 0.4 A in 100 us, 2 % of the range. */
 static still_watch_tuning_t prepared(bool three_sensors, bool judged)
@@ -33,16 +34,17 @@ void setUp(void)
     u_dc = 311.0f;
     voltage = (ab_t){0.0f, 0.0f};
     omega_e = 0.0f;
+    apart = 0.0f;
     watch = (still_watch_t){.still = {0u, 0u, 0u}};
     tuning = prepared(false, true);
 }
 
-/* One period; c is minus the sum of the other two. */
+/* One period; c is minus the sum of the other two, plus `apart`. */
 static bool step(float a, float b, float asked_a)
 {
     const still_watch_input_t input = {
         .asked = {asked_a, b, -asked_a - b},
-        .current = {a, b, -a - b},
+        .current = {a, b, apart - a - b},
         .voltage = voltage,
         .omega_e = omega_e,
         .u_dc = u_dc,
@@ -88,6 +90,24 @@ static void test_a_constant_value_that_differs_from_the_request_is_stuck(void)
         u_dc = cases[n].link;
         tuning = prepared(!cases[n].judged, cases[n].judged);
         TEST_ASSERT_EQUAL_UINT(cases[n].after, stuck_after(cases[n].a, cases[n].b, cases[n].miss, 100u));
+    }
+}
+
+/* A stuck value makes the sum of three sensors different from zero by its error. At 1 A from the request,
+ * half of it decides. Two sensors have no sum. */
+static void test_three_values_that_add_up_to_zero_are_not_stuck(void)
+{
+    static const struct {
+        float apart; /* [A] */
+        bool three;
+        unsigned after; /* [periods]; 0: never */
+    } cases[] = {{0.0f, true, 0u},  {0.45f, true, 0u},  {-0.45f, true, 0u},
+                 {0.55f, true, 7u}, {-0.55f, true, 7u}, {0.0f, false, 7u}};
+    for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+        setUp();
+        tuning = prepared(cases[n].three, true);
+        apart = cases[n].apart;
+        TEST_ASSERT_EQUAL_UINT(cases[n].after, stuck_after(4.0f, -2.0f, 1.1f, 100u));
     }
 }
 

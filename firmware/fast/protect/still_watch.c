@@ -4,6 +4,7 @@
 #include "math/winding.h"
 
 #define OFF_SHARE   0.05f    /* [-] of the range */
+#define SOUND_SHARE 0.5f     /* [-] of the largest difference: sum of three currents that are right */
 #define FAR_SHARE   0.15f    /* [-] of the range */
 #define NONE_SHARE  0.0075f  /* [-] of the range: largest value of a phase without current */
 #define OFF_PERIODS 4u       /* [periods]: a step of the reference is visible in the third sample */
@@ -59,6 +60,8 @@ bool still_watch_judge(still_watch_t *watch, const still_watch_tuning_t *tuning,
     const float most = alone ? tuning->far : tuning->off;
     const float push = explained(watch, tuning, input->u_dc, input->omega_e);
     const bool counts = !input->limited || input->u_dc > tuning->slow;
+    const bool sound =
+        tuning->sensors == 3u && bounds_within(current.a + current.b + current.c, SOUND_SHARE * tuning->off);
     bool stuck = false;
     for (uint32_t n = 0; n < tuning->sensors; n++) {
         const uint32_t still = watch->still[n];
@@ -73,5 +76,5 @@ bool still_watch_judge(still_watch_t *watch, const still_watch_tuning_t *tuning,
         watch->off[n] = pushed ? PUSHED : off ? watch->off[n] + 1u : 0u;
         stuck = stuck || (watch->off[n] >= OFF_PERIODS && (!alone || still >= ALONE));
     }
-    return stuck;
+    return stuck && !sound;
 }

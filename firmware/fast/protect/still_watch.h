@@ -15,6 +15,9 @@
  * difference of 15 % is judged, and the value must have repeated for longer, also after a
  * jump of the voltage.
  *
+ * Three values that add up to zero are those of the currents: a stuck one would make the sum different by its
+ * error. One of them then does not change because its switch does not conduct.
+ *
  * Does not handle: a sensor that is stuck near the reference without a jump of the voltage. */
 #ifndef FAST_PROTECT_STILL_WATCH_H
 #define FAST_PROTECT_STILL_WATCH_H

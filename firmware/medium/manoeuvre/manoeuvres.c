@@ -22,7 +22,7 @@ void manoeuvres_enter(manoeuvres_t *m, manoeuvre_t manoeuvre)
     m->now = (int32_t)manoeuvre;
     m->windows = 0u;
     m->forced.stalling = 0u;
-    m->slow_periods = 0u;
+    m->passage.missing = 0u;
     m->judged = 0u;
     m->unlocked = 0u;
 }

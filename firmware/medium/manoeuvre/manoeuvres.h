@@ -147,6 +147,12 @@ typedef struct {
     uint32_t brief;    /* [-] consecutive, each after a run that did not last */
 } manoeuvres_losses_t;
 
+/* The passage of a reversal through zero speed. */
+typedef struct {
+    uint32_t missing; /* [periods] without an EMF */
+    float began; /* [rad/s] electrical: speed towards the reference when the EMF began to be missing, <= 0 */
+} manoeuvres_passage_t;
+
 /* State of a forced frame. */
 typedef struct {
     float wanted;      /* current [A] */
@@ -174,11 +180,11 @@ typedef struct {
     uint32_t tracking;     /* [-] 1: the loop tracks; 0: only the observer is stepped */
     uint32_t start_try;    /* [-] number of this start, from 1; 0: none, or finished */
     manoeuvres_losses_t losses;
-    uint32_t other_source;  /* [-] 1: position_source has changed while running */
-    uint32_t reversing;     /* [-] 1: run passes zero speed, and nothing is judged while the EMF is small */
-    uint32_t judged;        /* [-] 1: control uses an estimate that may be judged */
-    uint32_t proving;       /* [windows] for which a rotor that was caught again keeps its speed */
-    uint32_t slow_periods;  /* [periods] without an EMF */
+    uint32_t other_source; /* [-] 1: position_source has changed while running */
+    uint32_t reversing;    /* [-] 1: run passes zero speed, and nothing is judged while the EMF is small */
+    uint32_t judged;       /* [-] 1: control uses an estimate that may be judged */
+    uint32_t proving;      /* [windows] for which a rotor that was caught again keeps its speed */
+    manoeuvres_passage_t passage;
     uint32_t sound_windows; /* [windows] since the start succeeded */
     uint32_t unlocked;      /* [-] 1: a sign of a lost lock is present */
     uint32_t failed;        /* [-] MANOEUVRE_... bits that stop the drive */

@@ -147,12 +147,24 @@ static void watch_reversal(manoeuvres_t *m, float omega_ref, float omega)
     m->omega_ref = omega_ref;
 }
 
-/* True if the EMF was missing for longer than a reversal may take. Half of that time is the limit without a
- * change of direction, for a reference that is too slow to track, for a loop whose speed should make an EMF,
- * and for a loop that does not settle. The mean along the axis is judged, because noise has a length, too.
- * While the loop coasts the EMF is old and is not judged. Below the speed from which on the lock is judged,
- * an EMF is no proof of the angle: a loop that has had enough time and does not settle counts as a loop
- * without EMF. */
+/* True if the speed is behind that of a passage that ends in time: with the mean acceleration since the EMF
+ * began to be missing, from w_0 to w in t, it does not reach fallback_speed w_f within t_most if
+ * w < w_0 + (w_f - w_0) t/t_most. It is judged from half of t_most on, when w must also have changed its
+ * sign: before, a small error of w_0 decides. */
+static bool is_late(const manoeuvres_t *m, float toward)
+{
+    const float most = (float)(int32_t)m->limits.fallback_periods;
+    const float time = (float)(int32_t)m->passage.missing;
+    const float gained = (toward - m->passage.began) * most;
+    return 2.0f * time >= most &&
+           (toward < 0.0f || gained < (m->limits.fallback_speed - m->passage.began) * time);
+}
+
+/* True if the EMF was missing for longer than a reversal may take, or if the loop is late. A shorter time is
+ * the limit for a reference that is too slow to track, for a loop whose speed should make an EMF, and for a
+ * loop that does not settle. The mean along the axis is judged, because noise has a length, too. While the
+ * loop coasts the EMF is old and is not judged. Below the speed from which on the lock is judged, an EMF is
+ * no proof of the angle: a loop that has had enough time and does not settle counts as a loop without EMF. */
 static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
 {
     const manoeuvres_limits_t *limits = &m->limits;
@@ -160,16 +172,17 @@ static bool is_too_slow(manoeuvres_t *m, const manoeuvres_input_t *input)
     const bool unsettled = m->judged == 0u && m->windows > MANOEUVRE_STEADY && lock_is_scattered(&m->lock);
     const bool seen = m->lock.projection >= limits->flux_linkage * slow && !unsettled;
     if (m->reversing == 0u || seen) {
-        m->slow_periods = 0u;
+        m->passage.missing = 0u;
         return false;
     }
-    m->slow_periods += input->tracked;
+    const float omega = input->estimate->omega_smooth;
+    const float toward = m->omega_ref < 0.0f ? -omega : omega;
+    m->passage.began = m->passage.missing != 0u ? m->passage.began : toward < 0.0f ? toward : 0.0f;
+    m->passage.missing += input->tracked;
     const bool stays = bounds_within(manoeuvres_wanted(m, &input->wish), slow);
-    const bool astray = lock_is_scattered(&m->lock) ||
-                        (!bounds_within(input->estimate->omega_smooth, slow) && lock_is_off(&m->lock));
-    const bool lags = input->estimate->omega_smooth * m->omega_ref < 0.0f;
-    const uint32_t most = lags ? limits->fallback_periods / 2u : limits->fallback_periods;
-    return m->slow_periods >= (stays || astray ? SLOW_PERIODS : most);
+    const bool astray = lock_is_scattered(&m->lock) || (!bounds_within(omega, slow) && lock_is_off(&m->lock));
+    return m->passage.missing >= (stays || astray ? SLOW_PERIODS : limits->fallback_periods) ||
+           is_late(m, toward);
 }
 
 bool manoeuvres_is_locked(const manoeuvres_t *m, const estimate_t *estimate)
@@ -189,7 +202,7 @@ static void lock_to_encoder(manoeuvres_t *m, const manoeuvres_input_t *input, se
     const float omega_e = input->encoder.omega_e;
     setpoint->lock = (int32_t)LOCK_TO_ENCODER;
     m->windows = 0u;
-    m->slow_periods = 0u;
+    m->passage.missing = 0u;
     m->reversing = bounds_within(omega_e, m->limits.fallback_speed);
     m->omega_ref = omega_e;
     lock_reset(&m->lock, omega_e);

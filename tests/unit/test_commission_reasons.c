@@ -20,7 +20,7 @@ static int32_t resistance_of(bench_t *bench, const winding_t *winding, const com
     while (bench->commission.state < (int32_t)COMMISSION_DONE) {
         const double twice =
             2.0 * atan2((double)bench->commission.order.axis.sin, (double)bench->commission.order.axis.cos);
-        const bool flat = winding->flat != 0 && step->phase == RESISTANCE_LEVELS;
+        const bool flat = winding->flat != 0 && step->phase >= RESISTANCE_FULL;
         const double sign = step->repeated != 0u ? -1.0 : 1.0;
         answer_hold(bench, winding,
                     (flat ? 0.0 : winding->resistance) *

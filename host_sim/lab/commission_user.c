@@ -144,12 +144,15 @@ bool commission_least_speed(commission_work_t *work)
 {
     commission_result_t *result = work->result;
     const double first = BEGIN * work->handover;
+    /* Only the run is without a forced frame: the start judges from fallback_speed on whether the rotor
+     * follows, and would call it stalled where the EMF is smaller than the error of the voltage. */
     const bool begun =
-        commission_put(work, "fallback_speed", NO_FORCED * work->handover) &&
-        work->drive->apply(work->drive->context) && commission_put(work, "commission", 0.0) &&
+        commission_put(work, "commission", 0.0) &&
         commission_wait_for(work, "state", commission_choice("state", "ready"), START_MOST) &&
         commission_put(work, "speed_request", first) && commission_put(work, "enable", 1.0) &&
-        commission_wait_for(work, "manoeuvre", commission_choice("manoeuvre", "run"), START_MOST);
+        commission_wait_for(work, "manoeuvre", commission_choice("manoeuvre", "run"), START_MOST) &&
+        commission_put(work, "fallback_speed", NO_FORCED * work->handover) &&
+        work->drive->apply(work->drive->context);
     if (begun) {
         commission_wait(work, STEADY);
         const double held = lowest(work);

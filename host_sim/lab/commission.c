@@ -230,6 +230,16 @@ static void try_again(commission_work_t *work)
     reset_fault(work);
 }
 
+/* Tries that fail heat motor and module: if a later one ends by the heat, the reason is that of the first. */
+static void name_first(commission_result_t *result, const commission_result_t *first)
+{
+    static const char *const heat[] = {"motor_overload", "module_overload"};
+    if (first->reason[0] != '\0' && is_one_of(result->reason, heat, sizeof heat / sizeof heat[0])) {
+        memcpy(result->reason, first->reason, sizeof result->reason);
+        memcpy(result->what, first->what, sizeof result->what);
+    }
+}
+
 /* A signal of the drive that only this step gives a value; NULL: no signal keeps the value. */
 static const char *proof_of(commission_do_t step)
 {
@@ -297,6 +307,7 @@ static bool try_step(commission_work_t *work, commission_do_t step)
     const commission_options_t *options = work->options;
     commission_result_t *result = work->result;
     const bool uses_result = step == COMMISSION_DO_least_speed;
+    commission_result_t first = *result;
     if (is_known(work, step)) {
         take(work, step);
         return true;
@@ -313,9 +324,11 @@ static bool try_step(commission_work_t *work, commission_do_t step)
         if (step < COMMISSION_DO_flux || uses_result || !worth_another_try(work)) {
             break;
         }
+        first = first.reason[0] == '\0' ? *result : first;
         try_again(work);
         good = commission_stage(work);
     }
+    name_first(result, &first);
     name_small_range(work);
     return good;
 }

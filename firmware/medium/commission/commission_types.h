@@ -45,7 +45,7 @@
     R(ROTOR_NOT_TURNING, "|rotor_not_turning", "the rotor does not follow the current",                      \
       "release the brake, uncouple the load, or permit more current")                                        \
     R(EMF_TOO_SMALL, "|emf_too_small", "the back-EMF of the motion is too small to be measured",             \
-      "permit more speed")                                                                                   \
+      "permit more speed; in the step swing, more current")                                                  \
     R(SENSORLESS_LOST, "|sensorless_lost", "the drive lost the rotor, or did not reach the speed",           \
       "uncouple the load; permit more current")                                                              \
     R(INERTIA_NOT_SEEN, "|inertia_not_seen", "the torque test gave no J, or another one than the swing",     \

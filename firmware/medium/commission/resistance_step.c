@@ -31,13 +31,31 @@ void resistance_step_begin(resistance_step_t *step)
     *step = (resistance_step_t){.phase = (int32_t)RESISTANCE_BEGIN};
 }
 
+/* Adds the mean of a level to the line of this direction. */
+static void add(resistance_step_t *step)
+{
+    const dq_t voltage = commission_mean_of(&step->mean, step->mean.voltage);
+    const dq_t current = commission_mean_of(&step->mean, step->mean.current);
+    if (step->level == 0u) {
+        step->first = (dq_t){current.d, voltage.d};
+    }
+    const float x = current.d - step->first.d;
+    const float y = voltage.d - step->first.q;
+    step->n += 1.0f;
+    step->x += x;
+    step->y += y;
+    step->xx += x * x;
+    step->xy += x * y;
+}
+
 /* A current has settled: 0.3 I, 0.15 I, I_h, or I_h in a new direction. */
 static commission_verdict_t first_value(resistance_step_t *step, const commission_tuning_t *tuning,
                                         const commission_input_t *input, excite_order_t *order,
                                         commission_results_t *results)
 {
-    const dq_t voltage = commission_mean_of(&step->standing.mean, step->standing.mean.voltage);
-    const dq_t current = commission_mean_of(&step->standing.mean, step->standing.mean.current);
+    const commission_mean_t settled = step->standing.mean;
+    const dq_t voltage = commission_mean_of(&settled, settled.voltage);
+    const dq_t current = commission_mean_of(&settled, settled.current);
     standing_wait(&step->standing);
     if (step->phase == (int32_t)RESISTANCE_FIRST) {
         step->first = (dq_t){current.d, voltage.d};
@@ -65,7 +83,9 @@ static commission_verdict_t first_value(resistance_step_t *step, const commissio
         step->phase = (int32_t)RESISTANCE_FULL;
         return commission_goes_on();
     }
-    step->phase = (int32_t)RESISTANCE_LEVELS; /* after RESISTANCE_FULL and RESISTANCE_STILL */
+    /* after RESISTANCE_FULL and RESISTANCE_STILL: this mean is the first level of the line */
+    step->phase = (int32_t)RESISTANCE_LEVELS;
+    step->mean = settled;
     step->level = 0u;
     step->windows = 0u;
     step->n = 0.0f;
@@ -73,24 +93,9 @@ static commission_verdict_t first_value(resistance_step_t *step, const commissio
     step->y = 0.0f;
     step->xx = 0.0f;
     step->xy = 0.0f;
+    add(step);
+    step->level = 1u;
     return commission_goes_on();
-}
-
-/* Adds the mean of a level to the line of this direction. */
-static void add(resistance_step_t *step)
-{
-    const dq_t voltage = commission_mean_of(&step->mean, step->mean.voltage);
-    const dq_t current = commission_mean_of(&step->mean, step->mean.current);
-    if (step->level == 0u) {
-        step->first = (dq_t){current.d, voltage.d};
-    }
-    const float x = current.d - step->first.d;
-    const float y = voltage.d - step->first.q;
-    step->n += 1.0f;
-    step->x += x;
-    step->y += y;
-    step->xx += x * x;
-    step->xy += x * y;
 }
 
 /* Evaluates the line of a direction. */

@@ -46,9 +46,9 @@ typedef struct {
     uint32_t lowered;       /* [-] times that the current was lowered */
     float current;          /* largest standing current [A] */
     float guess_d, guess_q; /* L by which the next voltage is chosen [H] */
-    float value[8];         /* L of each run [H] */
-    float turn[8];          /* w T of each run [rad] */
-    float swing[8];         /* amplitude of the current of each run [A] */
+    float value[7];         /* L of each run [H] */
+    float turn[7];          /* w T of each run [rad] */
+    float swing[7];         /* amplitude of the current of each run [A] */
     standing_t standing;
     sine_sum_t voltage; /* sums of this run [V], */
     sine_sum_t along;   /* of the current along the sine [A] */

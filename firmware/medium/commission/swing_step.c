@@ -25,6 +25,7 @@
 #define FREER_MOST    2u          /* [-] times */
 #define FLUX_LEAST    2e-4f       /* [Wb] */
 #define FLUX_SHARE    0.04f       /* least psi_f over L_d I: the integral has errors of this size [-] */
+#define SPREAD_MOST   2.0f        /* largest over least psi_f of the jumps: an error of a third [-] */
 #define ANY_CURRENT   1e3f        /* [A] no limit; [1/A] no zone */
 
 /* A window of the motion, in the stationary frame. */
@@ -216,6 +217,10 @@ static commission_verdict_t conclude(swing_step_t *step, const commission_input_
     const swing_fit_t *fit = &step->fit;
     const float inertia = inertia_of(fit);
     const float share = fit->pp > 0.0f ? inertia * inertia * fit->ww / fit->pp : 0.0f;
+    if (step->flux_most > SPREAD_MOST * step->flux_least) {
+        results->flux_first = 0.0f;
+        return commission_failed(COMMISSION_REASON_EMF_TOO_SMALL, 0);
+    }
     if (step->freer == 0u || share > step->share) {
         step->flux = results->flux_first;
         step->inertia = inertia;
@@ -265,6 +270,8 @@ static commission_verdict_t judge(swing_step_t *step, const commission_input_t *
     if (step->jump > 0u) {
         /* the first circle gives only a first value: for the others the direction of the rotor is known */
         step->flux_sum += step->jump > 1u ? psi : 0.0f;
+        step->flux_least = step->jump > 2u ? bounds_less(step->flux_least, psi) : psi;
+        step->flux_most = step->jump > 2u ? bounds_more(step->flux_most, psi) : psi;
         results->flux_first = step->jump > 1u ? step->flux_sum / (float)(step->jump - 1u) : psi;
         if (results->flux_first <
             bounds_more(FLUX_LEAST, FLUX_SHARE * results->inductance_d * step->current)) {

@@ -16,8 +16,10 @@
  * resistance across the axis brakes the rotor. If the torque hardly accelerates the rotor for this reason,
  * the jumps are repeated with a larger resistance, which brakes less; J may remain unknown. The regression
  * ends when a jump becomes slow, because friction then has an unknown torque. There are several jumps in both
- * directions. A rotor whose direction changes by less than 37 degrees in a jump is held, or too heavy: the
- * step ends with `rotor_not_turning`. */
+ * directions. An error of the voltage at rest, which is integrated as well, has opposite signs in the two
+ * directions: if it is a third of psi_f, one jump has twice the psi_f of another, and the step ends with
+ * `emf_too_small`. A rotor whose direction changes by less than 37 degrees in a jump is held, or too heavy:
+ * the step ends with `rotor_not_turning`. */
 #ifndef MEDIUM_COMMISSION_SWING_STEP_H
 #define MEDIUM_COMMISSION_SWING_STEP_H
 
@@ -56,6 +58,7 @@ typedef struct {
     ab_t rest[2];   /* voltage at rest in addition to that of the equation, for each direction [V] */
     ab_t used;      /* the element of `rest` for this jump [V] */
     float flux_sum; /* of psi_f over the jumps [Wb] */
+    float flux_least, flux_most; /* of the same [Wb] */
     swing_motion_t motion;
     swing_fit_t fit;
     standing_t standing;

@@ -26,7 +26,7 @@
 #define LOW_ABOVE    1.3f   /* low speed over that of the hand-over [-] */
 #define COAST_TO     0.35f  /* of the way from low to high, where braking begins [-] */
 #define BRAKE        0.5f   /* braking over accelerating current [-] */
-#define PUSH_TIME    0.6f   /* [s] of the acceleration */
+#define PUSH_TIME    0.6f   /* [s] of the acceleration; a coast lasts no longer than this or the last push */
 #define PUSH_SHORT   0.025f /* [s] of that of a light rotor */
 #define PUSH_LEAST   0.08f  /* of the largest current [-] */
 #define PUSH_MOST    0.8f
@@ -36,7 +36,6 @@
 #define TURNED_MOST  0.04f /* of the push that i_d adds by the EMF's angle, at most [-] */
 #define PUSH_GROWTH  1.4f
 #define PUSH_WAIT    3.0f   /* [s] after which a push that does not suffice grows */
-#define COAST_MOST   3.0f   /* [s] */
 #define SLICES       6.0f   /* of a push [-] */
 #define SLICE_SHORT  160.0f /* [windows] up to which a phase is one slice */
 #define SLICE_SHARE  0.9f   /* of the phase of the first cycle that the slices fill [-] */
@@ -334,6 +333,16 @@ static bool is_confirmed(const torque_test_t *step, const commission_results_t *
            bounds_within(inertia - step->earlier, CONFIRMS * step->earlier);
 }
 
+/* A second test, which keeps the fast steady speed of the first one. The slow one brings the rotor to the
+ * begin of a push. */
+static void begin_second(torque_test_t *step, float inertia)
+{
+    const turning_point_t fast = step->point[0];
+    const torque_phase_t from = step->changed != 0u ? TORQUE_STEADY_FAST : TORQUE_STEADY_SLOW;
+    *step = (torque_test_t){.phase = (int32_t)from, .earlier = inertia};
+    step->point[0] = fast;
+}
+
 /* The pushes have ended: computes the friction by the steady speeds, or starts a second test. */
 static commission_verdict_t judge(torque_test_t *step, commission_results_t *results, float psi)
 {
@@ -341,7 +350,7 @@ static commission_verdict_t judge(torque_test_t *step, commission_results_t *res
     const float inertia = inertia_of(step, &error);
     const bool confirmed = inertia > 0.0f && is_confirmed(step, results, psi, inertia);
     if (inertia > 0.0f && step->earlier == 0.0f && !confirmed) {
-        *step = (torque_test_t){.phase = (int32_t)TORQUE_STEADY_FAST, .earlier = inertia};
+        begin_second(step, inertia);
         return commission_goes_on();
     }
     if (!confirmed) {
@@ -388,7 +397,11 @@ static void end_phase(torque_test_t *step, torque_phase_t next)
     begin_phase(step, next);
 }
 
-/* Torque up, coast, brake. After the last push the rotor coasts for the time of the current's decay. */
+/* Torque up, coast, brake. After the last push the rotor coasts for the time of the current's decay.
+ *
+ * J is the difference of two torques over that of their accelerations. The variance of an acceleration falls
+ * with the length of its phase, so that for a given time the sum of both variances is smallest if push and
+ * coast last equally long. A heavy rotor coasts for many seconds until it reaches the speed of the brake. */
 static commission_verdict_t push(torque_test_t *step, const commission_tuning_t *tuning,
                                  const turning_input_t *input, turning_wish_t *wish,
                                  commission_results_t *results, float psi)
@@ -404,12 +417,14 @@ static commission_verdict_t push(torque_test_t *step, const commission_tuning_t 
             step->changed = 1u;
             begin_phase(step, TORQUE_UP);
         } else if (omega_m > step->high) {
+            const uint32_t least = periods_of(PUSH_TIME, tuning->window);
+            step->coasts = step->windows > least ? step->windows : least;
             end_phase(step, TORQUE_COAST);
         }
     } else if (step->phase == (int32_t)TORQUE_COAST) {
         if (step->windows == SKIP + 1u && !goes_on(step)) {
             return judge(step, results, psi);
-        } else if (omega_m < middle || step->windows > periods_of(COAST_MOST, tuning->window)) {
+        } else if (omega_m < middle || step->windows >= step->coasts) {
             end_phase(step, TORQUE_DOWN);
         }
     } else if (omega_m < step->low) {

@@ -87,6 +87,7 @@ typedef struct {
     float push;         /* i_q upwards [A] */
     float earlier;      /* J of a first test that disagreed with the swing; 0: none [kg m^2] */
     uint32_t length[3]; /* N: of a slice up, coasting, down [windows] */
+    uint32_t coasts;    /* largest length of the coast [windows] */
     float low, high;    /* speeds, mechanical [rad/s] */
     turning_slice_t slice;
     turning_fit_t fit;

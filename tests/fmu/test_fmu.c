@@ -118,7 +118,7 @@ static fmi2Component opened(void)
 {
     char guid[FMU_GUID_SIZE];
     fmi2Component ring =
-        instantiate("ring", fmi2CoSimulation, fmu_guid(guid), location, &callbacks, fmi2False, fmi2True);
+        instantiate("ring", fmi2CoSimulation, fmu_guid(RIG_RING, guid), location, &callbacks, fmi2False, fmi2True);
     TEST_ASSERT_NOT_NULL_MESSAGE(ring, said);
     TEST_ASSERT_EQUAL(fmi2OK, set_up(ring, fmi2False, 0.0, 0.0, fmi2False, 0.0));
     TEST_ASSERT_EQUAL(fmi2OK, enter(ring));
@@ -373,7 +373,7 @@ static void expect_none(fmi2Type type, const char *guid, const char *where, cons
 static void test_a_wrong_archive_is_refused_with_the_cause(void)
 {
     char guid[FMU_GUID_SIZE];
-    fmu_guid(guid);
+    fmu_guid(RIG_RING, guid);
     expect_none(fmi2ModelExchange, guid, location, "only co-simulation");
     expect_none(fmi2CoSimulation, "{another}", location, "GUID");
     expect_none(fmi2CoSimulation, guid, "http://somewhere", "file:///FOLDER");

@@ -1,5 +1,6 @@
 """The master of docs/fmu.md: drive and plant as two FMUs, which exchange their values once in a period."""
 import pathlib
+import tempfile
 
 import fmpy
 from fmpy.fmi2 import FMU2Slave
@@ -12,7 +13,8 @@ class Part:
         self.model = fmpy.read_model_description(str(archive))
         self.variables = {variable.name: variable for variable in self.model.modelVariables}
         self.period = float(self.model.defaultExperiment.stepSize)
-        self.slave = FMU2Slave(guid=self.model.guid, unzipDirectory=fmpy.extract(str(archive), unzipdir=str(folder / pathlib.Path(archive).stem)),
+        own = tempfile.mkdtemp(prefix=pathlib.Path(archive).stem + "_", dir=folder)  # a library that is loaded must not change
+        self.slave = FMU2Slave(guid=self.model.guid, unzipDirectory=fmpy.extract(str(archive), unzipdir=own),
                                modelIdentifier=self.model.coSimulation.modelIdentifier, instanceName=pathlib.Path(archive).stem)
         self.slave.instantiate()
         self.slave.setupExperiment(startTime=0.0)
@@ -61,12 +63,13 @@ class Coupled:
 
     def step(self):
         self.samples.carry()
-        self.drive.slave.setReal([self.drive.variables["trip_time"].valueReference], [-1.0])
-        before = self.drive.slave.getFMUState() if self.exact else None
+        if self.exact:
+            self.drive.slave.setReal([self.drive.variables["trip_time"].valueReference], [-1.0])
+            before = self.drive.slave.getFMUState()
         self.drive.step(self.period)
         self.commands.carry()
         self.plant.step(self.period)
-        if self.exact:
+        if self.exact:  # the drive has not known the instant of a trip in this period
             trip = self.plant.slave.getReal([self.plant.variables["trip_time"].valueReference])
             if trip[0] >= 0.0:
                 self.drive.slave.setFMUState(before)

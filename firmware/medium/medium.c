@@ -369,6 +369,8 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->models.flux_linkage = medium->flux.flux_linkage;
     setpoint->models.speed_per_volt = medium->flux.speed_per_volt;
     setpoint->models.dead_time = medium->dead_time_learn.effective;
+    setpoint->models.per_zone =
+        leg_zone_inverse(&tuning->leg_zone, medium->dead_time_learn.effective, window->link.mean);
     setpoint->models.spared = medium->ripple.spared;
     setpoint->excite.kind = (int32_t)EXCITE_NONE;
     if (medium->manoeuvres.now == (int32_t)MANOEUVRE_COMMISSION) {
@@ -449,4 +451,6 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
     medium->setpoint.models.flux_linkage = medium->flux.flux_linkage;
     medium->setpoint.models.speed_per_volt = medium->flux.speed_per_volt;
     medium->setpoint.models.dead_time = medium->dead_time_learn.effective;
+    medium->setpoint.models.per_zone =
+        leg_zone_inverse(&tuning->leg_zone, medium->dead_time_learn.effective, 0.0f);
 }

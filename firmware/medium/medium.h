@@ -21,6 +21,7 @@
 #include "medium/adapt/flux.h"
 #include "medium/adapt/inductance.h"
 #include "medium/adapt/inertia.h"
+#include "medium/adapt/leg_zone.h"
 #include "medium/adapt/offset_trim.h"
 #include "medium/adapt/sums.h"
 #include "medium/adapt/unequal_legs.h"
@@ -56,6 +57,7 @@ typedef struct {
     inductance_tuning_t inductance;
     inertia_tuning_t inertia;
     dead_time_learn_tuning_t dead_time_learn;
+    leg_zone_tuning_t leg_zone;
     emf_shape_tuning_t emf_shape;
     unequal_legs_tuning_t unequal_legs;
     angle_sigma_tuning_t angle_sigma;

@@ -123,6 +123,10 @@ static void print_line(const board_facts_t *board)
            board->overvoltage, board->overvoltage_max, board->current_trip, board->sensors,
            board->shunts ? "shunts" : "sensors in the leads", board->current_range, 1e6 * board->dead_time,
            board == board_facts[0] ? "  (default)" : "");
+    char hurried[BOARDS_TEXT_SIZE];
+    if (boards_hurried(hurried, board)[0] != '\0') {
+        printf("%-18s %s\n", "", hurried);
+    }
 }
 
 int command_boards(int argc, char **argv)

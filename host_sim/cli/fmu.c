@@ -21,11 +21,18 @@
 typedef struct {
     arguments_scenario_t of;
     arguments_output_t output;
+    rig_part_t part;
 } options_t;
 
 static error_t parse(int key, char *argument, struct argp_state *state)
 {
     options_t *options = state->input;
+    if (key == 'p') {
+        if (!fmu_part_of(argument, &options->part)) {
+            argp_error(state, "--part %s: accepted are ring, drive and plant", argument);
+        }
+        return 0;
+    }
     return arguments_output(key, argument, &options->output) == 0
                ? 0
                : arguments_scenario(key, argument, state, &options->of);
@@ -64,14 +71,15 @@ static bool read_library(content_t *content)
 }
 
 /* Description and scenario; returns the number of variables, 0 without memory. */
-static uint32_t make_texts(const scenario_t *scenario, uint64_t seed, content_t *description, content_t *text)
+static uint32_t make_texts(rig_part_t part, const scenario_t *scenario, uint64_t seed, content_t *description,
+                           content_t *text)
 {
     FILE *first = open_memstream(&description->octets, &description->count);
     FILE *second = open_memstream(&text->octets, &text->count);
     uint32_t variables = 0;
     bool good = first != NULL && second != NULL;
     if (good) {
-        variables = fmu_describe(first, scenario, LAGLESS_COMMIT);
+        variables = fmu_describe(first, part, scenario, LAGLESS_COMMIT);
         scenario_write(second, scenario, seed);
     }
     good = first != NULL && fclose(first) == 0 && good;
@@ -116,7 +124,7 @@ static void tell(const options_t *options, const char *path, uint32_t variables,
 static int make(const options_t *options, scenario_t *scenario)
 {
     char name[256];
-    char file[264];
+    char file[272];
     char path[PATH_SIZE];
     scenario_error_t error;
     uint64_t seed = scenario->seed;
@@ -129,7 +137,8 @@ static int make(const options_t *options, scenario_t *scenario)
         return EXIT_USAGE;
     }
     scenario_file_name(scenario->path, name, sizeof name);
-    snprintf(file, sizeof file, "%s.fmu", name);
+    snprintf(file, sizeof file, options->part == RIG_RING ? "%s.fmu" : "%s_%s.fmu", name,
+             fmu_part_name(options->part));
     if (!output_folder(folder)) {
         return EXIT_INTERNAL;
     }
@@ -140,7 +149,7 @@ static int make(const options_t *options, scenario_t *scenario)
     uint32_t variables = 0;
     int exit_code = EXIT_INTERNAL;
     if (read_library(&library)) {
-        variables = make_texts(scenario, seed, &description, &text);
+        variables = make_texts(options->part, scenario, seed, &description, &text);
         exit_code = variables > 0u ? write_archive(path, &description, &library, &text) : EXIT_INTERNAL;
     }
     free(description.octets);
@@ -157,15 +166,22 @@ int command_fmu(int argc, char **argv)
     static const struct argp_option rows[] = {
         ARGUMENTS_SCENARIO,
         ARGUMENTS_BOARD,
-        ARGUMENTS_OUTPUT("one JSON object on stdout", "write NAME.fmu there (default: the present folder)"),
+        {"part", 'p', "PART", 0,
+         "ring: drive and motor in one unit (default); drive, plant: one of the two, to connect it to the "
+         "other or to "
+         "a model of another program",
+         0},
+        ARGUMENTS_OUTPUT("one JSON object on stdout",
+                         "write NAME.fmu there, or NAME_PART.fmu (default: the present folder)"),
         {0},
     };
     static const struct argp argp = {
         rows,
         parse,
         "SCENARIO",
-        "Writes a functional mock-up unit (FMI 2.0, co-simulation) of drive and motor: a simulation program "
-        "runs the scenario with its "
+        "Writes a functional mock-up unit (FMI 2.0, co-simulation) of drive and motor, or of one of the two: "
+        "a "
+        "simulation program runs the scenario with its "
         "events, sets requests, parameters, plant and rig, and reads all signals and true values.",
         NULL,
         NULL,

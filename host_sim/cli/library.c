@@ -12,6 +12,7 @@
 #include "host_sim/cli/cli.h"
 #include "host_sim/cli/output.h"
 #include "host_sim/cli/streams.h"
+#include "host_sim/lab/boards.h"
 #include "host_sim/lab/inputs.h"
 #include "host_sim/lab/json.h"
 #include "host_sim/lab/motor.h"
@@ -145,6 +146,10 @@ scenario_t *library_read(const char *command, const arguments_scenario_t *of)
     if (!override(scenario, command, of)) {
         scenario_free(scenario);
         return NULL;
+    }
+    char hurried[BOARDS_TEXT_SIZE];
+    if (boards_present() != NULL && boards_hurried(hurried, boards_present())[0] != '\0') {
+        fprintf(stderr, "warning: %s\n", hurried);
     }
     if (scenario->unsuited[0] != '\0') {
         fprintf(stderr, "warning: %s\n", scenario->unsuited);

@@ -1,10 +1,14 @@
-/* The simulation as an FMI 2.0 co-simulation: the functions of the standard, with a rig and its course.
+/* The simulation, or one of its parts, as an FMI 2.0 co-simulation: the functions of the standard, with a rig
+ * and its course.
  *
  * An instance runs the scenario in its resources, whose events act at their times. A step runs the periods
  * that end before its end or with it, so that steps may have any length. Outputs are the slots of the last
  * period as a recording has them. An input acts when its value differs from the last one that was set (at
  * first from the start value): a master that repeats an unchanged value does not take back what an event has
  * set. The parameters of the drive that one call sets are applied as a set.
+ *
+ * A part runs at most one period in a step, because the parts exchange values in each period. The plant runs
+ * ahead of the step, to the sample of the next period.
  *
  * Other files contain states (fmu_state.c) and the functions that the unit does not support (fmu_none.c). */
 #include <math.h>
@@ -56,11 +60,13 @@ static bool power_on(instance_t *instance)
         say_about(instance, fmi2Error, &error);
         return false;
     }
+    rig_part_cut(instance->rig, instance->part);
     instance->kept = (kept_t){.now = 0.0};
-    for (uint32_t n = 0; fmu_variable(n) != NULL; n++) {
-        const table_row_t *row = fmu_variable(n);
-        if (!fmu_is_output(row)) {
-            instance->kept.set[row->id] = scenario_initial(instance->scenario, row);
+    const table_row_t *rows[FMU_VARIABLES_MAX];
+    const uint32_t count = fmu_variables(instance->part, rows);
+    for (uint32_t n = 0; n < count; n++) {
+        if (!fmu_is_output(instance->part, rows[n])) {
+            instance->kept.set[rows[n]->id] = fmu_initial(instance->scenario, rows[n]);
         }
     }
     instance->initialized = false;
@@ -133,13 +139,28 @@ static bool read_scenario(instance_t *instance, const char *location)
 
 static void list_outputs(instance_t *instance)
 {
-    for (uint32_t n = 0; fmu_variable(n) != NULL; n++) {
-        const table_row_t *row = fmu_variable(n);
-        if (fmu_is_output(row) && instance->output_count < RIG_TAP_MAX) {
-            instance->place[row->id] = (uint16_t)instance->output_count;
-            instance->outputs[instance->output_count++] = row->id;
+    const table_row_t *rows[FMU_VARIABLES_MAX];
+    const uint32_t count = fmu_variables(instance->part, rows);
+    for (uint32_t n = 0; n < count; n++) {
+        const bool taps = fmu_is_output(instance->part, rows[n]) && !fmu_is_exchange(rows[n]);
+        if (taps && instance->output_count < RIG_TAP_MAX) {
+            instance->place[rows[n]->id] = (uint16_t)instance->output_count;
+            instance->outputs[instance->output_count++] = rows[n]->id;
         }
     }
+}
+
+/* The part of this GUID. false: it is that of another version. */
+static bool find_part(const char *guid, rig_part_t *part)
+{
+    char own[FMU_GUID_SIZE];
+    for (uint32_t n = 0; n < FMU_PARTS && guid != NULL; n++) {
+        *part = (rig_part_t)n;
+        if (strcmp(guid, fmu_guid(*part, own)) == 0) {
+            return true;
+        }
+    }
+    return false;
 }
 
 /* ---- the life of an instance ---- */
@@ -167,7 +188,6 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean on, size_t c
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logs)
 {
-    char own[FMU_GUID_SIZE];
     instance_t *instance = calloc(1, sizeof *instance);
     (void)visible;
     (void)logs;
@@ -177,10 +197,11 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     instance->logger = functions != NULL ? functions->logger : NULL;
     instance->environment = functions != NULL ? functions->componentEnvironment : NULL;
     instance->name = strdup(name != NULL ? name : "");
+    const bool known = find_part(guid, &instance->part);
     list_outputs(instance);
     if (type != fmi2CoSimulation) {
         fmu_say(instance, fmi2Error, "only co-simulation is supported");
-    } else if (guid == NULL || strcmp(guid, fmu_guid(own)) != 0) {
+    } else if (!known) {
         fmu_say(instance, fmi2Error,
                 "the GUID is that of another version: model description and library do not belong together");
     } else if (read_scenario(instance, location) && power_on(instance)) {
@@ -214,10 +235,24 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component component)
     return fmi2OK;
 }
 
+/* The plant goes to the sample of the period that begins, with the events at its begin. */
+static fmi2Status look_ahead(instance_t *instance)
+{
+    scenario_error_t error;
+    if (instance->part == RIG_PLANT) {
+        if (!course_change(&instance->course, instance->kept.periods, &error)) {
+            return say_about(instance, fmi2Error, &error);
+        }
+        rig_part_sample(instance->rig);
+    }
+    return fmi2OK;
+}
+
 fmi2Status fmi2ExitInitializationMode(fmi2Component component)
 {
-    ((instance_t *)component)->initialized = true;
-    return fmi2OK;
+    instance_t *instance = component;
+    instance->initialized = true;
+    return look_ahead(instance);
 }
 
 fmi2Status fmi2Terminate(fmi2Component component)
@@ -242,16 +277,19 @@ fmi2Status fmu_no_variable(const instance_t *instance, fmi2ValueReference refere
 }
 
 /* The row, if its kind agrees with `real`. */
-static const table_row_t *row_of(fmi2ValueReference reference, bool real)
+static const table_row_t *row_of(rig_part_t part, fmi2ValueReference reference, bool real)
 {
-    const table_row_t *row = fmu_row(reference);
+    const table_row_t *row = fmu_row(part, reference);
     return row != NULL && fmu_is_real(row) == real ? row : NULL;
 }
 
 static double value_of(instance_t *instance, const table_row_t *row)
 {
     double value = 0.0;
-    if (fmu_is_output(row) && instance->kept.periods > 0u) {
+    if (fmu_is_exchange(row)) {
+        return rig_exchange_get(instance->rig, row);
+    }
+    if (fmu_is_output(instance->part, row) && instance->kept.periods > 0u) {
         return tally_number(instance->kept.slots[instance->place[row->id]], row->kind);
     }
     (void)rig_get(instance->rig, row->id, &value);
@@ -263,7 +301,7 @@ fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference referen
 {
     instance_t *instance = component;
     for (size_t n = 0; n < count; n++) {
-        const table_row_t *row = row_of(references[n], true);
+        const table_row_t *row = row_of(instance->part, references[n], true);
         if (row == NULL && references[n] != FMU_TIME) {
             return fmu_no_variable(instance, references[n], "Real");
         }
@@ -277,7 +315,7 @@ fmi2Status fmi2GetInteger(fmi2Component component, const fmi2ValueReference refe
 {
     instance_t *instance = component;
     for (size_t n = 0; n < count; n++) {
-        const table_row_t *row = row_of(references[n], false);
+        const table_row_t *row = row_of(instance->part, references[n], false);
         if (row == NULL) {
             return fmu_no_variable(instance, references[n], "Integer or Enumeration");
         }
@@ -286,10 +324,28 @@ fmi2Status fmi2GetInteger(fmi2Component component, const fmi2ValueReference refe
     return fmi2OK;
 }
 
+static fmi2Status say_range(const instance_t *instance, const table_row_t *row, double value)
+{
+    char text[RIG_NUMBER_SIZE + RIG_RANGE_SIZE + 64u];
+    char number[RIG_NUMBER_SIZE];
+    char range[RIG_RANGE_SIZE];
+    snprintf(text, sizeof text, "%.40s = %s: accepted %s", row->name, rig_value_text(number, value),
+             rig_range_text(range, row, rig_min(row), rig_max(row)));
+    return fmu_say(instance, fmi2Discard, text);
+}
+
 /* One value; *params: parameters of the drive are staged. */
 static fmi2Status set_value(instance_t *instance, const table_row_t *row, double value, bool *params)
 {
     if (value == instance->kept.set[row->id]) {
+        return fmi2OK;
+    }
+    if (fmu_is_exchange(row)) {
+        if (!rig_accepts(row, value)) {
+            return say_range(instance, row, value);
+        }
+        rig_exchange_set(instance->rig, row, value);
+        instance->kept.set[row->id] = value;
         return fmi2OK;
     }
     if (!rig_set(instance->rig, row->id, value)) {
@@ -307,8 +363,8 @@ static fmi2Status set_values(instance_t *instance, const fmi2ValueReference refe
     bool params = false;
     fmi2Status status = fmi2OK;
     for (size_t n = 0; n < count; n++) {
-        const table_row_t *row = row_of(references[n], reals != NULL);
-        if (row == NULL || fmu_is_output(row)) {
+        const table_row_t *row = row_of(instance->part, references[n], reals != NULL);
+        if (row == NULL || fmu_is_output(instance->part, row)) {
             return fmu_no_variable(instance, references[n], "input or parameter");
         }
         const fmi2Status one =
@@ -335,11 +391,33 @@ fmi2Status fmi2SetInteger(fmi2Component component, const fmi2ValueReference refe
 
 /* ---- a step ---- */
 
+static fmi2Status run_ring(instance_t *instance, uint32_t to)
+{
+    scenario_error_t error;
+    if (course_run(&instance->course, instance->kept.periods, to, &error) == COURSE_NEVER) {
+        return say_about(instance, fmi2Error, &error);
+    }
+    instance->kept.periods = to;
+    return fmi2OK;
+}
+
+/* One period. The events at its begin have acted on the plant before its sample. */
+static fmi2Status run_part(instance_t *instance)
+{
+    scenario_error_t error;
+    if (instance->part == RIG_DRIVE && !course_change(&instance->course, instance->kept.periods, &error)) {
+        return say_about(instance, fmi2Error, &error);
+    }
+    rig_part_step(instance->rig);
+    instance->kept.periods++;
+    return look_ahead(instance);
+}
+
 fmi2Status fmi2DoStep(fmi2Component component, fmi2Real point, fmi2Real size, fmi2Boolean no_set_before)
 {
     instance_t *instance = component;
     kept_t *kept = &instance->kept;
-    scenario_error_t error;
+    fmi2Status status = fmi2OK;
     (void)no_set_before;
     const double end = point + size;
     const double periods = floor((end - kept->start) / RIG_PERIOD_SECONDS + ENDS_WITHIN);
@@ -353,12 +431,14 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real point, fmi2Real size, fm
         return fmu_say(instance, fmi2Error, "the step ends later than the simulation counts");
     }
     const uint32_t to = (uint32_t)periods;
-    if (to > kept->periods) {
-        if (course_run(&instance->course, kept->periods, to, &error) == COURSE_NEVER) {
-            return say_about(instance, fmi2Error, &error);
-        }
-        kept->periods = to;
+    if (instance->part != RIG_RING && to > kept->periods + 1u) {
+        return fmu_say(instance, fmi2Error,
+                       "more than one period ends within the step: drive and plant exchange values in each "
+                       "period; accepted are steps up to the step size of the default experiment");
     }
-    kept->now = end;
-    return fmi2OK;
+    if (to > kept->periods) {
+        status = instance->part == RIG_RING ? run_ring(instance, to) : run_part(instance);
+    }
+    kept->now = status == fmi2OK ? end : kept->now;
+    return status;
 }

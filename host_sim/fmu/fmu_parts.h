@@ -22,6 +22,7 @@ typedef struct {
     char *name;
     fmi2CallbackLogger logger;
     fmi2ComponentEnvironment environment;
+    rig_part_t part;
     uint64_t seed;
     scenario_t *scenario;
     rig_t *rig;

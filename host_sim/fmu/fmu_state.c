@@ -1,4 +1,5 @@
-/* States of an instance: a head, what the instance keeps itself, the rig's state, the course's. It has no
+/* States of an instance: a head, what the instance keeps itself, the rig's state, that of its part, the
+ * course's. It has no
  * pointers, and interrupt vectors are distances within the library, so that any process with the same library
  * on the same kind of machine can load it. */
 #include <stdlib.h>
@@ -11,11 +12,13 @@ typedef struct {
     uint64_t octets; /* of all of it */
     uint32_t tables; /* hash of the tables */
     uint32_t initialized;
+    uint64_t part; /* rig_part_t */
 } state_head_t;
 
 static size_t state_octets(const instance_t *instance)
 {
-    return sizeof(state_head_t) + sizeof(kept_t) + rig_state_size() + course_state_size(&instance->course);
+    return sizeof(state_head_t) + sizeof(kept_t) + rig_state_size() + rig_part_state_size() +
+           course_state_size(&instance->course);
 }
 
 static uint64_t check_of(const char *state, size_t octets)
@@ -31,12 +34,14 @@ static void save(const instance_t *instance, char *to)
 {
     state_head_t head = {.octets = state_octets(instance),
                          .tables = rig_tables_hash(),
-                         .initialized = instance->initialized ? 1u : 0u};
+                         .initialized = instance->initialized ? 1u : 0u,
+                         .part = (uint64_t)instance->part};
     char *rig = to + sizeof head + sizeof instance->kept;
     memcpy(to, &head, sizeof head);
     memcpy(to + sizeof head, &instance->kept, sizeof instance->kept);
     rig_save(instance->rig, rig);
-    course_save(&instance->course, rig + rig_state_size());
+    rig_part_save(instance->rig, rig + rig_state_size());
+    course_save(&instance->course, rig + rig_state_size() + rig_part_state_size());
     head.check = check_of(to, state_octets(instance));
     memcpy(to, &head, sizeof head);
 }
@@ -49,7 +54,8 @@ static bool is_state(const instance_t *instance, const char *from, size_t octets
         return false;
     }
     memcpy(&head, from, sizeof head);
-    return head.octets == octets && head.tables == rig_tables_hash() && head.check == check_of(from, octets);
+    return head.octets == octets && head.tables == rig_tables_hash() &&
+           head.part == (uint64_t)instance->part && head.check == check_of(from, octets);
 }
 
 static fmi2Status no_state(const instance_t *instance)
@@ -79,10 +85,11 @@ fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
     state_head_t head;
     const char *rig = from + sizeof head + sizeof instance->kept;
     if (!is_state(instance, from, state_octets(instance)) ||
-        !course_load(&instance->course, rig + rig_state_size()) ||
+        !course_load(&instance->course, rig + rig_state_size() + rig_part_state_size()) ||
         !rig_load(instance->rig, rig, rig_state_size())) {
         return no_state(instance);
     }
+    rig_part_load(instance->rig, rig + rig_state_size());
     memcpy(&head, from, sizeof head);
     memcpy(&instance->kept, from + sizeof head, sizeof instance->kept);
     instance->initialized = head.initialized != 0u;

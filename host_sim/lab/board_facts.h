@@ -18,6 +18,7 @@ typedef struct {
     double overvoltage;      /* [V] */
     double overvoltage_max;  /* [V] largest accepted overvoltage trip */
     double nominal;          /* [V] */
+    double clock;            /* [Hz] of the CPU */
     double period;           /* [s] of the carrier */
     double dead_time;        /* [s] */
     int sensors;             /* [-] of the phase currents */
@@ -34,9 +35,9 @@ typedef struct {
         .undervoltage = (double)BOARD_UNDERVOLTAGE_MV / 1e3,                                                 \
         .overvoltage = (double)BOARD_OVERVOLTAGE_MV / 1e3,                                                   \
         .overvoltage_max = (double)BOARD_OVERVOLTAGE_MAX_MV / 1e3,                                           \
-        .nominal = (double)BOARD_DC_NOMINAL_MV / 1e3, .period = (double)BOARD_PERIOD,                        \
-        .dead_time = BOARD_DEAD_TIME_NS / 1e9, .sensors = BOARD_CURRENT_SENSORS,                             \
-        .shunts = BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR                                                \
+        .nominal = (double)BOARD_DC_NOMINAL_MV / 1e3, .clock = (double)BOARD_SYSCLK_HZ,                      \
+        .period = (double)BOARD_PERIOD, .dead_time = BOARD_DEAD_TIME_NS / 1e9,                               \
+        .sensors = BOARD_CURRENT_SENSORS, .shunts = BOARD_SAMPLES_AT == BOARD_LOWER_ZERO_VECTOR              \
     }
 
 /* The boards of this build, NULL at the end. The first one is the default board, that of the program

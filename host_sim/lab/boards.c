@@ -10,6 +10,7 @@
 #define LINK_SHARE    1.15         /* of the link, at least: room below the largest trip */
 #define VOLTAGE_USE   0.9          /* of the link: largest EMF */
 #define SQRT_3        1.7320508075688772
+#define WINDOW        0.8e-3 /* [s] of the medium task */
 
 static void append(char to[BOARDS_TEXT_SIZE], const char *text)
 {
@@ -148,5 +149,31 @@ const char *boards_unsuited(char to[BOARDS_TEXT_SIZE], const motor_t *motor)
     snprintf(part, sizeof part, other != NULL ? "; --board %s suits" : "; no board of this program suits",
              other != NULL ? other->name : "");
     append(to, part);
+    return to;
+}
+
+const board_facts_t *boards_present(void)
+{
+    return find(rig_board);
+}
+
+/* The medium task runs in the time that the interrupt leaves in each period. */
+const char *boards_hurried(char to[BOARDS_TEXT_SIZE], const board_facts_t *board)
+{
+    const double interrupt = RIG_INTERRUPT_CYCLES / board->clock;
+    const double medium = RIG_MEDIUM_CYCLES / board->clock;
+    const double left = 1.0 - interrupt / board->period;
+    const double most = (1.0 - medium / WINDOW) / interrupt;
+    to[0] = '\0';
+    if (left * WINDOW < medium) {
+        snprintf(
+            to, BOARDS_TEXT_SIZE,
+            "board %s: at %.4g MHz the interrupt takes about %.3g us of each period of %.3g us, and the "
+            "medium "
+            "task needs %.3g us of the rest within %.3g us, more than is left: the drive would react half as "
+            "often; choose a carrier up to %.3g kHz",
+            board->name, board->clock / 1e6, 1e6 * interrupt, 1e6 * board->period, 1e6 * medium, 1e6 * WINDOW,
+            most / 1e3);
+    }
     return to;
 }

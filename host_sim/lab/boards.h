@@ -34,4 +34,12 @@ const board_facts_t *boards_propose(const motor_t *motor);
  * "". Returns `to`. */
 const char *boards_unsuited(char to[BOARDS_TEXT_SIZE], const motor_t *motor);
 
+/* Message if the tasks of the drive do not have enough time on this board, by their estimated cost: the
+ * medium task would end later than its window, and each setpoint would act for two windows; else "". Returns
+ * `to`. */
+const char *boards_hurried(char to[BOARDS_TEXT_SIZE], const board_facts_t *board);
+
+/* The board of this program; NULL: it is not in the list. */
+const board_facts_t *boards_present(void);
+
 #endif

@@ -40,6 +40,10 @@ typedef struct {
     change_t changes[CHANGES_OF_POINT];
 } deviation_t;
 
+#define DEAD_TIME_SHIFT 0.5e-6                  /* [s] */
+#define DEAD_TIME_LEAST (5.0 * DEAD_TIME_SHIFT) /* [s] dead time from which the shift is this one */
+#define ROUNDING        1e-6                    /* [-] of a float */
+
 static const deviation_t deviations[MAP_DEVIATIONS] = {
     [MAP_NOMINAL] = {"nominal", true, {{0}}},
     [MAP_FLUX_LOW] = {"psi_f -10 %", true, {{"params.motor_flux_linkage", 0.9, 0.0}}},
@@ -53,9 +57,9 @@ static const deviation_t deviations[MAP_DEVIATIONS] = {
     /* The error voltage of the drive is proportional to dead_time + turn_on_delay - turn_off_delay;
      * dead_time itself also
      * sets the ePWM. In either direction the larger delay is used, because a delay of less than 0.5 us cannot
-     * be reduced. */
-    [MAP_DEAD_TIME_LOW] = {"dead time -0.5 us", false, {{"params.turn_off_delay", 1.0, 0.5e-6}}},
-    [MAP_DEAD_TIME_HIGH] = {"dead time +0.5 us", false, {{"params.turn_on_delay", 1.0, 0.5e-6}}},
+     * be reduced. Of a dead time below 2.5 us it is a fifth (deviate). */
+    [MAP_DEAD_TIME_LOW] = {"dead time -0.5 us", false, {{"params.turn_off_delay", 1.0, DEAD_TIME_SHIFT}}},
+    [MAP_DEAD_TIME_HIGH] = {"dead time +0.5 us", false, {{"params.turn_on_delay", 1.0, DEAD_TIME_SHIFT}}},
     [MAP_OFFSET] = {"offset 50 mA", false, {{"plant.current_offset_a", 0.0, 0.05}}},
     [MAP_NOISE] = {"noise 20 mA", false, {{"plant.current_noise", 0.0, 0.02}}},
     [MAP_HARMONICS] = {"EMF 5th 3 % and 7th 2 %",
@@ -117,6 +121,21 @@ static bool change(rig_t *rig, const change_t *changes, size_t count)
     return true;
 }
 
+/* Share of the shift of the dead time that is used with this dead time [s]. */
+static double dead_time_share(double dead_time)
+{
+    return dead_time < (1.0 - ROUNDING) * DEAD_TIME_LEAST ? dead_time / DEAD_TIME_LEAST : 1.0;
+}
+
+static bool deviate(rig_t *rig, map_deviation_t which)
+{
+    deviation_t deviation = deviations[which];
+    if (which == MAP_DEAD_TIME_LOW || which == MAP_DEAD_TIME_HIGH) {
+        deviation.changes[0].shift *= dead_time_share(rig_value(rig, "params.dead_time"));
+    }
+    return change(rig, deviation.changes, CHANGES_OF_POINT);
+}
+
 static double choice(const char *row, const char *name)
 {
     return table_choice(rig_row_by_name(row), name);
@@ -157,12 +176,10 @@ static bool stand_on(rig_t *rig, const scenario_t *scenario)
 /* The drive is ready, the bridge off. */
 static bool begin(rig_t *rig, const map_setup_t *setup, const map_point_t *point)
 {
-    const deviation_t *deviation = &deviations[point->deviation];
     const bool conditions =
         setup->scenario != NULL || (paper_drive_put(rig, paper_drive, paper_drive_count) &&
                                     change(rig, setup->ideal ? ideal_changes : real_changes, CHANGES_MAX));
-    if (!conditions || !change(rig, deviation->changes, CHANGES_OF_POINT) || !adapt(rig, point->adaptation) ||
-        !rig_apply(rig)) {
+    if (!conditions || !deviate(rig, point->deviation) || !adapt(rig, point->adaptation) || !rig_apply(rig)) {
         return false;
     }
     const double torque_per_ampere =
@@ -323,6 +340,11 @@ map_setup_t map_setup_default(void)
 const char *map_deviation_name(map_deviation_t deviation)
 {
     assert(deviation < MAP_DEVIATIONS);
+    if (dead_time_share(rig_initial_named("params.dead_time")) < 1.0) {
+        return deviation == MAP_DEAD_TIME_LOW    ? "dead time -20 %"
+               : deviation == MAP_DEAD_TIME_HIGH ? "dead time +20 %"
+                                                 : deviations[deviation].name;
+    }
     return deviations[deviation].name;
 }
 

@@ -59,7 +59,7 @@ typedef enum {
     MAP_RESISTANCE_HIGH,
     MAP_INDUCTANCE_LOW, /* L configured 20 % too small */
     MAP_INDUCTANCE_HIGH,
-    MAP_DEAD_TIME_LOW, /* dead time configured 0.5 us too small */
+    MAP_DEAD_TIME_LOW, /* dead time configured 0.5 us too small, or a fifth of less than 2.5 us */
     MAP_DEAD_TIME_HIGH,
     MAP_OFFSET,    /* 50 mA of offset remain on sensor a */
     MAP_NOISE,     /* 20 mA rms */

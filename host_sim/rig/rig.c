@@ -114,6 +114,10 @@ static void begin_period(rig_t *rig)
 {
     plant_t *plant = &rig->state.plant;
     rig_truth_t *truth = &rig->state.ahead[rig->state.begun % RIG_AHEAD];
+    if (rig->cut.part == (int32_t)RIG_DRIVE) { /* without its plant */
+        rig->state.begun++;
+        return;
+    }
     plant_advance(plant, next_begin(&rig->state));
     rig_follow_outputs(rig);
     rig->state.begun++;
@@ -152,8 +156,8 @@ static void show_truth(rig_t *rig)
     truth->theta_hat_err = last.theta_hat_err;
 }
 
-/* Runs up to `ticks` of the present period; the background runs after the interrupts. How many it had.
- */
+/* Runs up to `ticks` of the present period; the background runs after the interrupts. How many it had. Of the
+ * plant alone it ends where a sample waits for the drive. */
 static uint32_t run_period(rig_t *rig, uint64_t ticks)
 {
     rig_state_t *state = &rig->state;
@@ -173,7 +177,7 @@ static uint32_t run_period(rig_t *rig, uint64_t ticks)
         const uint64_t medium = state->medium_until;
         const bool medium_ends = medium > chip_now(&state->chip) && medium < end;
         const bool reached = !chip_run_to_background(medium_ends ? medium : end);
-        if (reached && !medium_ends) {
+        if ((reached && !medium_ends) || rig->cut.waits != 0u) {
             return turns;
         }
         turns += rig_background(rig);
@@ -199,7 +203,10 @@ void rig_step(rig_t *rig)
         rig_stop_at(rig, state->period);
     }
     if (run_period(rig, RIG_PERIOD_TICKS) == 0u && rig_background_is_free(rig)) {
-        plant_advance(&state->plant, chip_now(&state->chip)); /* otherwise the encoder would jump at t_k+1 */
+        if (rig->cut.part == (int32_t)RIG_RING) {
+            plant_advance(&state->plant,
+                          chip_now(&state->chip)); /* otherwise the encoder would jump at t_k+1 */
+        }
         chip_look(&state->chip);
         rig_background(rig);
     }

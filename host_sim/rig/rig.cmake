@@ -2,6 +2,7 @@ add_library(lagless_rig STATIC
     rig/rig.c
     rig/rig_bench.c
     rig/rig_estimator.c
+    rig/rig_part.c
     rig/rig_replay.c
     rig/rig_rows.c
     rig/rig_software.c

@@ -34,6 +34,14 @@ typedef struct rig rig_t;
 #endif
 #define RIG_PERIOD_SECONDS ((double)RIG_PERIOD_TICKS / 150e6)
 
+/* [SYSCLK cycles] Time of the software on the chip. Sample interrupt and medium task:
+ * isr_cycles_c28x_estimate and medium_cycles_c28x_estimate of tools/target/cost.json, within a quarter. These
+ * are estimates within 30 %, and a small change of the firmware should not change the instants of its writes.
+ * A section with interrupts off consists of a few instructions. */
+#define RIG_INTERRUPT_CYCLES 5500u
+#define RIG_MEDIUM_CYCLES    13800u
+#define RIG_SECTION_CYCLES   50u
+
 /* Values of the board that this program or library simulates, for sources that are compiled once for all
  * boards. */
 extern const uint32_t

@@ -2,6 +2,7 @@
 #ifndef HOST_SIM_RIG_RIG_PARTS_H
 #define HOST_SIM_RIG_RIG_PARTS_H
 
+#include "host_sim/rig/rig_part.h"
 #include "host_sim/rig/rig_state.h"
 
 /* Tables by their order, which is also that of rig_table(). */
@@ -28,9 +29,29 @@ typedef struct {
     uint32_t wrong;
 } rig_replay_t;
 
+/* The values that the parts of the ring exchange (rig_part.h). */
+typedef struct {
+#define EXCHANGE_FLOAT(id, name, unit, initial, min, max, text) float name;   /* [unit of its row] */
+#define EXCHANGE_WHOLE(id, name, unit, initial, max, text)      int32_t name; /* [unit of its row] */
+#define EXCHANGE_ENUM(id, name, choices, text)                  int32_t name; /* [-] */
+    RIG_COMMAND(EXCHANGE_FLOAT, EXCHANGE_WHOLE, EXCHANGE_ENUM)
+    RIG_SAMPLE(EXCHANGE_FLOAT, EXCHANGE_WHOLE, EXCHANGE_ENUM)
+#undef EXCHANGE_FLOAT
+#undef EXCHANGE_WHOLE
+#undef EXCHANGE_ENUM
+} rig_exchange_t;
+
+typedef struct {
+    uint64_t tripped;        /* [ticks] the module last tripped */
+    int32_t part;            /* [-] rig_part_t */
+    uint32_t waits;          /* [-] 1: the plant has taken a sample, and waits for the command */
+    rig_exchange_t exchange; /* the last values of both directions */
+} rig_cut_t;
+
 struct rig {
     rig_state_t state;
     rig_replay_t replay;
+    rig_cut_t cut;
     chip_world_t world;
     /* observers, which do not change the simulation */
     size_t tap_offsets[RIG_TAP_MAX]; /* [octets] in the state */
@@ -66,6 +87,11 @@ void rig_row_put(const table_row_t *row, void *base, double value); /* accepted 
 /* Writes a value with four digits, or more if it would leave the range. Returns `to`. */
 const char *rig_advice_text(char to[RIG_NUMBER_SIZE], double advice, double min, double max);
 
+/* rig_part.c */
+/* Of the drive: the sample that the other part has taken, and the command for it. */
+void rig_part_take(const rig_t *rig, drive_samples_t *samples);
+void rig_part_give(rig_t *rig, const drive_command_t *command);
+
 /* rig_world.c */
 chip_world_t rig_world(rig_t *rig);
 void rig_drive_enable_input(rig_t *rig); /* the pin as its row requires */
@@ -76,8 +102,10 @@ void rig_follow_outputs(rig_t *rig);
 
 /* rig_software.c */
 void rig_software_bind(rig_t *rig);
-uint64_t rig_section(void *context);           /* [ticks] that a section with interrupts off takes */
-bool rig_background_is_free(const rig_t *rig); /* neither CPU nor background itself is busy */
+void rig_exact_samples(const rig_state_t *state,
+                       drive_samples_t *samples); /* the true values at t_k, of ideal sensors */
+uint64_t rig_section(void *context);              /* [ticks] that a section with interrupts off takes */
+bool rig_background_is_free(const rig_t *rig);    /* neither CPU nor background itself is busy */
 bool rig_background(rig_t *rig); /* runs the background; false: the CPU or the background is busy */
 /* The functions that app_interrupt and app_medium call in the simulation instead of drive_step,
  * drive_medium_step and

@@ -63,19 +63,25 @@ static void take_time(rig_t *rig, uint64_t ticks)
     }
 }
 
-/* Ideal sensors: the true values at t_k. The drive subtracts the offsets that it has measured with the real
- * sensors. They are added here, so that the choice of the sensors may change at any later time. */
-static void take_exact(const rig_state_t *state, drive_samples_t *samples)
+void rig_exact_samples(const rig_state_t *state, drive_samples_t *samples)
 {
     const rig_truth_t *truth = &state->truth;
-    const drive_t *drive = &state->app.drive;
     const float i[3] = {truth->true_i_a, truth->true_i_b, truth->true_i_c};
     const uint32_t *wire = state->plant.wire; /* the sensors are before the exchanged wires */
-    const bool measuring = drive->state == (int32_t)DRIVE_NOT_READY;
-    samples->i_a = i[wire[0]] + (measuring ? 0.0f : drive->fast.measure.offset.a);
-    samples->i_b = i[wire[1]] + (measuring ? 0.0f : drive->fast.measure.offset.b);
-    samples->i_c = i[wire[2]] + (measuring ? 0.0f : drive->fast.measure.offset.c);
+    samples->i_a = i[wire[0]];
+    samples->i_b = i[wire[1]];
+    samples->i_c = i[wire[2]];
     samples->u_dc = truth->true_u_dc;
+}
+
+/* Of ideal sensors: the drive subtracts the offsets that it has measured with the real ones. They are added
+ * here, so that the choice of the sensors may change at any later time. */
+static void add_offsets(const drive_t *drive, drive_samples_t *samples)
+{
+    const bool measuring = drive->state == (int32_t)DRIVE_NOT_READY;
+    samples->i_a += measuring ? 0.0f : drive->fast.measure.offset.a;
+    samples->i_b += measuring ? 0.0f : drive->fast.measure.offset.b;
+    samples->i_c += measuring ? 0.0f : drive->fast.measure.offset.c;
 }
 
 /* The medium task has ended: from here on fast task and background get its results and its duration. */
@@ -124,8 +130,13 @@ bool desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_comma
     }
     drive_samples_t taken = *samples;
     end_medium(state);
+    if (bound->cut.part == (int32_t)RIG_DRIVE) {
+        rig_part_take(bound, &taken);
+    } else if (state->conditions.sensors != 0) {
+        rig_exact_samples(state, &taken);
+    }
     if (state->conditions.sensors != 0) {
-        take_exact(state, &taken);
+        add_offsets(drive, &taken);
     }
     const bool due = drive_step(drive, &taken, command);
     const uint64_t ticks = ticks_of(RIG_INTERRUPT_CYCLES, state->conditions.interrupt_time);
@@ -133,6 +144,9 @@ bool desk_drive_step(drive_t *drive, const drive_samples_t *samples, drive_comma
     rig_timing_pause(bound);
     take_time(bound, ticks);
     rig_timing_go_on(bound);
+    if (bound->cut.part == (int32_t)RIG_DRIVE) {
+        rig_part_give(bound, command);
+    }
     return due;
 }
 
@@ -146,7 +160,8 @@ bool rig_background_is_free(const rig_t *rig)
 {
     const rig_state_t *state = &rig->state;
     const uint64_t now = chip_now(&state->chip);
-    return !chip_halted(&state->chip) && !chip_debug_halted(&state->chip) && now >= state->background_next &&
+    return rig->cut.part != (int32_t)RIG_PLANT && !chip_halted(&state->chip) &&
+           !chip_debug_halted(&state->chip) && now >= state->background_next &&
            now >= state->chip.cpu.busy_until && now >= state->medium_until;
 }
 

@@ -5,6 +5,7 @@
 
 #include "contract/table.h"
 #include "host_sim/plant/plant.h"
+#include "host_sim/rig/rig.h"
 
 /* F(id, name, unit, text): float */
 #define RIG_TRUTH(F)                                                                                         \
@@ -38,14 +39,6 @@ typedef struct {
     PLANT_PARAMS(PLANT_FIELD)
 #undef PLANT_FIELD
 } rig_plant_t;
-
-/* [SYSCLK cycles] Time of the software on the chip. Sample interrupt and medium task:
- * isr_cycles_c28x_estimate and medium_cycles_c28x_estimate of tools/target/cost.json, within a quarter. These
- * are estimates within 30 %, and a small change of the firmware should not change the instants of its writes.
- * A section with interrupts off consists of a few instructions. */
-#define RIG_INTERRUPT_CYCLES 5500u
-#define RIG_MEDIUM_CYCLES    13800u
-#define RIG_SECTION_CYCLES   50u
 
 /* F(id, name, unit, default, min, max, text): float; E(id, name, choices, text): named values */
 #define RIG_CONDITIONS(F, E)                                                                                 \

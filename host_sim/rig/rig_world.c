@@ -34,9 +34,13 @@ static void on_event(void *context, uint64_t tick, chip_event_t what, uint32_t v
 /* The power module's fault output reaches the trip pin without software and without delay. */
 void rig_follow_fault_line(rig_t *rig)
 {
+    if (rig->cut.part == (int32_t)RIG_DRIVE) { /* the other part has the module */
+        return;
+    }
     const uint32_t active = plant_fault_line(&rig->state.plant);
     if (active != rig->state.fault_line) {
         rig->state.fault_line = active;
+        rig->cut.tripped = active != 0u ? chip_now(&rig->state.chip) : rig->cut.tripped;
         chip_set_pin(&rig->state.chip, PWM_FAULT_PIN, active == 0u);
     }
 }

@@ -103,6 +103,7 @@ class Boards(TestCase):
                 self.assertEqual(number(name, "BOARD_OVERCURRENT_TRIP_MA") / 1e3, board["overcurrent_trip_a"])
                 self.assertAlmostEqual(number(name, "BOARD_CARRIER_HZ"), board["carrier_hz"], delta=1.0)
                 self.expect(0, lagless("boards"), f"{name} ")
+        self.assertNotIn("choose a carrier", lagless("boards").stdout)
 
     def test_the_parameters_are_those_of_the_chosen_board(self):
         for board in (row[0] for row in DRIVES):

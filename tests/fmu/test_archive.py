@@ -4,6 +4,7 @@ usage: test_archive.py LAGLESS FOLDER. Python 3.9, nothing else."""
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -50,8 +51,25 @@ class Archive(unittest.TestCase):
 
     def test_the_document_shows_what_the_command_prints(self):
         document = (pathlib.Path(__file__).resolve().parents[2] / "docs/fmu.md").read_text(encoding="utf-8")
-        printed = self.made("load_step").replace(f"{FOLDER}/", "units/")
-        self.assertIn(f"    $ build/host/lagless fmu load_step --out units\n    {printed}", document)
+        for part in ("", "--part drive ", "--part plant "):
+            printed = self.made("load_step", *part.split()).replace(f"{FOLDER}/", "units/")
+            self.assertIn(f"    $ build/host/lagless fmu load_step {part}--out units\n    {printed}", document)
+
+    def test_the_document_lists_every_value_that_the_parts_exchange(self):
+        document = (pathlib.Path(__file__).resolve().parents[2] / "docs/fmu.md").read_text(encoding="utf-8")
+        self.made("load_step", "--part", "drive")
+        self.made("load_step", "--part", "plant")
+        inputs = []
+        for part in ("drive", "plant"):
+            with zipfile.ZipFile(FOLDER / f"load_step_{part}.fmu") as archive:
+                root = xml.etree.ElementTree.fromstring(archive.read("modelDescription.xml"))
+            inputs.append({variable.get("name") for variable in root.find("ModelVariables") if variable.get("causality") == "input"})
+        other = {row["name"] for row in rows("params") + rows("signals")}
+        exchanged = sorted(name for name in inputs[0] | inputs[1] if name not in other and "." not in name)
+        self.assertEqual(len(exchanged), 22)
+        for name in exchanged:
+            short = re.sub(r"_(b|c)$", "_a", name)
+            self.assertIn(f"`{short}`", document, name)
 
     def test_every_row_of_the_tables_is_a_variable_with_unit_range_and_start(self):
         self.made("load_step", "--set", "inertia=0.01")
@@ -114,6 +132,7 @@ class Archive(unittest.TestCase):
 
     def test_what_cannot_be_made_is_refused_with_its_cause(self):
         for arguments, code, part in ((["nowhere.toml"], 2, "nowhere.toml"), (["load_step", "--seed", "x"], 2, "accepted whole numbers"),
+                                      (["load_step", "--part", "motor"], 2, "accepted are ring, drive and plant"),
                                       (["load_step", "--set", "inertia=-1"], 2, "inertia"), (["load_step", "--out", "/proc/none"], 3, "/proc/none"),
                                       (["load_step", "--out", FOLDER, "--force"], 3, "tools/get-fmi")):
             env = dict(os.environ, **({"LAGLESS_FMU": "/nowhere/lagless.so"} if "tools" in part else {}))

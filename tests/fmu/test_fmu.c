@@ -117,8 +117,8 @@ static const fmi2CallbackFunctions callbacks = {listen, calloc, free, NULL, NULL
 static fmi2Component opened(void)
 {
     char guid[FMU_GUID_SIZE];
-    fmi2Component ring =
-        instantiate("ring", fmi2CoSimulation, fmu_guid(guid), location, &callbacks, fmi2False, fmi2True);
+    fmi2Component ring = instantiate("ring", fmi2CoSimulation, fmu_guid(RIG_RING, guid), location, &callbacks,
+                                     fmi2False, fmi2True);
     TEST_ASSERT_NOT_NULL_MESSAGE(ring, said);
     TEST_ASSERT_EQUAL(fmi2OK, set_up(ring, fmi2False, 0.0, 0.0, fmi2False, 0.0));
     TEST_ASSERT_EQUAL(fmi2OK, enter(ring));
@@ -149,12 +149,14 @@ static fmi2Status put(fmi2Component ring, const char *name, double value)
 /* All outputs as numbers; how many there are. */
 static uint32_t outputs_of(fmi2Component ring, double values[OUTPUTS])
 {
+    const table_row_t *rows[FMU_VARIABLES_MAX];
+    const uint32_t variables = fmu_variables(RIG_RING, rows);
     uint32_t count = 0;
-    for (uint32_t n = 0; fmu_variable(n) != NULL; n++) {
-        const table_row_t *row = fmu_variable(n);
+    for (uint32_t n = 0; n < variables; n++) {
+        const table_row_t *row = rows[n];
         const fmi2ValueReference reference = row->id;
         fmi2Integer whole = 0;
-        if (!fmu_is_output(row)) {
+        if (!fmu_is_output(RIG_RING, row)) {
             continue;
         }
         if (fmu_is_real(row)) {
@@ -195,9 +197,11 @@ static reference_t reference_started(void)
     reference.rig = rig_create(reference.scenario->seed);
     TEST_ASSERT_TRUE(course_init(&reference.course, reference.scenario, reference.rig));
     TEST_ASSERT_TRUE(course_start(&reference.course, &error));
-    for (uint32_t n = 0; fmu_variable(n) != NULL; n++) {
-        if (fmu_is_output(fmu_variable(n))) {
-            reference.ids[reference.count++] = fmu_variable(n)->id;
+    const table_row_t *rows[FMU_VARIABLES_MAX];
+    const uint32_t variables = fmu_variables(RIG_RING, rows);
+    for (uint32_t n = 0; n < variables; n++) {
+        if (fmu_is_output(RIG_RING, rows[n])) {
+            reference.ids[reference.count++] = rows[n]->id;
         }
     }
     return reference;
@@ -357,7 +361,7 @@ static void test_a_value_out_of_its_range_is_discarded_with_the_range(void)
     const fmi2ValueReference unknown = FMU_ID_END - 1u;
     fmi2Real value = 0.0;
     TEST_ASSERT_EQUAL(fmi2Error, get_real(ring, &unknown, 1, &value));
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(said, "5999"), said);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(said, "6099"), said);
     free_instance(ring);
 }
 
@@ -373,7 +377,7 @@ static void expect_none(fmi2Type type, const char *guid, const char *where, cons
 static void test_a_wrong_archive_is_refused_with_the_cause(void)
 {
     char guid[FMU_GUID_SIZE];
-    fmu_guid(guid);
+    fmu_guid(RIG_RING, guid);
     expect_none(fmi2ModelExchange, guid, location, "only co-simulation");
     expect_none(fmi2CoSimulation, "{another}", location, "GUID");
     expect_none(fmi2CoSimulation, guid, "http://somewhere", "file:///FOLDER");
@@ -383,12 +387,32 @@ static void test_a_wrong_archive_is_refused_with_the_cause(void)
 /* Ids are value references and places in arrays. */
 static void test_every_variable_has_a_reference_below_the_end_and_outputs_fit_the_tap(void)
 {
-    uint32_t outputs = 0;
-    for (uint32_t n = 0; fmu_variable(n) != NULL; n++) {
-        const table_row_t *row = fmu_variable(n);
-        TEST_ASSERT_TRUE_MESSAGE(row->id < FMU_ID_END && row->id != FMU_TIME, row->name);
-        TEST_ASSERT_EQUAL_PTR(row, fmu_row(row->id));
-        outputs += fmu_is_output(row) ? 1u : 0u;
+    for (uint32_t part = 0; part < FMU_PARTS; part++) {
+        const table_row_t *rows[FMU_VARIABLES_MAX];
+        const uint32_t variables = fmu_variables((rig_part_t)part, rows);
+        uint32_t outputs = 0;
+        TEST_ASSERT_TRUE(variables < FMU_VARIABLES_MAX);
+        for (uint32_t n = 0; n < variables; n++) {
+            const table_row_t *row = rows[n];
+            TEST_ASSERT_TRUE_MESSAGE(row->id < FMU_ID_END && row->id != FMU_TIME, row->name);
+            TEST_ASSERT_EQUAL_PTR(row, fmu_row((rig_part_t)part, row->id));
+            outputs += fmu_is_output((rig_part_t)part, row) ? 1u : 0u;
+        }
+        TEST_ASSERT_TRUE(outputs > 0u && outputs <= RIG_TAP_MAX);
     }
-    TEST_ASSERT_TRUE(outputs > 0u && outputs <= RIG_TAP_MAX);
+}
+
+/* Each row of the simulation is a variable of one part at least, but for those that need both parts. */
+static void test_every_row_of_the_ring_belongs_to_a_part(void)
+{
+    const table_row_t *rows[FMU_VARIABLES_MAX];
+    const uint32_t variables = fmu_variables(RIG_RING, rows);
+    for (uint32_t n = 0; n < variables; n++) {
+        const char *name = rows[n]->name;
+        const bool of_both = strcmp(name, "theta_err") == 0 || strcmp(name, "theta_hat_err") == 0 ||
+                             strcmp(name, "chip_reports") == 0;
+        const bool found =
+            fmu_row(RIG_DRIVE, rows[n]->id) == rows[n] || fmu_row(RIG_PLANT, rows[n]->id) == rows[n];
+        TEST_ASSERT_TRUE_MESSAGE(found != of_both, name);
+    }
 }

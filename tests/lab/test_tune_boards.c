@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "host_sim/lab/board_facts.h"
+#include "host_sim/lab/boards.h"
 #include "host_sim/lab/motor_trial.h"
 #include "host_sim/lab/scenario_parts.h"
 #include "host_sim/lab/tune.h"
@@ -241,4 +242,20 @@ static void test_what_tune_writes_runs(void)
         TEST_ASSERT_NULL_MESSAGE(strstr(trial.miss, "module_overload"), text);
         TEST_ASSERT_NULL_MESSAGE(strstr(trial.miss, "overcurrent"), text);
     }
+}
+
+/* Interrupt 5500 and medium task 13800 cycles: at 100 MHz 55 us of each period and 138 us of each 0.8 ms. At
+ * 16 kHz the interrupt leaves 12 %, 96 us; at 15 kHz 17.5 %, 140 us. */
+static void test_a_carrier_that_leaves_too_little_time_for_the_medium_task_is_reported(void)
+{
+    char text[BOARDS_TEXT_SIZE];
+    board_facts_t board = {.name = "mine", .clock = 100e6, .period = 62.5e-6};
+    boards_hurried(text, &board);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "board mine"), text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "a carrier up to 15 kHz"), text);
+    board.period = 1.0 / 15e3;
+    TEST_ASSERT_EQUAL_STRING("", boards_hurried(text, &board));
+    board.period = 50e-6;
+    board.clock = 150e6;
+    TEST_ASSERT_EQUAL_STRING("", boards_hurried(text, &board));
 }

@@ -176,6 +176,7 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
         const float omega_e = drive.fast.demand.frame.omega_e; /* of the period that ends now */
         turn(20, 1);
         const ab_t sampled = to_ab(current);
+        beside.lost.per_zone = drive.fast.inverter.lost.per_zone; /* follows the link: test_leg_zone.c */
         const ab_t expected = inverter_acted(&beside, tuning, sampled, omega_e, samples.u_dc).voltage;
         inverter_remember(&beside, &command.duty, sampled, samples.u_dc);
         if (!before_start) {

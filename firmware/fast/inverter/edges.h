@@ -7,16 +7,17 @@
  *     i_j - b_j - a_j (falling),   i_j - b_j + a_j (rising),   i_j = (i_j(t_k-1) + i_j(t_k))/2
  *     f = (Di - T/L u)/2
  *     a_j = (1 - d_j) f_j - T u_dc/(6 L) (sum over x of max(0, d_x - d_j) - T_e/T)
- *     b_j = omega T/4 (j f)_j (1 - (1 - d_j)^2)
+ *     b_j = omega T/4 (j f)_j (1 - (1 - d_j)^2) - (2 t_l/T) f_j
  *
  * with the change Di of the current in this period, the voltage u on the winding, and duties that act after
  * the dead time, d - T_e/T sign(i). f is the effect of EMF and resistance in half a period, the first term of
  * a_j that while the leg is off. The second is the effect of the legs that are on longer. T_e accounts for
  * the dead time of the leg itself, in which a leg without current has half of the link voltage. b_j is the
  * effect of an EMF that turns with the speed omega: the current of f is a parabola. It is small, but at a
- * turn of 0.3 rad in a period it changes the signs of both edges where i_j is almost zero. Where the lower
- * switches are sampled, d is their share, 1 - duty, and currents and voltages have the opposite sign.
- * Derivation: docs/theory.md, 12.
+ * turn of 0.3 rad in a period it changes the signs of both edges where i_j is almost zero. Its second part:
+ * dead time and delays shift all edges by t_l, half of dead time plus both delays; until then the current
+ * follows f. Where the lower switches are sampled, d is their share, 1 - duty, and currents and voltages have
+ * the opposite sign. Derivation: docs/theory.md, 12.
  *
  * No state. */
 #ifndef FAST_INVERTER_EDGES_H
@@ -32,6 +33,7 @@ typedef struct {
     float none;             /* duty of a leg whose sampled switch is never on [-] */
     float way;              /* 1, or -1 where the lower switches are sampled [-] */
     float quarter;          /* `way` times T/4 [s] */
+    float late;             /* `way` times 2 t_l/T [-] */
 } edges_tuning_t;
 
 /* Of each leg [A]. */
@@ -41,11 +43,12 @@ typedef struct {
 } edges_t;
 
 /* Coefficients for the period T [s] and the inductance L [H], > 0. `upper`: the currents are sampled while
- * the upper switches are on, else the lower ones. One division. */
-static inline edges_tuning_t edges_prepare(float period, float inductance, bool upper)
+ * the upper switches are on, else the lower ones. `late`: t_l [s]. Two divisions. */
+static inline edges_tuning_t edges_prepare(float period, float inductance, bool upper, float late)
 {
     const float way = upper ? 1.0f : -1.0f;
-    return (edges_tuning_t){period / inductance, upper ? 0.0f : 1.0f, way, way * 0.25f * period};
+    return (edges_tuning_t){period / inductance, upper ? 0.0f : 1.0f, way, way * 0.25f * period,
+                            way * 2.0f * late / period};
 }
 
 /* Positive difference between two legs, else 0. */
@@ -78,9 +81,10 @@ static inline edges_t edges_currents(const edges_tuning_t *edges, abc_t duty, ab
     const float bc_ahead = edges_ahead(bc);
     const float ca_ahead = edges_ahead(ca);
     const abc_t rest = {1.0f - on.a, 1.0f - on.b, 1.0f - on.c};
+    const float late = edges->late;
     return (edges_t){
-        {bent.a * (1.0f - rest.a * rest.a), bent.b * (1.0f - rest.b * rest.b),
-         bent.c * (1.0f - rest.c * rest.c)},
+        {bent.a * (1.0f - rest.a * rest.a) - late * off.a, bent.b * (1.0f - rest.b * rest.b) - late * off.b,
+         bent.c * (1.0f - rest.c * rest.c) - late * off.c},
         {rest.a * off.a - sixth * (ca_ahead + (ab_ahead - ab) - effective),
          rest.b * off.b - sixth * (ab_ahead + (bc_ahead - bc) - effective),
          rest.c * off.c - sixth * (bc_ahead + (ca_ahead - ca) - effective)},

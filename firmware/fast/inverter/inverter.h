@@ -58,7 +58,7 @@ typedef struct {
     float leg;    /* loss of a leg whose sign is certain [V] */
 } inverter_acted_t;
 
-/* Computes the coefficients. Six divisions. */
+/* Computes the coefficients. Seven divisions. */
 inverter_tuning_t inverter_prepare(const inverter_params_t *params);
 
 /* Sets these coefficients; no voltage has acted yet. */
@@ -71,12 +71,13 @@ static inline void inverter_take(inverter_t *inverter, const inverter_tuning_t *
     inverter->lost = tuning->lost;
 }
 
-/* Sets another effective dead time than that of the tuning, T_e/T_s [-], for both directions, until the next
- * inverter_take(). */
+/* Sets another effective dead time than that of the tuning, T_e/T_s [-], for both directions, and the zone at
+ * the edges [1/A] (medium/adapt/leg_zone.h), until the next inverter_take(). */
 static inline void inverter_set_dead_time(inverter_t *inverter, const inverter_tuning_t *tuning,
-                                          float effective)
+                                          float effective, float per_zone)
 {
     inverter->lost.volt_per_volt = effective;
+    inverter->lost.per_zone = per_zone;
     inverter->compensated.volt_per_volt = tuning->gain * effective;
 }
 

@@ -1,0 +1,26 @@
+/* Expected: T_e u_dc/(3 L), by hand. */
+#include "medium/adapt/leg_zone.h"
+
+#include "tests/unit/compare.h"
+
+#define PERIOD 1e-4 /* [s] */
+
+static double width_of(double zone, double inductance, double effective, double u_dc)
+{
+    const leg_zone_tuning_t tuning = {(float)zone, (float)(PERIOD / (3.0 * inductance))};
+    return 1.0 / (double)leg_zone_inverse(&tuning, (float)effective, (float)u_dc);
+}
+
+static void test_a_small_inductance_makes_the_zone_wider(void)
+{
+    /* 2.3 us of 300 V in 3 x 1.5 mH: 0.1533 A */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.3e-6 * 300.0 / 4.5e-3, width_of(0.05, 1.5e-3, 0.023, 300.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 2.3e-6 * 150.0 / 4.5e-3, width_of(0.05, 1.5e-3, 0.023, 150.0));
+}
+
+static void test_otherwise_it_is_that_of_the_node(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.05, width_of(0.05, 12.5e-3, 0.023, 311.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.05, width_of(0.05, 1.5e-3, 0.023, 0.0));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8, 0.05, width_of(0.05, 1.5e-3, -0.01, 311.0));
+}

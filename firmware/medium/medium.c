@@ -335,6 +335,13 @@ static float load_share(medium_t *medium, const medium_tuning_t *tuning, const w
     return medium->speed.still <= DRIVE_LATENCY && share < 1.0f ? 0.0f : share;
 }
 
+/* The zone of the legs at this DC link [V]. `swing` is DEAD_TIME_LEARN_SWINGS T/L, that is, 4 T/L. */
+static float per_zone(const medium_t *medium, const medium_tuning_t *tuning, float link)
+{
+    return leg_zone_inverse(tuning->unequal_legs.per_zone,
+                            tuning->dead_time_learn.swing * medium->dead_time_learn.effective * link);
+}
+
 /* The part of the setpoint that does not depend on the manoeuvre. */
 static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t *window, uint32_t order)
 {
@@ -369,8 +376,7 @@ static void set(medium_t *medium, const medium_tuning_t *tuning, const window_t 
     setpoint->models.flux_linkage = medium->flux.flux_linkage;
     setpoint->models.speed_per_volt = medium->flux.speed_per_volt;
     setpoint->models.dead_time = medium->dead_time_learn.effective;
-    setpoint->models.per_zone =
-        leg_zone_inverse(&tuning->leg_zone, medium->dead_time_learn.effective, window->link.mean);
+    setpoint->models.per_zone = per_zone(medium, tuning, window->link.mean);
     setpoint->models.spared = medium->ripple.spared;
     setpoint->excite.kind = (int32_t)EXCITE_NONE;
     if (medium->manoeuvres.now == (int32_t)MANOEUVRE_COMMISSION) {
@@ -451,6 +457,5 @@ void medium_set_tuning(medium_t *medium, const medium_tuning_t *tuning)
     medium->setpoint.models.flux_linkage = medium->flux.flux_linkage;
     medium->setpoint.models.speed_per_volt = medium->flux.speed_per_volt;
     medium->setpoint.models.dead_time = medium->dead_time_learn.effective;
-    medium->setpoint.models.per_zone =
-        leg_zone_inverse(&tuning->leg_zone, medium->dead_time_learn.effective, 0.0f);
+    medium->setpoint.models.per_zone = per_zone(medium, tuning, 0.0f);
 }

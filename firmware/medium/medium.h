@@ -57,7 +57,6 @@ typedef struct {
     inductance_tuning_t inductance;
     inertia_tuning_t inertia;
     dead_time_learn_tuning_t dead_time_learn;
-    leg_zone_tuning_t leg_zone;
     emf_shape_tuning_t emf_shape;
     unequal_legs_tuning_t unequal_legs;
     angle_sigma_tuning_t angle_sigma;

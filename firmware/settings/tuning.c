@@ -214,10 +214,6 @@ static void prepare_inverter(drive_tuning_t *tuning, const params_t *params, con
         .every = DRIVE_WINDOW,
     };
     tuning->medium.dead_time_learn = dead_time_learn_prepare(&learn);
-    tuning->medium.leg_zone = (leg_zone_tuning_t){
-        .zone = params->current_zone,
-        .ampere_per_volt = DRIVE_PERIOD / (3.0f * inverter.inductance),
-    };
     prepare_shape_and_legs(tuning, params, assumed);
     const float pole_pairs = (float)params->motor_pole_pairs;
     const doubt_params_t doubt = {

@@ -22,7 +22,7 @@ static double complex lost(const dead_time_params_t *params, double amplitude, d
     const dead_time_tuning_t dead_time = dead_time_prepare(params);
     ab_t current = {(float)(amplitude * cos(angle)), (float)(amplitude * sin(angle))};
     const abc_t signs = dead_time_signs(&dead_time, frames_inverse_clarke(current));
-    ab_t voltage = dead_time_voltage(&dead_time, signs, (float)u_dc);
+    ab_t voltage = dead_time_voltage(signs, dead_time_leg(&dead_time, (float)u_dc));
     return of_ab(voltage);
 }
 
@@ -52,8 +52,8 @@ static void test_each_edge_loses_half_by_its_own_current(void)
     const abc_t current = {0.1f, 2.0f, -0.5f};
     const abc_t swing = {0.2f, -0.3f, 1.0f};
     const abc_t signs = dead_time_edge_signs(&dead_time, current, swing);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.25, (double)signs.a);
-    TEST_ASSERT_TRUE(signs.b == 1.0f);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 0.5, (double)signs.a);
+    TEST_ASSERT_TRUE(signs.b == 2.0f);
     TEST_ASSERT_TRUE(signs.c == 0.0f);
     const abc_t other = {-0.2f, 0.3f, -1.0f};
     const abc_t same = dead_time_edge_signs(&dead_time, current, other);

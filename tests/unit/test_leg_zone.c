@@ -7,8 +7,8 @@
 
 static double width_of(double zone, double inductance, double effective, double u_dc)
 {
-    const leg_zone_tuning_t tuning = {(float)zone, (float)(PERIOD / (3.0 * inductance))};
-    return 1.0 / (double)leg_zone_inverse(&tuning, (float)effective, (float)u_dc);
+    return 1.0 / (double)leg_zone_inverse((float)(1.0 / zone),
+                                          (float)(4.0 * PERIOD / inductance * effective * u_dc));
 }
 
 static void test_a_small_inductance_makes_the_zone_wider(void)

@@ -51,21 +51,23 @@ static inline abc_t dead_time_signs(const dead_time_tuning_t *dead_time, abc_t c
                    bounds_clamp(dead_time->per_zone * current.c, 1.0f)};
 }
 
-/* The same for legs whose two edges occur at `current` - `swing` and `current` + `swing` [A]. */
+/* The sum of both edges, -2 to 2, for legs whose two edges occur at `current` - `swing` and `current` +
+ * `swing` [A]. */
 static inline abc_t dead_time_edge_signs(const dead_time_tuning_t *dead_time, abc_t current, abc_t swing)
 {
     const abc_t falling = {current.a - swing.a, current.b - swing.b, current.c - swing.c};
     const abc_t rising = {current.a + swing.a, current.b + swing.b, current.c + swing.c};
     const abc_t first = dead_time_signs(dead_time, falling);
     const abc_t second = dead_time_signs(dead_time, rising);
-    return (abc_t){0.5f * (first.a + second.a), 0.5f * (first.b + second.b), 0.5f * (first.c + second.c)};
+    return (abc_t){first.a + second.a, first.b + second.b, first.c + second.c};
 }
 
-/* Mean lost voltage [V] in the stationary frame for these signs, at the DC link `u_dc` [V]. No division. */
-static inline ab_t dead_time_voltage(const dead_time_tuning_t *dead_time, abc_t signs, float u_dc)
+/* Mean lost voltage [V] in the stationary frame for these signs, if a leg whose sign is certain loses `leg`
+ * [V].
+ */
+static inline ab_t dead_time_voltage(abc_t signs, float leg)
 {
     const ab_t vector = frames_clarke(signs);
-    const float leg = dead_time_leg(dead_time, u_dc);
     return (ab_t){leg * vector.alpha, leg * vector.beta};
 }
 

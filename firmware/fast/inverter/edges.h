@@ -30,10 +30,10 @@
 
 typedef struct {
     float current_per_volt; /* T/L [A/V] */
-    float none;             /* duty of a leg whose sampled switch is never on [-] */
-    float way;              /* 1, or -1 where the lower switches are sampled [-] */
-    float quarter;          /* `way` times T/4 [s] */
-    float late;             /* `way` times 2 t_l/T [-] */
+    float whole;   /* share of the period for which the sampled switch of a leg of duty 0 is off [-] */
+    float way;     /* 1, or -1 where the lower switches are sampled [-] */
+    float quarter; /* `way` times T/4 [s] */
+    float late;    /* `way` times 2 t_l/T [-] */
 } edges_tuning_t;
 
 /* Of each leg [A]. */
@@ -47,47 +47,40 @@ typedef struct {
 static inline edges_tuning_t edges_prepare(float period, float inductance, bool upper, float late)
 {
     const float way = upper ? 1.0f : -1.0f;
-    return (edges_tuning_t){period / inductance, upper ? 0.0f : 1.0f, way, way * 0.25f * period,
+    return (edges_tuning_t){period / inductance, upper ? 1.0f : 0.0f, way, way * 0.25f * period,
                             way * 2.0f * late / period};
-}
-
-/* Positive difference between two legs, else 0. */
-static inline float edges_ahead(float difference)
-{
-    return bounds_more(difference, 0.0f);
 }
 
 /* Currents at the edges of each leg. `duty` of the upper switches that acts [-], `change` of the current in
  * the period [A], `effective`: T_e/T [-], speed `omega_e` at which the EMF turns [rad/s], DC link `u_dc` [V].
- * No division, three compares. */
+ * No division. The sum of the differences max(0, x) is half of that of |x| + x. */
 static inline edges_t edges_currents(const edges_tuning_t *edges, abc_t duty, ab_t change, float effective,
                                      float omega_e, float u_dc)
 {
     const float way = edges->way;
-    const abc_t on = {way * (duty.a - edges->none), way * (duty.b - edges->none),
-                      way * (duty.c - edges->none)};
-    const ab_t made = frames_clarke(on);
+    const ab_t made = frames_clarke(duty); /* a share that all legs have makes no voltage */
     const float ampere = edges->current_per_volt * u_dc;
-    const ab_t half = {0.5f * (way * change.alpha - ampere * made.alpha),
-                       0.5f * (way * change.beta - ampere * made.beta)};
+    const float half_way = 0.5f * way;
+    const ab_t half = {half_way * (change.alpha - ampere * made.alpha),
+                       half_way * (change.beta - ampere * made.beta)};
     const float turn = edges->quarter * omega_e;
     const abc_t off = frames_inverse_clarke(half);
     const abc_t bent = frames_inverse_clarke((ab_t){-turn * half.beta, turn * half.alpha});
-    const float sixth = ampere * (1.0f / 6.0f);
-    const float ab = on.a - on.b;
-    const float bc = on.b - on.c;
-    const float ca = on.c - on.a;
-    const float ab_ahead = edges_ahead(ab);
-    const float bc_ahead = edges_ahead(bc);
-    const float ca_ahead = edges_ahead(ca);
-    const abc_t rest = {1.0f - on.a, 1.0f - on.b, 1.0f - on.c};
+    const float whole = edges->whole;
+    const abc_t rest = {whole - way * duty.a, whole - way * duty.b, whole - way * duty.c};
+    const float ab = bounds_magnitude(rest.b - rest.a);
+    const float bc = bounds_magnitude(rest.c - rest.b);
+    const float ca = bounds_magnitude(rest.a - rest.c);
+    const float quarter = 0.25f * ampere;
+    const float twelfth = ampere * (1.0f / 12.0f);
+    const float common = rest.a + rest.b + rest.c + 2.0f * effective;
     const float late = edges->late;
     return (edges_t){
         {bent.a * (1.0f - rest.a * rest.a) - late * off.a, bent.b * (1.0f - rest.b * rest.b) - late * off.b,
          bent.c * (1.0f - rest.c * rest.c) - late * off.c},
-        {rest.a * off.a - sixth * (ca_ahead + (ab_ahead - ab) - effective),
-         rest.b * off.b - sixth * (ab_ahead + (bc_ahead - bc) - effective),
-         rest.c * off.c - sixth * (bc_ahead + (ca_ahead - ca) - effective)},
+        {rest.a * (off.a - quarter) - twelfth * (ab + ca - common),
+         rest.b * (off.b - quarter) - twelfth * (ab + bc - common),
+         rest.c * (off.c - quarter) - twelfth * (bc + ca - common)},
     };
 }
 

@@ -97,7 +97,7 @@ static inline inverter_made_t inverter_make(const inverter_t *inverter, const in
 {
     const dead_time_tuning_t *compensated = &inverter->compensated;
     const abc_t signs = dead_time_signs(compensated, frames_inverse_clarke(current));
-    const ab_t lost = dead_time_voltage(compensated, signs, u_dc);
+    const ab_t lost = dead_time_voltage(signs, dead_time_leg(compensated, u_dc));
     const ab_t asked = {wanted.alpha + lost.alpha, wanted.beta + lost.beta};
     const svpwm_t modulated = svpwm_modulate(&tuning->modulation, asked, u_dc);
     return (inverter_made_t){
@@ -133,13 +133,14 @@ static inline inverter_acted_t inverter_acted(const inverter_t *inverter, const 
         edges_currents(&tuning->edges, duty, change, dead_time->volt_per_volt, omega_e, link);
     const abc_t at_edges = {phases.a - edges.bend.a, phases.b - edges.bend.b, phases.c - edges.bend.c};
     const abc_t signs = dead_time_edge_signs(dead_time, at_edges, edges.swing);
-    const ab_t lost = dead_time_voltage(dead_time, signs, link);
+    const float leg = dead_time_leg(dead_time, link);
+    const ab_t lost = dead_time_voltage(signs, 0.5f * leg); /* half at each edge */
     const ab_t made = frames_clarke(inverter->duty_prev[1]);
     return (inverter_acted_t){
         {made.alpha * link - lost.alpha, made.beta * link - lost.beta},
         middle,
         link,
-        dead_time_leg(dead_time, link),
+        leg,
     };
 }
 

@@ -14,17 +14,11 @@
 #ifndef MEDIUM_ADAPT_LEG_ZONE_H
 #define MEDIUM_ADAPT_LEG_ZONE_H
 
-#include "math/bounds.h"
-
-typedef struct {
-    float zone;            /* half width by the capacitance of the node [A], > 0 */
-    float ampere_per_volt; /* T/(3 L) [A/V] */
-} leg_zone_tuning_t;
-
-/* One over the half width [1/A] for `effective` = T_e/T [-] and the link `u_dc` [V]. One division. */
-static inline float leg_zone_inverse(const leg_zone_tuning_t *tuning, float effective, float u_dc)
+/* One over the half width [1/A], for the zone `per_zone` [1/A], 12 z [A]. One division where z is the larger
+ * one. */
+static inline float leg_zone_inverse(float per_zone, float twelve_z)
 {
-    return 1.0f / bounds_more(tuning->ampere_per_volt * effective * u_dc, tuning->zone);
+    return twelve_z * per_zone > 12.0f ? 12.0f / twelve_z : per_zone;
 }
 
 #endif

@@ -57,7 +57,7 @@ Commissioned = _struct("Commissioned", **{name: Value for name in (
     seconds=f64, step_seconds=f64 * 11, largest_current=f64)
 
 Board = _struct("Board", name=text, current_range=f64, current_per_code=f64, current_limit=f64, current_trip=f64, undervoltage=f64,
-                overvoltage=f64, overvoltage_max=f64, nominal=f64, period=f64, dead_time=f64, sensors=c.c_int, shunts=b)
+                overvoltage=f64, overvoltage_max=f64, nominal=f64, clock=f64, period=f64, dead_time=f64, sensors=c.c_int, shunts=b)
 
 # Result, then arguments.
 _FUNCTIONS = {

@@ -124,7 +124,7 @@ static void test_octets_after_an_invalid_frame_without_a_pause_are_dropped(void)
     SEND(0xFC);
     choose_enable();
     const double frames = value("line_frames");
-    TEST_ASSERT_EQUAL_DOUBLE(3.0, frames); /* CONNECT, and SET_MTA twice */
+    TEST_ASSERT_EQUAL_DOUBLE(3.0, frames); /* the frames of CONNECT and of two SET_MTA */
     rig_run(rig, PAUSE);
     is_spoilt_and_acts_again();
 }

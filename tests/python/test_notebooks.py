@@ -1,4 +1,4 @@
-"""The notebooks are executed from top to bottom, by Jupyter's own kernel; what they assert holds, and pictures come out.
+"""The notebooks are executed from top to bottom, by Jupyter's own kernel; their assertions hold, and they produce pictures.
 
 usage: test_notebooks.py NOTEBOOK...     PYTHONPATH and LAGLESS_LIBRARY select the package; ends with 77, skipped, without nbclient,
 ipykernel or matplotlib."""

@@ -70,8 +70,8 @@
 #define BOARD_SERIAL_BAUD 1171875 /* 18 */
 #define BOARD_SERIAL_PINS BOARD_SCIA_GPIO35
 
-#define BOARD_ENABLE_INPUT                                                                                   \
-    49 /* 19: the contact connects the pin to 3.3 V; a resistor on the board pulls it down */
+/* 19: the contact connects the pin to 3.3 V; a resistor on the board pulls it down. */
+#define BOARD_ENABLE_INPUT       49
 #define BOARD_ENABLE_ACTIVE_HIGH 1
 #define BOARD_ENABLE_DEBOUNCE_US 3000
 

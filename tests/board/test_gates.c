@@ -195,8 +195,8 @@ static void run_periods(uint32_t periods)
 /* Legs a, b, c at these shares of the period, gates on. */
 static void switch_at(double a, double b, double c)
 {
-    const double full =
-        0.5 * BOARD_SYSCLK_HZ / BOARD_CARRIER_HZ; /* [cycles] half of a period, within a few cycles */
+    /* [cycles] half of a period, within a few cycles. */
+    const double full = 0.5 * BOARD_SYSCLK_HZ / BOARD_CARRIER_HZ;
     compare[0] = (uint16_t)(a * full + 0.5);
     compare[1] = (uint16_t)(b * full + 0.5);
     compare[2] = (uint16_t)(c * full + 0.5);
@@ -331,8 +331,8 @@ static void expect_clamps(double dead_time)
     board_put_motor(rig);
     run_parameter(rig, "dead_time", dead_time);
     run_put(rig, "plant.resistance", fmin(100.0, 3.0 * BOARD_DC_NOMINAL_MV / 1e3 / BOARD_LIMIT_AMPERES));
-    run_put(rig, "current_noise", 0.02); /* two codes of noise; the same value occurs in 7 successive periods
-                                            with a probability of 1e-6 */
+    /* Two codes of noise; the same value occurs in 7 successive periods with a probability of 1e-6. */
+    run_put(rig, "current_noise", 0.02);
     run_put(rig, "shaft_locked", 1.0);
     run_put(rig, "shaft_locked_speed", 0.2 * board_motor.speed);
     board_to_ready_at(rig, 0.0);

@@ -62,8 +62,8 @@ static void test_ranges_follow_sensors_stage_and_module(void)
     const double motor = fmin(145.0, fmax(BOARD_MOTOR_AT_0V, BOARD_MOTOR_AT_3V));
     const struct {
         const char *row;
-        double beyond, min, max,
-            within; /* within is NAN if another parameter would have to change with this one */
+        /* Within is NAN if another parameter would have to change with this one. */
+        double beyond, min, max, within;
     } rows[] = {{"current_limit", 0.81 * seen(), 0.1, limit, NAN},
                 {"overcurrent_trip", 0.96 * seen(), 1.2 * BOARD_CURRENT_LIMIT_MA / 1e3, 0.95 * seen(),
                  0.9499 * seen()},

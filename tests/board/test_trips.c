@@ -271,8 +271,8 @@ static void test_heat_trips_where_there_is_a_sensor(void)
 
 #if BOARD_ENABLE_INPUT != BOARD_NONE
 #define DEBOUNCE (BOARD_ENABLE_DEBOUNCE_US / 1e6) /* [s] */
-#define WINDOWS                                                                                              \
-    (4.0 * DRIVE_WINDOW * RIG_PERIOD_SECONDS) /* [s] until the medium task has acted on an order */
+/* [s] until the medium task has acted on an order. */
+#define WINDOWS (4.0 * DRIVE_WINDOW * RIG_PERIOD_SECONDS)
 
 static void expect_off_for(double seconds, int32_t refusal)
 {

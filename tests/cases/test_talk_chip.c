@@ -15,10 +15,10 @@
 #define PAUSE    60u /* [periods] longer than the silence that ends a frame */
 
 static uint32_t counter;
-static uint32_t broken; /* number of the octet of the next frame that is sent without its stop bit; the first
-                           is 1, 0 is none */
-static uint32_t
-    break_after; /* number of the octet of the next frame that a break follows; the first is 1, 0 is none */
+/* Number of the octet of the next frame that is sent without its stop bit; the first is 1, 0 is none. */
+static uint32_t broken;
+/* Number of the octet of the next frame that a break follows; the first is 1, 0 is none. */
+static uint32_t break_after;
 
 static chip_t *chip(void)
 {

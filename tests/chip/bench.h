@@ -64,9 +64,9 @@ extern uint16_t bench_codes[16];       /* mirrored results at the last interrupt
 extern uint16_t bench_compare[3];      /* compare values that the interrupt writes */
 extern uint32_t bench_first_leg;       /* the interrupt writes them to this ePWM (1..4) and the next two */
 extern chip_world_t bench_world;       /* the circuit at the pins */
-extern void (*bench_on_world)(uint64_t tick,
-                              bool analog); /* called by the world in each of its callbacks, unless NULL */
-extern void (*bench_in_interrupt)(void);    /* called in the interrupt function, unless NULL */
+/* Called by the world in each of its callbacks, unless NULL. */
+extern void (*bench_on_world)(uint64_t tick, bool analog);
+extern void (*bench_in_interrupt)(void); /* called in the interrupt function, unless NULL */
 
 /* Writes one register with EALLOW set. */
 void bench_allowed16(const volatile uint16_t *reg, uint16_t value);
@@ -78,8 +78,8 @@ void bench_power_on(void); /* a new chip, connected to the recording world, with
 void bench_power_on_with(uint32_t crystal_hz);
 void bench_clock(void); /* watchdog off, 150 MHz, wait states of the flash, prescalers, module clocks on */
 void bench_pwm(uint32_t skip); /* three legs at 10 kHz with a dead band of 450, tripped, pins assigned */
-void bench_adc(uint32_t skip); /* four pairs; SOC 87 ticks before counter zero, so that the second pair is
-                                  held at zero */
+/* Four pairs; SOC 87 ticks before counter zero, so that the second pair is held at zero. */
+void bench_adc(uint32_t skip);
 void bench_interrupts(uint32_t skip);
 void bench_start(uint32_t skip); /* the whole start-up, then TBCLKSYNC, then the release of the trip */
 void bench_forget(void);         /* empties the record */

@@ -38,9 +38,8 @@ static void test_pairs_are_held_together_at_the_data_sheet_ticks(void)
     static const uint32_t channel[] = {0u, 8u, 0u, 8u, 1u, 9u, 2u, 10u};
     TEST_ASSERT_EQUAL_UINT32(8u, bench.samples);
     for (uint32_t i = 0u; i < 8u; i++) {
-        TEST_ASSERT_EQUAL_UINT64(
-            soc + 45u + 42u * (i / 2u),
-            bench.sample[i].tick); /* the first window after 7.5 ADCCLK, the others every 7 */
+        /* The first window after 7.5 ADCCLK, the others every 7. */
+        TEST_ASSERT_EQUAL_UINT64(soc + 45u + 42u * (i / 2u), bench.sample[i].tick);
         TEST_ASSERT_EQUAL_UINT32(channel[i], bench.sample[i].channel);
         TEST_ASSERT_EQUAL_UINT16(code(channel[i]), ADC_MIRROR->ADCRESULT[i]);
         TEST_ASSERT_EQUAL_UINT16(code(channel[i]) << 4, ADC->ADCRESULT[i]);
@@ -54,8 +53,8 @@ static void test_second_pair_is_held_at_counter_zero(void)
     uint64_t zero = chip_now(&bench_chip) + 3u * CARRIER;
     bench_forget();
     chip_run(zero + 100u);
-    TEST_ASSERT_EQUAL_UINT64(
-        zero, bench.sample[bench.samples - 5u].tick); /* the pairs are held at -42, 0, 42, 84 */
+    /* The pairs are held at -42, 0, 42, 84. */
+    TEST_ASSERT_EQUAL_UINT64(zero, bench.sample[bench.samples - 5u].tick);
     TEST_ASSERT_EQUAL_UINT64(zero, chip_carrier_tick(&bench_chip));
 }
 
@@ -100,9 +99,8 @@ static void test_sequential_timing_and_channels(void)
     static const uint32_t channel[] = {0u, 10u, 3u, 15u, 5u};
     TEST_ASSERT_EQUAL_UINT32(5u, bench.samples);
     for (uint32_t i = 0u; i < 5u; i++) {
-        TEST_ASSERT_EQUAL_UINT64(
-            soc + 27u + 18u * i,
-            bench.sample[i].tick); /* the first window after 4.5 ADCCLK, the others every 3 */
+        /* The first window after 4.5 ADCCLK, the others every 3. */
+        TEST_ASSERT_EQUAL_UINT64(soc + 27u + 18u * i, bench.sample[i].tick);
         TEST_ASSERT_EQUAL_UINT32(channel[i], bench.sample[i].channel);
         TEST_ASSERT_EQUAL_UINT16(code(channel[i]), ADC_MIRROR->ADCRESULT[i]);
     }
@@ -215,8 +213,8 @@ static void test_boot_rom_has_copied_the_calibration(void)
 static void test_uncalibrated_converter_is_off_until_software_copies_the_words(void)
 {
     chip_power_on_by_debugger(&bench_chip, 30000000u);
-    TEST_ASSERT_EQUAL_UINT32(
-        7500000u, chip_sysclk_hz(&bench_chip)); /* the boot ROM has not set the divider /2 either */
+    /* The boot ROM has not set the divider /2 either. */
+    TEST_ASSERT_EQUAL_UINT32(7500000u, chip_sysclk_hz(&bench_chip));
     bench_clock();
     bench_adc(SKIP_SOC);
     TEST_ASSERT_EQUAL_HEX16(0u, ADC->ADCREFSEL | ADC->ADCOFFTRIM);
@@ -423,8 +421,8 @@ static void test_events_wait_at_their_count_while_disabled(void)
     bus_write16(&EPWM(1u)->ETPS, ETPS_SOCAPRD(3));
     uint64_t from = chip_now(&bench_chip);
     chip_run(from + 5u * CARRIER);
-    TEST_ASSERT_EQUAL_HEX16(
-        3u << 10, EPWM(1u)->ETPS & 0x0C00u); /* five events; the counter of the pre-scaler stops at three */
+    /* Five events; the counter of the pre-scaler stops at three. */
+    TEST_ASSERT_EQUAL_HEX16(3u << 10, EPWM(1u)->ETPS & 0x0C00u);
     bus_write16(&EPWM(1u)->ETSEL, ETSEL_SOCAEN | ETSEL_SOCASEL(ET_CMPB_DOWN));
     bench_forget();
     chip_run(from + 6u * CARRIER + 200u); /* the next event starts a conversion */

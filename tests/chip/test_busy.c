@@ -5,10 +5,10 @@
 #include "bench.h"
 
 #define LATENCY 14u /* [ticks] request to entry, see test_interrupts.c */
-#define ENTRY                                                                                                \
-    114u /* [ticks] from counter zero to the sample interrupt: the last result comes 201 after the SOC,      \
-            which is 87 before zero */
-#define WORK 2000u /* [ticks] */
+/* [ticks] from counter zero to the sample interrupt: the last result comes 201 after the SOC, \ which is
+ * 87 before zero. */
+#define ENTRY 114u
+#define WORK  2000u /* [ticks] */
 
 static uint64_t start;
 static chip_world_t world;

@@ -156,8 +156,8 @@ static void test_averaged_high_times_are_the_sum_over_edges(void)
         TEST_ASSERT_EQUAL_UINT32(CARRIER, bench.average[k].period);
         TEST_ASSERT_EQUAL_UINT32(450u, bench.average[k].dead);
         TEST_ASSERT_TRUE(k < 2u || bench.average[k].ends == (begins_high[k] != 0u));
-        for (uint32_t leg = 0u; leg < LEGS && k >= 2u;
-             leg++) { /* in the first periods all pins are low at the start */
+        /* In the first periods all pins are low at the start. */
+        for (uint32_t leg = 0u; leg < LEGS && k >= 2u; leg++) {
             uint32_t a = bench.average[k].high[leg];
             TEST_ASSERT_EQUAL_UINT64(a - 450u, high[k][2u * leg]);
             TEST_ASSERT_EQUAL_UINT64(CARRIER - a - 450u, high[k][2u * leg + 1u]);

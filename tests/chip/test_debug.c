@@ -27,8 +27,8 @@ static void start_with(uint32_t free_soft)
         bus_write16(&EPWM(n)->TBCTL, (uint16_t)((n == 1u ? TBCTL_LEADER : TBCTL_FOLLOWER) | free_soft << 14));
     }
     start = chip_now(&bench_chip);
-    chip_run(start + 5u * CARRIER +
-             4000u); /* the upper gate of the first leg is off, the edges of the others follow */
+    /* The upper gate of the first leg is off, the edges of the others follow. */
+    chip_run(start + 5u * CARRIER + 4000u);
     TEST_ASSERT_TRUE(chip_carrier_plain(&bench_chip));
 }
 

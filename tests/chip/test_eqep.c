@@ -81,8 +81,8 @@ static void test_not_enabled_not_muxed_or_not_clocked_does_not_count(void)
     bench.encoder_offset += 10;
     TEST_ASSERT_EQUAL_UINT32(0u, count_after(1000u));
     bus_allow();
-    bus_write32(&GPIO_CONTROL(1u)->MUX2,
-                GPIO_FIELD(50u, 1u) | GPIO_FIELD(51u, 1u)); /* selects the other pins */
+    /* Selects the other pins. */
+    bus_write32(&GPIO_CONTROL(1u)->MUX2, GPIO_FIELD(50u, 1u) | GPIO_FIELD(51u, 1u));
     bench.encoder_offset += 10;
     TEST_ASSERT_EQUAL_UINT32(10u, count_after(2000u));
     bus_write16(&SYSCTRL->PCLKCR1, 0u);

@@ -220,8 +220,8 @@ static void test_interrupts_wait_until_it_is_over(void)
     bus_write16(&PIE->PIEACK, 1u);
     bus_write16(&PIE->group[0].IFR, 1u);
     chip_run(begin + 5u * PROGRAM_TICKS);
-    TEST_ASSERT_EQUAL_UINT32(
-        1u, bench_reports(CHIP_FLASH_MISUSE)); /* the API has replaced the code of the interrupt */
+    /* The API has replaced the code of the interrupt. */
+    TEST_ASSERT_EQUAL_UINT32(1u, bench_reports(CHIP_FLASH_MISUSE));
 }
 
 static void test_a_watchdog_that_is_started_behind_an_erase_counts_from_its_end(void)

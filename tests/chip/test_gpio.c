@@ -110,8 +110,8 @@ static void test_gate_pins_float_until_muxed_or_driven(void)
     bus_write32(&GPIO_DATA(0u)->SET, 0x00000002u);
     TEST_ASSERT_EQUAL_HEX32(0x02u, bench.edge[1].level);
     bench_allowed32(&GPIO_CONTROL(0u)->MUX1, GPIO_FIELD(0u, 1u) | GPIO_FIELD(1u, 1u) | GPIO_FIELD(2u, 2u));
-    TEST_ASSERT_EQUAL_HEX32(
-        0x03u, bench.edge[bench.edges - 1u].driven); /* the function of another peripheral drives no gate */
+    /* The function of another peripheral drives no gate. */
+    TEST_ASSERT_EQUAL_HEX32(0x03u, bench.edge[bench.edges - 1u].driven);
     TEST_ASSERT_EQUAL_HEX32(0x00u, bench.edge[bench.edges - 1u].level);
 }
 

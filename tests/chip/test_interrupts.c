@@ -337,8 +337,8 @@ static void test_sample_interrupt_to_the_tick(void)
     start = chip_now(&bench_chip);
     chip_run(start + 5u * CARRIER + 1000u);
     TEST_ASSERT_EQUAL_UINT32(5u, bench_samples);
-    for (uint32_t k = 0u; k < 5u;
-         k++) { /* the SOC comes 87 before zero, the last result 45 + 3 x 42 + 30 after the SOC */
+    /* The SOC comes 87 before zero, the last result 45 + 3 x 42 + 30 after the SOC. */
+    for (uint32_t k = 0u; k < 5u; k++) {
         TEST_ASSERT_EQUAL_UINT64(start + (k + 1u) * (uint64_t)CARRIER - 87u + 201u + LATENCY,
                                  bench_sample_at[k]);
     }

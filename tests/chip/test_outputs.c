@@ -95,8 +95,8 @@ static void test_input_mode_feeds_from_b(void)
 
 static void test_pulse_shorter_than_the_delay_vanishes(void)
 {
-    go(DBCTL_OUT_BOTH | DBCTL_POLSEL_AHC, 600u,
-       80u); /* A is high for 600, and the delay is 600: the rise and the fall coincide */
+    /* A is high for 600, and the delay is 600: the rise and the fall coincide. */
+    go(DBCTL_OUT_BOTH | DBCTL_POLSEL_AHC, 600u, 80u);
     expect((const step_t[]){{2380u, 2u}, {3700u, 0u}}, 2u);
     setUp();
     go(DBCTL_OUT_BOTH | DBCTL_POLSEL_AHC, 599u, 80u); /* a pulse of one tick remains */
@@ -208,8 +208,8 @@ static void test_one_shot_cannot_be_cleared_while_the_pin_is_low(void)
     bench_forget();
     clear(TZ_OST);
     TEST_ASSERT_EQUAL_HEX16(0u, EPWM(1u)->TZFLG);
-    TEST_ASSERT_EQUAL_UINT32(1u,
-                             bench.edges); /* returns to the state of the dead band, with the lower gate on */
+    /* Returns to the state of the dead band, with the lower gate on. */
+    TEST_ASSERT_EQUAL_UINT32(1u, bench.edges);
     TEST_ASSERT_EQUAL_HEX32(2u, bench.edge[0].level & 3u);
 }
 

@@ -70,8 +70,8 @@ static void test_everything_follows_the_crystal(void)
 {
     static const struct {
         uint32_t hz;
-        uint64_t lock,
-            bite; /* [ticks] lock: 131072 cycles; bite: 256 x 512 cycles; both rounded up to a whole tick */
+        /* [ticks] lock: 131072 cycles; bite: 256 x 512 cycles; both rounded up to a whole tick. */
+        uint64_t lock, bite;
     } crystal[] = {{20000000u, 983040u, 983040u},
                    {25000000u, 786432u, 786432u},
                    {24000000u, 819200u, 819200u},
@@ -286,8 +286,8 @@ static void test_widths_and_unknown_registers(void)
     bus_write16((const volatile uint16_t *)&CPU_TIMER(0u)->PRD, 0u);
     TEST_ASSERT_EQUAL_UINT32(4u, bench_reports(CHIP_BAD_WIDTH));
     bus_write16(F28335_BASE + 0x7750u, 0u); /* a register of SCI-B */
-    bus_write32((const volatile uint32_t *)(const volatile void *)(F28335_BASE + 0x6000u),
-                0u); /* a register of eCAN */
+    /* a register of eCAN. */
+    bus_write32((const volatile uint32_t *)(const volatile void *)(F28335_BASE + 0x6000u), 0u);
     bus_write16(&SYSCTRL->LPMCR0, 1u);
     bus_write16(&SYSCTRL->LPMCR0, 0u);
     TEST_ASSERT_EQUAL_UINT32(3u, bench_reports(CHIP_UNKNOWN_REGISTER));
@@ -328,8 +328,8 @@ static void test_watchdog_is_fed_by_both_keys_in_order(void)
     TEST_ASSERT_FALSE(chip_halted(&bench_chip));
     chip_run(600000u + WATCHDOG + 1u);
     TEST_ASSERT_TRUE(chip_halted(&bench_chip));
-    for (uint32_t i = 0u; i < 2u;
-         i++) { /* first the second key alone, then the first key alone: neither services the watchdog */
+    /* First the second key alone, then the first key alone: neither services the watchdog. */
+    for (uint32_t i = 0u; i < 2u; i++) {
         bench_power_on();
         bus_allow();
         chip_run(600000u);

@@ -58,8 +58,8 @@ static void test_reset_values(void)
 static void test_up_count_period_is_one_more_than_TBPRD(void)
 {
     set(1u, TBCTL_CTRMODE(0), 999u, 300u, 0u, AQCTL_ZRO(AQ_SET) | AQCTL_CAU(AQ_CLEAR));
-    go(); /* at the first zero CMPA still has its reset value 0; its clear has priority over the set at zero
-           */
+    /* At the first zero CMPA still has its reset value 0; its clear has priority over the set at zero. */
+    go();
     expect_edges((const uint64_t[]){1000u, 1300u, 2000u}, 3u, 2001u);
 }
 
@@ -112,8 +112,8 @@ static void test_compare_shadow_waits_for_zero(void)
     set(1u, TBCTL_UPDOWN, 1000u, 300u, 0u, AQCTL_CAU(AQ_CLEAR) | AQCTL_CAD(AQ_SET));
     go();
     chip_run(start + 400u);
-    bus_write16(&EPWM(1u)->CMPA,
-                500u); /* written after the up match and before the down match with the old value */
+    /* Written after the up match and before the down match with the old value. */
+    bus_write16(&EPWM(1u)->CMPA, 500u);
     expect_edges((const uint64_t[]){1700u, 2500u, 3500u}, 3u, 4000u);
 }
 
@@ -240,8 +240,8 @@ static void test_written_counter_counts_on(void)
     set(1u, TBCTL_UPDOWN, 1000u, 300u, 0u, AQCTL_CAU(AQ_CLEAR) | AQCTL_CAD(AQ_SET));
     go();
     chip_run(start + 100u);
-    bus_write16(&EPWM(1u)->TBCTR,
-                900u); /* counts up; the period match follows at 200, the CMPA down match 700 later */
+    /* Counts up; the period match follows at 200, the CMPA down match 700 later. */
+    bus_write16(&EPWM(1u)->TBCTR, 900u);
     expect_edges((const uint64_t[]){900u}, 1u, 1000u);
 }
 

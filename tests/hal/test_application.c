@@ -245,8 +245,8 @@ static void test_each_call_is_one_task_with_one_short_section_at_most(void)
         for (uint32_t e = 0; e < rec.entries; e++) {
             const bool turns_off = rec.entry[e].did == DID_INTERRUPTS_OFF;
             off += turns_off;
-            TEST_ASSERT_TRUE(!turns_off || rec.entry[e + 1u].did ==
-                                               DID_INTERRUPTS_ON); /* no register is written in between */
+            /* No register is written in between. */
+            TEST_ASSERT_TRUE(!turns_off || rec.entry[e + 1u].did == DID_INTERRUPTS_ON);
         }
         TEST_ASSERT_TRUE(off <= 1u);
         TEST_ASSERT_TRUE(rec.interrupts_on);

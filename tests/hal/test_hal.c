@@ -142,9 +142,9 @@ static void test_start_up_sets_the_converter_to_four_pairs(void)
     recording_soil();
     TEST_ASSERT_EQUAL(HAL_OK, start());
     const expected_t expected[] = {
-        {&ADC->ADCTRL1, 0x0410u}, {&ADC->ADCTRL2, 0x4900u}, /* RST_SEQ1 stays set in the simulated register */
-        {&ADC->ADCTRL3, 0x00E1u}, {&ADC->ADCMAXCONV, 3u},   {&ADC->ADCCHSELSEQ[0], 0x2102u},
-        {&ADC->ADCST, 0x0010u},
+        {&ADC->ADCTRL1, 0x0410u},        {&ADC->ADCTRL2, 0x4900u}, /* RST_SEQ1 stays set. */
+        {&ADC->ADCTRL3, 0x00E1u},        {&ADC->ADCMAXCONV, 3u},
+        {&ADC->ADCCHSELSEQ[0], 0x2102u}, {&ADC->ADCST, 0x0010u},
     };
     ASSERT_REGISTERS(expected);
 }
@@ -172,8 +172,9 @@ static void test_start_up_connects_gates_fault_line_encoder_serial_line_and_enab
         {&GPIO_CONTROL(0u)->MUX2, 0x55005500u},
         {&GPIO_CONTROL(0u)->QSEL1, 0x03000000u},
         {&GPIO_CONTROL(0u)->QSEL2, 0x03000000u},
+        /* Chopper and brake are outputs. */
         {&GPIO_CONTROL(0u)->PUD, 0x0800EFFFu},
-        {&GPIO_CONTROL(0u)->DIR, 0xC0000000u}, /* chopper and brake are outputs */
+        {&GPIO_CONTROL(0u)->DIR, 0xC0000000u},
     };
     ASSERT_REGISTERS(expected);
 }
@@ -821,12 +822,8 @@ static uint16_t late_at(uint32_t ticks)
     return sample_at(ticks).flags & HAL_FLAG_LATE;
 }
 
-typedef enum {
-    NO_MORE,
-    IN_TIME,
-    LATE,
-    ENDS
-} timing_t; /* event of a course: a sample that is in time or late, or the end of the interrupt */
+/* Event of a course: a sample that is in time or late, or the end of the interrupt. */
+typedef enum { NO_MORE, IN_TIME, LATE, ENDS } timing_t;
 
 /* Events from a start of the carrier on; each is at tick `at` of period `period`. */
 static const struct {

@@ -26,8 +26,8 @@ typedef struct {
     uint32_t epk_hash;
     uint32_t clock;     /* [periods] */
     uint8_t connect[8]; /* the answer to CONNECT */
-    bool serial; /* frames have tails; wrong frames and frames out of sequence are dropped; a write must come
-                    twice */
+    /* Frames have tails; wrong frames and frames out of sequence are dropped; a write must come twice. */
+    bool serial;
     uint32_t dropped; /* number of dropped frames */
 
     /* misbehaviour */

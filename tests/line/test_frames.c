@@ -157,8 +157,8 @@ static void test_stream_is_found_again_after_a_lost_octet(void)
 /* One bit of a frame on a serial line is wrong; the octets of the next frame are right. */
 static void test_a_frame_with_a_wrong_bit_is_dropped(void)
 {
-    for (uint32_t bit = 16; bit < 80u;
-         bit++) { /* the bits after the length, which defines where the frame ends */
+    /* The bits after the length, which defines where the frame ends. */
+    for (uint32_t bit = 16; bit < 80u; bit++) {
         uint8_t octets[10];
         frames_init(&frames, false);
         receive_frame(1, 1);

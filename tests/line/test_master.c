@@ -321,9 +321,8 @@ static void test_a_write_whose_answer_is_lost_is_repeated_from_its_address_on(vo
     TEST_ASSERT_EQUAL_HEX32(float_bits(2.0f), slave_get(&slave, MASTER_PARAMS, address));
     TEST_ASSERT_EQUAL_HEX32(0xDEADBEEFu, slave_get(&slave, MASTER_PARAMS, address + 4u));
     TEST_ASSERT_EQUAL(4u, slave_count(&slave, 0xF6)); /* each command comes twice over a serial line */
-    TEST_ASSERT_EQUAL(
-        3u,
-        slave_count(&slave, 0xF0)); /* the first DOWNLOAD of the pair is not carried out and not answered */
+    /* The first DOWNLOAD of the pair is not carried out and not answered. */
+    TEST_ASSERT_EQUAL(3u, slave_count(&slave, 0xF0));
 }
 
 static void test_a_slave_that_stops_answering_is_given_up_and_each_call_reports_it(void)

@@ -202,9 +202,8 @@ static void test_swapped_phases_are_exchanged_commands_to_the_last_bit(void)
         q.swap_phases = (double)pair;
         plant_init(&other, &q, 1);
         for (size_t n = 0; n < count; n++) {
-            plant_advance(&other,
-                          edges[n].tick / LOOP_PERIOD *
-                              LOOP_PERIOD); /* reads the plant at the times at which the loop has read it */
+            /* Reads the plant at the times at which the loop has read it. */
+            plant_advance(&other, edges[n].tick / LOOP_PERIOD * LOOP_PERIOD);
             plant_gates(&other, edges[n].tick, exchange(edges[n].on, exchanged[pair]));
         }
         plant_advance(&other, plant.tick);
@@ -234,8 +233,8 @@ static void test_wires_swapped_in_a_run_leave_the_windings_their_currents_and_mo
         } else {
             plant_gates(&plant, 0, PLANT_UPPER(0) | PLANT_UPPER(1) | PLANT_LOWER(2));
             plant_advance(&plant, 5000);
-            plant_gates(&plant, 5000,
-                        PLANT_UPPER(0) | PLANT_LOWER(2)); /* this command acts after its delay */
+            /* This command acts after its delay. */
+            plant_gates(&plant, 5000, PLANT_UPPER(0) | PLANT_LOWER(2));
         }
         plant_advance(&plant, 5010);
         double i_b = plant.i[1];

@@ -167,8 +167,8 @@ static void test_averaged_period_has_the_voltage_of_its_edges(void)
 {
     static const struct {
         double rpm;      /* [r/min] */
-        double limit[2]; /* [V] without load, with */
-        double share;    /* [V] without load and with load */
+        double limit[2]; /* [V] without load and with load */
+        double share;    /* [-] largest ratio to the error that one current for both edges leaves */
     } points[] = {
         {100.0, {0.034, 0.015}, 0.6},  {503.0, {0.024, 0.019}, 0.06},   {1013.0, {0.05, 0.024}, 0.04},
         {1490.0, {0.047, 0.02}, 0.03}, {-1013.0, {0.042, 0.025}, 0.04},
@@ -433,8 +433,8 @@ static void test_forced_fault_shuts_everything_and_holds_the_line(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, now.i_a);
     q.force_fault = 0.0;
     plant_set_params(&plant, &q);
-    TEST_ASSERT_FALSE(
-        plant_fault_line(&plant)); /* the fault lasts far longer than the shortest pulse of the fault line */
+    /* The fault lasts far longer than the shortest pulse of the fault line. */
+    TEST_ASSERT_FALSE(plant_fault_line(&plant));
     TEST_ASSERT_EQUAL_DOUBLE(0.0, truth_at(at + 4000000u).i_a);
     plant_gates(&plant, at + 4000000u, 0);
     plant_gates(&plant, at + 4100000u, PLANT_UPPER(0) | PLANT_LOWER(1) | PLANT_LOWER(2));

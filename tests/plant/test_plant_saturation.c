@@ -144,8 +144,8 @@ static void test_a_current_of_saturation_below_an_ampere_is_refused(void)
 
 #define MOST 71u
 
-/* Both axes saturate together, from one energy: psi_d = L_d i_d/s, psi_q = L_q i_q/s, with the coenergy K
- * (s - 1), s^2 = 1 + (L_d i_d^2 + L_q i_q^2)/K. */
+/* Both axes saturate together, from one energy: psi_d = L_d i_d/s, psi_q = L_q i_q/s, with the coenergy K (s
+ * - 1), s^2 = 1 + (L_d i_d^2 + L_q i_q^2)/K. */
 #define ALONG  0.02
 #define ACROSS 0.04
 #define STIFF  2.0 /* K [J], as two thirds of the energy of three phases */
@@ -231,8 +231,8 @@ static void test_a_map_of_axes_that_act_on_each_other_makes_the_flux_of_the_volt
             const double flux_q = ACROSS * now.i_q / s;
             const double alpha = flux_d * c - flux_q * d;
             const double beta = flux_d * d + flux_q * c;
-            const double line = sqrt(0.75); /* the direction (cos -30 deg, sin -30 deg), in which a and b
-                                               carry opposite currents */
+            /* The direction (cos -30 deg, sin -30 deg), in which a and b carry opposite currents. */
+            const double line = sqrt(0.75);
             const double more_alpha = now.flux_alpha - begin.flux_alpha;
             const double more_beta = now.flux_beta - begin.flux_beta;
             if (n % 2 == 0) {

@@ -1,5 +1,5 @@
-/* The oracles are C++ with Eigen and run on the host only: a test that needs one is left out here, and
- * reports this. */
+/* The oracles are C++ with Eigen and run on the host only. A test that needs one is left out on a target
+ * and reports this. */
 #include <unity.h>
 
 #include "tests/oracle/estimator_oracle.h"

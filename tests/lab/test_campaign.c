@@ -196,7 +196,7 @@ static void test_every_float_that_is_no_number_or_infinite_is_a_violation(void)
     }
 }
 
-/* 1.2 times the trip is 18 A; below 25 A a wrong sensor does not excuse a phase current. A third of a turn
+/* The limit is 1.2 times the trip, 18 A; a wrong sensor excuses a current up to 25 A. A third of a turn
  * with four pole pairs takes 52.4 ms at 10 rad/s and 5 ms at 100 rad/s. */
 #define PHASE(x)                                                                                             \
     {                                                                                                        \
@@ -227,7 +227,7 @@ static const course_t courses[] = {
                {"state=operation_enabled", 50e-3},
                {"", PERIOD}},
      .violated = CAMPAIGN_I_ANGLE, .row = "theta_err", .periods = 500u},
-    /* Gates were on before the fault opened them. */
+    /* In the period in which the fault is latched the gates may still be on. */
     {"a gate that is on a period after the fault was latched", "",
      .steps = {{"state=fault fault_reason=52", PERIOD}, {"", PERIOD}}, .violated = CAMPAIGN_I_GATES,
      .row = "state"},

@@ -89,8 +89,9 @@ EXPECTED = (
     ("fig15.b200_wc25_dead_time.real", KIND, 4.0, 0.75),
     ("fig15.b100_wc0_dead_time.real", KIND, 4.0, 0.75),
 
-    # The rotors lost are fewer than the 20 and 12 at 1500 r/min. The omega_c of the smallest overshoot is 0.62 of the natural frequency of
-    # the conventional loop, with a flat minimum (docs/theory.md, 7); under noise it is up to 1.62 times that frequency.
+    # The first four rows count the points at which the SD does not change as claimed; at 100 r/min these are fewer than the 20 and 12 at
+    # 1500 r/min. The omega_c of the smallest overshoot is 0.62 of the natural frequency of the conventional loop, with a flat minimum
+    # (docs/theory.md, 7); under noise it is up to 1.62 times that frequency.
     ("fig16.speed_sd.real", SAME, 0.0, 0.0),
     ("fig16.position_sd.real", KIND, 10.0, 9.0),
     ("fig16.speed_sd_bandwidth.real", SAME, 0.0, 0.0),

@@ -38,7 +38,7 @@ def remember(linker):
     known = {(name, text): (graph, (set(defined), set(needed))) for name, text, graph, defined, needed in rows}
     graph_of, calls, source, together, sources = linker.graph_of, linker.Calls, linker.Source, {}, {}
 
-    def one_source(name, options, text):  # the same list each time, because the tool compares its items by identity
+    def one_source(name, options, text):  # one object for equal sources: all_calls() compares by identity
         key = (name, tuple(options), text)
         return sources.setdefault(key, source(name, options, text))
 
@@ -57,4 +57,4 @@ def remember(linker):
     linker.graph_of, linker.Calls, linker.Source = remembered, all_calls, one_source
     linker.NODE, linker.EDGE = (types.SimpleNamespace(findall=functools.cache(each.findall)) for each in (linker.NODE, linker.EDGE))
     linker.without_comments = functools.cache(linker.without_comments)
-    linker.shlex = types.SimpleNamespace(split=functools.cache(linker.shlex.split))  # the module's own name, so that other modules still use the function of the library
+    linker.shlex = types.SimpleNamespace(split=functools.cache(linker.shlex.split))  # in that module alone

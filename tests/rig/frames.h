@@ -12,7 +12,7 @@
 
 #define FRAMES_MOST (4u + 64u + 3u) /* [octets] */
 
-/* Appends the tail to `count` octets of a frame; returns how many octets the frame has then. */
+/* Appends the tail to the `count` octets of a frame; returns the new number of octets. */
 static inline uint32_t frames_tail(uint8_t *frame, uint32_t count)
 {
     const uint32_t end = count + count % 2u;

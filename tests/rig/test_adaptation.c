@@ -179,8 +179,8 @@ static void expect_kept(rig_t *rig, const void *learnt, const char *what, const 
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(0.005, inductance, learnt_inductance(rig), what);
 }
 
-/* Only one sensor is frozen; with three sensors the sum of the currents is then not zero, and the test of
- * that sum would be the one that acts. */
+/* A single frozen sensor is tested on boards with two sensors only: with three it would also violate the
+ * rule that the sum of the currents is zero. */
 static void test_no_emf_and_frozen_samples_teach_nothing(void)
 {
     static const change_t no_emf[] = {{"plant.flux_linkage", 0.0}, {"plant.flux_linkage", 0.0}};

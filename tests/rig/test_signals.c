@@ -186,9 +186,8 @@ typedef struct {
 
 #define LENGTH    200u /* [periods] of a stretch */
 #define STRETCHES 6u
-#define EXTRA                                                                                                \
-    (0.003 *                                                                                                 \
-     (double)DRIVE_CURRENT_RANGE) /* [A] drift of sensor a since its calibration, below \ MEASURE_MOVED */
+/* [A] Drift of sensor a since its calibration, below MEASURE_MOVED. */
+#define EXTRA      (0.003 * (double)DRIVE_CURRENT_RANGE)
 #define FLUX       0.183
 #define ENCODER_N  10000.0
 #define POLE_PAIRS 4.0
@@ -199,8 +198,8 @@ static sample_t record[STRETCHES * LENGTH];
 #define LIMIT  4.0  /* [A] */
 #define LONGER 1.2  /* [-] factor by which each task takes longer once */
 
-/* The sink is 9 K below its limit, which reduces the limit to a tenth of three quarters of the current;
- * the bits of both rows in a word. */
+/* The sink is 9 K below its limit, which reduces the current limit by a tenth of three quarters.
+ * WARM_IN() has the bits of both rows in a word. */
 #define WARM_IN(word)                                                                                        \
     ((FAULT_WORD(FAULT_SINK_WARM) == (word) ? (double)FAULT_BIT(FAULT_SINK_WARM) : 0.0) +                    \
      (FAULT_WORD(FAULT_DERATING) == (word) ? (double)FAULT_BIT(FAULT_DERATING) : 0.0))

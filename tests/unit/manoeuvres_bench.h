@@ -24,7 +24,7 @@ static setpoint_t made, next, setpoint; /* newest setpoint, that of the next win
 static uint32_t window;                 /* number of completed windows */
 static struct {
     uint32_t tracked;
-    double complex current, emf; /* sums [A], [V] */
+    double complex current, emf; /* sums over a window [A], [V] */
     double scatter;
 } sum;
 static params_t params;

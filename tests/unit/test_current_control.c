@@ -42,8 +42,8 @@ static void test_axes_are_back_calculated_each_with_its_own_shortfall(void)
     dq_t reference = {10.0f, -10.0f};
     dq_t current = {0.0f, 0.0f};
     current_control_step(&control, reference, current, 0.0f, NONE);
-    /* Wanted (125, -125), applied (100, -25): the errors 8 and -2 would have given that, ki T = 0.095 of
-     * each. */
+    /* The controller requested (125, -125) and got (100, -25): errors of 8 and -2 would have given these
+     * voltages, of which ki T = 0.095 is integrated. */
     dq_t applied = {100.0f, -25.0f};
     current_control_applied(&control, applied);
     TEST_ASSERT_DOUBLE_WITHIN(2e-6, 0.095 * 8.0, (double)control.d.integral);

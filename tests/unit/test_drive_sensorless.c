@@ -274,8 +274,8 @@ static void test_position_source_changes_live_without_a_bump(void)
     }
 }
 
-/* In a catch the drive does not know whether the rotor turns: a quick stop waits until the rotor is caught,
- * and then until it is at standstill. 100 rad/s come to standstill within 0.5 s. */
+/* During a catch the drive does not know whether the rotor turns: a quick stop must wait until the rotor
+ * is caught, and then until it stands still. 100 rad/s come to standstill within 0.5 s. */
 static void test_a_quick_stop_ends_only_when_the_rotor_is_known_to_stand(void)
 {
     make_inverter_ideal();

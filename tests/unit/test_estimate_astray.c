@@ -1,5 +1,5 @@
-/* A fault of the shaft's speed names the estimate if only the estimate has this speed: what the EMF of a
- * tracked, a caught and a lost rotor confirms, and what it does not. */
+/* A fault of the shaft's speed names the estimate if only the estimate has this speed. Tested is what the
+ * EMF of a tracked, a caught and a lost rotor confirms, and what it does not. */
 #include "drive/drive.h"
 
 #include "settings/reasons.h"
@@ -7,7 +7,7 @@
 
 static drive_t drive;
 
-/* Running, with 100 V of EMF expected. */
+/* The drive is running, and 100 V of EMF are expected. */
 void setUp(void)
 {
     params_t params;
@@ -18,7 +18,7 @@ void setUp(void)
     drive.medium.manoeuvres.lock.expected = 100.0f;
 }
 
-/* Tracked, on the encoder or caught: at this share of the trip, with this EMF. */
+/* A rotor that is tracked, on the encoder or caught, at this share of the trip, with this EMF. */
 typedef struct {
     const char *what;
     int32_t of, reason;
@@ -26,9 +26,9 @@ typedef struct {
     bool encoder;
     float omega;       /* share of the trip [-] */
     float projection;  /* of 100 V along the axis [V]; of a rotor that is tracked */
-    float length;      /* of the EMF of a catch [V]; 0: tracked */
-    float alpha, beta; /* its mean [V] */
-    float cross;       /* at least 1 in amount: it turns */
+    float length;      /* [V] length of the EMF in a catch; 0: the rotor is tracked */
+    float alpha, beta; /* [V] mean EMF */
+    float cross;       /* at least 1 in magnitude: the EMF rotates */
 } case_t;
 
 #define RUN    MANOEUVRE_RUN
@@ -38,9 +38,10 @@ typedef struct {
 #define BEYOND REASON_ROTOR_TOO_FAST
 #define ASTRAY REASON_ESTIMATE_ASTRAY
 
-/* psi_f wrong by a quarter is 0.75 to 1.33 of the EMF, an angle wrong by 0.35 rad takes 6 % of it. The speed
- * of a catch is a length over psi_f, which may be assumed 30 % too small; an EMF beyond the link needs no
- * psi_f for that. 311 V hold 179.6 V in every direction: a rotor with 207 V has fed the link before. */
+/* A psi_f that is wrong by a quarter gives 0.75 to 1.33 of the expected EMF, and an angle that is wrong by
+ * 0.35 rad reduces it by 6 %. The speed of a catch is a length divided by psi_f, which may be configured
+ * 30 % too small; if the EMF exceeds the link, the speed is confirmed without psi_f. 311 V correspond to
+ * 179.6 V in every direction: a rotor with 207 V has fed the link already. */
 static const case_t cases[] = {
     {"against the axis", FAST, ASTRAY, RUN, false, 1.1f, -100.0f, 0.0f, 0.0f, 0.0f, 0.0f},
     {"no EMF", FAST, ASTRAY, RUN, false, 1.1f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},

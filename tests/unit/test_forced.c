@@ -107,10 +107,10 @@ static void test_damping_takes_energy_out_of_every_swing_from_slow_to_fast(void)
     }
 }
 
-/* The gain of the loop through a current along d, share D/L_d, is 0.8 at most; the whole EMF up to a share
- * of 0.8 is fed forward up to L_q = 2 L_d. The same holds for a winding whose incremental inductance L_i
- * differs from the observer's L_o = L_d: the observed EMF contains u (1 - L_o/L_i), and a share of 0.8 is
- * fed forward down to L_i = L_o/2. */
+/* The share of the EMF that is fed forward is 0.8, unless the gain of the loop through a current along d,
+ * share D/L_d, would exceed 0.8: it is 0.8 up to L_q = 2 L_d, and smaller above. The same limit applies to
+ * a winding whose incremental inductance L_i differs from the observer's L_o = L_d: the observed EMF
+ * contains u (1 - L_o/L_i), and the share is 0.8 down to L_i = L_o/2. */
 static void test_feed_forward_of_the_emf_is_a_loop_below_one_for_any_saliency(void)
 {
     TEST_ASSERT_EQUAL_FLOAT(0.8f, tuning.emf_share);

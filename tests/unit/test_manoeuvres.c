@@ -249,7 +249,7 @@ static void check_start(const start_t *start, double theta)
         had += 70.0 * T * (current_in(machine.theta) - had);
     }
     TEST_ASSERT_TRUE(taken >= 1500u && m.now == (int32_t)MANOEUVRE_RUN);
-    /* the mean of a window is half a window old, in which the current comes down by 10/s of 10 A at most */
+    /* The mean of a window is half a window old, in which the current decreases by at most 10/s of 10 A. */
     TEST_ASSERT_DOUBLE_WITHIN(0.02 + 0.04, cimag(had), made_i_q());
     TEST_ASSERT_DOUBLE_WITHIN(0.02 + 0.04, creal(had), (double)made.current.d);
     until_it_acts();

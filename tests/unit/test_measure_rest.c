@@ -6,7 +6,7 @@
 
 #define SETTLE 64u
 #define BLOCK  512u
-#define SHARE  ((float)DRIVE_CURRENT_RANGE / 20.0f) /* [-] of the board whose sensors see 20 A */
+#define SHARE  ((float)DRIVE_CURRENT_RANGE / 20.0f) /* [-] range of the board's sensors relative to 20 A */
 
 static measure_t measure;
 static measure_tuning_t tuning;

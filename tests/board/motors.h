@@ -64,9 +64,9 @@ static inline void board_to_ready_at(rig_t *rig, double speed)
     run_put(rig, "friction_coulomb", friction);
 }
 
-/* Gives the motor to plant and firmware. The drive uses the encoder or, without it, the estimate, which
- * works at low speed too; the limits are those of the board. docs/motors.md, "Rules used by `lagless
- * tune`": the feed-forward has 50 rad/s or 1.6 sqrt(p T/J), the PLL four times that. */
+/* Gives the motor to plant and firmware. The drive uses the encoder or the estimate; the latter is used at
+ * low speed, too. The limits are those of the board. By the rules in docs/motors.md ("Rules used by
+ * `lagless tune`") the feed-forward has 50 rad/s or 1.6 sqrt(p T/J), and the PLL has four times that. */
 static inline void board_put_motor(rig_t *rig)
 {
     const run_motor_t *m = &board_motor;

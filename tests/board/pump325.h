@@ -1,7 +1,8 @@
 /* A board for the tests, written with docs/board.md as the only source. A pump of 2.2 kW on the mains:
- * F28335 control card with a 30 MHz crystal whose serial line is on GPIO35 and 36, an IGBT module with
- * bootstrap gate drivers on ePWM1 to 3, three shunts below the lower switches, an encoder on GPIO50 to 53,
- * a run contact that the control of the plant closes, and an FRAM for the parameters. */
+ * F28335 control card with a 30 MHz crystal, whose serial line is on GPIO35 and 36. The IGBT module has
+ * bootstrap gate drivers on ePWM1 to 3 and three shunts below the lower switches. The encoder is on GPIO50
+ * to 53. A contact, which the control of the plant closes, enables the drive. An FRAM stores the
+ * parameters. */
 #define BOARD_NAME "pump325" /* 1 */
 
 #define BOARD_CRYSTAL_HZ 30000000 /* 2: 30 MHz x 10/2 */

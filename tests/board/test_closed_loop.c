@@ -108,8 +108,8 @@ static void test_speed_steps_by_the_encoder(void)
 /* ---- the estimate ---- */
 
 /* Shares of the rated speed; those that the link does not allow are left out. The last is 1000 r/min for
- * the motor of the default board: there a turn has a whole number of samples, which is odd in every sixth
- * of a turn, so that the remaining errors of legs and sensors occur at the same angles in each turn. */
+ * the motor of the default board. There a turn has a whole number of samples, with an odd number in every
+ * sixth of it, so that the remaining errors of legs and sensors occur at the same angles in each turn. */
 static const double shares[] = {1.0 / 15.0, 1.0 / 3.0, 0.6753, 0.993, 2.0 / 3.0};
 
 /* The errors that remain after the calibration, as run_real() sets them; for sensors of more than 20 A in
@@ -162,10 +162,10 @@ static run_error_t measure(uint32_t point)
 
 /* The limits hold on the inverter with every gate edge and the board's own dead time, delays and drops,
  * and with the ADC. The voltage that a leg loses grows with the carrier, and so does its uncertain part.
- * The limits at the lowest speed, where that voltage is as large as the EMF, are valid for the 8 V that
- * the legs of the default board lose at 10 kHz while the EMF is as large. There the SD under load is 2.3
- * to 11 mrad over 16 seeds. With a whole number of samples per turn the mean under load is twice as large
- * as near such a speed: 1.7 to 2.1 mrad over 16 seeds on the default board; the limit is 1.5 times this. */
+ * At the lowest speed that voltage is as large as the EMF. The limits there are those for the default
+ * board at 10 kHz, whose legs lose 8 V. There the SD under load is 2.3 to 11 mrad over 16 seeds. At a
+ * speed with a whole number of samples per turn the mean under load is twice as large as at neighbouring
+ * speeds: 1.7 to 2.1 mrad over 16 seeds on the default board. The limit is 1.5 times this. */
 static void test_real_inverter_and_sensors_keep_the_limits(void)
 {
     const double slow_emf = board_motor.flux_linkage * board_motor.pole_pairs * board_motor.speed * shares[0];

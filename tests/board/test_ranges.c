@@ -1,5 +1,6 @@
-/* Ranges and defaults follow the board: a set beyond the range of the sensors or the limits of the power
- * stage is refused with the name and the range of the parameter, and the defaults are accepted. */
+/* Ranges and defaults follow the board. A set beyond the range of the sensors or the limits of the power
+ * stage is refused, and the message contains the name and the range of the parameter. The defaults are
+ * accepted. */
 #include <math.h>
 #include <string.h>
 

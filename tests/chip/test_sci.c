@@ -185,9 +185,10 @@ static void test_the_divider_of_zero_is_sixteen(void)
 }
 
 /* Frames follow without a gap. The last sample of the stop bit is 9.75 receiver bits after the falling
- * edge; it must come before the next start bit, 10 bits of the sender after it, otherwise each frame is
- * received a little later than the one before. The second sample, at 9.625 bits, must come after the begin
- * of the stop bit, 9 bits of the sender. The accepted error of the rate is therefore -2.5 % to +6.9 %. */
+ * edge. The next start bit begins 10 bits of the sender after that edge, and the sample must come before
+ * it; otherwise each frame is received a little later than the one before. The second sample, at 9.625
+ * bits, must come after the begin of the stop bit, 9 bits of the sender. The accepted error of the rate is
+ * therefore -2.5 % to +6.9 %. */
 static void test_another_rate_at_the_other_end_is_understood_within_limits(void)
 {
     static const struct {

@@ -248,9 +248,9 @@ static void test_a_step_of_the_offsets_is_an_overcurrent_until_they_are_measured
     }
 }
 
-/* The rated speed is 157 rad/s and the request 80 rad/s. The torque drives the speed away from the request
- * with 1.2 N m of 10.98 N m, with this speed error in each quarter of three time constants; the load is 2
- * N m, and this value [N m] from the middle on. */
+/* The rated speed is 157 rad/s and the request 80 rad/s. The torque, 1.2 N m of 10.98 N m, drives the
+ * speed away from the request. In each quarter of three time constants the speed has the given error. The
+ * load is 2 N m at first and has the given value [N m] from the middle on. */
 static void drive_away(const float errors[4], float load)
 {
     judge_anew("", 0.0);

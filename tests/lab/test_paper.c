@@ -61,9 +61,9 @@ static void test_lag_of_the_sampled_observer(void)
         0.5, 35.5, 1e3 * (paper_lag_sampled(200.0, 1.0, 628.3185) - paper_lag_printed(200.0, 1.0, 628.3185)));
 }
 
-/* The three accelerations of the paper, calculated from its own numbers: asin(a/k_i), and the equilibrium
- * with the cosine of the torque (docs/theory.md, 19) for k_i = 1624, within the 1 % to which these numbers
- * determine the test rig. */
+/* The angle errors of the paper's three accelerations, calculated from its own numbers for k_i = 1624:
+ * asin(a/k_i), and the equilibrium with the cosine of the torque (docs/theory.md, 19). The limit is 1 %,
+ * the accuracy to which these numbers determine the test rig. */
 static void test_tracking_error_at_the_current_limit(void)
 {
     const double ki = 1624.0;

@@ -28,8 +28,8 @@ EXPECTED = (
     ("fig04.sigmoid.formula", SAME, 0.5, 1e-9),
     ("fig04.sign.formula", KIND, 100.0, 1e-9),
 
-    # |x| of one axis goes from 0 to f^-1(78 V/200 V) = 0.82 A. k_f = (1 - x^2/12)/2 goes from 0.5 down to 0.474; its mean by the describing
-    # function is 0.486 and its SD 0.67/(24 sqrt 8) = 0.0099, both less 10 % for the next term.
+    # |x| of one axis goes from 0 to f^-1(78 V/200 V) = 0.82 A, so that k_f = (1 - x^2/12)/2 goes from 0.5 down to 0.474. By the describing
+    # function its mean is 0.486 and its SD 0.67/(24 sqrt 8) = 0.0099; the next term of the series reduces the deviation by 10 %.
     ("fig05.sigmoid.real", SAME, 0.487, 0.003), ("fig05.sigmoid.ideal", SAME, 0.487, 0.003),
     *both("fig05.sigmoid_spread", KIND, 0.0203, 0.002),
     *both("fig05.sign", KIND, None, 0.0),

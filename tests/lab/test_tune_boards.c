@@ -196,8 +196,8 @@ static void test_the_output_of_tune_is_accepted_and_agrees_with_the_drive(void)
 }
 
 /* Motors that do not run with the parameters of tune; the test prints each of them. The reasons are
- * assumed and not proven: on a board for 311 V at 16 kHz dead time and drops take too much of a link of 24
- * V or 48 V; on a board of 400 V the EMF of a 48 V hub motor is smaller than the error of the dead time. */
+ * assumed and not proven. On a board for 311 V at 16 kHz dead time and drops take too much of a link of 24
+ * V or 48 V. On a board of 400 V the EMF of a 48 V hub motor is smaller than the error of the dead time. */
 static bool is_known(const char *name)
 {
     const bool fast = RIG_PERIOD_SECONDS < 70e-6;
@@ -219,8 +219,8 @@ static bool is_too_coarse(const tune_t *derived)
 }
 
 /* The scenario that tune writes runs as described: from standstill to the top speed and under the whole
- * load, without an encoder if the motor allows it, without a fault, and it is running at the end. The test
- * is a grid of motors. */
+ * load, without an encoder if the motor allows it. It has no fault, and the motor is running at its end.
+ * The test is a grid of motors. */
 static void test_what_tune_writes_runs(void)
 {
     static motor_trial_t trial;

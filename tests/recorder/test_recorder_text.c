@@ -74,9 +74,9 @@ static void test_float_at_the_ends_of_the_format(void)
     TEST_ASSERT_EQUAL_STRING("nan", float_text(UINT32_C(0xFF800001)));
 }
 
-/* The text has the fewest digits that printf needs. Powers of two are excluded: just below them the floats
- * are closer, and the nearest decimal of this number of digits may not give the float back although a
- * farther one on the wide side does. */
+/* The text has the fewest digits that printf needs. Powers of two are excluded: the distance to the next
+ * smaller float is half of that to the next larger one. The nearest decimal with this number of digits may
+ * then be outside the interval of the float although a more distant one is within it. */
 static void expect_shortest(uint32_t bits)
 {
     char least[40];

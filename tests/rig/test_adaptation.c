@@ -125,12 +125,12 @@ static void expect_learnt(const other_t *o, double share, double direction)
 }
 
 /* The slowest speed of each motor fulfils two conditions. The loop keeps its lock with all values wrong
- * before it has learnt. The EMF of a psi_f that is assumed a fifth too large stays below 3.3 times the
- * voltage of the dead band, above which no dead time is learnt: at 0.2 of its speed the direct drive keeps
- * a dead time that is a fifth too large, and L and the mean are wrong by up to 3.5 % and 8.1 mrad (40
- * runs). For two of the motors the drive measures an L that is 2 % too large, from each initial value. The
- * limits are the mean and four standard deviations of 22 runs, for the direct drive of 80 runs. The
- * requirement was a mean of 8 mrad, which the miniature motor meets in 999 of 1000 runs. */
+ * before it has learnt. And the EMF, if psi_f is assumed a fifth too large, stays below 3.3 times the
+ * voltage of the dead band, above which no dead time is learnt. At 0.2 of its speed the direct drive does
+ * not fulfil the second condition: it keeps a dead time that is a fifth too large, and L and the mean are
+ * wrong by up to 3.5 % and 8.1 mrad (40 runs). For two of the motors the learnt L is 2 % too large, from
+ * each initial value. The limits are the mean plus four standard deviations of 22 runs, for the direct
+ * drive of 80 runs. The required mean was 8 mrad, which the miniature motor meets in 999 of 1000 runs. */
 static const other_t others[] = {{&spindle, 0.1, 0.036, 5.2},
                                  {&direct, 0.19, 0.0185, 3.3},
                                  {&hub, 0.1, 0.03, 5.2},

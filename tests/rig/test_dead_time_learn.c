@@ -6,12 +6,13 @@
 #include "tests/rig/run.h"
 
 /* The required accuracy at 100 r/min is 5 % after 1.5 s, then a mean of 2 mrad and an SD of 6 mrad; at 50
- * r/min 2.5 s and 12 mrad. If the current limit of the board is lower, the load is lower, too. The limits
- * of the means are four standard deviations, those of times and SD the mean and four standard deviations,
- * over 22 seeds, and no less than those of the kit. The seeds were measured with the sixth harmonic. The
- * noise of the twelfth is 1.5 times as large (docs/theory.md, 25), and the limits of mean, SD and voltage
- * without load are multiplied by this; times below a second have 0.25 to 0.4 s more, because measurements
- * that may be noise are left out. */
+ * r/min it is 5 % after 2.5 s and a mean of 12 mrad. If the current limit of the board is lower, the load
+ * is lower, too. The limits come from 22 seeds: four standard deviations for a mean, and the mean plus
+ * four standard deviations for a time or an SD. They are at least as large as the values of the kit. The
+ * seeds were measured while the drive used the sixth harmonic; the twelfth has 1.5 times its noise
+ * (docs/theory.md, 25), and the limits of mean, SD and voltage without load are larger by this factor.
+ * Times below a second have 0.25 to 0.4 s more, because the drive does not use measurements that may be
+ * noise. */
 #define RATED (RUN_LIMIT_SHARE * 5.0) /* [N m] */
 
 #define SENSORLESS 1.0

@@ -64,10 +64,10 @@ static bool may_trip_first(rig_t *rig, uint32_t fault, double rpm)
     return current > rig_value(rig, "overcurrent_trip");
 }
 
-/* Elsewhere the effect of the wrong frame on the currents may be reported first, as an overcurrent, a
- * broken wire or a stuck sensor: in one of twenty runs, plus three standard deviations of the count. (Of
- * 128 runs of seed 0 two reported a wire; of 280 runs of the seeds 1000 to 1019 one reported a stuck
- * sensor.) */
+/* In the other cases the effect of the wrong frame on the currents may be reported first, as an
+ * overcurrent, a broken wire or a stuck sensor. The limit is one of twenty runs plus three standard
+ * deviations of the count. (Of 128 runs of seed 0 two reported a wire; of 280 runs of the seeds 1000 to
+ * 1019 one reported a stuck sensor.) */
 static void test_a_motor_whose_encoder_fails_goes_on_without(void)
 {
     static const double speeds[] = {300.0, -300.0, 600.0, -600.0, 1500.0, -1500.0};

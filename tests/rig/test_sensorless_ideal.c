@@ -61,8 +61,8 @@ typedef struct {
 
 /* Changes these rows, drives the motor to a point, and measures the error of the estimate. The rotor
  * already turns when the drive is switched on: the encoder gives the angle to the estimator, then the
- * estimate takes over. A catch without the encoder is not possible for all of these motors: until it has
- * seen the EMF no voltage opposes the EMF, and the current grows by e T_s/L per period, by 10 A for the
+ * estimate takes over. Not all of these motors can be caught without the encoder: before the drive knows
+ * the EMF its voltage does not oppose it, and the current grows by e T_s/L per period, by 10 A for the
  * spindle. */
 static run_error_t measure(const char *what, const rated_motor_t *m, double fidelity, const change_t *changes,
                            size_t count, double rpm, double load)

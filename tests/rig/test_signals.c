@@ -923,9 +923,9 @@ static void test_every_row_has_the_value_of_its_text(void)
     TEST_ASSERT_NULL_MESSAGE(wrong, message);
 }
 
-/* Rows that do not change in this run: a confidence in a value that is not learnt, rows of the fault table
- * that are not provoked, a thermal model that is off, a stiff link, a field that is not weakened, a
- * commissioning that is not requested, and warnings of temperature on a board without sensors. */
+/* Rows that do not change in this run: a confidence in a value that is not learnt; rows of the fault table
+ * that are not provoked; a thermal model that is off; a stiff link; a field that is not weakened; a
+ * commissioning that is not requested. Without sensors of temperature their warnings do not change either. */
 static bool empty(uint32_t row)
 {
     return row == R_inductance_confidence || row == R_emf_shape_d_hat || row == R_emf_shape_q_hat ||

@@ -57,8 +57,8 @@ static inline void windows(uint32_t count)
     } while (count > 0u);
 }
 
-/* Runs until a present request, or a decision at the end of this window, has its full effect: it takes
- * effect in the first period of the window after the next, and completely at the end of that window. */
+/* Runs until a present request, or a decision at the end of this window, has its full effect. The effect
+ * begins with the first period of the window after the next and is complete at the end of that window. */
 static inline void windows_until_it_acts(void)
 {
     windows(2u);
@@ -117,8 +117,9 @@ static inline void bring_to_ready(void)
     expect_state(DRIVE_READY);
 }
 
-/* [windows] From the request to operation: the window in which the request is read, the next one, the one
- * in which the gates are switched on, and the one until the decision takes effect and is shown. */
+/* [windows] From the request to operation. These are the window in which the request is read, the next
+ * one, the one in which the gates are switched on, and the one until the decision takes effect and is
+ * shown. */
 #define SWITCHING_ON 4u
 
 static inline void bring_to_run(void)

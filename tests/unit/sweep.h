@@ -1,6 +1,6 @@
-/* A sweep visits all values of a function's arguments in steps of SWEEP: every point on the host, every
- * seventh under the sanitizers, and fewer on a simulated target, where a point takes a thousand times as
- * long: every 499th on the target with an FPU, every 4999th on the other one. */
+/* A sweep visits the values of a function's arguments in steps of SWEEP. The step is 1 on the host and 7
+ * under the sanitizers. On a simulated target, where a point takes a thousand times as long, it is 499
+ * with an FPU and 4999 without one. */
 #ifndef TESTS_UNIT_SWEEP_H
 #define TESTS_UNIT_SWEEP_H
 

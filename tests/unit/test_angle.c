@@ -6,9 +6,9 @@
 
 static const double PI_REST = 1.2246467991473532e-16;
 
-/* The limit of the error is the sum of three parts: the rounding of the result (2^-23 for numbers from 2
- * to 4, of which rounding makes half), the product with the small part of 2 pi (1e-9), and one step of a
- * float where the end of the range is not a float. */
+/* The limit of the error is the sum of three parts: half of 2^-23, the rounding of a result between 2 and
+ * 4; 1e-9 for the product with the small part of 2 pi; and one step of a float, because the ends of the
+ * range are not floats. */
 #define TOLERANCE 4e-7
 
 /* The distance on the circle between wrap(angle) and the angle itself [rad]. */

@@ -161,8 +161,8 @@ static void test_step_response_is_the_algebraic_one_on_both_axes(void)
             /* The zero of the controller is at 1 - x with x = R T/L, and the pole a of the winding at
              * exp(-x). The open loop therefore has an additional factor 1 + (x^2/2)/(z - a). It changes
              * the response by at most the 1-norm of the closed loop times x^2/2 times the sum of |error|.
-             * 1 % is allowed for the second order; floats add 2^-20 of the step over the 1/K periods of
-             * the loop's memory. */
+             * 1 % is added for terms of second order, and 2^-20 of the step per period for the float
+             * arithmetic over the 1/K periods of the loop's memory. */
             double x = 0.95 * 1e-4 / inductance;
             double norm = 0.0;
             double area = 0.0;

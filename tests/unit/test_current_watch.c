@@ -153,11 +153,11 @@ static void feed(uint32_t count, float voltage, float a, float b, ab_t reference
     }
 }
 
-/* The expected change p is 100 V - 0.6 A R per period, 0.8 A; its uncertainty is 4/3 (7.5 V + 0.9 V) and
- * R/2 of the current. The value is present at the end of one window and does not change in the whole next
- * window. Near zero a wire without current shows the same, and 12 periods are needed; but if 100 V make 3
- * A beyond all uncertainty within five of them, six are enough. 30 V make 0.15 A per period; and where
- * three limits of a stuck value are 9 A, 100 V do not make them in the 12 periods. */
+/* The expected change p is 100 V - 0.6 A R per period, which is 0.8 A. Its uncertainty is 4/3 (7.5 V + 0.9
+ * V) and R/2 of the current. The value is present at the end of one window and does not change in the
+ * whole next window. Near zero a wire without current shows the same, so that 12 periods are needed; six
+ * are enough if 100 V make 3 A more than the uncertainty within five of them. 30 V make 0.15 A per period.
+ * With a limit of 9 A, three times the usual one, 100 V do not reach it within the 12 periods. */
 static void test_a_value_that_stays_is_stuck_and_near_zero_sooner_where_much_must_flow(void)
 {
     static const struct {

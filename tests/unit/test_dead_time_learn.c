@@ -169,9 +169,9 @@ static double left_after(double seconds, double share)
     return left;
 }
 
-/* The mean of the twelfth harmonic rotates with the rotor and follows at omega, which takes 1/(1 + 144):
- * learning is slower than the rate by this share and has a ripple of half a turn. The rate begins when the
- * learnt value is used. */
+/* The twelfth harmonic of the error rotates with the rotor, and its mean follows with a time constant of
+ * 1/omega. Learning is therefore slower than the rate by a share of 1/(1 + 144), with a ripple of half a
+ * turn. The rate begins when the learnt value is used. */
 static void test_error_falls_with_the_rate(void)
 {
     static const double speeds[] = {42.0, 70.0, 90.0};

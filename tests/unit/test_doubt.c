@@ -1,8 +1,10 @@
-/* The inequalities of the header, each just inside, at and just outside its limit. The limits of a steady
- * drive are: a current of 0.2 of the largest, an EMF of four leg losses, 5 mrad, a detector of 0.1, a
- * speed error of 0.2 (of a light rotor 0.1), 30 rad/s. The limits with a known acceleration are: 0.1 of
- * the largest current, 3 rad/s, and a load, or an unexpected acceleration, that turns the rotor by 20 mrad
- * in 5 ms at a reversal. */
+/* The inequalities of the header, each just inside, at and just outside its limit.
+ *
+ * Limits in a steady drive: 0.2 of the largest current; an EMF of four leg losses; 5 mrad; a detector of 0.1;
+ * a speed error of 0.2 (0.1 for a light rotor); 30 rad/s.
+ *
+ * Limits with a known acceleration: 0.1 of the largest current; 3 rad/s; a load, or an unexpected
+ * acceleration, that turns the rotor by 20 mrad in 5 ms at a reversal. */
 #include "fast/inverter/doubt.h"
 
 #include "tests/unit/compare.h"

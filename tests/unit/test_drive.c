@@ -475,9 +475,9 @@ static void test_voltage_is_placed_where_the_rotor_will_be(void)
     const double alpha =
         311.0 * (2.0 * (double)command.duty.a - (double)command.duty.b - (double)command.duty.c) / 3.0;
     const double beta = 311.0 * ((double)command.duty.b - (double)command.duty.c) / sqrt(3.0);
-    /* The limits are half a count of each leg, 311 V/15000 = 20.7 mV, which is 4/3 of it in alpha and
-     * 2/sqrt(3) in beta, plus float arithmetic and 2e-6 of sin and cos on 92 V. One period of delay more
-     * or less would be 4.6 V. */
+    /* The limit is the sum of three parts: half a count of each leg, 311 V/15000 = 20.7 mV, of which 4/3
+     * appear in alpha and 2/sqrt(3) in beta; the float arithmetic; and 2e-6 of sin and cos on 92 V. One
+     * period of delay more or less would be 4.6 V. */
     TEST_ASSERT_DOUBLE_WITHIN(0.0277 + 0.01, -0.183 * omega_e * sin(angle), alpha);
     TEST_ASSERT_DOUBLE_WITHIN(0.0240 + 0.01, 0.183 * omega_e * cos(angle), beta);
 }

@@ -59,8 +59,8 @@ static void claim(void)
     drive.fast.estimator.estimate.omega_smooth = OMEGA_E;
 }
 
-/* The angle of the estimate differs from that of the encoder, and the EMF agrees with the speed of the
- * estimate, so that the drive uses the estimate: the voltage vector must be the same in both frames. */
+/* Estimate and encoder show different angles. The EMF agrees with the speed of the estimate, so that the
+ * drive uses the estimate: the voltage vector must be the same in both frames. */
 static void test_voltage_stays_when_the_frame_turns(void)
 {
     for (int n = 0; n < 8; n++) {

@@ -26,10 +26,10 @@ static double half_step(const encoder_params_t *params)
     return PI * (double)params->pole_pairs / (double)params->count_per_turn;
 }
 
-/* The largest error of the speed [rad/s] that an angle error within half a step can cause. It is the
- * 1-norm of the loop's impulse response from angle to speed, which is twice the peak of its step response
- * r^2/T (n+1) a^n. 5 % are added for the rounding of the speed (its last digit at 628 rad/s corresponds to
- * an angle of 8e-6 rad, 0.6 % of the half step) and for that of the angle. */
+/* The largest error of the speed [rad/s] that an angle error within half a step can cause. It is half a
+ * step times the 1-norm of the loop's impulse response from angle to speed, which is twice the peak of its
+ * step response r^2/T (n+1) a^n. 5 % are added for rounding: the last digit of the speed at 628 rad/s is
+ * 8e-6 rad of angle, 0.6 % of the half step, and the angle is rounded, too. */
 static double ripple_bound(const encoder_params_t *params)
 {
     double x = (double)params->bandwidth * (double)params->period;

@@ -143,9 +143,9 @@ static void test_without_a_current_twice_as_large_an_emf_is_judged(void)
     }
 }
 
-/* Over ten turns at 240 rad/s, the share of windows [-] in which the EMF in the frame of an encoder that
- * is wrong by `off` [rad] differs much from the rotor's, and in which the difference is along the axis of
- * no phase. */
+/* The share of windows [-], over ten turns at 240 rad/s, in which both conditions hold: the EMF in the
+ * frame of an encoder that is wrong by `off` [rad] differs much from the rotor's, and the difference is
+ * along the axis of no phase. */
 static double elsewhere_share(double off)
 {
     uint32_t count = 0u;
@@ -322,8 +322,8 @@ static void test_the_emf_is_what_resistance_and_inductance_leave_of_the_voltage(
     TEST_ASSERT_DOUBLE_WITHIN(0.3 * R + 0.05, 0.0, (double)watch.last.d);
 }
 
-/* A current noise of 0.5 A rms for 10 ms makes 5.5 and 7 V rms in the mean of two windows, compared with
- * the EMF of 11.5 V at 150 r/min and with none at standstill: at most one burst of a thousand may be a
+/* Current noise of 0.5 A rms for 10 ms makes 5.5 and 7 V rms in the mean of two windows. The EMF is 11.5 V
+ * at 150 r/min in one case and zero in the other: at most one of a thousand bursts may be taken for a
  * sign. */
 static double gauss(void)
 {
@@ -500,8 +500,9 @@ static void test_the_step_of_a_slip_is_not_a_direction(void)
     }
 }
 
-/* The limit is 0.6 of psi_f omega: the EMF of 100 rad/s may be that of a rotor at up to 167 rad/s; if the
- * sensor of the link reads 40 % too little, the rotor is still as fast as the encoder shows. */
+/* An EMF contradicts a speed if it is below 0.6 of psi_f omega: the EMF of 100 rad/s may be that of a
+ * rotor at up to 167 rad/s. If the sensor of the link reads 40 % too little, the EMF still agrees with the
+ * speed of the encoder. */
 static void test_an_emf_denies_a_speed_for_which_it_is_too_short(void)
 {
     TEST_ASSERT_FALSE(encoder_watch_denies(&watch, 1000.0f)); /* nothing is known yet */

@@ -39,9 +39,9 @@ typedef struct {
 #define ASTRAY REASON_ESTIMATE_ASTRAY
 
 /* A psi_f that is wrong by a quarter gives 0.75 to 1.33 of the expected EMF, and an angle that is wrong by
- * 0.35 rad reduces it by 6 %. The speed of a catch is a length divided by psi_f, which may be configured
- * 30 % too small; if the EMF exceeds the link, the speed is confirmed without psi_f. 311 V correspond to
- * 179.6 V in every direction: a rotor with 207 V has fed the link already. */
+ * 0.35 rad reduces it by 6 %. The speed of a catch is the length of the EMF divided by psi_f, which may be
+ * configured 30 % too small. If the EMF exceeds the link voltage, the speed is confirmed whatever psi_f
+ * is: 311 V correspond to 179.6 V in every direction, and a rotor with 207 V has fed the link already. */
 static const case_t cases[] = {
     {"against the axis", FAST, ASTRAY, RUN, false, 1.1f, -100.0f, 0.0f, 0.0f, 0.0f, 0.0f},
     {"no EMF", FAST, ASTRAY, RUN, false, 1.1f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f},

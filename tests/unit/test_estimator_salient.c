@@ -296,8 +296,8 @@ static void test_at_rest_the_observer_goes_by_l_d(void)
 }
 
 /* A loop that is locked while i_d flows has the EMF psi_a omega instead of psi_f omega. Its feed-forward
- * must begin with psi_a: otherwise a third or a half of the speed would move from I to F within 1/omega_c,
- * with an angle error of omega_c psi_a/psi_f omega/ki, 0.4 rad and more for these motors. */
+ * must begin with psi_a. Otherwise a third or a half of the speed would move from I to F within 1/omega_c;
+ * the angle error would be omega_c psi_a/psi_f omega/ki, at least 0.4 rad for these motors. */
 static void test_lock_from_rest_begins_with_the_active_flux(void)
 {
     static const double currents[] = {-3.0, 2.0};

@@ -24,9 +24,9 @@ static validity_params_t limit_at(int n, double value)
 /* +1: the criterion is an upper limit, -1: a lower limit. */
 static const double SIDE[] = {-1.0, 1.0, 1.0, 1.0, -1.0, 1.0};
 
-/* The machine accelerates so that no judged value is zero: at 300 to 630 rad/s with a/ki = 0.05. psi_hat
- * is 15 % too large for the lower limit of the amplitude, which is at most 1, and a third too small for
- * the upper limit, which is at least 1. The speed has an allowance of 10 rad/s on either side. */
+/* The machine accelerates at 300 to 630 rad/s with a/ki = 0.05, so that no judged value is zero. The lower
+ * limit of the amplitude can be at most 1, and for its test psi_hat is 15 % too large. The upper limit is
+ * at least 1, and psi_hat is a third too small. The speed has an allowance of 10 rad/s on either side. */
 static estimator_oracle_case_t validity_rig(double way)
 {
     return ramp_rig(way * 300.0, way * 0.05 * 6495.0);
@@ -51,9 +51,9 @@ static void run_to_judged(int n, double way)
     run_near(&params, &rig, 0.0, JUDGED - 1);
 }
 
-/* The value that each criterion judges in step JUDGED, computed from the truth: the speed of the ramp, for
- * the smooth speed less kp eps; its EMF over psi_hat; a/ki; |x| of the settled observer (oracle) at this
- * speed. */
+/* The value that each criterion judges in step JUDGED, computed from the truth: the speed of the ramp; the
+ * same less kp eps for the smooth speed; the EMF over psi_hat; a/ki; and |x| of the settled observer
+ * (oracle) at this speed. */
 static double judged(int n, double way)
 {
     estimator_params_t params = validity_params(n);

@@ -259,8 +259,8 @@ static bool counts(uint32_t row, uint32_t now)
     return fault_rows[row].when == FAULT_ALWAYS || (now & GUARD_MOMENT(fault_rows[row].when)) != 0u;
 }
 
-/* The number of periods for which a row is known to hold, out of the last `periods` in which it did: a
- * slow row counts from the first evaluation that has seen it to the last one. */
+/* The number of periods for which a row is known to hold, if it has held for the last `periods`. A slow
+ * row is known from the first evaluation that has found it to the last one. */
 static uint32_t seen(const fault_row_t *row, uint32_t periods)
 {
     if (row->rate == FAULT_EACH) {
@@ -404,7 +404,7 @@ static float ruled(const rule_t *rule, uint32_t row)
 }
 
 /* Debounce times: a danger of destruction within a period stops the drive at once, a voltage or a speed
- * within a millisecond, a temperature within a tenth of a second; single disturbed conversions and late
+ * within a millisecond, a temperature within a tenth of a second. Single disturbed conversions and late
  * interrupts are permitted. The other conditions are debounced where they are detected. */
 static const rule_t debounces[] = {{" bad_sample late ", 3.0f},
                                    {" dc_overvoltage ", 2.0f},

@@ -180,9 +180,9 @@ static void add(ab_t *sum, dq_t part, rotation_t frame)
 }
 
 /* 1256 rad/s rotate a vector by 1 rad in eight periods. The sums are taken in the stationary frame, as in
- * the drive, and i_q does not swing, so that there is nothing to oppose. If the angle of the means were
- * wrong by 14 mrad, or if the part of a changing i_d were missing (omega T/12 of its change in the time T
- * of a step), 1.4 % of the dither would be opposed, and a light rotor would swing. */
+ * the drive, and i_q does not swing, so that there is nothing to oppose. Two errors would make the drive
+ * oppose 1.4 % of the dither, and a light rotor would swing: an angle of the means that is wrong by 14
+ * mrad, or a missing term for a changing i_d (omega T/12 of its change in the time T of a step). */
 static void test_a_dither_without_torque_is_not_opposed_at_any_speed(void)
 {
     for (int n = 0; n < 4; n++) {
@@ -425,9 +425,9 @@ static void test_what_an_interval_without_agreement_has_learnt_is_not_kept(void)
     }
 }
 
-/* The noise is uniform within 1 V. The sum of a cycle of 303 steps has an SD of 0.58 sqrt(303 x 0.533) =
- * 7.3 V, compared with 400 x L x 0.5 x 0.533 x 303 = 404 V for a whole L, times 0.9 of the low-pass: 2 %.
- * The mean over 2/share cycles has 0.35 %. */
+/* The noise is uniform within 1 V. The sum over a cycle of 303 steps has an SD of 0.58 sqrt(303 x 0.533) =
+ * 7.3 V. A whole L makes 400 x L x 0.5 x 0.533 x 303 = 404 V in it, times 0.9 of the low-pass: the error
+ * is 2 %. The mean over 2/share cycles has 0.35 %. */
 static void test_noise_averages_out(void)
 {
     motor_t motor = usual();
@@ -441,10 +441,10 @@ static void test_noise_averages_out(void)
     }
 }
 
-/* Errors of the sensors cause an oscillation of the EMF at the electrical frequency or twice this
- * frequency, as large as the effect of a twentieth of L. 4 Hz away from the dither, a mean over 1/rate
- * leaves rate/(2 pi 4 Hz) of twice that (the square of the dither has the mean one half), 0.8 %. Tested at
- * any electrical frequency. */
+/* Errors of the sensors make an oscillation of the EMF at the electrical frequency or twice this
+ * frequency, as large as the effect of a twentieth of L. Tested at any electrical frequency. If the
+ * oscillation is 4 Hz from the dither, a mean over 1/rate leaves a share of rate/(2 pi 4 Hz). This counts
+ * twice, because the square of the dither has a mean of one half: 0.8 %. */
 static void test_a_ripple_at_the_electrical_frequency_is_kept_away_from(void)
 {
     for (double f = 8.0; f <= 100.0; f += 1.0) {
@@ -509,10 +509,10 @@ static void test_what_is_learnt_of_one_motor_or_another(void)
     }
 }
 
-/* With torque the dither keeps a distance of 6.5 Hz from the sixth harmonic, which comes from the dead
- * time: a light rotor swings with it, and the cycles of the dither would beat with it. With the small
- * current of a motor without torque the dither would also beat with the neighbours of the sixth harmonic,
- * which an offset of the current sensors causes. Tested up to 15.9 Hz, where R is measured. */
+/* With torque the dither keeps a distance of 6.5 Hz from the sixth harmonic of the dead time, with which a
+ * light rotor swings; the cycles of the dither would beat with it. With the small current of a motor
+ * without torque the dither would also beat with the neighbours of the sixth harmonic, which an offset of
+ * the current sensors causes. Tested up to 15.9 Hz, below which R is measured. */
 static void test_it_keeps_away_from_the_sixth_harmonic_and_without_torque_from_its_neighbours(void)
 {
     static const struct {

@@ -1,7 +1,7 @@
 /* The response is compared with the oracle's state space, and the values in time with exact data of a
- * turning machine. The 1e-5 rad of the header consist of atan2 (3e-6), gain and coefficients (1e-6), and
- * the first terms that the series of W omits: x^5 d/5040 = 6e-6 of the angle and x^6/30240 = 2e-6 of the
- * length at x = omega_e T = 0.63, d = 0.3. */
+ * turning machine. The 1e-5 rad of the header consist of 3e-6 for atan2, 1e-6 for gain and coefficients,
+ * and the first terms that the series of W omits. At x = omega_e T = 0.63 and d = 0.3 these are x^5 d/5040
+ * = 6e-6 of the angle and x^6/30240 = 2e-6 of the length. */
 #include "estimator/lag.h"
 #include "tests/oracle/smo_oracle.h"
 #include "tests/unit/machines.h"

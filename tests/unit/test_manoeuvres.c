@@ -160,9 +160,9 @@ static uint32_t align_periods(double inertia)
 
 /* One turn from the initial angle of the frame, in the requested direction, from every angle of the rotor,
  * including the unstable one. At the end the rotor turns with the frame. It lags by asin(T_f/(K_t I)) plus
- * the rest of its oscillation. The amplitude of the oscillation was omega_if/w_n = 2 pi/16 when the frame
- * passed the rotor, and it had at least half of the turn to decay, exp(-8 zeta). zeta is 0.5 for the light
- * rotor and 0.22 for the heavy one: 0.01 and 0.07 rad are left. */
+ * the rest of its oscillation, whose amplitude was omega_if/w_n = 2 pi/16 when the frame passed the rotor.
+ * In at least half of the turn it has decayed by exp(-8 zeta). zeta is 0.5 for the light rotor and 0.22
+ * for the heavy one, so that 0.01 and 0.07 rad are left. */
 static void test_alignment_of_one_slow_turn_takes_every_rotor_along(void)
 {
     for (int n = 0; n < 48; n++) {
@@ -387,10 +387,10 @@ static void test_a_quick_stop_in_the_alignment_stops_the_frame(void)
     }
 }
 
-/* The flux is configured 1.3 times too large, R and J too, and only a quarter of J is on the motor's side
- * of an elastic shaft. delta = s psi_f - psi_f/1.3 per p omega is the excess of the EMF that is fed
- * forward. It must drive no more than the resistance holds, K_t delta < J w_b R (theory 15), unless s has
- * its smallest value; far away from this limit s must be 1. */
+/* The flux, R and J are configured 1.3 times too large, and only a quarter of J is on the motor's side of
+ * an elastic shaft. The excess of the EMF that is fed forward is delta p omega with delta = s psi_f -
+ * psi_f/1.3. It must drive no more than the resistance holds, K_t delta < J w_b R (theory 15), unless s
+ * has its smallest value; far away from this limit s must be 1. */
 static void test_an_emf_fed_forward_too_much_does_not_drive_the_rotor(void)
 {
     for (double inertia = 1e-6; inertia < 0.1; inertia *= 1.3) {

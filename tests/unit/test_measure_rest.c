@@ -134,9 +134,10 @@ static void test_a_calibration_beside_a_current_is_replaced(void)
 }
 
 /* A low-pass of 1.5 % per period has a third of a step of 0.3 A after ln(2/3)/ln(0.985) = 26.8 periods.
- * From then on no start is allowed, until a block contains the step completely. After a step in the middle
- * of a block only a part is left, and a calibration is due if it exceeds a quarter of the usual limit: in
- * this test 0.117 A in the 27th and 0.025 A in the 16th period of the next block. */
+ * From then on no start is allowed, until a block contains the step completely. If the step is in the
+ * middle of a block, the block shows only a part of it. A new calibration is then due if the rest exceeds
+ * a quarter of the usual limit: in this test 0.117 A in the 27th period, or 0.025 A in the 16th period of
+ * the next block. */
 static void test_a_step_is_due_until_it_is_measured(void)
 {
     const uint32_t before = 200u;

@@ -128,9 +128,9 @@ static void test_finds_the_constant_of_an_emf_that_turns_either_way(void)
     }
 }
 
-/* A turn is not a whole number of samples: in each of many windows at most an eighth of omega T of a
- * sample of the rotating EMF remains, for any position of the wraps in a period. 724.98 samples per turn
- * are a motor of 20 pole pairs at 41 r/min; its turns have 725 samples for long and then one less. */
+/* A turn is not a whole number of samples. Each of many windows may have an error of at most an eighth of
+ * omega T of the rotating EMF, for any position of the wraps in a period. 724.98 samples per turn are a
+ * motor of 20 pole pairs at 41 r/min; most of its turns have 725 samples, and a few have one less. */
 static void test_broken_turns_leave_less_than_a_sample(void)
 {
     static const double turns[] = {20.93, 42.93, -42.93, 157.3, -333.3, 724.98, -724.98};

@@ -20,8 +20,8 @@ void setUp(void)
     reference = 200.0;
 }
 
-/* The time [s] at which the watch reports a sine of this frequency [Hz] around 1 A, whose amplitude begins
- * with this share of the limit and grows at this rate [1/s]; 0 if it does not within `most` [s]. */
+/* The time [s] at which the watch reports a sine around 1 A, 0 if it does not within `most` [s]. The sine
+ * has this frequency [Hz]; its amplitude begins with this share of the limit and grows at this rate [1/s]. */
 static double told(double hertz, double share, double rate, double most)
 {
     for (double t = 0.0; t < most; t += STEP) {

@@ -372,7 +372,7 @@ static void test_estimators_set_is_made_of_the_rows(void)
     TEST_ASSERT_EQUAL_FLOAT(0.45f, estimator.validity.detector_max);
     TEST_ASSERT_EQUAL_FLOAT(3.5f, estimator.validity.current_max);
     TEST_ASSERT_EQUAL_FLOAT(10.0f, estimator.validity.speed_min);  /* electrical */
-    TEST_ASSERT_EQUAL_FLOAT(880.0f, estimator.validity.speed_max); /* the same */
+    TEST_ASSERT_EQUAL_FLOAT(880.0f, estimator.validity.speed_max); /* also electrical */
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.amplitude_time);
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.detector_time);
     TEST_ASSERT_EQUAL_FLOAT(0.07f, estimator.validity.current_time);
@@ -384,9 +384,9 @@ static void test_estimators_set_is_made_of_the_rows(void)
 
 #define SALIENT "motor_inductance_q=20e-3 motor_inductance_d=10e-3 motor_flux_linkage=0.1 current_limit=10 "
 
-/* psi_f is 0.1 Wb, D 10 mH and the current 10 A: the i_d of most torque per ampere is -2 D I^2/(psi_f +
+/* psi_f is 0.1 Wb, D 10 mH and the current 10 A. The i_d of most torque per ampere is -2 D I^2/(psi_f +
  * sqrt(psi_f^2 + 8 D^2 I^2)) = -5 A, so that psi_a is 0.15 Wb with an i_q of 8.66 A. With p 4, 200 rad/s
- * and J 0.01 the torque at the limit is 7.794 N m and the bandwidth 6.4 sqrt(4 3.897/0.01) = 252.7 rad/s;
+ * and J 0.01 the torque at the limit is 7.794 N m, and the bandwidth 6.4 sqrt(4 3.897/0.01) = 252.7 rad/s.
  * ki is the square of 0.403 times the bandwidth, and the cutoff is ki/(0.6 800). */
 static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
 {

@@ -530,8 +530,8 @@ static void test_sign_is_soft_around_zero_speed_and_hard_after_a_reset(void)
     }
 }
 
-/* An angle error that persists without end, or an acceleration without end, takes the loop to its limits,
- * from which it returns: an I that would exceed 20000 rad/s stays, and so does an F that would exceed
+/* An angle error or an acceleration that persists without end takes the loop to its limits, from which it
+ * must return. An I that would exceed 20000 rad/s keeps its value, and so does an F that would exceed
  * 10000 rad/s, after 33 steps of 300 rad/s. */
 static void test_limits_hold(void)
 {

@@ -1,6 +1,6 @@
-/* The observer is fed with exact data of a turning machine (oracle) in open loop. Float compared with
- * double: current_hat of up to 15 A is rounded by 1e-6 A, which times b^-1 = 125 V/A is 1e-4 V, on an EMF
- * of at least 7.7 V: at worst 0.02 mrad in a mean. */
+/* The observer is fed with exact data of a turning machine (oracle) in open loop. The error of float:
+ * current_hat of up to 15 A is rounded by 1e-6 A, which b^-1 = 125 V/A turns into 1e-4 V. On an EMF of at
+ * least 7.7 V this is at worst 0.02 mrad in a mean. */
 #include "estimator/smo.h"
 #include "tests/oracle/smo_oracle.h"
 #include "tests/unit/machines.h"

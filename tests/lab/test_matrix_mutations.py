@@ -114,7 +114,7 @@ FEW = [
 
 
 def everything(table, whole):
-    """(mutation, cells) for each row, and for each pair of neighbouring rows, that is the reason in some cell."""
+    """A list of (mutation, cells): one for each row that is the reason in a cell, and one for each pair of such neighbours."""
     told = {row[2]: [cell for cell, (red, reason) in whole.items() if red == 0 and reason == row[2]] for row in table}
     cells = {name: some[:MOST] for name, some in told.items()} | CAUGHT
     for name, why in PAST_THE_TABLE.items():

@@ -175,10 +175,10 @@ static double lower_by(void)
  *     mean = -R tau i_q/psi_f at any speed, here 0.01 to 1.2 mrad
  *
  * A board that leaves the lower switches on for longer than the upper ones shifts all duties down by half
- * of the difference, c. Its pulses are then nearer to the middle of the period, by c T_s/2 of T_s/4, and
- * the current has decayed by (R T_s/L)^2 c/8 more at its end, which the observer also takes for voltage:
- * up to 0.06 mrad. The remaining errors, of second order in R tau/L and from the ripple, are below the
- * limit of the averaged inverter. */
+ * of the difference, c. The distance of its pulses from the middle of the period, T_s/4, is then smaller
+ * by c T_s/2, and the current has decayed by (R T_s/L)^2 c/8 more at the end of the period. The observer
+ * takes this for voltage, too, which makes up to 0.06 mrad. The remaining errors, of second order in R
+ * tau/L and from the ripple, are below the limit of the averaged inverter. */
 static void test_late_edges_turn_the_estimate_by_the_angle_of_theory(void)
 {
     grid_t grid = grid_of("late edges", 10u);

@@ -93,8 +93,8 @@ static void test_turning_rotor_is_caught_with_speed_direction_and_angle(void)
     }
 }
 
-/* The catch ends after 10 ms if the rotor has turned by 1 rad since 4 ms; otherwise as soon as it has, or
- * after 20 ms. */
+/* The catch ends after 10 ms if the rotor has turned by at least 1 rad between 4 ms and 10 ms. Otherwise
+ * it ends as soon as the rotor has turned by 1 rad since 4 ms, or after 20 ms. */
 static void test_fast_rotor_is_caught_before_the_catch_is_over(void)
 {
     static const double speeds[] = {2000.0, 500.0, 220.0, 150.0, 100.0, 60.0, 20.0};

@@ -270,9 +270,9 @@ static void test_a_single_bad_sample_raises_nothing(void)
  * if the range of a sensor is 15 instead of 25 A or vice versa, or if one sensor is wrong by 30 %. A light
  * rotor excuses the sensors: psi_f K |i| (8 T)^2/L, times three, is compared with Dp. With K of the
  * paper's test rig, 69 rad/s^2 per A, this is 2 mA per A; with 70000 it is 2 A per A, and no rise counts
- * as a measurement. A salient rotor excuses them too: along L_d the sensors show more than along L_q; a
- * sensor that is 1.3 times too large is 1.3 of 1.2 x 1.42. A ratio below 0.35, or above its inverse, is an
- * invalid sample. */
+ * as a measurement. A salient rotor excuses them too: along L_d the sensors show more than along L_q, so
+ * that the limit of the ratio is 1.2 x 1.42, and a sensor that reads 1.3 times too much is not reported. A
+ * ratio below 0.35, or above its inverse, is an invalid sample. */
 static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_assumption(void)
 {
     static const struct {
@@ -313,8 +313,8 @@ static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_assumption(
  * of such a link voltage no loss is reported. A wrong angle of the encoder together with the dead time
  * keeps a phase at zero for about 3 ms: if the EMF is wrong, but along the axis of no phase, the condition
  * must last for four times 32 periods. If only the other phases deviate from the requested current, by
- * more than 0.4 A and a quarter of the largest, the time is twice as long; 0.5 A deviates by 0.3 A from
- * 0.2 A. */
+ * more than 0.4 A and a quarter of the largest, the time is twice as long. A current of 0.5 A instead of
+ * 0.2 A deviates by only 0.3 A. */
 static void test_a_phase_without_its_current_is_lost(void)
 {
     const double dead = 4.0 / 3.0 * (7.5 + 0.9);

@@ -2,9 +2,9 @@
 #include "tests/unit/estimator_bench.h"
 
 /* With a settled loop 1/psi_hat approaches 1/psi like exp(-rate t). A change of psi_hat acts on the loop
- * like an acceleration of rate times the error of F, which takes kp/ki of itself from the smooth speed;
- * therefore rate = share/(1 - share kp/ki). The first 0.3 s are left out, in which the means follow a
- * wrong start of |e|. The change per step is 10 to 25 last digits of 1/psi_hat, so that the limit is a
+ * like an acceleration of rate times the error of F. An acceleration lowers the smooth speed by kp/ki of
+ * itself, so that rate = share/(1 - share kp/ki). The first 0.3 s are left out, in which the means follow
+ * a wrong start of |e|. The change per step is 10 to 25 last digits of 1/psi_hat, so that the limit is a
  * hundredth. */
 static void test_flux_adapts_at_its_share(void)
 {

@@ -324,8 +324,8 @@ static float load_share(float most)
 }
 
 /* A load of 4 A is known at 100 rad/s: i_L follows it while the reference is constant, and is held during
- * a change. If the load reaches the limit, all of i_q counts as load from the time at which the rotor is
- * near zero speed until the end of the change. The reference may have passed zero long before; i_L then
+ * a change. If the load exceeds its threshold, all of i_q counts as load from the time at which the rotor
+ * is near zero speed until the end of the change. The reference may have passed zero long before; i_L then
  * moves slowly, because a jump would be a load step for a loop at full speed. */
 static void test_through_zero_all_is_load_beside_a_load_that_matters(void)
 {

@@ -103,7 +103,7 @@ static void begin_window(void)
 }
 
 /* The sums stay below 16 kV and are rounded by at most 2^-11 V. 1500 such errors of either sign make 0.02
- * V, which times gain over count is 7e-7 A. The limit is for three windows, with a wide margin: */
+ * V; multiplied by gain/count this is 7e-7 A. The limit is for three windows, with a wide margin: */
 #define ROUNDING 6e-6
 
 static void expect_offset(double complex wanted, double tolerance, ab_t offset)

@@ -177,7 +177,7 @@ static double complex fundamental(double share)
 }
 
 /* A leg that is neither the highest nor the lowest has 3/2 of the voltage of its phase: its duty shows the
- * amplitude that the request has become. */
+ * amplitude to which the request has been changed. */
 static void test_overmodulation_follows_the_known_curve_up_to_six_step(void)
 {
     for (double share = 0.5; share < 0.99 * 2.0 / PI; share += 0.001 * SWEEP_FEW) {

@@ -1,7 +1,7 @@
-/* Compared with tanh() and sqrt() in double precision. The 2e-6 of the header consist of the errors of the
- * fits and of rounding. The fits have errors of 8.4e-7, 1.1e-6 and 1.1e-6, and tanh(7) is 1.7e-6 below 1.
- * In the short quotient three roundings of 2^-24 above and below the line and one of the division make at
- * worst 4e-7; the long quotient has one more, that of its last sum. 1/sqrt has 5e-7. */
+/* The results are compared with tanh() and sqrt() in double precision. The 2e-6 of the header consist of
+ * the errors of the fits and of rounding. The fits have errors of 8.4e-7, 1.1e-6 and 1.1e-6, and tanh(7)
+ * is 1.7e-6 below 1. In the short quotient three roundings of 2^-24 above and below the line and one of
+ * the division make at worst 4e-7; the long quotient has one more, that of its last sum. 1/sqrt has 5e-7. */
 #include <float.h>
 
 #include "math/tanh.h"

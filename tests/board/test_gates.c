@@ -136,7 +136,7 @@ static double analog(void *context, uint64_t tick, uint32_t channel)
     return 1.0;
 }
 
-/* Pins to switches by lines 4 and 5: ePWMn is GPIO 2n - 2 (upper) and 2n - 1 (lower). */
+/* Assigns the pins to switches by lines 4 and 5: ePWMn has GPIO 2n - 2 (upper) and 2n - 1 (lower). */
 static void gates(void *context, uint64_t tick, uint32_t level, uint32_t driven)
 {
     static const uint32_t legs[3] = {BOARD_LEG_A, BOARD_LEG_B, BOARD_LEG_C};
@@ -149,7 +149,7 @@ static void gates(void *context, uint64_t tick, uint32_t level, uint32_t driven)
         sorted |= (on >> (2u * legs[leg] - 1u) & 1u) * LOWER(leg);
         others &= ~(3u << (2u * legs[leg] - 2u));
     }
-    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0u, others, "a pin of another module moves");
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(0u, others, "a pin of another module has changed");
     add_edge(tick, sorted);
 }
 

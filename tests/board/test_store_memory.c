@@ -131,7 +131,7 @@ static void test_erase_and_load_are_as_with_flash(void)
     TEST_ASSERT_TRUE(runs(&usual));
 }
 
-/* This file is what `lagless serve --flash FILE` uses. */
+/* `lagless serve --flash FILE` keeps the memory in such a file. */
 static void test_the_content_goes_through_a_file_of_octets(void)
 {
     static uint8_t octets[RIG_FLASH_SIZE];

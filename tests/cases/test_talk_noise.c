@@ -152,7 +152,7 @@ static void try_stream(const stream_t *stream, const values_t *old, const values
     trials++;
     taken += same(&is, sent);
     if (!same(&is, old) && !same(&is, sent)) {
-        TEST_FAIL_MESSAGE("a value is in force that was not sent");
+        TEST_FAIL_MESSAGE("a value is active that was not sent");
     }
     TEST_ASSERT_EQUAL_UINT32(0u, app_of_rig->talk.restart);
 }
@@ -326,7 +326,7 @@ static void test_connect_begins_a_new_count_anywhere(void)
 
 /* ---- codes ---- */
 
-/* This holds for every named value that takes effect at once, in all tables of the line. */
+/* Every named value that takes effect at once is tested, in all tables of the line. */
 static void test_any_two_codes_differ_in_eight_bits(void)
 {
     uint32_t codes[64];

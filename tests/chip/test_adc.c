@@ -108,7 +108,8 @@ static void test_sequential_timing_and_channels(void)
 
 static void test_clock_prescalers(void)
 {
-    /* HISPCP 3 = 6, ADCCLKPS 2 = 4, CPS = 2: 48 ticks; ACQ_PS 0: 3.5 ADCCLK */
+    /* HISPCP 3 divides by 6, ADCCLKPS 2 by 4, CPS by 2: a cycle has 48 ticks. With ACQ_PS 0 the window
+     * ends after 3.5 ADCCLK. */
     bus_write16(&ADC->ADCTRL3, 0x00E0u | ADCTRL3_ADCCLKPS(2));
     bus_write16(&ADC->ADCTRL1, ADCTRL1_SEQ_CASC | ADCTRL1_CPS);
     bus_write16(&ADC->ADCMAXCONV, 1u);

@@ -5,8 +5,8 @@
 #include "bench.h"
 
 #define LATENCY 14u /* [ticks] request to entry, see test_interrupts.c */
-/* [ticks] from counter zero to the sample interrupt: the last result comes 201 after the SOC, \ which is
- * 87 before zero. */
+/* [ticks] from counter zero to the sample interrupt: the last result comes 201 after the SOC, which is 87
+ * before zero. */
 #define ENTRY 114u
 #define WORK  2000u /* [ticks] */
 

@@ -315,8 +315,7 @@ static uint32_t what_came(uint64_t until, uint64_t often, uint16_t words[16])
     return count;
 }
 
-/* This holds for any octets on the line and any rate of reading: reading changes no other state, and the
- * transfer ends. */
+/* The octets and the rates of reading are random: reading changes no other state, and the transfer ends. */
 static void test_random_levels_give_the_same_octets_for_any_rate_of_reading(void)
 {
     uint32_t seed = 1u, octets = 0u, marked = 0u;

@@ -290,7 +290,7 @@ class ManoeuvreTest(unittest.TestCase):
     # The drive is ready in the window with the last sample of the calibration. The next window switches it on, and that setpoint acts a
     # window later; there the gates turn on in the second period. The catch takes 20 ms; in its last period the estimator would lock to a
     # rotor that turns. The medium task has read the result, "no rotation", at the end of the window before, and counts the windows of the
-    # alignment from then on: 16 over the pendulum's frequency sqrt(p K_t I / J).
+    # alignment from then on. The alignment takes 16 over the pendulum's frequency sqrt(p K_t I / J).
     ON = end_of_window(CALIBRATION - 1) + 2 * WINDOW
     CAUGHT = end_of_window(ON + 1 + 199 - 1)
     ALIGNED = CAUGHT + WINDOW * round(1e4 / WINDOW * 16 / math.sqrt(4 * 1.5 * 4 * 0.183 * 10 / 0.0636))

@@ -75,7 +75,7 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, rec.overflows, "the log was too short");
-    TEST_ASSERT_FALSE_MESSAGE(rec.allowed, "EALLOW left open");
+    TEST_ASSERT_FALSE_MESSAGE(rec.allowed, "EALLOW is still set");
     TEST_ASSERT_EQUAL_UINT32(0u, rec.nested);
 }
 

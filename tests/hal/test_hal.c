@@ -172,8 +172,8 @@ static void test_start_up_connects_gates_fault_line_encoder_serial_line_and_enab
         {&GPIO_CONTROL(0u)->MUX2, 0x55005500u},
         {&GPIO_CONTROL(0u)->QSEL1, 0x03000000u},
         {&GPIO_CONTROL(0u)->QSEL2, 0x03000000u},
-        /* Chopper and brake are outputs. */
         {&GPIO_CONTROL(0u)->PUD, 0x0800EFFFu},
+        /* Chopper and brake are outputs. */
         {&GPIO_CONTROL(0u)->DIR, 0xC0000000u},
     };
     ASSERT_REGISTERS(expected);
@@ -312,7 +312,7 @@ static void test_pll_follows_the_manual_step_by_step(void)
         TEST_ASSERT_EQUAL_HEX32(step[i].value, rec.entry[next].value);
         if (i == 3u) {
             TEST_ASSERT_EQUAL_MESSAGE(DID_WAIT, rec.entry[next - 1u].did, "no wait for the lock");
-            ASSERT(rec.entry[next - 1u].value >= 32768u, "went on before the lock");
+            ASSERT(rec.entry[next - 1u].value >= 32768u, "the start continued before the lock");
         }
         at = next + 1u;
     }
@@ -405,12 +405,13 @@ static void test_start_up_keeps_the_order_of_its_steps(void)
         {WRITE(FLASH_REGS->FOPT, ANY), FAST_CLOCK, "pipeline"},
         {WRITE(SYSCTRL->PCLKCR0, ANY), WRITE(SYSCTRL->PCLKCR3, ANY), "clocks"},
         {WRITE(SYSCTRL->PCLKCR1, ANY), WRITE(SYSCTRL->PCLKCR3, ANY), "clocks"},
-        {WRITE(CPU_TIMER(0u)->TCR, TCR_TRB | TCR_FREE), DOES(DID_WAIT), "time runs before anything waits"},
+        {WRITE(CPU_TIMER(0u)->TCR, TCR_TRB | TCR_FREE), DOES(DID_WAIT),
+         "the timer runs before the first wait"},
         {WRITE(GPIO_CONTROL(0u)->QSEL1, ANY), FAULT_LINE, "the fault line is asynchronous"},
-        {FAULT_LINE, PINS_CONNECTED, "the fault line is heard before a gate pin moves"},
-        {WRITE(PIE->PIECTRL, 0u), FIRST_VECTOR, "interrupts of the program before"},
-        {DOES(DID_DISABLE_GROUPS), FIRST_VECTOR, "its enables"},
-        {DOES(DID_CLEAR_PENDING), FIRST_VECTOR, "its requests"},
+        {FAULT_LINE, PINS_CONNECTED, "the fault line acts before a gate pin changes"},
+        {WRITE(PIE->PIECTRL, 0u), FIRST_VECTOR, "interrupts of the earlier program"},
+        {DOES(DID_DISABLE_GROUPS), FIRST_VECTOR, "enables of the earlier program"},
+        {DOES(DID_CLEAR_PENDING), FIRST_VECTOR, "requests of the earlier program"},
         {WRITE(PIE_VECTORS->vector[32], VECTOR(1u)), WRITE(PIE->PIECTRL, 1u), "vector of the sample"},
         {WRITE(PIE_VECTORS->vector[40], VECTOR(2u)), WRITE(PIE->PIECTRL, 1u), "vector of the trip"},
         {WRITE(PIE->PIECTRL, 1u), WRITE(PIE->group[0].IER, 1u), "interrupts"},
@@ -426,7 +427,7 @@ static void test_start_up_keeps_the_order_of_its_steps(void)
                                 WRITE(EPWM(n)->DBCTL, ANY)};
         const event_t trip = WRITE(EPWM(n)->TZFRC, TZ_OST), pins = PINS_CONNECTED;
         for (uint32_t m = 0; m < 3u; m++) {
-            expect_order(&safe[m], &trip, "what a trip does");
+            expect_order(&safe[m], &trip, "the action of a trip is set before the trip");
         }
         expect_order(&trip, &pins, "every leg is tripped before its pins are connected");
         TEST_ASSERT_TRUE(recording_find(0u, &EPWM(n)->TZCLR) == rec.entries);
@@ -437,7 +438,7 @@ static void test_start_up_keeps_the_order_of_its_steps(void)
         expect_order(&enables, &vectors, "enables of the PIE");
         expect_order(&requests, &vectors, "requests of the PIE");
     }
-    TEST_ASSERT_BITS_MESSAGE(TZ_INT, 0u, EPWM(1u)->TZFLG, "the forced trip interrupts");
+    TEST_ASSERT_BITS_MESSAGE(TZ_INT, 0u, EPWM(1u)->TZFLG, "the forced trip must not request an interrupt");
 }
 
 /* The waits [cycles]: for the pipeline, for the clock of a module, for a pin after its multiplexer, and
@@ -490,7 +491,7 @@ static void test_an_erased_calibration_is_left_alone(void)
 static void assert_refused_untouched(void)
 {
     TEST_ASSERT_EQUAL(HAL_BAD_CONFIG, start());
-    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, rec.entries, "touched the chip");
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(0u, rec.entries, "the chip was accessed");
 }
 
 /* The refused values are a dead band outside its limits, a count of the encoder that does not match four
@@ -613,7 +614,8 @@ static void test_gates_come_on_after_start_up_and_arm_the_trip_interrupt(void)
     TEST_ASSERT_EQUAL_HEX16(0u, EPWM(2u)->TZEINT | EPWM(3u)->TZEINT);
     const uint32_t arm = recording_find(0u, &EPWM(1u)->TZEINT);
     for (uint16_t n = 1u; n <= 3u; n++) {
-        ASSERT(recording_find_value(0u, &EPWM(n)->TZCLR, 0x0005u) < arm, "armed before the trip was cleared");
+        ASSERT(recording_find_value(0u, &EPWM(n)->TZCLR, 0x0005u) < arm,
+               "the interrupt was enabled before the trip was cleared");
     }
     TEST_ASSERT_EQUAL_UINT32(4u, rec.entries);
 }
@@ -690,7 +692,7 @@ static void test_gates_off_trips_all_legs_without_interrupt(void)
     recording_clear_log();
     hal_gates_off();
     TEST_ASSERT_EQUAL_UINT16(3u, legs_tripped());
-    TEST_ASSERT_BITS_MESSAGE(TZ_INT, 0u, EPWM(1u)->TZFLG, "a forced trip interrupts");
+    TEST_ASSERT_BITS_MESSAGE(TZ_INT, 0u, EPWM(1u)->TZFLG, "a forced trip must not request an interrupt");
     TEST_ASSERT_EQUAL_UINT32(4u, rec.entries);
     TEST_ASSERT_TRUE(hal_gates_on());
 }
@@ -774,7 +776,7 @@ static void test_sample_drops_the_first_pair_and_reads_the_right_justified_resul
     TEST_ASSERT_EQUAL_UINT16(106u, samples.motor_temperature); /* channel A2 */
     TEST_ASSERT_EQUAL_HEX32(0x12345u, samples.encoder);
     TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_TRIPPED, samples.flags);
-    TEST_ASSERT_EQUAL_UINT32_MESSAGE(1u, rec.entries, "one store a sample");
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(1u, rec.entries, "a sample makes one write");
 }
 
 static void test_each_sample_reports_whether_the_enable_input_is_active(void)
@@ -811,7 +813,7 @@ static void test_phase_error_of_the_encoder_is_reported_once(void)
     rec.regs.eqep[0].QFLG = QEP_PHE | QEP_UTO;
     recording_clear_log();
     TEST_ASSERT_EQUAL_HEX16(HAL_FLAG_ENCODER, sample_at(PERIOD + 100u).flags);
-    TEST_ASSERT_EQUAL_HEX16_MESSAGE(QEP_UTO, EQEP(1u)->QFLG, "cleared more than the error");
+    TEST_ASSERT_EQUAL_HEX16_MESSAGE(QEP_UTO, EQEP(1u)->QFLG, "another flag than the error was cleared");
     TEST_ASSERT_EQUAL_HEX16(0u, sample_at(2u * PERIOD + 100u).flags);
 }
 
@@ -980,8 +982,10 @@ static void test_time_counts_up_at_150_MHz(void)
     TEST_ASSERT_EQUAL_HEX32(UINT32_MAX, CPU_TIMER(0u)->PRD);
     TEST_ASSERT_EQUAL_HEX16_MESSAGE(0u, CPU_TIMER(0u)->TPR | CPU_TIMER(0u)->TPRH, "prescaled");
     TEST_ASSERT_BITS(TCR_TSS | TCR_TIE, 0u, CPU_TIMER(0u)->TCR);
-    TEST_ASSERT_BITS_MESSAGE(TCR_FREE, TCR_FREE, CPU_TIMER(0u)->TCR, "stands while a debugger halts");
-    TEST_ASSERT_BITS_MESSAGE(TCR_TSS, TCR_TSS, CPU_TIMER(1u)->TCR, "timer 1 holds a value and must stand");
+    TEST_ASSERT_BITS_MESSAGE(TCR_FREE, TCR_FREE, CPU_TIMER(0u)->TCR,
+                             "the timer must count while a debugger halts the CPU");
+    TEST_ASSERT_BITS_MESSAGE(TCR_TSS, TCR_TSS, CPU_TIMER(1u)->TCR,
+                             "timer 1 holds a value and must not count");
     const uint32_t before = hal_time();
     recording_pass(12345u);
     TEST_ASSERT_EQUAL_UINT32(12345u, hal_time() - before);

@@ -94,7 +94,7 @@ static void expect_refusal(const char *file, const char *begin, const char *part
 
 static void test_every_broken_file_is_refused_with_place_name_and_reason(void)
 {
-    TEST_ASSERT_TRUE_MESSAGE(file_count >= 70u, "broken files are there");
+    TEST_ASSERT_TRUE_MESSAGE(file_count >= 70u, "broken.txt has too few cases");
     for (size_t n = 0; n < file_count; n++) {
         char line[LINE_SIZE];
         scenario_error_t error;
@@ -139,7 +139,7 @@ static void test_what_is_not_a_file_is_refused_and_does_not_block(void)
 static void test_file_without_permission(void)
 {
     if (geteuid() == 0) {
-        TEST_IGNORE_MESSAGE("root may read everything");
+        TEST_IGNORE_MESSAGE("the user root may read every file");
     }
     write_file("secret.toml", "schema = 1\n", 11u);
     chmod(path, 0);

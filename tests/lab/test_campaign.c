@@ -245,7 +245,7 @@ static const course_t courses[] = {
      .row = "shoot_throughs"},
     {"a report of the chip", "", .steps = {{"chip_reports=1", PERIOD}}, .violated = CAMPAIGN_I_CHIP,
      .row = "chip_reports"},
-    {"what a fault breaks by itself is excused and nothing else", "late_interrupt",
+    {"a violation that a fault causes by itself is excused, and no other", "late_interrupt",
      .steps = {{"sample_flags=8", 5.0 * PERIOD}, {"shoot_throughs=1", PERIOD}}, .violated = CAMPAIGN_I_LEGS,
      .row = "shoot_throughs", .excused = CAMPAIGN_BIT(LATE)},
     /* While the bridge is off, the time does not run. */
@@ -254,15 +254,17 @@ static const course_t courses[] = {
                {"gates=1 true_i_b=18.5 true_omega_m=100", 20e-3},
                {"", 3.0 * PERIOD}},
      .violated = CAMPAIGN_I_CURRENT, .row = "true_i_b", .excused = CAMPAIGN_BIT(CURRENT)},
-    {"and for a third of a turn", "stuck_near_zero_a",
+    {"a sensor that is stuck excuses the current for a third of a turn", "stuck_near_zero_a",
      .steps = {{"true_i_b=18.5 true_omega_m=10", 52e-3}, {"", 1e-3}}, .violated = CAMPAIGN_I_CURRENT,
      .row = "true_i_b"},
-    {"and up to 25 A", "stuck_near_zero_a", .steps = {{"true_i_b=25.1", 2.0 * PERIOD}, {"", PERIOD}},
-     .violated = CAMPAIGN_I_CURRENT, .row = "true_i_b"},
+    {"a sensor that is stuck excuses a current up to 25 A", "stuck_near_zero_a",
+     .steps = {{"true_i_b=25.1", 2.0 * PERIOD}, {"", PERIOD}}, .violated = CAMPAIGN_I_CURRENT,
+     .row = "true_i_b"},
     {"a wrong gain excuses the current up to 25 A", "current_range",
      .steps = {{"true_i_c=-24.9", 0.5}, {"true_i_c=-25.1", 3.0 * PERIOD}}, .violated = CAMPAIGN_I_CURRENT,
      .row = "true_i_c"},
-    {"a chip that is reset on purpose has its gates off and shows nothing else", "slow_background",
+    {"a chip that is reset by a fault must have its gates off, and no other requirement applies",
+     "slow_background",
      .steps = {{"chip_reports=1 gates=0", PERIOD}, {"theta_err=3", 0.2}, {"gates=1", PERIOD}},
      .violated = CAMPAIGN_I_GATES, .row = "state", .excused = CAMPAIGN_BIT(CHIP)},
 };
@@ -289,11 +291,11 @@ static void test_a_leg_that_loses_voltage_excuses_the_angle_of_a_slow_rotor(void
     put("true_i_a", 2.0f);
     put("true_omega_m", 0.99f * (float)watch.excused[0].blind);
     pass(0.5);
-    expect(HELD, "below the speed that is told");
+    expect(HELD, "below the speed from which on the EMF shows the angle");
     TEST_ASSERT_EQUAL_UINT32(CAMPAIGN_BIT(ANGLE), result.excused);
     put("true_omega_m", 1.01f * (float)watch.excused[0].blind);
     pass(50e-3 + PERIOD);
-    expect(CAMPAIGN_I_ANGLE, "above it");
+    expect(CAMPAIGN_I_ANGLE, "above the speed from which on the EMF shows the angle");
 }
 
 /* A slow rotor has an angle error of `share` of its limit for longer than allowed, with this current in
@@ -321,10 +323,10 @@ static void test_a_smaller_emf_excuses_the_angle_up_to_the_speed_that_makes_up_f
         int end;
     } cases[] = {
         {"a salient rotor below its limit", 0.25, 2.0, 1.98, HELD},
-        {"a salient rotor above it", 0.25, 2.0, 2.02, CAMPAIGN_I_ANGLE},
+        {"a salient rotor above its limit", 0.25, 2.0, 2.02, CAMPAIGN_I_ANGLE},
         {"a round rotor with the same current", 0.0, 2.0, 1.98, CAMPAIGN_I_ANGLE},
-        {"nearly no current, below", 0.0, -0.98, 1.98, HELD},
-        {"nearly no current, above", 0.0, -0.98, 2.02, CAMPAIGN_I_ANGLE},
+        {"almost no current, below the limit", 0.0, -0.98, 1.98, HELD},
+        {"almost no current, above the limit", 0.0, -0.98, 2.02, CAMPAIGN_I_ANGLE},
         {"a little more current", 0.0, -1.02, 1.02, CAMPAIGN_I_ANGLE},
     };
     for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {

@@ -122,7 +122,7 @@ static void test_wrong_wiring_is_named_before_a_steady_current_flows(void)
     expect_reason("current_gain_error_a", -2.0, "sensor_map");
 }
 
-/* This holds also with sensors so quiet that the drive reports them as stuck. */
+/* In one case the sensors are so quiet that the drive would report them as stuck. */
 static void test_motor_that_is_not_connected_is_named(void)
 {
     commission_result_t result;

@@ -1,7 +1,7 @@
 /* Faults during the steps of commissioning: the bridge opens as in any other state, the reason is that of
  * the fault, and no value is saved. One commissioning runs, and in the middle of each step every fault is
- * tried on a copy of the simulation. A step in which the rotor is lost, or that is repeated, stopped, or
- * cannot reach the rated speed, ends in a way of its own. */
+ * tried on a copy of the simulation. Further tests cover a step in which the rotor is lost, and one that
+ * is repeated, stopped, or cannot reach the rated speed. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -26,7 +26,7 @@ class Counts(unittest.TestCase):
         more, fewer = judge.tails(1, 0, 60, 600)
         self.assertAlmostEqual(60 / 660, more)
         self.assertAlmostEqual(1.0, fewer)
-        # Two violations, both in the smaller campaign: 60 * 59 / (660 * 659).
+        # The probability that two violations are both in the smaller campaign is 60 * 59 / (660 * 659).
         self.assertAlmostEqual(60 * 59 / (660 * 659), judge.tails(2, 0, 60, 600)[0])
         self.assertEqual((1.0, 1.0), judge.tails(0, 0, 60, 600))
 

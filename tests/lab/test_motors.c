@@ -480,7 +480,7 @@ static void test_a_profile_goes_from_point_to_point(void)
                   {0.0299, 4.98, 1.0}, {0.0301, 5.0, 5.0}, {0.045, 5.0, 5.0},
                   {0.0501, 2.0, 2.0},  {0.07, 1.0, 2.0},   {0.095, 0.0, 2.0}};
     for (size_t n = 0; n < sizeof course / sizeof course[0]; n++) {
-        /* The limit is a period of a ramp of 200 N m/s. */
+        /* The limit is the change in one period of a ramp of 200 N m/s. */
         TEST_ASSERT_DOUBLE_WITHIN(0.025, course[n].linear, at_time(linear, course[n].time));
         TEST_ASSERT_DOUBLE_WITHIN(1e-6, course[n].steps, at_time(steps, course[n].time));
     }

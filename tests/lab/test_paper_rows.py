@@ -105,7 +105,7 @@ EXPECTED = (
     *both("fig16.b100_rated_decelerating", KIND, 25.0, 8.0, 7.5),
     *both("fig16.b200_rated_decelerating", KIND, 50.0, 16.0, 15.0),
 
-    # docs/theory.md, 21: 115 +- 6 mrad, at most 105 mrad, at most 32 mrad.
+    # The limits of docs/theory.md, 21, are 115 +- 6 mrad, at most 105 mrad, and at most 32 mrad.
     *both("fig17.b100_wc0_500", KIND, 115.0, 6.0), *both("fig17.b100_wc0_1500", KIND, 115.0, 6.0),
     *both("fig17.b100_wc25_500", KIND, 98.0, 7.0), *both("fig17.b100_wc25_1500", KIND, 98.0, 7.0),
     *both("fig17.b200_wc50_500", KIND, 28.0, 4.0), *both("fig17.b200_wc50_1500", KIND, 28.0, 4.0),

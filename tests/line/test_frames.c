@@ -150,7 +150,7 @@ static void test_stream_is_found_again_after_a_lost_octet(void)
             good++;
         }
         TEST_ASSERT_EQUAL(19u, last);
-        TEST_ASSERT_TRUE_MESSAGE(good >= 17u, "at most the spoilt frame and its neighbour are lost");
+        TEST_ASSERT_TRUE_MESSAGE(good >= 17u, "at most the damaged frame and the next one are lost");
     }
 }
 

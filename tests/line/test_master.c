@@ -282,13 +282,13 @@ static void test_a_slave_that_misbehaves_is_understood(void)
         double seconds;  /* shortest time of the first answer */
     } rows[] = {
         {"answers in single octets", &slave.split, 1u, false, 0u, 0.0},
-        {"a lost answer is asked for again after SYNCH", &slave.mute, 1u, false, 1u, MASTER_PATIENCE_SERIAL},
+        {"a lost answer is requested again after SYNCH", &slave.mute, 1u, false, 1u, MASTER_PATIENCE_SERIAL},
         /* The answer comes after the time-out of the master, which has sent SYNCH by then. */
-        {"a late answer is not taken for that of the next question", &slave.late, 700u, false, 1u, 0.7},
-        {"rubbish", &slave.noise, 21u, false, 0u, 0.0},
+        {"a late answer is not taken for the answer to the next command", &slave.late, 700u, false, 1u, 0.7},
+        {"meaningless octets", &slave.noise, 21u, false, 0u, 0.0},
         {"a jump of the counter", &slave.counter_jump, 100u, false, 0u, 0.0},
         {"busy", &slave.busy, 5u, true, 0u, 0.0},
-        {"pending prolongs the patience", &slave.pending, 3u, true, 0u, 1.8},
+        {"the event pending extends the time-out", &slave.pending, 3u, true, 0u, 1.8},
     };
     for (size_t n = 0; n < sizeof rows / sizeof rows[0]; n++) {
         connect_with(rows[n].lossless);
@@ -383,7 +383,7 @@ static void test_questions_wait_in_the_queue_and_are_all_answered(void)
     for (uint32_t n = 0; n < 20u; n++) {
         master_ask_read(master, MASTER_SIGNALS, 4u * row("omega_m")->id, 4u, count_answer, (void *)&kinds[0]);
     }
-    TEST_ASSERT_EQUAL_MESSAGE(0u, answers[0], "nothing waits inside");
+    TEST_ASSERT_EQUAL_MESSAGE(0u, answers[0], "the call must not wait for an answer");
     for (uint32_t n = 0; n < 100u && answers[0] < 20u; n++) {
         TEST_ASSERT_TRUE(master_wait(master, 0.05));
     }
@@ -393,11 +393,12 @@ static void test_questions_wait_in_the_queue_and_are_all_answered(void)
     }
     /* The request of the drive's clock may occupy one more place. */
     TEST_ASSERT_TRUE_MESSAGE(answers[1] == 3u || answers[1] == 4u,
-                             "those that find no room are told so at once");
+                             "requests that do not fit into the queue are reported at once");
     TEST_ASSERT_EQUAL(MASTER_NOT_SENT, last_result);
     slave.close_next = true;
     (void)master_wait(master, 0.5);
-    TEST_ASSERT_EQUAL_MESSAGE(MASTER_QUEUE + 3u, answers[1], "a lost line answers all");
+    TEST_ASSERT_EQUAL_MESSAGE(MASTER_QUEUE + 3u, answers[1],
+                              "after a loss of the line every request is answered");
     TEST_ASSERT_EQUAL(MASTER_LOST, last_result);
 }
 
@@ -490,7 +491,7 @@ static void test_samples_have_their_periods_and_gaps_are_found(void)
     TEST_ASSERT_EQUAL(8u, sum.samples);
     TEST_ASSERT_EQUAL(1u, sum.gaps);
     TEST_ASSERT_EQUAL(2u, sum.missing);
-    TEST_ASSERT_EQUAL_MESSAGE(0u, sum.frames_missing, "the drive left them out, not the line");
+    TEST_ASSERT_EQUAL_MESSAGE(0u, sum.frames_missing, "the drive has left these samples out, not the line");
     TEST_ASSERT_TRUE(master_daq_stop(master, &error));
     TEST_ASSERT_FALSE(slave.running);
 }

@@ -159,7 +159,8 @@ static void expect_closed(recorder_t *recorder)
     TEST_ASSERT_TRUE_MESSAGE(recorder_close(recorder, "complete", &error), error.text);
     TEST_ASSERT_EQUAL_STRING("", error.text);
     TEST_ASSERT_TRUE(named > 0u);
-    TEST_ASSERT_EQUAL_UINT32_MESSAGE(named, named_after_sync, "a name without its content on the disk");
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(named, named_after_sync,
+                                     "a file got its name before its content was on the disk");
 }
 
 static void sample(recorder_t *recorder, uint32_t period, float i_q, int32_t state, uint32_t encoder)
@@ -192,7 +193,7 @@ static void test_csv_begins_with_what_it_takes_to_run_it_again(void)
     options.meta.value_count = 2;
     options.meta.scenario_text = "schema = 1\n\t\ntitle = \"a\\tb\"\r\nlast";
     recorder_t *recorder = opened();
-    TEST_ASSERT_FALSE_MESSAGE(exists("run.csv"), "no final name before the end");
+    TEST_ASSERT_FALSE_MESSAGE(exists("run.csv"), "a file has its final name before the end");
     char what[] = "load_torque = 5 N m\nand more";
     TEST_ASSERT_TRUE(recorder_note(recorder, RECORDER_EVENT, "0.5 s", what));
     TEST_ASSERT_TRUE(recorder_note(recorder, RECORDER_VERDICT, "met", "dip: -52 r/min"));
@@ -455,7 +456,7 @@ static const struct {
     const char *shown;
     bool ends; /* the file ends with this edge */
 } courses[] = {
-    {"gates are unknown until told",
+    {"gates are unknown until the first edge",
      1000,
      {{15000, RIG_EDGE_GATES, 0}},
      "#0\n$dumpvars\nx!\nx\"\nx#\nx$\nx%\nx&\n0'\n0(\n0)\n$end\n#100000\n0!\n0\"\n0#\n0$\n0%\n0&\n",
@@ -485,7 +486,7 @@ static const struct {
       {600, RIG_EDGE_GATES, 0}},
      "$end\n#2000\n1'\n1(\n#2020\n0'\n#2200\n0(\n#4000\n",
      false},
-    {"an interrupt that is gone back to is shown once",
+    {"after a step back in time an interrupt is shown once",
      300,
      {{1500, RIG_EDGE_ISR_ENTER, 32},
       {1500, RIG_EDGE_ISR_EXIT, 32},
@@ -495,7 +496,7 @@ static const struct {
       {3000, RIG_EDGE_GATES, 0}},
      "$end\n#10000\n1'\n#12000\n0'\n#20000\n",
      false},
-    {"it ends when the last interrupt has ended",
+    {"the file ends when the last interrupt has ended",
      300,
      {{1500, RIG_EDGE_ADC_START, 0}, {1500, RIG_EDGE_ISR_ENTER, 32}, {1500, RIG_EDGE_ISR_EXIT, 32}},
      "#10000\n1'\n1(\n#10200\n0(\n#12000\n0'\n",

@@ -155,7 +155,7 @@ static void test_reported_limits_of_every_row_are_accepted_as_they_are_written(v
     }
 }
 
-/* The same test for rules between rows, with the limits that they report. */
+/* Rules between rows report limits, too, which are tested in the same way. */
 static void test_reported_limits_of_rules_are_accepted_as_they_are_written(void)
 {
     static const struct {

@@ -62,7 +62,7 @@ static void run_and_compare(oracle_frame_t frame, double inductance_d, double in
     rig_free(rig);
 }
 
-/* In the stationary frame, and for a salient machine in the rotor's frame. */
+/* The oracle runs in the stationary frame, and for a salient machine in the rotor's frame. */
 static void test_currents_of_a_run_up_are_the_oracles_within_1_mA(void)
 {
     grid_t grid = grid_of("run-up", 2u);

@@ -559,7 +559,8 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     EXPECT(commission_friction_coulomb, 0.0, 0.0)
     EXPECT(commission_friction_viscous, 0.0, 0.0)
     EXPECT(speed_calm, 1.0, 0.0) /* nothing oscillates */
-    /* By the rules of theory 3, 7 and 23 for the default motor, with the flux configured as above. */
+    /* The gain follows from the rules of docs/theory.md, 3, 7 and 23, for the default motor with the flux
+     * configured as above. */
     const double gain = 1.25 * 1.04 * FLUX * POLE_PAIRS * 220.0;
     const double dead =
         (double)(BOARD_SECONDS(BOARD_DEAD_TIME_NS) * BOARD_VOLTS(BOARD_OVERVOLTAGE_MV) / DRIVE_PERIOD);

@@ -94,7 +94,8 @@ static rig_t *copy(void)
     return other;
 }
 
-/* Both must have the same signals, to the bit, while they get another speed request and a load. */
+/* Both simulations must have the same signals, to the bit, while they get another speed request and a
+ * load. */
 static void expect_same_bits(rig_t *other)
 {
     static const char *const rows[] = {"i_a",     "i_b",     "u_dc",        "duty_a",       "duty_b",

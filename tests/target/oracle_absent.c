@@ -6,7 +6,7 @@
 #include "tests/oracle/pll_oracle.h"
 #include "tests/oracle/smo_oracle.h"
 
-#define LEFT_OUT() TEST_IGNORE_MESSAGE("asks an oracle of the desk")
+#define LEFT_OUT() TEST_IGNORE_MESSAGE("needs an oracle, which runs on the host only")
 
 void estimator_oracle_sample(const estimator_oracle_case_t *rig, long k, estimator_oracle_sample_t *sample)
 {

@@ -708,8 +708,8 @@ static void test_saving_is_refused_by_memory_that_takes_nothing_and_while_the_br
     TEST_ASSERT_FALSE(stored_with_bridge_on);
 }
 
-/* This is no fault: the drive may run with its defaults. Nothing is written over foreign data before they
- * are erased. */
+/* A store of another program is no fault: the drive may run with its defaults. Nothing is written over
+ * foreign data before they are erased. */
 static void test_a_store_of_another_program_runs_the_defaults_until_it_is_erased(void)
 {
     params_t usual;

@@ -46,8 +46,8 @@ static void test_resistance_and_loss_of_a_leg_are_those_of_the_winding(void)
     }
 }
 
-/* The trapezia between the levels miss the corners of the triangles: 8 % and 3.5 mA. R and V are those of
- * the winding, because the fitted line does not use points in the zone. */
+/* The trapezia between the levels miss the corners of the triangles; the tolerance is 8 % and 3.5 mA. R
+ * and V are those of the winding, because the fitted line does not use points in the zone. */
 static void test_zone_of_the_legs_is_measured_beside_the_line(void)
 {
     for (double zone = 0.02; zone < 0.2; zone *= 1.3) {

@@ -203,7 +203,7 @@ static void jump_to_zero(double noise)
     }
 }
 
-/* It is detected at the end of its window, and the value has not changed in the whole next window. */
+/* The stuck value is detected at the end of its window, and it has not changed in the whole next window. */
 static void test_a_value_that_jumps_to_zero_is_stuck_within_two_windows(void)
 {
     jump_to_zero(0.0);

@@ -287,7 +287,7 @@ static void test_history_ends_with_the_period_of_the_fault(void)
     }
 }
 
-/* Its rows are of successive periods, also if a second fault follows soon after the first. */
+/* The rows of the history are of successive periods, also if a second fault follows soon after the first. */
 static void test_history_begins_again_with_the_reset(void)
 {
     bring_to_run();

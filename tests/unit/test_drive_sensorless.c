@@ -409,7 +409,8 @@ static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
                 TEST_ASSERT_TRUE(since < 13u);
                 const float now = drive.fast.estimator.estimate.frame.omega_e;
                 TEST_ASSERT_TRUE(now == drive.fast.estimator.estimate.omega_smooth);
-                /* It continues with the torque of its feed-forward: at most that of the whole current. */
+                /* The speed changes only by the torque of the feed-forward: at most that of the whole
+                 * current. */
                 TEST_ASSERT_FLOAT_WITHIN((float)(PERIOD * 1.5 * 16.0 * PSI * 6.0) / params.motor_inertia,
                                          smooth, now);
                 TEST_ASSERT_EQUAL_FLOAT(0.0f, drive.fast.estimator.estimate.detector);

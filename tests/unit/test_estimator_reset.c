@@ -74,7 +74,7 @@ static void test_reset_of_the_other_machines_goes_on_without_a_bump(void)
     }
 }
 
-/* The modes that leave the filter in the observer: a reset includes the effect of the filter on a fast
+/* In the modes that leave the filter in the observer, a reset includes the effect of the filter on a fast
  * EMF, as estimator.h states. */
 static void test_reset_at_high_speed_makes_the_filters_lag(void)
 {

@@ -132,10 +132,10 @@ static deviation_t held(double i_d, double i_q, int settle, int count)
 static const double RATIOS[] = {1.0, 1.5, 2.0, 3.0, 4.0};
 #define RATIO_COUNT 5
 
-/* Right data, currents from zero to 1.5 times the rated one, speeds from 2 to 100 %. Only two errors
- * remain: the ripple of i_d between the samples leaves (R T/L_q)(D/L_d) x/12, where x = omega T is the
- * angle of a period; the other is float arithmetic. Braking is tested from 4 % of the speed on; below that
- * the motion of the loop itself moves the flux faster than the loop can follow. */
+/* The data are right. The currents go from zero to 1.5 times the rated one, the speeds from 2 to 100 %.
+ * Only two errors remain: the ripple of i_d between the samples leaves (R T/L_q)(D/L_d) x/12, where x =
+ * omega T is the angle of a period; the other is float arithmetic. Braking is tested from 4 % of the speed
+ * on; below that the motion of the loop itself moves the flux faster than the loop can follow. */
 static void test_right_data_leave_no_error_whatever_the_saliency(void)
 {
     static const double shares[] = {0.02, 0.04, 0.1, 0.5, 1.0};

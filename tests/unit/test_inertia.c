@@ -377,7 +377,8 @@ static void test_load_settles_slowly_after_a_change_of_the_speed(void)
     TEST_ASSERT_EQUAL_FLOAT(0.1f, load_share(10.0f));
 }
 
-/* With the K of the assumed inertia, half of that of the parameter, and 5 A for 0.1 s. */
+/* The expected speed follows from the K of the assumed inertia, half of that of the parameter, and from 5
+ * A for 0.1 s. */
 static void test_speed_that_is_foreseen_is_that_of_the_inertia_that_is_assumed(void)
 {
     const inertia_tuning_t tuning = prepared(J_FROM, 0.5 * J_FROM, true);

@@ -119,7 +119,8 @@ static void test_a_lost_phase_shows_within_a_tenth_of_a_second(void)
     TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);
     rectified(100.0, 0.15, 0.04);
     TEST_ASSERT_EQUAL_UINT32(LINK_RIPPLES, watch.conditions);
-    /* The evaluations miss its cusps by at most half their distance, a quarter of the depth. */
+    /* The evaluations miss the cusps of the ripple by at most half of their distance in time, in which the
+     * ripple changes by a quarter of its depth. */
     TEST_ASSERT_TRUE(watch.ripple <= 0.1501f * 311.0f && watch.ripple >= 0.75f * 0.15f * 311.0f);
     looks(311.0, 0.045);
     TEST_ASSERT_EQUAL_UINT32(0u, watch.conditions);

@@ -86,9 +86,9 @@ static void supplied(double u, double omega, double seconds)
     }
 }
 
-/* This holds from 0.5 % above the trip, whether the rotor turns or not. After two windows of 50 ms and the
- * 150 ms for which the hold decreases, nothing is limited, and the drive does not report the supply as
- * lost. */
+/* A low supply is one from 0.5 % above the trip on; the rotor may turn or not. After two windows of 50 ms
+ * and the 150 ms for which the hold decreases, nothing is limited, and the drive does not report the
+ * supply as lost. */
 static void test_a_low_supply_that_delivers_limits_nothing(void)
 {
     for (double u = 212.0; u < 254.0; u += 3.0) {

@@ -46,9 +46,9 @@ static uint32_t lost_after(float omega_e)
     return 0u;
 }
 
-/* Half a turn off: 2 exp(-0.02 n) - 1 < 0.5 from n = 15 on. 51 % along the axis are enough for any part
- * across; 49 % are not: 0.51 exp(-0.02 n) < 0.01 from n = 197 on. The scatter eps^2 (1 - exp(-0.02 n))
- * exceeds 0.12 from n = 21 on for eps = 0.6, from n = 195 on for 0.35, and never for 0.34. */
+/* If the angle is wrong by half a turn, 2 exp(-0.02 n) - 1 < 0.5 from n = 15 on. 51 % along the axis are
+ * enough for any part across; 49 % are not: 0.51 exp(-0.02 n) < 0.01 from n = 197 on. The scatter eps^2 (1
+ * - exp(-0.02 n)) exceeds 0.12 from n = 21 on for eps = 0.6, from n = 195 on for 0.35, and never for 0.34. */
 static void test_a_sign_shows_when_its_mean_has_passed_its_limit(void)
 {
     static const struct {

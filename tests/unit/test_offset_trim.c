@@ -213,7 +213,7 @@ static void test_each_component_stops_at_the_limit(void)
     const ab_t offset = steps(-4.1 + 0.9 * J, 4 * WINDOW);
     TEST_ASSERT_EQUAL_FLOAT(TRIM_LIMIT, offset.alpha);
     TEST_ASSERT_FLOAT_WITHIN(4.0f * (float)ROUNDING, -0.18f, offset.beta);
-    /* It leaves the limit at once, except for the half of a sample before the wrap: nothing has
+    /* The trim leaves the limit at once, except for the half of a sample before the wrap: nothing has
      * accumulated beyond the limit. */
     const ab_t back = steps(1.0 + 3.0 * J, WINDOW);
     const float half = 0.05f * 0.5f * (1.0f + 4.1f) / (float)WINDOW;

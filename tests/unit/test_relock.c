@@ -2,7 +2,7 @@
  * its lock has been judged; after a second loss it is reversed in the forced frame. */
 #include "tests/unit/manoeuvres_bench.h"
 
-/* [windows] of the judgement: 63 for the 50 ms in which the scatter is not judged, and 13 for 10 ms \. */
+/* [windows] of the judgement: 63 for the 50 ms in which the scatter is not judged, and 13 for 10 ms. */
 #define JUDGED 76u
 
 static void given_rotor_backwards(double wanted)

@@ -94,8 +94,7 @@ static void test_it_gives_the_slope_of_i_q_over_the_speed_until_the_next_step(vo
     TEST_ASSERT_TRUE(run.i_q_standing == 0.0f && run.stiffness == 0.0f);
 }
 
-/* This applies to a torque at a limit, but not to a torque that is still rising, nor to a requested
- * current. */
+/* The signal shows a torque at a limit, but not a torque that is still rising, nor a requested current. */
 static void test_a_limited_torque_is_shown_as_such(void)
 {
     run_limit(&run, -2.0f, 4.0f);

@@ -129,7 +129,7 @@ static void test_the_latched_fault_is_not_a_later_one(void)
     input.faults = BOTH;
     steps(1);
     expect_later(OVERCURRENT);
-    /* It is not in the table, so that each row that occurs is a later fault. */
+    /* This reason is not in the table, so that each row that occurs is a later fault. */
     sequence_fault(&sequence, REASON_BOARD_FAILED);
     steps(1);
     expect_later(BOTH);

@@ -43,7 +43,8 @@ static void test_an_input_that_comes_back_starts_nothing_by_itself(void)
     wish(REQUEST_ON, 1, DRIVE_SWITCHED_ON, ON | BEGIN);
 }
 
-/* This holds even where the drive may start again without a command, after a fault of the power module. */
+/* The motor must not start even where the drive may start again without a command, after a fault of the
+ * power module. */
 static void test_an_automatic_reset_does_not_start_a_motor_whose_input_was_lost_during_this_time(void)
 {
     for (uint32_t lost = 0; lost < 2u; lost++) {

@@ -92,7 +92,7 @@ static void test_observers_of_both_forms(void)
 
 /* ---- all in succession ---- */
 
-/* From an error of 0.1 rad, through the transient, and then settled. */
+/* Compares both estimators from an error of 0.1 rad on, through the transient and after it. */
 static void check_composed(smo_switching_t switching, lag_mode_t mode, float emf_cutoff)
 {
     static const double rpm[] = {100.0, 500.0, 1000.0, 1500.0};

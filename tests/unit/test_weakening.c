@@ -83,8 +83,8 @@ static void test_the_most_torque_is_that_of_trying_every_i_d(void)
     }
 }
 
-/* Any torque up to the largest one: at the i_d of most torque per ampere if the voltage allows it,
- * otherwise on the ellipse, within a thousandth of its flux. */
+/* Any torque up to the largest one is made with the i_d of most torque per ampere if the voltage allows
+ * it. Otherwise i_d is on the voltage ellipse, within a thousandth of its flux. */
 static void test_a_torque_takes_no_more_i_d_than_the_voltage_needs(void)
 {
     for (unsigned n = 0; n < RATIOS; n++) {

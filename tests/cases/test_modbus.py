@@ -164,7 +164,7 @@ class Modbus(stuck.TestCase):
         self.assertEqual(8.0, self.read("current_limit", ">f"))
         self.write("speed_request", 100.0, ">f")
         self.write("overspeed_trip", 50.0, ">f")
-        self.expect_exception(4, self.write("order", 1))  # below the reference in use
+        self.expect_exception(4, self.write("order", 1))  # below the speed reference in use
         self.assertNotEqual(0, self.read("order_refusal"))
 
     def test_a_single_register_starts_the_drive_and_a_broadcast_stops_it(self):

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""The page of `lagless scope` in a headless Chromium when the drive does not follow a request, and when the link is lost.
+"""This tests what the page of `lagless scope` shows when the drive does not follow a request, and when the link is lost.
+The page is loaded in a headless Chromium.
 usage: test_scope_page.py LAGLESS FOLDER    screenshots go to FOLDER
 
 Ends with 0 done, 1 a check failed, 2 wrong use, 77 skipped: chromium, chromedriver or uPlot is missing."""

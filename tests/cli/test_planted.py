@@ -43,10 +43,10 @@ def main(lagless, planted, folder):
         found += found_by(lagless, planted, folder, runs, seed, shard)
         events, most, path = min(found, default=(EVENTS_MOST + 1, 0, ""))
         if events <= EVENTS_MOST and most <= ROWS_MOST:
-            print(f"{len(found)} scenarios are about the planted bug; the smallest, {path}: {events} events, {most} rows")
+            print(f"{len(found)} scenarios depend on the planted defect; the smallest, {path}: {events} events, {most} rows")
             return
     assert found, "no scenario tells the planted program from the right one"
-    sys.exit(f"none was made small: {found}")
+    sys.exit(f"none was minimised: {found}")
 
 
 main(*sys.argv[1:])

@@ -130,7 +130,7 @@ class Model(unittest.TestCase):
 
 
 def entered(*blocks):
-    """The output of QEMU: a listing of each block, and a line for each block that is entered. A block is its address and its instructions."""
+    """The output of QEMU: a listing of each block, and a line for each block that is entered. A block is an address and its code."""
     lines, numbers, text = [], {}, ""
     for address, listing in blocks:
         if address not in numbers:

@@ -45,7 +45,7 @@ def half_digit(cell):
 
 
 def hold(x, d):
-    """The mean of a rotating EMF over a period, weighted by the response of the winding, divided by its value at the begin of the period."""
+    """The mean of a rotating EMF over a period, weighted by the response of the winding, over its value at the begin."""
     half = complex(0.5 * d, 0.5 * x)
     return cmath.exp(0.5j * x) * cmath.sinh(half) / half * (0.5 * d) / math.sinh(0.5 * d)
 

@@ -1,4 +1,5 @@
-/* The serial line and the stored pages of the HAL on the recording bus. Words: SPRUFZ5. */
+/* The serial line and the stored pages of the HAL on the recording bus. The registers of the serial
+ * line are described in SPRUFZ5. */
 #include "hal/f28335/flash.h"
 #include "hal/hal.h"
 #include "tests/hal/recording_bus.h"

@@ -50,8 +50,8 @@ EXPECTED = (
     *both("fig11.printed", NOT, 35.5, 1.5, 1.5),
 
     # Both values are for 4 A: at equal torque i_q is larger by 4 A (1/cos 0.08 - 1), and i_d is 4 A tan 0.08. The drift of the speed in the
-    # window makes less than 3 mA, and the additional 1 mrad of the real drive in `off` is 4 mA. (14) counts omega_e T_s/2 = 31.4 mrad too
-    # much, and 1/R - 1 = 5 % of 117 mrad; in the real drive the 0.02 ohm of the devices add to R, which reduces this by 2 %.
+    # window makes less than 3 mA, and the additional 1 mrad of the real drive in `off` is 4 mA. Equation (14) gives omega_e T_s/2 = 31.4
+    # mrad too much, and also 1/R - 1 = 5 % of 117 mrad; in the real drive the 0.02 ohm of the devices add to R, which reduces this by 2 %.
     *both("fig12.off", SAME, -80.0, 3.0, 1.0),
     *both("fig12.exact", SAME, 0.0, 1.0, 3.0),
     *both("fig12.printed", NOT, 37.2, 1.5, 3.0),
@@ -157,7 +157,7 @@ class Rows(unittest.TestCase):
                 self.assertFalse(row["stopped"], "a drive stopped")
                 if number is not None:
                     self.assertLessEqual(abs(row["ours"] - number), tolerance, row)
-                self.assertEqual(row["verdict"] in (SAME, HOLDS), row["because"] == "", "a verdict that is not plain says why")
+                self.assertEqual(row["verdict"] in (SAME, HOLDS), row["because"] == "", "only SAME and HOLDS need no reason")
                 self.assertTrue(row["claim"] and row["unit"] and row["condition"])
 
     def test_csv_names_units_and_has_as_many_fields_in_every_line(self):

@@ -1,5 +1,6 @@
-/* The runner: events, ramps, recording, verdicts, stopping. tests/python/test_package.py checks that a
- * scenario equals its calls by hand, and tests/cli/test_experiments.py the statistics. */
+/* Tests of the runner: its events, ramps, recording, verdicts and the end of a run.
+ * tests/python/test_package.py checks that a scenario equals its calls by hand, and
+ * tests/cli/test_experiments.py the statistics. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

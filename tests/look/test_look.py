@@ -203,7 +203,8 @@ class Plots(Case):
         self.assertGreater(len(rows), 80)
         layout = layouts(self.folder / "out" / "own.html")["run"]
         traces = [trace["column"] for panel in layout["panels"] for trace in panel["traces"]]
-        silent = {"period", "theta_sigma", "warnings_2", "fault_present"}  # not drawn by themselves: the axis, a pair of limits, and bands that were 0 throughout
+        # These signals have no curve of their own: they are the axis, a pair of limits, and bands that were 0 throughout.
+        silent = {"period", "theta_sigma", "warnings_2", "fault_present"}
         self.assertEqual(rows - silent, rows & set(traces))
         self.assertEqual(len(traces), len(set(traces)))
         for panel in layout["panels"][1:]:

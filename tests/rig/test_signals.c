@@ -418,7 +418,8 @@ static void run_all(void)
     const double stopped = rig_period(rig);
     run_put(rig, "dc_voltage", 5.0 + rig_value(rig, "dc_overvoltage"));
     rig_run(rig, 10);
-    run_put(rig, "fault_reset", 1.0); /* too early; it is not repeated */
+    /* This reset is too early, because the voltage is still too high. The reset is not repeated. */
+    run_put(rig, "fault_reset", 1.0);
     rig_run(rig, 1);
     run_put(rig, "dc_voltage", 200.0);
     run_put(rig, "shaft_locked_speed", 400.0 * RPM);

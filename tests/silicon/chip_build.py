@@ -30,7 +30,8 @@ def make(folder):
     shutil.rmtree(folder, ignore_errors=True)
     environment = stand_in.install(folder / "tools")
     configured = {gates: configure(folder / gates, environment, f"-DLAGLESS_GATES={gates}") for gates in GATES}
-    (folder / "tools/log").write_text("", encoding="utf-8")  # discards the files that CMake compiled as a trial, which are not part of the build
+    # This discards the files that CMake compiled as a trial, which are not part of the build.
+    (folder / "tools/log").write_text("", encoding="utf-8")
     built = {gates: run("cmake", "--build", folder / gates, *([] if gates == BUILT else ["--target", "ccs"]), env=environment)
              for gates in GATES}
     told = {what: {gates: (done.returncode, done.stdout) for gates, done in steps.items()}

@@ -34,9 +34,9 @@ static struct {
     double inertia;         /* [kg m^2] */
     double friction;        /* [N m] opposes the motion, and holds the shaft at zero speed */
     bool blocked;           /* the shaft is held */
-    double detector;        /* of the loop's error [-] */
-    uint32_t coasts;        /* [-] reading of the detector */
-    double complex current; /* [periods] in each window for which the loop coasts; its detector is 0 then */
+    double detector;        /* [-] reading of the detector of the loop's error */
+    uint32_t coasts;        /* [periods] in each window for which the loop coasts; its detector is 0 then */
+    double complex current; /* [A] */
 } machine;
 
 static estimate_t estimate;

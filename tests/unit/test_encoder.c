@@ -82,7 +82,8 @@ static void test_angle_is_exact_for_every_count(void)
                 worst = error;
             }
         }
-        TEST_ASSERT_DOUBLE_WITHIN(ANGLE_ROUNDING + 8.0 * DBL_EPSILON, 0.0, worst); /* of 2 pi */
+        /* The second term is the rounding of 2 pi in double precision. */
+        TEST_ASSERT_DOUBLE_WITHIN(ANGLE_ROUNDING + 8.0 * DBL_EPSILON, 0.0, worst);
     }
 }
 

@@ -12,8 +12,8 @@ void setUp(void)
 {
     const holding_brake_params_t params = {
         .on = true,
-        .release_time = 40e-3f, /* 50 evaluations, one more, and two until the output is set */
-        .apply_time = 80e-3f,   /* 100 evaluations, one more, and two */
+        .release_time = 40e-3f, /* [s] 50 evaluations */
+        .apply_time = 80e-3f,   /* [s] 100 evaluations */
         .preload = 7.0f,
         .current_limit = 10.0f,
         .period = (float)LOOK,
@@ -47,6 +47,7 @@ static void test_it_is_released_when_the_torque_is_there(void)
 {
     TEST_ASSERT_EQUAL_UINT32(6u, until(BRAKE_RELEASING, 100u)); /* [evaluations] 4 ms, and one more */
     TEST_ASSERT_TRUE(holding_brake_opens(&brake));
+    /* The release time is 50 evaluations; one more follows, and two until the output is set. */
     TEST_ASSERT_EQUAL_UINT32(53u, until(BRAKE_RELEASED, 1000u));
     TEST_ASSERT_TRUE(holding_brake_opens(&brake));
     TEST_ASSERT_EQUAL_UINT32(0u, brake.failed);
@@ -90,6 +91,7 @@ static void test_it_is_set_for_its_apply_time_before_it_counts_as_set(void)
     input.set = true;
     stays(BRAKE_APPLYING, 1u);
     TEST_ASSERT_FALSE(holding_brake_opens(&brake));
+    /* The apply time is 100 evaluations; one more follows, and two until the output is set. */
     TEST_ASSERT_EQUAL_UINT32(103u, until(BRAKE_SET, 1000u));
     stays(BRAKE_SET, 2000u);
     TEST_ASSERT_EQUAL_UINT32(0u, brake.failed);

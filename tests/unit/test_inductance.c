@@ -368,7 +368,7 @@ static void test_the_dither_is_a_twentieth_of_the_limit(void)
 }
 
 /* At L_q of 1.11 and 1.15 L_d there is no dither, and nothing is learnt, for any rate. At 1.1 L_d there
- * is. */
+ * is a dither. */
 static void test_a_rotor_too_salient_is_left_as_it_is(void)
 {
     static const double ratios[] = {1.11, 1.15, 2.0, 1.1};

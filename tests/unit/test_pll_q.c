@@ -6,7 +6,8 @@
 
 #define AMPLITUDE 10.0 /* [V] */
 
-/* The value of a count: of one turn per period, and of U = 256 V, the power of two above k_s (formats.h). */
+/* The value of one count (formats.h). The largest speed is one turn per period; the largest voltage is
+ * U = 256 V, the power of two above k_s. */
 #define SPEED_UNIT   (2.0 * PI / 1e-4 / 2147483648.0) /* [rad/s] */
 #define VOLTAGE_UNIT (256.0 / 134217728.0)            /* [V] */
 

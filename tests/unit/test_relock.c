@@ -87,7 +87,7 @@ static void test_another_request_has_its_torque_at_once(void)
         TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
         TEST_ASSERT_TRUE((double)demand.current.q >= cases[n].least &&
                          (double)demand.current.q <= cases[n].most);
-        if (wish.mode == RUN_CURRENT) { /* nor after another loss */
+        if (wish.mode == RUN_CURRENT) { /* another loss does not begin a proof either */
             lose_and_catch();
             TEST_ASSERT_EQUAL_UINT32(0u, m.proving);
             TEST_ASSERT_EQUAL_FLOAT(2.0f, made.current.q);

@@ -420,7 +420,7 @@ static void test_a_torque_grows_no_faster_than_its_slew(void)
     TEST_ASSERT_EQUAL_FLOAT(0.0f, torque_step(0.0f, 7.0f).q);
     TEST_ASSERT_EQUAL_FLOAT(0.25f, step(RUN_SPEED, 99.0f, 0.0f, 0.0f, 7.0f).current.q);
     TEST_ASSERT_EQUAL_FLOAT(0.25f, run.i_q_standing - run.stiffness * 7.0f);
-    run_limit(&run, -10.0f, -3.0f); /* a full DC link does not wait */
+    run_limit(&run, -10.0f, -3.0f); /* the limits by a full DC link act at once */
     TEST_ASSERT_EQUAL_FLOAT(-3.0f, step(RUN_SPEED, 99.0f, 0.0f, 0.0f, 7.0f).current.q);
 }
 

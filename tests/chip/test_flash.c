@@ -251,7 +251,7 @@ static void test_a_wrong_check_is_a_restart_that_was_asked_for(void)
     TEST_ASSERT_FALSE(chip_restart_asked(&bench_chip));
 }
 
-/* ---- From outside ---- */
+/* ---- Access by the test bench ---- */
 
 static void test_a_page_is_filled_if_it_fits_what_is_kept(void)
 {

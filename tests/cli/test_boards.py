@@ -1,5 +1,5 @@
-"""The board is chosen when the program runs. Tested are each board with a motor of the library, the list of boards against their headers,
-wrong names, scenarios that name a board, and a header of the user.
+"""The board is chosen when the program runs. The tests use each board with a motor of the library, and compare the list of boards with their
+headers. They also check wrong names, scenarios that name a board, and a header of the user.
 
 usage: test_boards.py LAGLESS FOLDER"""
 

@@ -124,8 +124,8 @@ class Fmu(unittest.TestCase):
         self.assertGreater(len(model.modelVariables), 250)
 
     def test_every_output_of_every_period_has_the_bits_of_the_program(self):
-        """Tested are events and ramps of a scenario written here, a shipped cold start of a motor without encoder, and a scenario with
-        profiles and a fault."""
+        """The scenarios are one written in this file with events and ramps, a shipped cold start of a motor without encoder, and two
+        shipped ones with a fault and with profiles."""
         for scenario, periods in ((self.scenario, 5000), ("cold_start", 20000), ("dc_link_sag", 12000), ("both_directions", 12000)):
             with self.subTest(scenario=str(scenario)):
                 lagless("fmu", scenario, "--out", FOLDER, "--force")

@@ -18,7 +18,7 @@ static app_t the_app;
 static uint32_t judged;     /* [-] calls of the functions that take a long time */
 static uint32_t judged_off; /* [-] calls of them while interrupts were off */
 
-/* ---- functions that replace those that judge and prepare (CMakeLists.txt) ---- */
+/* ---- replacements of the functions that check and prepare parameters (CMakeLists.txt) ---- */
 
 bool noted_params_check(const params_t *params, params_error_t *why);
 bool noted_params_check_live(const params_t *now, const params_t *next, params_error_t *why);

@@ -64,7 +64,7 @@ void tearDown(void)
                                      "EALLOW and EDIS do not pair, or time passes in between");
 }
 
-/* ---- Start-up: words ---- */
+/* ---- Start-up: values of the registers ---- */
 
 static bool is_wide(uint32_t address)
 {
@@ -817,7 +817,7 @@ static void test_phase_error_of_the_encoder_is_reported_once(void)
     TEST_ASSERT_EQUAL_HEX16(0u, sample_at(2u * PERIOD + 100u).flags);
 }
 
-/* ---- Late: t_k is found again and is one period after the last ---- */
+/* ---- A late interrupt: t_k is found again, one period after the last ---- */
 
 static uint16_t late_at(uint32_t ticks)
 {

@@ -74,7 +74,7 @@ static void expect_within(double limit, double expected, double value, const cha
     TEST_ASSERT_TRUE_MESSAGE(fabs(value - expected) <= limit, text);
 }
 
-/* ---- which points ---- */
+/* ---- choice of the points ---- */
 
 static void test_default_covers_every_deviation_load_column_speed_and_direction_once(void)
 {
@@ -141,7 +141,7 @@ static void test_samples_of_a_window_meet_every_angle_at_any_speed(void)
     }
 }
 
-/* ---- what is measured ---- */
+/* ---- measurements ---- */
 
 /* By the torque balance i_q is (load + 1.32 N m)/(1.5 p psi_f), p = 4, psi_f = 0.183 Wb, against the
  * direction of rotation (friction and load are passive). The measured values are means over a second,

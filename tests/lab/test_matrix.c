@@ -194,7 +194,7 @@ static void test_every_fault_that_can_be_injected_is_in_the_matrix_or_listed_as_
     }
 }
 
-/* ---- which cells ---- */
+/* ---- choice of the cells ---- */
 
 static void test_a_cell_is_chosen_by_its_name_or_the_beginning_of_it(void)
 {

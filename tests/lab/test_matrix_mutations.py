@@ -4,8 +4,8 @@ usage: test_matrix_mutations.py BUILD SOURCE few|all      BUILD: folder of a Nin
 
 Each mutation changes one file of the firmware, which is compiled again and linked before the others. A mutation doubles a limit of the
 fault table, exchanges the quantities of two neighbouring rows so that each sets the bit of the other, or doubles a limit of a watch. The
-cells that run are those whose reason is the row, or the cells that are named; only cells that pass without the mutation count. `few`
-runs representatives for the daily check; `all` finds the cells by a run of the whole matrix.
+cells that then run are those that expect the fault of the changed row, or the cells that the list names. Only cells that pass without
+the mutation count. `few` runs representatives for the daily check; `all` finds the cells by a run of the whole matrix.
 """
 import pathlib
 import re

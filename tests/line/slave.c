@@ -70,7 +70,7 @@ uint32_t slave_count(slave_t *slave, uint8_t command)
     return count;
 }
 
-/* ---- out ---- */
+/* ---- sending ---- */
 
 static void send_octets(slave_t *slave, const uint8_t *octets, uint32_t count)
 {

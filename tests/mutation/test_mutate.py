@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""tools/mutate on a tree of one source, one header and two test programs. Tested are its mutants, the verdict of each, that an old list
-finds its lines in a later tree, that a weaker test is detected, and the inputs that the tool refuses. docs/building.md must have the
-rates of the list. Needs Python 3.9, standard library, git, CMake and a C compiler.
+"""Tests tools/mutate on a tree of one source, one header and two test programs: its mutants, the verdict of each, and the inputs that the
+tool refuses. An old list must find its lines in a later tree, and a weaker test must be detected. docs/building.md must have the rates
+of the list. Needs Python 3.9, standard library, git, CMake and a C compiler.
 """
 import pathlib
 import subprocess

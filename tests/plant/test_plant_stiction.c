@@ -186,7 +186,7 @@ static void test_brake_has_no_effect_on_a_locked_shaft(void)
                               truth_at(SECOND + SECOND / 100u).omega_m);
 }
 
-/* ---- as a state ---- */
+/* ---- saved and restored states ---- */
 
 static void test_the_times_of_reading_move_no_event(void)
 {

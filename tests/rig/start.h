@@ -63,7 +63,7 @@ static inline void start_ready(rig_t *rig, double theta_e)
     run_real(rig);
 }
 
-/* ---- every period ---- */
+/* ---- measurements in every period ---- */
 
 typedef struct {
     /* of the last period */
@@ -124,7 +124,7 @@ static inline void start_watch(rig_t *rig, start_seen_t *seen)
     run_tap(rig, start_seen_rows, START_SEEN_ROWS, start_see, seen);
 }
 
-/* ---- figures of a grid ---- */
+/* ---- results of a grid ---- */
 
 static inline void start_raise(double *largest, double value)
 {

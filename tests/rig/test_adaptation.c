@@ -1,6 +1,6 @@
 /* Inductance and dead time are learnt together, as the drive does by default, without an encoder on the
- * real inverter. Tested are the error that learning adds if all values are right, its benefit on other
- * motors with all values wrong, and the conditions from which the drive must not learn. */
+ * real inverter. The tests measure the error that learning adds if all values are right, and its benefit
+ * on other motors with all values wrong. They also check the conditions in which the drive must not learn. */
 #include "tests/rig/motors.h"
 
 /* The effective dead time of a leg of the plant [s]. */
@@ -15,7 +15,7 @@ static double learnt_inductance(rig_t *rig)
     return rig_value(rig, "inductance_hat") / rig_value(rig, "plant.inductance_q");
 }
 
-/* ---- all was known ---- */
+/* ---- all parameters are configured without error ---- */
 
 /* At 100 r/min 0.1 % of the loss of the legs is 1.3 mrad without load, and 0.4 % of L is 1.3 mrad under
  * load. Each limit is the mean of the magnitude plus four standard deviations over 24 seeds, and at least
@@ -47,7 +47,7 @@ static void test_nothing_is_lost_where_all_was_known(void)
     }
 }
 
-/* ---- other motors, all wrong ---- */
+/* ---- other motors, and errors in all parameters ---- */
 
 typedef struct {
     const rated_motor_t *of;

@@ -22,7 +22,7 @@ static void running(double fidelity, double rpm, double seconds)
     run_expect_no_fault(rig);
 }
 
-/* ---- none ---- */
+/* ---- no fault ---- */
 
 /* Each row of a fault is set to its present value; the result must have the same bits as if another row
  * had been set to its present value. */

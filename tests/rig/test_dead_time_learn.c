@@ -1,5 +1,5 @@
-/* The configured dead time and drop are 40 % too small or too large, on the real inverter. Tested are the
- * learnt value, the time that learning takes, and the improvement of the estimate. */
+/* The configured dead time and drop are 40 % too small or too large, on the real inverter. The tests
+ * measure the learnt value, the time that learning takes, and the improvement of the estimate. */
 #include <math.h>
 
 #include "settings/reasons.h"

@@ -1,6 +1,7 @@
 /* The inductance is learnt in closed loop, without an encoder. The configured value is a fifth too small
- * or too large, and other values may be wrong too, on a heavy and on a light rotor. Tested are the learnt
- * value, the ripple that learning adds, and the conditions from which it must not learn. */
+ * or too large, and other values may be wrong too, on a heavy and on a light rotor. The tests measure the
+ * learnt value and the ripple that learning adds, and check the conditions in which the drive must not
+ * learn. */
 #include <complex.h>
 
 #include "tests/rig/run.h"
@@ -166,7 +167,7 @@ static void test_other_wrong_values_have_no_effect(void)
     }
 }
 
-/* ---- what it costs ---- */
+/* ---- the ripple of the speed by the dither ---- */
 
 /* The oscillation of the speed at the frequency of the dither, from peak to peak [r/min]. */
 static void swing(void *context, uint32_t period, const uint32_t *slots, uint32_t count)

@@ -164,7 +164,7 @@ static void test_octets_without_room_are_dropped_and_counted(void)
     TEST_ASSERT_EQUAL_UINT32(0u, reports());
 }
 
-/* ---- What stays ---- */
+/* ---- Stored pages ---- */
 
 static void program(uint32_t page, uint32_t at, uint16_t word)
 {

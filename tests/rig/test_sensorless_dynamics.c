@@ -1,8 +1,8 @@
-/* The speed changes at the current limit without an encoder. Tested is the error of the estimated angle in
- * the steps of the paper's experiment, in both directions of rotation. Other tests check the theory of both
- * loops at constant acceleration: tests/unit/test_estimator_dynamics.c, test_flux.c, and the paper's figures
- * (lab_paper). reversal.grid and sensor_errors.grid contain reversals, steps under load and a light rotor at
- * low speed.
+/* The speed changes at the current limit without an encoder. The tests measure the error of the estimated
+ * angle in the steps of the paper's experiment, in both directions of rotation. Other tests check the theory
+ * of both loops at constant acceleration: tests/unit/test_estimator_dynamics.c, test_flux.c, and the paper's
+ * figures (lab_paper). reversal.grid and sensor_errors.grid contain reversals, steps under load and a light
+ * rotor at low speed.
  *
  * The reference is the true angle of the rotor, and the control uses the estimate. Errors are theta_hat -
  * theta, electrical: an estimate that lags is negative while the rotor accelerates forward. If the

@@ -74,7 +74,7 @@ static void expect_limits(const drive_case_t *drive, const limits_t *limits, dou
     rig_free(rig);
 }
 
-/* ---- documented: all points run, docs/accuracy.md has these numbers ---- */
+/* ---- all points run, and docs/accuracy.md has these numbers ---- */
 
 /* Requirements: at 100 r/min a mean of 5 mrad and an SD of 10 mrad; from 300 r/min on 4 and 4 mrad without
  * load (docs/theory.md, 21) and 1.5 and 1.5 mrad under 5 N m. The drive is better than that. At 50 r/min,
@@ -112,14 +112,14 @@ static void test_compensated_inverter(void)
     }
 }
 
-/* ---- and our own additions ---- */
+/* ---- with this program's own additions to the paper ---- */
 
 /* Gains by rule, an i_d that keeps the currents out of the zone of the dead time, learnt inductance and
  * dead time. The loss of a leg is 2.3 us of the link voltage and 0.875 V; the drive is configured with
- * four fifths of both. Tested is the benefit of coasting through uncertain voltages and of trimming the
- * offsets; without them the loop stays locked. An offset that is not trimmed appears as an EMF, which the
- * current control feeds forward: without load the angle ripples with it, at 503 r/min by 2.7 mrad instead
- * of 0.6. */
+ * four fifths of both. The tests show the benefit of coasting through uncertain voltages and of trimming
+ * the offsets; without them the loop also stays locked. An offset that is not trimmed appears as an EMF,
+ * which the current control feeds forward: without load the angle ripples with it, at 503 r/min by 2.7
+ * mrad instead of 0.6. */
 #define WITHOUT(name, row)                                                                                   \
     {                                                                                                        \
         name, true, {{row, 0.0}}, 1u, RATED, 1.5, WITHOUT_EITHER                                             \

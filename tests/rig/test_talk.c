@@ -217,7 +217,7 @@ static void test_every_row_reads_as_the_rig_has_it(void)
         for (uint32_t n = 0; n < app_tables[table]->count; n++) {
             const table_row_t *row = &app_tables[table]->rows[n];
             if (table == EXTENSION_SIGNALS || row->id >= 1950u) {
-                continue; /* these change during the reading */
+                continue; /* these values change during the reading */
             }
             double value = 0.0;
             const uint32_t bits = read_slot((uint8_t)table, row->id);
@@ -455,7 +455,7 @@ static void test_restart_is_answered_and_begins_again(void)
     TEST_ASSERT_EQUAL_DOUBLE(DRIVE_OPERATION_ENABLED, rig_value(rig, "state"));
 }
 
-/* ---- what is refused ---- */
+/* ---- refused requests ---- */
 
 static void test_a_value_out_of_its_range_and_a_row_of_another_table_are_not_staged(void)
 {

@@ -91,7 +91,7 @@ static void move_to_chip(void)
     }
 }
 
-/* ---- what must hold ---- */
+/* ---- conditions that every run must meet ---- */
 
 static uint32_t on_line(const table_row_t *row, uint32_t bits)
 {

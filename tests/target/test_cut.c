@@ -12,7 +12,7 @@
 
 static uint32_t windows, cuts, spared;
 
-/* ---- the cut ---- */
+/* ---- interruption of the medium task ---- */
 
 static bool in_medium;
 static uint32_t block;   /* [-] blocks since the begin of the medium task */

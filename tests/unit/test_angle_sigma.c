@@ -125,7 +125,7 @@ static void test_where_the_ripple_exceeds_the_current_the_loss_of_the_legs_is_un
 {
     angle_sigma_input_t input = learnt();
     input.current = (dq_t){0.01f, 0.0f};
-    input.link = 311.0f; /* a ripple of 311 V 100 us/(8 12.5 mH) = 0.31 A */
+    input.link = 311.0f; /* ripple of 311 V x 100 us/(8 x 12.5 mH) = 0.31 A */
     const double of_v = hypot((double)ANGLE_SIGMA_V_RIPPLE, sqrt(0.1) * (double)ANGLE_SIGMA_V_LEARNT);
     TEST_ASSERT_DOUBLE_WITHIN(0.01 * of_v * 0.025 * 311.0 * 4.0 / PI / 100.0,
                               with_gain(of_v * 0.025 * 311.0 * 4.0 / PI / 100.0, 500.0, 0.01),

@@ -1,5 +1,6 @@
-/* The application above a board that records its calls. Tested are the start, a start that fails, the
- * registers that change with the parameters, and that the interrupt never uses an incomplete change. */
+/* The application above a board that records its calls. The tests check the start, a start that fails, and
+ * the registers that change with the parameters. They also check that the interrupt never uses an
+ * incomplete change. */
 #include "app/app.h"
 #include "settings/reasons.h"
 #include "tests/unit/compare.h"
@@ -157,7 +158,7 @@ void hal_serial_baud(uint32_t baud)
     (void)baud;
 }
 
-/* ---- memory that stays ---- */
+/* ---- the store ---- */
 
 static uint16_t stored[HAL_STORE_PAGES][HAL_STORE_WORDS];
 static bool store_refuses;
@@ -629,7 +630,7 @@ static void test_what_is_learnt_goes_with_a_set_that_still_waits(void)
     TEST_ASSERT_EQUAL_FLOAT(0.7f, app->drive.medium.manoeuvres.run.speed.pi.tuning.kp);
 }
 
-/* ---- parameters that stay ---- */
+/* ---- stored parameters ---- */
 
 static void expect_order(order_t order, int32_t refusal, uint32_t row)
 {

@@ -241,7 +241,8 @@ static void test_a_value_that_stands_for_15_ms_while_another_moves_is_stuck(void
     TEST_ASSERT_EQUAL_UINT32(0u, seen);
 }
 
-/* Exact sensors and a constant current: R/2 and the whole dead time may hide any voltage for any time. */
+/* With exact sensors and a constant current no sensor is found stuck. The allowances for R/2 and for the
+ * whole dead time cover any voltage, for any time. */
 static void test_a_constant_current_is_not_a_stuck_sensor(void)
 {
     const float voltage = (float)(1.5 * RESISTANCE * 8.0 + 0.9 * 4.0 / 3.0 * (7.5 + 0.9));

@@ -272,7 +272,7 @@ static void test_a_speed_too_high_for_the_steps_teaches_nothing(void)
 
 /* Noise of the sensors smooths the edges of the assumed signs, but not those of the true ones. V is learnt
  * too large by the missing share of the twelfth harmonic: the mean of 1 - exp(-45 s_j^2/i^2), with twice
- * the s^2 in the third phase. If this exceeds 3 % and the noise is known, nothing is learnt. */
+ * the s^2 in the third phase. If this mean exceeds 3 % and the noise is known, nothing is learnt. */
 static void test_noise_is_not_learnt_as_dead_time(void)
 {
     static const struct {

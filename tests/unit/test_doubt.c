@@ -161,7 +161,7 @@ static void test_speed_miss_below_at_above_a_fifth_or_a_tenth(void)
     expect_around_miss(1601.0f, 0.1f);
 }
 
-/* ---- or one whose acceleration is known ---- */
+/* ---- when the loop may coast: a drive whose acceleration is known ---- */
 
 /* The drive is not steady by any of its conditions. */
 static void given_known_acceleration(void)

@@ -447,8 +447,8 @@ static void test_a_new_set_reaches_every_part(void)
 
 /* The rotor stands still, and its current does not respond. The control receives the voltage that was
  * applied: its integral moves to this voltage, so that after 16 time constants L/R its output exceeds it
- * by k_p times the error. The longest voltage is 2/3 0.92 311 V = 190.7 V, less at least the 4/3 8.03 V
- * that the inverter takes. */
+ * by k_p times the error. The longest voltage is 2/3 x 0.92 x 311 V = 190.7 V, less at least the 4/3 x
+ * 8.03 V that the inverter takes. */
 static void test_control_gets_what_the_link_has_too_little_for(void)
 {
     bring_to_run();

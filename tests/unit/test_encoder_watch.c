@@ -412,7 +412,8 @@ static uint32_t judge_with(double omega, double volts, double axis)
 
 /* 100 V are added to the 44 V of 240 rad/s, for which a sign must last for six judgements. Along the axis
  * of each phase, in either direction and up to 7 degrees beside it, they are treated as a fault of a wire
- * or a leg, and the judgement is postponed for half a second. In the middle between two axes they are not. */
+ * or a leg, and the judgement is postponed for half a second. In the middle between two axes there is no
+ * such postponement. */
 static void test_an_emf_that_is_wrong_along_a_phase_is_a_wire_and_waits(void)
 {
     for (int n = 0; n < 12; n++) {
@@ -464,8 +465,9 @@ static void test_noise_of_the_currents_does_not_hide_a_wire(void)
     }
 }
 
-/* The EMF is 1.1 times psi_f omega_least, 50 degrees off: the difference is 2 sin(25 degrees) of it, 0.93,
- * which an error of the voltage could make as well. With 1.4 times it is 1.18. */
+/* The EMF is 1.1 times psi_f omega_least and 50 degrees off. The difference is 2 sin(25 degrees) of the
+ * EMF, 0.93 psi_f omega_least, which an error of the voltage could make as well. With an EMF of 1.4 times
+ * psi_f omega_least the difference is 1.18 times, which is reported. */
 static void test_a_difference_below_the_least_emf_may_be_a_wrong_voltage(void)
 {
     for (int way = -1; way <= 1; way += 2) {

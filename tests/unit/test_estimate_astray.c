@@ -1,5 +1,5 @@
-/* A fault of the shaft's speed names the estimate if only the estimate has this speed. Tested is what the
- * EMF of a tracked, a caught and a lost rotor confirms, and what it does not. */
+/* A fault of the shaft's speed names the estimate if only the estimate has this speed. The tests give the
+ * EMF of a tracked, a caught and a lost rotor, and check whether it confirms the fault. */
 #include "drive/drive.h"
 
 #include "settings/reasons.h"

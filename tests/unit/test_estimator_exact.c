@@ -2,7 +2,7 @@
  * and the EMF filter in the frame of the loop. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 1. the default is exact ---- */
+/* ---- the default is exact ---- */
 
 static void test_default_is_exact_for_every_machine_either_way(void)
 {

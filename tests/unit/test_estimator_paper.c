@@ -1,7 +1,7 @@
 /* The estimator in the paper's configurations: deviations as published, and the sign function. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 2. the paper's configuration: its printed numbers, after the PLL ---- */
+/* ---- the paper's configuration: its printed numbers, after the PLL ---- */
 
 static const double RPM[] = {100.0, 500.0, 1000.0, 1500.0};
 
@@ -44,7 +44,7 @@ static void test_smaller_gain_gives_the_papers_eighty_milliradians(void)
     }
 }
 
-/* ---- 3. sign ---- */
+/* ---- sign ---- */
 
 /* A conventional loop as in the paper: with the unfiltered sign function |v| is k_s sqrt 2 for any EMF, so
  * that there is no speed for a feed-forward. The chatter is chaotic, so that only its size is known: an SD

@@ -1,7 +1,7 @@
 /* The parameters of the estimator. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 9. parameters ---- */
+/* ---- parameters ---- */
 
 #define AT(member) offsetof(estimator_params_t, member)
 #define OF(member) AT(validity.member)

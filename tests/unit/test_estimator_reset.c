@@ -1,7 +1,7 @@
 /* Resets and coasting of the estimator. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 6. reset ---- */
+/* ---- reset ---- */
 
 /* The largest difference [mrad] over 0.05 s between two estimators: one has run for long, the other was
  * reset to the true state at t_k and makes its first step at t_k+1. */
@@ -91,7 +91,7 @@ static void test_reset_at_high_speed_makes_the_filters_lag(void)
     }
 }
 
-/* ---- 12. coasting ---- */
+/* ---- coasting ---- */
 
 static void test_coast_keeps_the_error_and_the_observer_going(void)
 {

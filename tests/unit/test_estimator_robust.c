@@ -1,7 +1,7 @@
 /* The estimator stays finite with any input, and it obeys identities such as mirror images. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 7. always finite ---- */
+/* ---- always finite ---- */
 
 static void check_finite(position_t position)
 {
@@ -125,7 +125,7 @@ static void test_endless_invalid_input_stays_finite(void)
     }
 }
 
-/* ---- 11. identities ---- */
+/* ---- identities ---- */
 
 static void check_mirror(int n)
 {

@@ -159,11 +159,12 @@ static void test_right_data_leave_no_error_whatever_the_saliency(void)
     }
 }
 
-/* With the noise of a sensor and all of the rated current in either direction (line A4). The observer
- * makes an EMF of L_q/T times the change of the noise, and the loop integrates it with kp. The filter of
- * the EMF, a = exp(-2500 rad/s T), leaves (1 - a)/(1 + a) of its variance. So SD = kp L_q noise sqrt((1 -
- * a)/(1 + a))/(psi_a omega), which is 3.0 mrad at L_q = L_d and 5 % of the speed, above the limit of the
- * line. A salient rotor has less, because its flux moves with the angle. */
+/* The sensors have noise, and the whole rated current flows in either direction (line A4 of
+ * docs/salient.md). The observer makes an EMF of L_q/T times the change of the noise, and the loop
+ * integrates it with kp. The filter of the EMF, a = exp(-2500 rad/s T), leaves (1 - a)/(1 + a) of its
+ * variance. So SD = kp L_q noise sqrt((1 - a)/(1 + a))/(psi_a omega), which is 3.0 mrad at L_q = L_d and 5
+ * % of the speed, above the limit of the line. A salient rotor has less, because its flux moves with the
+ * angle. */
 static void test_noise_moves_the_angle_little_with_all_of_the_current(void)
 {
     static const double shares[] = {0.05, 0.1, 0.5, 1.0, 2.0, 100.0 / 2400.0};

@@ -1,7 +1,7 @@
 /* The criteria of validity and their debounce. */
 #include "tests/unit/estimator_bench.h"
 
-/* ---- 8. validity ---- */
+/* ---- validity ---- */
 
 typedef struct {
     validity_params_t loose, strict; /* limits that no value and every value violates */

@@ -160,7 +160,7 @@ static void test_what_is_sent_has_length_and_counter_in_front(void)
     }
 }
 
-/* ---- with a tail ---- */
+/* ---- frames with a tail ---- */
 
 /* The columns are: octets, 1 if they are a packet, number of errors so far. */
 static void test_with_a_tail_the_sum_must_agree_and_the_counter_must_follow(void)
@@ -174,7 +174,7 @@ static void test_with_a_tail_the_sum_must_agree_and_the_counter_must_follow(void
         {{0x01, 0, 0x06, 0, 0xFD, 0x00, 0x04, 0x01}, 1u, 1u}, /* the next counter: 0001 + 0006 + 00FD */
         {{0x01, 0, 0x06, 0, 0xFD, 0x00, 0x04, 0x01}, 0u, 2u}, /* the same counter twice */
         {{0x01, 0, 0x08, 0, 0xFD, 0x00, 0x06, 0x01}, 0u, 3u}, /* a frame was lost before this one */
-        /* SYNCH with any counter; 100FC in 16 bits. */
+        /* A SYNCH packet with any counter; its sum is 100FC, of which 16 bits are sent. */
         {{0x01, 0, 0xFF, 0xFF, 0xFC, 0x00, 0xFC, 0x00}, 1u, 3u},
         {{0x01, 0, 0x00, 0, 0xFD, 0x00, 0xFE, 0x00}, 1u, 3u},
         {{0x01, 0, 0x01, 0, 0xFD, 0x00, 0xFE, 0x00}, 0u, 4u}, /* a wrong sum: FF is the right one */

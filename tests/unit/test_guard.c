@@ -333,7 +333,7 @@ static void test_every_row_shows_beyond_its_limit_after_its_debounce(void)
             setUp();
             check_periods(row, beyond(row), way, EVERY, debounce + 100u);
             TEST_ASSERT_TRUE_MESSAGE(shown(row), fault_rows[row].name);
-            TEST_ASSERT_TRUE(guard.held[row] < debounce); /* it is not counted beyond its debounce */
+            TEST_ASSERT_TRUE(guard.held[row] < debounce); /* the count ends at the debounce */
             if (fault_rows[row].rate == FAULT_EACH) {
                 step(&healthy);
                 expect_nothing();
@@ -414,8 +414,9 @@ static const rule_t debounces[] = {{" bad_sample late ", 3.0f},
                                    {" current_sum ", 2.4e-3f / DRIVE_PERIOD},
                                    {NULL, 1.0f}};
 
-/* With the gates off, the lasting and the destructive conditions; those of the encoder and of the estimate
- * only while the control uses them; all others while the gates are on. */
+/* The periods in which each row is evaluated. The conditions that last or destroy are evaluated also with
+ * the gates off, those of the encoder and of the estimate only while the control uses them, and all others
+ * while the gates are on. */
 static const rule_t moments[] = {
     {" overcurrent bad_sample dc_overvoltage sink_hot motor_hot sink_warm motor_warm program_corrupt "
      "params_corrupt stack_low encoder_lost motor_overload module_overload derating master_silent "
@@ -465,7 +466,7 @@ static void test_rows_keep_their_places_and_numbers(void)
     }
 }
 
-/* ---- several at once ---- */
+/* ---- several faults at once ---- */
 
 static void test_the_gravest_of_several_is_named(void)
 {

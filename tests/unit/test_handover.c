@@ -76,8 +76,8 @@ static void test_good_after_a_sixth_of_a_second_in_either_direction(void)
     expect_good();
 }
 
-/* Each condition is just met and just not met, forwards and backwards. A current of 1.6 3 A + 0.15 10 A =
- * 6.3 A of either sign is accepted. A psi_f that is configured 30 % wrong makes 1/1.3 or 1/0.7 of the
+/* Each condition is just met and just not met, forwards and backwards. A current of 1.6 x 3 A + 0.15 x 10
+ * A = 6.3 A of either sign is accepted. A psi_f that is configured 30 % wrong makes 1/1.3 or 1/0.7 of the
  * expected EMF, with exact voltages. */
 static void test_one_condition_prevents_it(void)
 {

@@ -180,12 +180,12 @@ static void test_it_stays_within_its_range(void)
     }
 }
 
-/* ---- what says nothing ---- */
+/* ---- changes that give no value ---- */
 
 /* The usual change is from 100 to 500 rad/s with 5 A and 0.04 kg m^2. One condition at a time is wrong.
  * The load steps by 0.18 of the current. The change is short, weak, or longer than the longest accepted
- * one (3.95 s, without the tail). A period of it or of its tail is invalid. Or the torque acts in one
- * direction and the rotor moves in the other. */
+ * one (3.95 s, without the tail). A period of the change or of its tail is invalid. Or the torque acts in
+ * one direction and the rotor moves in the other. */
 static void test_a_doubtful_speed_change_measures_nothing(void)
 {
     const double per_ampere = 1.5 * POLE_PAIRS * POLE_PAIRS * PSI;
@@ -242,7 +242,7 @@ static void test_nothing_is_learnt_from_values_that_are_not_numbers(void)
     }
 }
 
-/* ---- the load's share ---- */
+/* ---- the load current ---- */
 
 /* The load current is held from the period in which the reference moves until the speed has been at the
  * reference for the tail. */

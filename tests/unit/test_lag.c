@@ -180,7 +180,7 @@ static void test_switched_and_filtered_are_the_response(void)
                 TEST_ASSERT_DOUBLE_WITHIN(ANGLE, 0.0, remainder(turn.angle + truth.lag, 2.0 * PI));
                 TEST_ASSERT_DOUBLE_WITHIN(LENGTH, 1.0, turn.length / truth.attenuation);
 
-                /* By the filter (1 - c/z) e_hat = (1 - c) v. */
+                /* The expected value follows from the filter (1 - c/z) e_hat = (1 - c) v. */
                 const double a = (double)emf_hat.alpha;
                 const double b = (double)emf_hat.beta;
                 const double x = omega * 1e-4;

@@ -22,7 +22,7 @@ static void step(int k, double u, double omega)
     }
 }
 
-/* ---- above ---- */
+/* ---- supply voltages above the limit of the link ---- */
 
 /* A rotor of 0.003 kg m^2 without friction, with i_q at the value that the limit requests. Its speed
  * increases by omega_free and one per cent, and by the change in half the time between two evaluations,
@@ -77,7 +77,7 @@ static void test_a_zero_error_does_not_fill_a_link_without_supply(void)
     }
 }
 
-/* ---- below ---- */
+/* ---- supply voltages below the limit of the link ---- */
 
 static void supplied(double u, double omega, double seconds)
 {

@@ -105,7 +105,7 @@ static uint32_t ticks(void)
 
 static mirror_bus_t bus = {bus_write, bus_read, poll, give_up, ticks, 100u, 20u, 0u, STRIDE};
 
-/* ---- the store above it ---- */
+/* ---- the store on top of the mirror ---- */
 
 static uint16_t word(uint32_t page, uint32_t at)
 {

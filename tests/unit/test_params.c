@@ -286,9 +286,9 @@ static start_params_t start_of(void)
     return params_start(&params, &assumed);
 }
 
-/* 2.5 us/100 us of 400 V are 10 V, and R I is 9.7 V. With psi_f p = 0.732 V s the hand-over is at 1.15 10
- * V/0.732 V s = 15.71 rad/s, and the other speeds are 0.4 and 0.5 of it. The ramp is 15 % of 1.5 0.732 Wb
- * 10 A/0.0636 kg m^2, 25.9 rad/s^2. */
+/* 2.5 us/100 us of 400 V are 10 V, and R I is 9.7 V. With psi_f p = 0.732 V s the hand-over is at 1.15 x
+ * 10 V/0.732 V s = 15.71 rad/s, and the other speeds are 0.4 and 0.5 of it. The ramp is 15 % of 1.5 x
+ * 0.732 Wb x 10 A/0.0636 kg m^2, which is 25.9 rad/s^2. */
 static void test_a_start_goes_by_rules_where_the_rows_are_0(void)
 {
     start_params_t start = start_of();

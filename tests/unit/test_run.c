@@ -202,7 +202,7 @@ static void test_a_ramp_begins_at_the_speed_of_the_motor(void)
     }
 }
 
-/* ---- with ramps and low-passes as the drive has them ---- */
+/* ---- with the ramps and low-passes of the drive ---- */
 
 #define T        1e-4
 #define LOW      2.0f /* low-speed current [A] */
@@ -356,7 +356,8 @@ static void test_a_torque_of_a_salient_rotor_takes_the_least_current(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, (1.0 - sqrt(1.0 + 0.04 * i_q * i_q)) / 0.2, i_d);
 }
 
-/* psi_q = 0.08 i_q/sqrt(1 + (i_q/8)^2) with L_d 20 mH and psi_f 0.3 Wb: the flux [Wb] and its slope [H]. */
+/* These two functions give the flux psi_q [Wb] and its slope [H]. The motor has psi_q = 0.08 i_q/sqrt(1 +
+ * (i_q/8)^2), L_d 20 mH and psi_f 0.3 Wb. */
 static double flux_q(double i_q)
 {
     return 0.08 * i_q / hypot(1.0, i_q / 8.0);

@@ -9,7 +9,7 @@ static void test_begins_not_ready_with_gates_off(void)
     go(3u * REARM, DRIVE_NOT_READY, OFF);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.refusal);
     TEST_ASSERT_EQUAL_INT32(REASON_NONE, sequence.fault_reason);
-    TEST_ASSERT_EQUAL_UINT32(REARM, sequence.quiet_windows); /* and does not count further */
+    TEST_ASSERT_EQUAL_UINT32(REARM, sequence.quiet_windows); /* the count ends there */
 }
 
 static void test_a_calibration_ends_in_ready_or_in_a_fault(void)
@@ -199,7 +199,7 @@ static void test_a_stop_ends_in_its_fault_after_its_time_or_with_off(void)
     go_to_fault(1, REASON_SINK_WARM);
 }
 
-/* ---- what a reset that is refused says, and one that comes by itself ---- */
+/* ---- refused resets and automatic resets ---- */
 
 static void test_a_refused_reset_reports_what_is_still_there(void)
 {
@@ -311,14 +311,14 @@ static void test_a_coasting_drive_comes_on_again_by_itself(void)
     go(1, DRIVE_SWITCHED_ON, ON | BEGIN);
 }
 
-/* ---- all of it ---- */
+/* ---- every input in every state ---- */
 
 /* The table has the states that one step may lead to; every input is tried in every state. */
 static void test_no_input_leads_to_a_forbidden_state(void)
 {
     static const bool may[6][6] = {
         /* columns: not_ready ready switched operation quick_stop fault */
-        {true, true, false, false, false, true}, /* not ready */
+        {true, true, false, false, false, true}, /* the drive is not ready */
         {false, true, true, false, false, true}, /* ready */
         {false, true, true, true, false, true},  /* switched on */
         {false, true, false, true, true, true},  /* operation enabled */

@@ -27,7 +27,7 @@ static void lose(drive_state_t state)
     input_for(false, DEBOUNCE + 1u);
 }
 
-/* ---- coming on ---- */
+/* ---- the enable input turns on ---- */
 
 static void test_an_input_that_comes_back_starts_nothing_by_itself(void)
 {
@@ -60,7 +60,7 @@ static void test_an_automatic_reset_does_not_start_a_motor_whose_input_was_lost_
     }
 }
 
-/* ---- losing it ---- */
+/* ---- the enable input turns off ---- */
 
 /* The input returns, which does not end the stop, and is lost again. */
 static void test_a_second_loss_opens_at_once(void)
@@ -101,7 +101,7 @@ static void test_a_loss_while_the_bridge_comes_on_opens_at_once(void)
     go_to_fault(1, REASON_ENABLE_INPUT);
 }
 
-/* ---- afterwards ---- */
+/* ---- the way out of the fault ---- */
 
 static void test_after_a_loss_it_takes_a_reset_the_input_and_a_new_enable(void)
 {

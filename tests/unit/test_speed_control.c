@@ -58,9 +58,10 @@ static void test_integral_follows_the_limit_while_it_holds(void)
 {
     speed_control_t control;
     begin(&control);
-    /* I = limit (1 - (1 - ki T/kp)^n) for any error: a time constant of kp/ki = 0.2 s. The limit of the
-     * difference is for rounding: kp e = 70 A is rounded by 4e-6 A in the part beyond the limit, and 2000
-     * steps remember it with a weight of 1/2000; the sum itself is rounded by 5e-7 A in as many steps. */
+    /* I = limit (1 - (1 - ki T/kp)^n) for any error: a time constant of kp/ki = 0.2 s. The permitted
+     * difference of 1.1e-3 A is for rounding. In each step the part of kp e = 70 A beyond the limit is
+     * rounded by 4e-6 A, of which the integral takes 1/2000; and the sum itself is rounded by 5e-7 A.
+     * These errors add up over 2000 steps. */
     for (int n = 1; n <= 10000; n++) {
         TEST_ASSERT_TRUE(step(&control, 157.0f, 17.0f) == 10.0f);
         TEST_ASSERT_DOUBLE_WITHIN(1.1e-3, 10.0 * (1.0 - pow(1.0 - 5e-4, n)), (double)control.pi.integral);

@@ -169,7 +169,7 @@ static void test_without_current_or_time_constant_nothing_is_judged(void)
     }
 }
 
-/* ---- what it leaves ---- */
+/* ---- the current that the model permits ---- */
 
 /* 10 A are always requested. The motor gets them until h = 0.9, t = tau ln(1/(1 - 0.9 I_c^2/I^2)); then
  * the limit decreases to I_c, h rises to 1, and no trip occurs. */

@@ -90,7 +90,7 @@ static void test_observers_of_both_forms(void)
     }
 }
 
-/* ---- all in succession ---- */
+/* ---- all blocks of the estimator in succession ---- */
 
 /* Compares both estimators from an error of 0.1 rad on, through the transient and after it. */
 static void check_composed(smo_switching_t switching, lag_mode_t mode, float emf_cutoff)

@@ -346,7 +346,7 @@ class CommandLine(TestCase):
                 (["scope", "tcp://127.0.0.1:1", "--port", "x"], "0 to 65535"), (["scope", "tcp://127.0.0.1:1", "--http", "x"], "0 to 65535"),
                 (["serve", "bare_motor", "--set", "nosuch=1"], "no table has"), (["serve", "bare_motor", "--seed", "x"], "whole numbers"),
                 (["run", os.path.join(self.folder, "none.toml")], "none.toml"))
-        self.assertEqual(["a.toml"], os.listdir(self.folder))  # no output left behind
+        self.assertEqual(["a.toml"], os.listdir(self.folder))  # the command has left no output behind
 
     HISTORY = ["period", "state", "i_a", "i_b", "u_dc", "i_d", "i_q", "i_q_ref", "u_d", "u_q", "theta_e", "omega_e",
                "sample_flags"]

@@ -172,7 +172,7 @@ class Tree(unittest.TestCase):
 
     def test_budget_is_a_carrier_period_of_the_board(self):
         text = (cost.ROOT / cost.BOARD).read_text()
-        for hertz, expected in ((10000, 15000), (5000, 30000), (20000, 7500)):  # [cycles] of 150 MHz
+        for hertz, expected in ((10000, 15000), (5000, 30000), (20000, 7500)):  # [Hz], [cycles] of the 150 MHz clock
             self.file.write_text(text.replace("BOARD_CARRIER_HZ 10000", f"BOARD_CARRIER_HZ {hertz}"))
             self.assertEqual(cost.period_cycles(self.file), expected)
 

@@ -59,7 +59,7 @@ def impedance(g, omega, resistance=R, inductance=L, period=T):
 
 
 def impedance_law(g, omega, resistance=R, inductance=L, period=T):
-    """e/x with the approximations of the firmware."""
+    """The quotient of the EMF and the signal of the observer, with the approximations of the firmware."""
     h, d = 0.5 * omega * period, resistance * period / inductance
     b = (1 - math.exp(-d)) / resistance
     return complex((g + resistance) * (1 - h * h / 3), (2 / b - resistance - g) * h) * cmath.exp(-1j * h * d / 6)

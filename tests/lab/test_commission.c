@@ -52,9 +52,9 @@ static void run(rig_t *rig, const machine_t *m, const commission_options_t *opti
     TEST_ASSERT_TRUE_MESSAGE(commission_rig(rig, &plate, options, result, &error), error.message);
 }
 
-/* Limits: R 2 % or 10 mohm, L_d 1.5 %, L_q 3 %, psi_f 1 % and 0.7 V of its EMF, J 4 %, friction at half
- * the rated speed 1.5 % of the rated torque. The current stays below 1.25 of twice the rated current plus
- * half the ripple. */
+/* The limits of the errors are: R 2 % or 10 mohm, L_d 1.5 %, L_q 3 %, psi_f 1 % and 0.7 V of its EMF, J 4
+ * %. The limit of the friction at half the rated speed is 1.5 % of the rated torque. The current stays
+ * below 1.25 of twice the rated current plus half the ripple. */
 static void test_unknown_motors_are_measured_within_the_limits(void)
 {
     for (uint32_t n = 0u; n < MACHINES; n++) {

@@ -219,8 +219,8 @@ static bool is_too_coarse(const tune_t *derived)
 }
 
 /* The scenario that tune writes runs as described: from standstill to the top speed and under the whole
- * load, without an encoder if the motor allows it. It has no fault, and the motor is running at its end.
- * The test is a grid of motors. */
+ * load, without an encoder if the motor allows it. The run has no fault, and the motor turns at the end of
+ * the run. The test is a grid of motors. */
 static void test_what_tune_writes_runs(void)
 {
     static motor_trial_t trial;

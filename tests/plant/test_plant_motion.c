@@ -37,7 +37,7 @@ static void test_rotor_comes_to_rest_and_stays(void)
 {
     begin(plant_of("inertia = 0.003, load_torque = 5"));
     plant_set_motion(&plant, 0.0, 20.0);
-    /* The width of the smooth friction is w = 2e-4 6.32/0.003 = 0.42 rad/s. Above it the friction is
+    /* The width of the smooth friction is w = 2e-4 x 6.32/0.003 = 0.42 rad/s. Above it the friction is
      * complete, and the speed falls by 6.32/0.003 per second. Within it the speed must decay: within 40
      * periods to a millionth of w, and never backwards by more than a thousandth of w. */
     double w = 2e-4 * 6.32 / 0.003;

@@ -203,9 +203,9 @@ static void start(rig_t *rig, double theta, double rpm, double load)
 }
 
 /* The start leads from standstill to 100 r/min, where by the rule a forced frame rotates together with the
- * estimate; the drive learns during the acceleration and at the final speed. Requirements: within 5 % after
- * 1.5 s (the worst of 58 runs needs 1.1 s); a mean of 2 mrad, which is the rms of the light rotor without
- * load; and an SD of 6 mrad.
+ * estimate; the drive learns during the acceleration and at the final speed. The learnt value must be within
+ * 5 % after 1.5 s (the worst of 58 runs needs 1.1 s). The angle error may have a mean of 2 mrad, which is the
+ * rms of the light rotor without load, and an SD of 6 mrad.
  *
  * With a dead time that is assumed too large by this share, not every try starts the rotor of the test rig
  * under the rated load, and the 6.3 A of the kit do not always start a light rotor: of 24 seeds 15 started

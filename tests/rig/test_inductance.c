@@ -99,10 +99,10 @@ static void expect_learnt(bool light, double rpm, double assumed, const wrong_t 
     run_expect_no_fault(rig);
 }
 
-/* Requirements: 8 mrad at 100 r/min after 6 s, 5 mrad at the other speeds after 3 s, and 1.5 % of L. The
- * limits are four standard deviations over 40 seeds: for the light rotor at 100 r/min 2.6 mrad and 0.9 %,
- * in the other cases at most 0.72 mrad and 0.3 %. At 100 r/min one run in fifteen has more than 1.5 % of
- * L; its reported confidence is lower, too. */
+/* The requirements are 8 mrad at 100 r/min after 6 s, 5 mrad at the other speeds after 3 s, and an error
+ * of L of 1.5 %. The limits are four standard deviations over 40 seeds: for the light rotor at 100 r/min
+ * 2.6 mrad and 0.9 %, in the other cases at most 0.72 mrad and 0.3 %. At 100 r/min one run in fifteen has
+ * more than 1.5 % of L; its reported confidence is lower, too. */
 static void test_an_inductance_wrong_by_a_fifth_is_learnt(void)
 {
     static const double speeds[] = {100.0, 300.0, 600.0, 1000.0, 1500.0};
@@ -142,9 +142,9 @@ static void test_a_light_rotor_teaches_it_beside_its_own_swing(void)
     }
 }
 
-/* Requirements: 5 mrad with a wrong R or psi_f; 6 mrad with a loss of the legs, 2.3 us and 0.875 V, that
- * is a fifth too small or too large. The limits are the mean of the magnitude and four standard deviations
- * over 22 seeds. */
+/* The requirements are 5 mrad with a wrong R or psi_f, and 6 mrad if the configured loss of the legs (2.3
+ * us and 0.875 V) is a fifth too small or too large. The limits are the mean of the magnitude and four
+ * standard deviations over 22 seeds. */
 static void test_other_wrong_values_have_no_effect(void)
 {
     static const struct {

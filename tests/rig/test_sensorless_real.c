@@ -76,11 +76,11 @@ static void expect_limits(const drive_case_t *drive, const limits_t *limits, dou
 
 /* ---- all points run, and docs/accuracy.md has these numbers ---- */
 
-/* Requirements: at 100 r/min a mean of 5 mrad and an SD of 10 mrad; from 300 r/min on 4 and 4 mrad without
- * load (docs/theory.md, 21) and 1.5 and 1.5 mrad under 5 N m. The drive is better than that. At 50 r/min,
- * where the estimate is used although by the rule a forced frame would rotate, an SD of 8 mrad and peaks
- * of 40 mrad. Without load the drops leave 0.2 to 0.37 mrad, because their sign follows the current in the
- * whole period; without drops 0.01 mrad is left at 1013 r/min. */
+/* The requirements at 100 r/min are a mean of 5 mrad and an SD of 10 mrad; from 300 r/min on both are 4
+ * mrad without load (docs/theory.md, 21) and 1.5 mrad under 5 N m. The drive is better than that. At 50
+ * r/min, where the estimate is used although by the rule a forced frame would rotate, the limits are an SD
+ * of 8 mrad and peaks of 40 mrad. Without load the drops leave 0.2 to 0.37 mrad, because their sign
+ * follows the current in the whole period; without drops 0.01 mrad is left at 1013 r/min. */
 static const drive_case_t documented[] = {
     {"compensated",
      true,

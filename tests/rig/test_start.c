@@ -141,8 +141,8 @@ static double handover_speed(void)
     return (double)limits->handover_speed / POLE_PAIRS / RPM;
 }
 
-/* Requirements: 2 s, 11 A, 15 r/min, 120 mrad, 1 N m. The largest measured angle error in the grid is 43
- * mrad, the largest torque step 0.5 N m. */
+/* The requirements are 2 s until the hand-over, 11 A, 15 r/min, an angle error of 120 mrad and a torque
+ * step of 1 N m. The largest measured angle error in the grid is 43 mrad, the largest torque step 0.5 N m. */
 static void expect_nominal(const start_end_t *end, double current, const char *where)
 {
     TEST_ASSERT_TRUE_MESSAGE(end->begin <= 2.0, where);

@@ -76,8 +76,8 @@ static double sign_of(double complex current, double axis)
     return creal(current * cexp(-J * axis)) < 0.0 ? -1.0 : 1.0;
 }
 
-/* The mean of the sign of a phase. At an edge its current has noise with the mean square 0.625 s^2, or
- * twice this in the phase that is the sum of two sensors. */
+/* The mean of the sign of a phase. Where the current of the phase crosses zero it has noise with the mean
+ * square 0.625 s^2, or twice this in the phase that is the sum of two sensors. */
 static double mean_sign_of(double complex current, int32_t phase)
 {
     const double axis = 2.0 * PI / 3.0 * phase;

@@ -189,7 +189,7 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
 
 /* The current flows against its reference. The drive predicts the loss of the legs from the reference and
  * compensates it. The test requests a voltage within the link voltage first, then one far beyond it. The
- * limit is half a count of each leg, 4/3 20.7 mV. */
+ * limit is half a count of each leg, 4/3 x 20.7 mV. */
 static void test_voltage_that_is_shown_is_made_by_the_duties_less_what_the_reference_loses(void)
 {
     bring_to_run();
@@ -376,12 +376,12 @@ static void test_a_rotor_half_a_turn_off_is_caught_again_at_once(void)
     }
 }
 
-/* At 100 r/min and 5.76 A the EMF is 7.67 V, and a leg loses 8.03 V. A phase passes +-0.1 A in 0.2/(5.76
- * 41.9) = 0.83 ms, six times in a turn of 150 ms: 8.3 periods, and 12 periods in which this is remembered.
- * While the tracking loop coasts, the estimated speed is the smooth one, and no error is counted. Except
- * for a noise of 5 mA, the loop coasts while the mean of the samples at t_k-1 and t_k has a phase within
- * 0.1 A of zero. It continues to coast for 3 periods and two time constants of the EMF filter, 10 periods,
- * after that. */
+/* At 100 r/min and 5.76 A the EMF is 7.67 V, and a leg loses 8.03 V. A phase needs 0.2/(5.76 x 41.9) =
+ * 0.83 ms to pass +-0.1 A, which are 8.3 periods, and this occurs six times in a turn of 150 ms. For 12
+ * periods more the crossing is remembered. While the tracking loop coasts, the estimated speed is the
+ * smooth one, and no error is counted. Except for a noise of 5 mA, the loop coasts while the mean of the
+ * samples at t_k-1 and t_k has a phase within 0.1 A of zero. It continues to coast for 3 periods and two
+ * time constants of the EMF filter, 10 periods, after that. */
 static void test_voltage_in_doubt_near_a_current_zero_is_not_tracked(void)
 {
     for (int way = -1; way <= 1; way += 2) {

@@ -76,8 +76,8 @@ static void test_check_names_each_field_value_and_range(void)
 }
 
 /* Each set breaks one rule. The table has the reported parameter, its value and its range, if these are
- * known, and a change that makes the set valid. The largest EMF is 1.1 0.2 Wb 800 rad/s = 176 V, or 220 V;
- * 2/T + ki T/2 is 20000.134. */
+ * known, and a change that makes the set valid. The largest EMF is 1.1 x 0.2 Wb x 800 rad/s = 176 V, or
+ * 220 V; 2/T + ki T/2 is 20000.134. */
 static void test_check_refuses_what_rules_between_fields_forbid(void)
 {
     const struct {

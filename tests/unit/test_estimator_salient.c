@@ -1,7 +1,7 @@
 /* The estimator with exact data of salient rotors (salient_oracle.h) that turn at a constant speed. The
- * current is held in the frame of the estimator, as a drive does it. Expected: the active flux leaves no
- * error; wrong data leave the error that a closed formula gives; a step of the current leaves no error,
- * because its transient is known.
+ * current is held in the frame of the estimator, as a drive does it. The expected results are as follows. The
+ * active flux leaves no error. Wrong data leave the error that a closed formula gives. A step of the current
+ * leaves no error, because its transient is known.
  *
  * Motors of the family F(s): p 4, R 0.95 ohm, L_q 20 mH, L_d = L_q/s, psi_f 0.1 Wb, 10 A. The tracking
  * loop follows the rule for J 0.01 kg m^2 and 800 rad/s. */

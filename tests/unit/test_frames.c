@@ -3,8 +3,9 @@
 #include "math/frames.h"
 #include "tests/unit/vectors.h"
 
-/* Each output is a sum of at most three products of numbers up to 100 with constants up to 1. Every
- * operation and constant is rounded by 2^-24 of at most 200 (sums before scaling), five times: */
+/* Each output is a sum of at most three products of numbers up to 100 with constants up to 1. There are
+ * five roundings, of the operations and of the constants, each by 2^-24 of at most 200 (the sums before
+ * they are scaled). */
 #define TOLERANCE (5.0 * 200.0 / 16777216.0)
 
 static const abc_t PHASES[] = {

@@ -6,7 +6,7 @@
 #define LOOK       0.8e-3 /* [s] T_j */
 #define PER_AMPERE 17.0   /* K_t/J [rad/s^2 per A] */
 #define LIMIT      10.0
-/* [rad/s] tau is 5 0.25/170 = 7.4 ms, and the smallest progress that counts 0.5 rad/s. */
+/* [rad/s] tau is 5 x 0.25/170 = 7.4 ms, and the smallest progress that counts 0.5 rad/s. */
 #define NOISE 0.25
 
 static motion_watch_t watch;
@@ -105,7 +105,7 @@ static void test_torque_of_the_wrong_sign_is_a_runaway(void)
     }
 }
 
-/* A hoist whose load exceeds the limit by 15 %, with a J that is assumed twice too large: 1 + 2 0.15 =
+/* A hoist whose load exceeds the limit by 15 %, with a J that is assumed twice too large: 1 + 2 x 0.15 =
  * 1.3. */
 static void test_loads_up_to_what_the_motor_can_are_no_runaway(void)
 {

@@ -151,7 +151,8 @@ static const rule_t between_rows[] = {
     {"fallback_speed", 15.7f, 15.72f, 0.0f, 1.15f * 10.0f / 0.732f, ""},
     {"start_speed", 15.71f, 15.72f, 0.0f, 1.15f * 10.0f / 0.732f, ""},
     {"start_speed", 8.0f, 8.1f, 0.0f, 8.0f, "handover_speed=8"},
-    /* The limit is 0.7 1.5 0.732 Wb I/0.0636 kg m^2: 120.85 rad/s^2 with 10 A, 60.42 rad/s^2 with 5 A. */
+    /* The limit is 0.7 x 1.5 x 0.732 Wb x I/0.0636 kg m^2, which is 120.85 rad/s^2 with 10 A and 60.42
+     * rad/s^2 with 5 A. */
     {"start_ramp", 120.8f, 121.0f, 0.0f, 0.7f * 10.98f / 0.0636f, ""},
     {"start_ramp", 60.4f, 100.0f, 0.0f, 0.7f * 5.49f / 0.0636f, "start_current=5"},
 };
@@ -386,8 +387,8 @@ static void test_estimators_set_is_made_of_the_rows(void)
 
 /* psi_f is 0.1 Wb, D 10 mH and the current 10 A. The i_d of most torque per ampere is -2 D I^2/(psi_f +
  * sqrt(psi_f^2 + 8 D^2 I^2)) = -5 A, so that psi_a is 0.15 Wb with an i_q of 8.66 A. With p 4, 200 rad/s
- * and J 0.01 the torque at the limit is 7.794 N m, and the bandwidth 6.4 sqrt(4 3.897/0.01) = 252.7 rad/s.
- * ki is the square of 0.403 times the bandwidth, and the cutoff is ki/(0.6 800). */
+ * and J 0.01 the torque at the limit is 7.794 N m, and the bandwidth 6.4 sqrt(4 x 3.897/0.01) = 252.7
+ * rad/s. ki is the square of 0.403 times the bandwidth, and the cutoff is ki/(0.6 x 800). */
 static void test_a_salient_rotor_has_more_flux_and_a_slower_feedforward(void)
 {
     /* Without an encoder the fixed-point twin refuses such a rotor. */

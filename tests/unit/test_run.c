@@ -60,7 +60,7 @@ static void test_currents_are_taken_as_requested(void)
     expect(step(RUN_CURRENT, 99.0f, 1.0f, -4.0f, -2.0f), 1.0f, -4.0f, -2.0f);
 }
 
-/* i_q begins with kp (ref - omega), and each step adds ki T of this: 2.5e-4 A/(rad/s). */
+/* i_q begins with kp (ref - omega), and each step adds ki T (ref - omega), with ki T = 2.5e-4 A/(rad/s). */
 static void test_speed_makes_the_torque_current_and_the_request_the_other(void)
 {
     expect(step(RUN_SPEED, 12.0f, -2.0f, 7.0f, 4.0f), -2.0f, 4.0f, 12.0f);

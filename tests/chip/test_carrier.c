@@ -85,8 +85,8 @@ static void test_same_edges_with_other_dead_bands_and_polarities(void)
     same_edges(0x000Bu, 1u, 0u);
 }
 
-/* One period of one leg, calculated by hand: it falls at CMPA and rises at 15000 - CMPA; every rising edge
- * is delayed by 450. */
+/* The edges of one leg in one period, calculated by hand. The leg falls at CMPA and rises at 15000 - CMPA;
+ * every rising edge is delayed by 450. */
 static void test_edges_are_where_the_formula_puts_them(void)
 {
     bench_compare[0] = 3000u;

@@ -328,7 +328,8 @@ static void test_watchdog_is_fed_by_both_keys_in_order(void)
     TEST_ASSERT_FALSE(chip_halted(&bench_chip));
     chip_run(600000u + WATCHDOG + 1u);
     TEST_ASSERT_TRUE(chip_halted(&bench_chip));
-    /* First the second key alone, then the first key alone: neither services the watchdog. */
+    /* The test writes the second key alone, and in the next pass the first key alone. Neither services the
+     * watchdog. */
     for (uint32_t i = 0u; i < 2u; i++) {
         bench_power_on();
         bus_allow();

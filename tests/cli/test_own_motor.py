@@ -90,7 +90,7 @@ class OwnMotor(TestCase):
         self.assertNotRegex(told, r"\de[+-]\d|\d\.\d{4}")
 
     def test_learning_does_not_disturb_a_motor_whose_test_signal_is_too_small(self):
-        """0.125 mH at 300 r/min: the EMF of the dither is smaller than the errors of the dead time. Learning may add at most 2 mrad, the
+        """With 0.125 mH at 300 r/min the EMF of the dither is smaller than the errors of the dead time. Learning may add at most 2 mrad, the
         limit of the campaign."""
         sheet = self.write("motor.toml", HUB.replace("7 A", "16 A"))
         text = f"""schema = 1

@@ -251,7 +251,7 @@ static bool is_protected(uint32_t address)
         return of_epwm == 0x12u || of_epwm == 0x14u || of_epwm == 0x15u || of_epwm == 0x17u ||
                of_epwm == 0x18u || of_epwm == 0x20u;
     }
-    /* ADCREFSEL and ADCOFFTRIM: SPRU812 states no protection, but TI's own calibration function writes
+    /* For ADCREFSEL and ADCOFFTRIM SPRU812 states no protection, but TI's own calibration function writes
      * them with EALLOW set. */
     if (address == 0x711Cu || address == 0x711Du) {
         return true;
@@ -824,7 +824,8 @@ static uint16_t late_at(uint32_t ticks)
     return sample_at(ticks).flags & HAL_FLAG_LATE;
 }
 
-/* Event of a course: a sample that is in time or late, or the end of the interrupt. */
+/* The events of a course are a sample that is in time, a sample that is late, and the end of the
+ * interrupt. */
 typedef enum { NO_MORE, IN_TIME, LATE, ENDS } timing_t;
 
 /* Events from a start of the carrier on; each is at tick `at` of period `period`. */

@@ -19,7 +19,7 @@ static void test_distances(void)
     TEST_ASSERT_EQUAL_UINT(3, names_distance("ca", "abc"));
     TEST_ASSERT_EQUAL_UINT(7, names_distance("", "inertia"));
     TEST_ASSERT_EQUAL_UINT(0, names_distance("", ""));
-    TEST_ASSERT_EQUAL_UINT(3, names_distance("i_q", "v_d_")); /* i->v, q->d, and one letter more */
+    TEST_ASSERT_EQUAL_UINT(3, names_distance("i_q", "v_d_")); /* two wrong letters and one too many */
 }
 
 static void test_names_that_are_too_long_are_near_to_nothing(void)

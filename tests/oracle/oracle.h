@@ -19,8 +19,8 @@
  * second order.
  *
  * Gate delays, diode logic, drops, zone, friction, load and the rule for floating legs are implemented
- * here a second time from the descriptions in plant.h, without code of the plant. Not handled, and
- * refused: soft DC link, broken phases, forced fault. There is no protection and no averaged mode. */
+ * here a second time from the descriptions in plant.h, without code of the plant. A soft DC link, broken
+ * phases and a forced fault are refused. There is no protection and no averaged mode. */
 #ifndef TESTS_ORACLE_ORACLE_H
 #define TESTS_ORACLE_ORACLE_H
 

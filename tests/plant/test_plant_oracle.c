@@ -63,8 +63,8 @@ static const struct {
 } drives[] = {
     {"from rest to rated speed under load", "load_torque = 5, inertia = 0.003", ORACLE_STATIONARY, 0.0,
      157.0796, 0.0, 10.0, 1200, 157.0, 15.0},
-    /* 100 r/min with friction alone: the dead time keeps the currents in the zone for a large part of a
-     * turn. */
+    /* At 100 r/min, with friction as the only load, the dead time keeps the currents in the zone for a
+     * large part of a turn. */
     {"on the rig at low current", "", ORACLE_STATIONARY, 5.0, 10.472, 0.0, 10.0, PERIODS, 0.0, 0.0},
     {"backwards with active load", "load_kind = 1, load_torque = 3, friction_viscous = 0.01, inertia = 0.01",
      ORACLE_STATIONARY, 20.0, -120.0, 0.0, 8.0, 1200, -115.0, 15.0},

@@ -79,8 +79,8 @@ static void test_single_switches_and_mean_voltages_refuse_each_other(void)
     run_puts(rig, "open_switches=0 fidelity=1");
 }
 
-/* In the middle of a period, while the lower switch of phase a is on: shoot-through, trip and open gates
- * within that tick. */
+/* One switch of leg a shorts in the middle of a period, while the other one is on. The shoot-through, the
+ * trip and the opening of the gates occur within that tick. */
 static void test_a_switch_that_shorts_trips_the_module_within_the_tick(void)
 {
     running(0.0, 300.0, 0.05);

@@ -100,10 +100,10 @@ static void expect_within(double limit, double wanted, double value, const char 
     TEST_ASSERT_TRUE_MESSAGE(fabs(value - wanted) <= limit, message);
 }
 
-/* On some boards the lower switches charge the upper gates. They short the rotor until a sample shows its
- * current, which grows by e T_s/L per period, and for one period more, in which that sample takes effect.
- * Such a board does not turn on at a speed at which this current trips; these points run only on other
- * boards. */
+/* On some boards the lower switches charge the upper gates. These switches short the rotor until a sample
+ * shows its current, which grows by e T_s/L per period, and for one period more, after which that sample
+ * takes effect. Such a board does not turn on at a speed at which this current trips; these points run
+ * only on other boards. */
 static bool comes_on_at(const rated_motor_t *m, double rpm)
 {
     const double emf = m->motor.pole_pairs * m->motor.flux_linkage * fabs(rpm) * RPM;

@@ -742,7 +742,8 @@ static bool estimate(const stretch_t *s, uint32_t k)
     }
     EXPECT_OF("theta_hat", wrapped(V(theta_hat) - sample->true_theta_e), sample->theta_hat_err, 1e-6)
     EXPECT_OF("theta_hat", sample->theta_hat_err, 0.0, 0.15)
-    /* Relative to a small EMF: a step of the ADC within a period corresponds to this voltage on L. */
+    /* A step of the ADC within a period corresponds to this voltage on L, which matters when the EMF is
+     * small. */
     const double size = FLUX * sample->true_omega_e;
     const double step =
         s->forced ? settings_inductance * (double)BOARD_CURRENT_PER_CODE / settings_period : 0.0;

@@ -269,11 +269,11 @@ static void test_a_single_bad_sample_raises_nothing(void)
 
 /* Sensors without a fault cause no warning, even if the configured L and R are wrong. A gain is reported
  * if the range of a sensor is 15 instead of 25 A or vice versa, or if one sensor is wrong by 30 %. A light
- * rotor excuses the sensors: psi_f K |i| (8 T)^2/L, times three, is compared with Dp. With K of the
- * paper's test rig, 69 rad/s^2 per A, this is 2 mA per A; with 70000 it is 2 A per A, and no rise counts
- * as a measurement. A salient rotor excuses them too: along L_d the sensors show more than along L_q, so
- * that the limit of the ratio is 1.2 x 1.42, and a sensor that reads 1.3 times too much is not reported. A
- * ratio below 0.35, or above its inverse, is an invalid sample. */
+ * rotor explains a difference of the sensors: psi_f K |i| (8 T)^2/L, times three, is compared with Dp.
+ * With K of the paper's test rig, 69 rad/s^2 per A, this is 2 mA per A; with 70000 it is 2 A per A, and no
+ * rise counts as a measurement. With a salient rotor, too, a difference of the sensors is no fault: along
+ * L_d they show more than along L_q, so that the limit of the ratio is 1.2 x 1.42, and a sensor that reads
+ * 1.3 times too much is not reported. A ratio below 0.35, or above its inverse, is an invalid sample. */
 static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_assumption(void)
 {
     static const struct {

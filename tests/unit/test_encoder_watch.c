@@ -268,8 +268,8 @@ static void test_an_encoder_that_turns_without_an_emf_is_wrong(void)
     }
 }
 
-/* At each constant angle: the difference of the two EMFs does not rotate, and it may be along the axis of
- * a phase. */
+/* The encoder counts in the other direction, and the runs begin at 24 angles between encoder and rotor.
+ * The difference of the two EMFs does not rotate. At some of these angles it is along the axis of a phase. */
 static void test_an_encoder_that_counts_the_other_way_is_detected_by_its_direction(void)
 {
     static const double speeds[] = {90.0, 240.0, 628.0, 900.0};

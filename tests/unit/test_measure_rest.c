@@ -159,8 +159,8 @@ static void test_a_step_is_due_until_it_is_measured(void)
     expect_offset(0.3, -0.15);
 }
 
-/* A step by more than the span of a quiet block, 0.4 A, restarts the block. A whole block later the offset
- * is that after the step, and until then no start is allowed. */
+/* A step by more than the span of a quiet block, 0.4 A, restarts the block. A whole block later the
+ * measured offset is the new one, and until then no start is allowed. */
 static void test_a_step_beyond_the_span_of_a_block_restarts_it(void)
 {
     for (int way = -1; way <= 1; way += 2) {

@@ -64,8 +64,8 @@ static void test_i_q_falls_with_the_speed_in_the_same_period(void)
     }
 }
 
-/* The sequence is a requested current, the speed control, a slower one, and the current again, at 16
- * rad/s. Each window starts from the present i_q and ends at its setpoint. */
+/* At 16 rad/s the setpoints are those of a requested current, of the speed control with two stiffnesses,
+ * and of a requested current again. Each window starts from the present i_q and ends at its setpoint. */
 static void test_i_q_goes_on_where_the_stiffness_changes(void)
 {
     static const struct {

@@ -177,8 +177,8 @@ static void test_right_data_leave_only_the_table(void)
     }
 }
 
-/* Line A12: the iron obeys another law than that of the drive's two parameters. The remaining error is
- * that of psi_q divided by psi_a. */
+/* The iron obeys another law than that of the drive's two parameters (line A12 of docs/salient.md). The
+ * remaining error is that of psi_q divided by psi_a. */
 static void test_two_parameters_are_enough_for_another_law(void)
 {
     flux_true = flux_other;

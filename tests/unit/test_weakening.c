@@ -161,7 +161,7 @@ static void test_the_drop_of_r_counts_in_the_direction_of_the_emf(void)
             (void)weakening_i_d(&weakening, torque, 0.0f, 1500.0f);
         }
         seen[n] = (double)weakening_i_d(&weakening, torque, 0.0f, 1500.0f);
-        /* Calculated by hand: |R i + j omega psi_s| is the voltage. */
+        /* The voltage is |R i + j omega psi_s|. */
         const double i_q = (double)torque;
         const double u_d = seen[n] - 1500.0 * L_Q * i_q;
         const double u_q = i_q + 1500.0 * (FLUX + l_d * seen[n]);

@@ -556,10 +556,11 @@ static void test_description_of_segment_and_pages(void)
 /* ---- data acquisition ---- */
 
 /* DAQ_PROPERTIES are: dynamic, prescaler, stamps, overload by event. The lists are those that were
- * allocated, there is one event, no list is predefined, and key 0 means absolute ODT numbers. Resolution:
- * entries of four octets; stamps of four octets, fixed, unit 5 (100 us), one tick each. Event 0: for DAQ,
- * consistent as a whole, two lists, nine letters of name, every 1 x 100 us. With other carriers 50 us are
- * 5 x 10 us; 62.5 us are 625 x 100 ns, as an octet 63 x 1 us. */
+ * allocated, there is one event, no list is predefined, and key 0 means absolute ODT numbers. The
+ * resolution states entries of four octets, and fixed time stamps of four octets with unit 5 (100 us) and
+ * one tick each. Event 0 is for DAQ and consistent as a whole; it has two lists, a name of nine letters
+ * and a period of 1 x 100 us. With other carriers 50 us are 5 x 10 us; 62.5 us are 625 x 100 ns, as an
+ * octet 63 x 1 us. */
 static void test_description_of_acquisition(void)
 {
     ask("DA", "FF 93 00 00 01 00 00 00");

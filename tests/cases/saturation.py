@@ -61,7 +61,7 @@ class Saturating(Motor):
 
 
 def held(rows, speed, current):
-    """Torque of most torque per ampere for this current at this speed, in the second half."""
+    """Compares the second half of a run with the i_d and the torque of most torque per ampere for this current."""
     motor = Saturating()
     i_d, i_q = motor.mtpa(current)
     return {

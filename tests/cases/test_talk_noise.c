@@ -61,7 +61,8 @@ static void put_frame(stream_t *stream, const uint8_t *packet, uint32_t count)
     TEST_ASSERT_TRUE(stream->count <= OCTETS_MAX);
 }
 
-/* The octets of a write of these bits, with this number of each command. */
+/* Returns the octets of the commands that write `bits` to a row. `chooses` and `downloads` are the numbers
+ * of commands of each kind. */
 static stream_t write_of(uint8_t extension, uint32_t id, uint32_t bits, uint32_t chooses, uint32_t downloads)
 {
     stream_t stream = {.counter = 0x00FFu + 1u};

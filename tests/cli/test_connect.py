@@ -454,7 +454,7 @@ class Terminal(Case):
         return self.types(b"")
 
     def types(self, keys, mark="lagless> "):
-        """The output up to this text, after these keys."""
+        """Sends the keys, and returns the output up to the text."""
         os.write(self.terminal, keys)
         seen, end = "", time.monotonic() + 10.0
         while mark not in seen and time.monotonic() < end:

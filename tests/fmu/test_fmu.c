@@ -127,7 +127,7 @@ static fmi2Component opened(void)
     return ring;
 }
 
-/* Steps once over this number of periods, from the begin of a period. */
+/* Makes one step over this number of periods, beginning at the start of a period. */
 static fmi2Status stepped(fmi2Component ring, uint32_t from, uint32_t periods)
 {
     return do_step(ring, from * RIG_PERIOD_SECONDS, periods * RIG_PERIOD_SECONDS, fmi2True);

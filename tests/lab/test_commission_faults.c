@@ -114,8 +114,8 @@ static bool throw_faults(void *context, commission_do_t step)
     return true;
 }
 
-/* First all steps but `angle`, during which the shaft is held; then `angle`, with a motor without
- * saturation, which cannot show the direction of the magnets. */
+/* The test first runs all steps except `angle` while the shaft is held. Then it runs `angle` with a motor
+ * without saturation, because the currents of such a motor cannot show the direction of the magnets. */
 static void test_every_fault_opens_the_bridge_in_every_step(void)
 {
     bench_t bench = {.rig = rig_with_motor(3u), .copy = malloc(rig_state_size())};

@@ -257,7 +257,7 @@ static const matrix_promise_t promise = {.reactions = MATRIX_OPENS,
                                          .rotor = MATRIX_COASTS | MATRIX_STANDS,
                                          .because = ""};
 
-/* A cell that keeps the promise. */
+/* Returns a cell whose result agrees with the promised reaction above. */
 static matrix_cell_t kept(void)
 {
     return (matrix_cell_t){.promise = &promise,

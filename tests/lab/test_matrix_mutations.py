@@ -100,7 +100,7 @@ def watch(row, compiled, path, old, new):
 # For rows whose reaction is that a lost rotor is caught, without a latched reason: the cells.
 CAUGHT = {"unlocked": ["estimate_jump/run_slow/sensorless", "estimate_jump/run_fast/sensorless", "estimate_jump/braking/sensorless"]}
 
-# Rows whose reason can also come from other code than the table: cells with this reason do not test the row.
+# The reason of these rows can also come from other code than the table, so that cells with this reason do not test the row.
 PAST_THE_TABLE = {"rotor_too_fast": "no cell has a rotor that fast: where a sensor is off by 2 A, the sequence refuses by current_offset"}
 
 # The mutations of the daily check: mutation, cells that must fail with it.

@@ -61,8 +61,8 @@ static rig_t *running(double rpm, double load, double source)
     return rig;
 }
 
-/* The time [s] from which on the voltage is within 5 % until the end of this number of seconds; -1 if it
- * is not. */
+/* Runs for this number of seconds, and returns the time [s] from which on the voltage is within 5 % until
+ * the end; -1 if there is none. */
 static double until_known(rig_t *rig, double seconds)
 {
     double since = -1.0;

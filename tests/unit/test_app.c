@@ -185,8 +185,8 @@ bool hal_store_program(uint32_t page, uint32_t at, const uint16_t *words, uint32
     return !store_refuses;
 }
 
-/* Returns true if a value has changed that an interrupt would have read. An interrupt does not read a
- * tuning that is not offered. */
+/* Returns true if a value has changed that an interrupt would have read. An interrupt reads the new tuning
+ * only after the background has set the flag `offered`. */
 static bool changed(void)
 {
     static drive_t now;

@@ -270,7 +270,7 @@ static uint32_t seen(const fault_row_t *row, uint32_t periods)
     return looks == 0u ? 0u : 1u + DRIVE_WINDOW * (looks - 1u);
 }
 
-/* The state of a row after its quantity has had this value for this number of periods. */
+/* Returns the state of a row whose quantity had this value for this number of periods. */
 static void expect_after(uint32_t of_row, float value, uint32_t now, uint32_t periods)
 {
     fault_set_t sets[4] = {{{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}, {{0u, 0u}}};

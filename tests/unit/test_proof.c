@@ -29,7 +29,8 @@ static void given(double omega, double off, double share)
     estimate.emf_loop = (dq_t){(float)(-emf * sin(off)), (float)(emf * cos(off))};
 }
 
-/* The outcome after at most this number of periods; `taken` receives the number of periods. */
+/* Runs until there is a result, for at most this number of periods; `taken` receives the number of
+ * periods. */
 static proof_outcome_t outcome(int most, int *taken)
 {
     proof_outcome_t now = PROOF_GOES_ON;

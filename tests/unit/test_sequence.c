@@ -135,7 +135,7 @@ static void test_the_latched_fault_is_not_a_later_one(void)
     expect_later(BOTH);
 }
 
-/* The faults and the fault line must be quiet for exactly this time, counted from the last of them. */
+/* No fault and no signal of the fault line may occur for exactly this time, counted from the last of them. */
 static void test_reset_needs_quiet_for_its_whole_time(void)
 {
     for (int line = 0; line < 2; line++) {
@@ -175,7 +175,7 @@ static void test_reset_needs_an_edge(void)
 static void test_a_fault_reports_why_it_refuses(void)
 {
     from(DRIVE_FAULT);
-    expect_refusal(REQUEST_ON, REASON_FAULT_PRESENT); /* the quiet time is too short */
+    expect_refusal(REQUEST_ON, REASON_FAULT_PRESENT); /* the time without faults is too short */
     steps(REARM);
     TEST_ASSERT_EQUAL_INT32(REASON_FAULT_LATCHED, sequence.refusal);
     expect_refusal(REQUEST_OFF, REASON_NONE);
@@ -367,7 +367,7 @@ static void test_no_input_leads_to_a_forbidden_state(void)
                                                                     : DRIVE_QUICK_STOP,
                                             next);
                 }
-                /* The state fault ends only by an edge of the reset, when all has been quiet for long
+                /* The state fault ends only by an edge of the reset, after no fault has occurred for long
                  * enough. */
                 const bool edge = requests.fault_reset != 0 && (bits >> 3 & 1u) == 0u;
                 TEST_ASSERT_TRUE(state != (int32_t)DRIVE_FAULT || next == state ||

@@ -306,9 +306,9 @@ static void test_a_wrong_gain_is_seen_in_the_first_rise_and_no_wrong_assumption(
  * change the flux by 2.6 psi_f in 5.4 ms, which is more than any flux. Half of this is enough if a forced
  * frame moves the rotor; if no phase carries current, the dead time may take twice as much.
  *
- * An open switch: the diode carries 1.2 A of the 3 A that are requested in a, the switch none. If the EMF
- * along the axis of the phase contradicts the rotor, this is less than half and is reported as a loss;
- * otherwise, and from 1.6 A on, it is not.
+ * If a switch is open, its diode carries 1.2 A of the 3 A that are requested in phase a. This is less than
+ * half, and is reported as a loss if the EMF along the axis of the phase contradicts the rotor. Without this
+ * contradiction, and with 1.6 A or more, no loss is reported.
  *
  * Below 75 V the whole link changes a current of 12.5 mH by less than 2 % of 20 A in 100 us: at the limit
  * of such a link voltage no loss is reported. A wrong angle of the encoder together with the dead time

@@ -44,8 +44,9 @@ static void test_is_the_sum_of_its_legs_in_and_out_of_the_zone(void)
     }
 }
 
-/* Each edge has its own half of the loss. With a zone of 0.4 A, 0.1 -+ 0.2 A are signs of -1/4 and 3/4. If
- * one edge is beyond the zone on one side and the other edge on the other side, nothing is lost. */
+/* Each edge has its own half of the loss. With a zone of 0.4 A the currents at the two edges, 0.1 -+ 0.2
+ * A, have the signs -1/4 and 3/4. If one edge is beyond the zone on one side and the other edge on the
+ * other side, nothing is lost. */
 static void test_each_edge_loses_half_by_its_own_current(void)
 {
     const dead_time_tuning_t dead_time = dead_time_prepare(&PARAMS);

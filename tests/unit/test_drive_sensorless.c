@@ -169,7 +169,7 @@ static void test_observer_gets_the_voltage_that_acted_in_the_last_period(void)
     request_currents(0.0f, 5.0f);
     request(REQUEST_ON);
     for (int k = 0; k < 400; k++) {
-        const double complex current = k < 10 ? 0.0 : 4.0 * cexp(J * (0.37 * k)); /* hardly ever near zero */
+        const double complex current = k < 10 ? 0.0 : 4.0 * cexp(J * (0.37 * k)); /* rarely near zero */
         samples.i_a = (float)phase_of(current, 0);
         samples.i_b = (float)phase_of(current, 1);
         samples.u_dc = (float)(U_DC + 10.0 * sin(0.9 * k));

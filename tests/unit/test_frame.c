@@ -47,7 +47,7 @@ static void test_a_frame_is_complete_with_its_last_octet_and_not_before(void)
     TEST_ASSERT_EQUAL_UINT32(0u, receiver.errors);
     expect_connect(); /* the next frame follows at once */
     now += 100u * SILENCE;
-    expect_connect(); /* or after any time */
+    expect_connect(); /* a later frame is also accepted */
 }
 
 static void test_a_packet_may_have_the_stated_length_and_not_more(void)

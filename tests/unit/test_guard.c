@@ -259,8 +259,9 @@ static bool counts(uint32_t row, uint32_t now)
     return fault_rows[row].when == FAULT_ALWAYS || (now & GUARD_MOMENT(fault_rows[row].when)) != 0u;
 }
 
-/* The number of periods for which a row is known to hold, if it has held for the last `periods`. A slow
- * row is known from the first evaluation that has found it to the last one. */
+/* Returns the number of periods that the guard has counted for a row whose condition has held for the last
+ * `periods`. For a row that is not evaluated in each period, these are the periods from the first
+ * evaluation of this time to the last one. */
 static uint32_t seen(const fault_row_t *row, uint32_t periods)
 {
     if (row->rate == FAULT_EACH) {

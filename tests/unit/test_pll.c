@@ -47,9 +47,9 @@ static ab_t emf_at(double theta, double omega)
     return (ab_t){(float)(-PSI * omega * sin(theta)), (float)(PSI * omega * cos(theta))};
 }
 
-/* Runs around `speed`, in `direction`. The deviations of angle and speed are in angle_in and speed_in.
- * error_out receives the true minus the tracked angle, and omega_out the deviation of the frequency, both
- * without the sign of the direction. */
+/* Runs the loop on a rotor that turns at about `speed` in `direction`. The deviations of its angle and
+ * speed are in angle_in and speed_in. error_out receives the true minus the tracked angle, and omega_out
+ * the deviation of the frequency, both without the sign of the direction. */
 static void run(pll_t *pll, double direction, double speed, double gamma, size_t count)
 {
     for (size_t k = 0; k < count; k++) {

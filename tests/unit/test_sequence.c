@@ -269,8 +269,7 @@ static void test_no_other_fault_and_no_lasting_one_resets_itself(void)
     go(3u * RETRY_PAUSE, DRIVE_FAULT, OFF);
     is.fault_line = false;
     go(REARM, DRIVE_NOT_READY, OFF);
-    for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP;
-         wish += 2) { /* nor without a request for on */
+    for (int32_t wish = REQUEST_OFF; wish <= REQUEST_QUICK_STOP; wish += 2) { /* no request for on */
         from(DRIVE_OPERATION_ENABLED);
         fail_the_module();
         requests.enable = wish;

@@ -143,7 +143,7 @@ static double answer(double weight, double t)
 static void test_loop_answers_a_step_as_its_transfer_function(void)
 {
     static const double weights[] = {0.0, 0.5, 1.0};
-    static const double beyond[] = {0.0043, 0.05, 0.3}; /* largest overshoot; exp(-pi sqrt 3) with b = 0 */
+    static const double beyond[] = {0.0043, 0.05, 0.3}; /* largest overshoot: exp(-pi sqrt 3) for b = 0 */
     double peaks[3] = {0.0};
     for (int n = 0; n < 3; n += SWEEP_FEW) {
         speed_control_t control;

@@ -12,7 +12,7 @@
 #define EVERY (SWEEP == 1 ? 1u : SWEEP < 1000 ? 149u : 499u)
 #define BITS  (SWEEP > 1 ? 5u : 1u) /* every BITS-th bit of a word is tested */
 #define NEVER UINT32_C(0xFFFFFFFF)
-#define WORDS store_record_words(params_table.count) /* of a set */
+#define WORDS store_record_words(params_table.count) /* [words] of a stored set */
 #define FIT   (PAGE / WORDS)                         /* sets in a page */
 
 /* ---- the flash ---- */
@@ -494,7 +494,7 @@ static void test_rows_that_are_new_or_gone_are_migrated_by_id(void)
         {OLD_INT(4, tries, 7, 1, 50)},
         {OLD_FLOAT(9, delay, 0.25f, 0.0f, 1.0f)}, /* a new row */
         {OLD_FLOAT(1, gain, 2.0f, 0.0f, 10.0f)},
-        {OLD_ENUM(3, mode, "off|slow|fast")}, /* without the choice with number 2 */
+        {OLD_ENUM(3, mode, "off|slow|fast")}, /* the choice with number 2 is missing */
     };
     migrate(&filled, rows, 4u);
     expect_migrated(8.5f, 2, 49, 1u, 0u);

@@ -12,8 +12,8 @@
 #include "tests/unit/compare.h"
 #include "tests/unit/worst.h"
 
-#define SINE_TOLERANCE     4e-7 /* up to pi */
-#define LIMIT_TOLERANCE    5e-7 /* up to TRIG_LIMIT */
+#define SINE_TOLERANCE     4e-7 /* for angles up to pi */
+#define LIMIT_TOLERANCE    5e-7 /* for angles up to TRIG_LIMIT */
 #define RELATIVE_TOLERANCE 3e-7
 #define ATAN2_TOLERANCE    3e-6
 

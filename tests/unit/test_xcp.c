@@ -412,7 +412,7 @@ static void test_a_seed_is_good_for_one_answer(void)
 static void test_other_resources_are_open_and_a_seed_comes_in_one_piece(void)
 {
     connect_locked();
-    ask("F8 00 04", "FF 00"); /* for DAQ */
+    ask("F8 00 04", "FF 00"); /* DAQ needs no key: the seed is empty */
     ask("F8 01 00", "FE 29");
     ask("F8 00 00", "FE 22");
     ask("F8 00 05", "FE 22");

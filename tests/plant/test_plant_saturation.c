@@ -105,9 +105,9 @@ static void test_a_constant_voltage_makes_the_flux_of_its_integral(void)
 /* A winding without resistance keeps the flux that it had when it was short-circuited, psi_f in the
  * direction of the rotor at that time. After a quarter of a turn all of this flux is in the q axis, and
  * the d axis has none: i_d cancels psi_f, and i_q produces psi_f. The iron of the q axis (L_q I_s = 0.12
- * Wb) follows the law up to 6 A, where it has 0.06 2/sqrt(1 + 1/9) = 0.1138 Wb. Beyond 6 A the incremental
- * inductance is constant, 0.06/10^1.5 = 1.897 mH, and the remaining 0.0692 Wb need 36.5 A more. Only the
- * shaft supplies the energy of the field. */
+ * Wb) follows the law up to 6 A, where it has 0.06 x 2/sqrt(1 + 1/9) = 0.1138 Wb. Beyond 6 A the
+ * incremental inductance is constant, 0.06/10^1.5 = 1.897 mH, and the remaining 0.0692 Wb need 36.5 A
+ * more. Only the shaft supplies the energy of the field. */
 static void test_a_short_circuit_turns_more_flux_into_an_axis_than_its_iron_carries(void)
 {
     plant_params_t q = plant_of("inductance_d = 0.02, inductance_q = 0.06, saturation_q = 2, " NO_DROPS

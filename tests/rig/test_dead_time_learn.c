@@ -106,8 +106,8 @@ static void trim(rig_t *rig, double rpm)
 static const struct {
     double share;       /* assumed share of the dead time */
     double rpm, source; /* speed and source of the angle while the drive learns */
-    double within[2];   /* [s] without and with load */
-    double mean[2], sd; /* [mrad] on the estimate, after learning */
+    double within[2];   /* [s] time of learning without and with load */
+    double mean[2], sd; /* [mrad] angle error of the estimate after learning */
 } lessons[] = {
     {0.6, 100.0, SENSORLESS, {1.3, 0.9}, {6.6, 6.6}, 2.7}, {1.4, 100.0, ENCODER, {0.9, 0.9}, {4.9, 4.9}, 3.3},
     {1.4, 150.0, SENSORLESS, {2.0, 0.9}, {5.6, 5.6}, 2.8}, {0.6, 50.0, ENCODER, {2.2, 1.9}, {10.1, 5.9}, 4.6},

@@ -110,8 +110,9 @@ static void test_every_phase_counts_as_the_largest(void)
     }
 }
 
-/* The smallest current and the EMF: with |e| largest = 128 VA and a leg loss of 8 V the limit of the zone
- * is 0.005 128/8 = 0.08 A. Then the detector and the speed of a steady drive. */
+/* The first conditions are the EMF and the smallest current: with |e| largest = 128 VA and a leg loss of 8
+ * V the limit of the zone is 0.005 x 128/8 = 0.08 A. The other conditions of a steady drive are the
+ * detector and the speed. */
 static void test_each_condition_of_a_steady_drive_below_at_above(void)
 {
     expect_around(&input.amplitude, 4.0f * LEG, true, false, false);

@@ -90,8 +90,8 @@ static void test_voltage_stays_when_the_frame_turns(void)
 }
 
 /* An encoder at standstill has no EMF, the estimate one of 400 rad/s. The integrals contain the voltage
- * that the encoder's EMF does not explain. They release it in the period in which the estimate's EMF takes
- * its place. */
+ * that the encoder's EMF does not explain. In the period in which the EMF of the estimate replaces that of
+ * the encoder, the integrals are reduced by the difference. */
 static void test_the_observed_emf_takes_the_place_of_the_integral(void)
 {
     given_operation(700u);

@@ -80,8 +80,8 @@ static double exact(double heat, double square, double time)
 
 /* ---- the model ---- */
 
-/* A flipped bit can give the heat any value. A value that is not a number counts as hot and cools down
- * like twice the trip, or it counts as cold. */
+/* A flipped bit can give the heat any value. One that is not finite or is too large becomes 10, from which
+ * the heat decreases again; a finite negative one becomes 0. */
 static void test_a_heat_that_is_not_a_number_counts_as_hot(void)
 {
     static const float broken[] = {NAN, INFINITY, 3e38f, -INFINITY, -3.0f};

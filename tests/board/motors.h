@@ -64,8 +64,8 @@ static inline void board_to_ready_at(rig_t *rig, double speed)
     run_put(rig, "friction_coulomb", friction);
 }
 
-/* Gives the motor to plant and firmware. The drive uses the encoder or the estimate; the latter is used at
- * low speed, too. The limits are those of the board. By the rules in docs/motors.md ("Rules used by
+/* Gives the motor to plant and firmware. The drive uses the encoder or the estimate. It uses the estimate
+ * at low speed, too. The limits are those of the board. By the rules in docs/motors.md ("Rules used by
  * `lagless tune`") the feed-forward has 50 rad/s or 1.6 sqrt(p T/J), and the PLL has four times that. */
 static inline void board_put_motor(rig_t *rig)
 {

@@ -95,7 +95,8 @@ static void test_a_saved_set_runs_after_the_supply_was_off(void)
     TEST_ASSERT_EQUAL_UINT32(0u, chip_report_total(chip()));
 }
 
-/* No part of a save blocks the interrupt. The link is served meanwhile, and the drive may be switched on. */
+/* No part of a save blocks the interrupt. During a save the serial line is served, and the drive may be
+ * switched on. */
 static void test_the_drive_runs_while_a_set_is_being_saved(void)
 {
     chip_attach_memory(chip(), &eeprom);

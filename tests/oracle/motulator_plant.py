@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Compares the plant with motulator's model of a synchronous machine with the same data: a salient machine with constant inductances, and
-one with axes that saturate each other. For the latter the plant uses a flux map and motulator the law itself.
+one with axes that saturate each other. For the machine that saturates, the plant uses a flux map and motulator the law itself.
 
 usage: motulator_plant.py LIBLAGLESS [STEP]
 

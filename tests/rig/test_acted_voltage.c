@@ -1,5 +1,5 @@
 /* The voltage that the observer receives is compared with the voltage on the winding, period by period. The
- * latter follows from true currents, angle and constants of the plant:
+ * voltage on the winding follows from true currents, angle and constants of the plant:
  *
  *     u = (R + r) (i_k-1 + i_k)/2 + L (i_k - i_k-1)/T + (psi_k - psi_k-1)/T
  *

@@ -156,9 +156,9 @@ static void test_steps_of_the_counter_do_not_show(void)
     }
 }
 
-/* The share of a period by which the duties of the board are below a symmetrical position about one half.
- * The shortest pulse of a lower switch is longer than that of an upper one if a shunt below it has to
- * settle before the sample in its middle. */
+/* The middle between the smallest and the largest duty of the board is below one half by this share of a
+ * period. The shortest pulse of a lower switch is longer than that of an upper one if a shunt below it has
+ * to settle before the sample in its middle. */
 static double lower_by(void)
 {
     const double upper = BOARD_DEAD_TIME_NS + BOARD_MINIMUM_PULSE_NS;

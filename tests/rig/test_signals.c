@@ -313,7 +313,7 @@ static void run_all(void)
     run_put(rig, "current_offset_a", 0.11 + EXTRA);
     run_put(rig, "current_offset_c", 0.05 - EXTRA);
 
-    /* The power module pulls its fault line; the value does not apply meanwhile. */
+    /* The power module pulls its fault line, and until it releases the line the value does not apply. */
     run_put(rig, "force_fault", 1.0);
     run_on(rig, 500.0);
     rig_run(rig, 50);

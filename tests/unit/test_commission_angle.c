@@ -59,7 +59,8 @@ static int32_t angle_of(bench_t *bench, const rotor_t *rotor)
 }
 
 /* The direction follows from the saturation alone, or from the axis of the saliency with the polarity of
- * the saturation. The latter holds also where the constant current has inverted the sign of the saliency. */
+ * the saturation. The second result holds also where the constant current has inverted the sign of the
+ * saliency. */
 static void test_direction_of_a_held_rotor_is_found_with_its_polarity(void)
 {
     static const rotor_t rotors[] = {{.bent = 0.03},

@@ -453,9 +453,9 @@ static void test_a_tenth_of_the_flux_in_a_phase_without_current_is_a_warning(voi
 }
 
 /* The sensors have 0.6 of their gain, and the current rises some windows after its reference. The ratio
- * must exceed its limit in two windows. A step of the reference counts in its own window and in the two
- * after it: of a rise that begins one window later two windows count, of one that begins two windows later
- * one. */
+ * must exceed its limit in two windows. The watch judges the window in which the reference steps and the
+ * two windows after it. If the rise begins one window after the step, two windows of it are judged; if it
+ * begins two windows after the step, only one is. */
 static void test_a_gain_is_judged_in_the_window_of_a_step_and_the_two_after_it(void)
 {
     for (uint32_t later = 0; later < 4u; later++) {

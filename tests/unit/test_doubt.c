@@ -263,8 +263,8 @@ static void test_is_remembered_as_long_as_the_filter_does(void)
 }
 
 /* In a turn at omega with the width w = 2 zone/|i| of each of six crossings and m periods of memory, the
- * loop coasts for the share 6 (2 asin(zone/|i|) + omega m T)/(2 pi). This must be at most a third at every
- * speed, zone and memory. */
+ * loop coasts for the share 6 (2 asin(zone/|i|) + omega m T)/(2 pi). This share must be at most a third
+ * for every speed, every width of the zone and every m. */
 static void test_of_a_turn_no_more_than_a_third_is_coasted(void)
 {
     static const double speeds[] = {9.0, 42.0, 150.0, 400.0, 700.0, 900.0, 1100.0, 3000.0};

@@ -76,7 +76,7 @@ static void test_speeds_beyond_the_turn_limit_are_answered_as_at_it(void)
             smo_init(&smo, &params);
             const double lag = (double)lag_angle(&smo, LAG_EXACT, 6299.99f);
             const double ratio = (double)lag_attenuation(&smo, 6299.99f);
-            /* Below the limit it is not limited. */
+            /* Below the limit the angle is not limited. */
             TEST_ASSERT_TRUE(lag != (double)lag_angle(&smo, LAG_EXACT, 6290.0f));
             for (int n = 0; n < 12; n++) {
                 const float way = n < 6 ? 1.0f : -1.0f;

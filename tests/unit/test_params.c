@@ -299,7 +299,7 @@ static void test_a_start_goes_by_rules_where_the_rows_are_0(void)
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 6.284f, start.fallback_speed);
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 7.855f, start.catch_speed);
     TEST_ASSERT_FLOAT_WITHIN(1e-2f, 25.90f, start.ramp);
-    params.motor_resistance = 2.0f; /* R I = 2.0215 ohm 10 A */
+    params.motor_resistance = 2.0f; /* R I is 2.0215 ohm x 10 A */
     TEST_ASSERT_FLOAT_WITHIN(1e-3f, 31.758f, start_of().handover_speed);
     params.overspeed_trip = 100.0f; /* at most 0.3 of it */
     TEST_ASSERT_FLOAT_WITHIN(1e-5f, 30.0f, start_of().handover_speed);

@@ -134,9 +134,9 @@ speed_request = {speed}
 {events}"""
 
 
-# The motors of A19 that fit 311 V and the sensors of the board, with inertias of the motor library. Columns: data, top speed over base
-# speed, limits of the angle error on the way up and down [mrad], limits of its mean and SD at 5, 10, 30 and 80 % of the base speed under 66
-# % of the current [mrad].
+# The motors of A19 that fit 311 V and the sensors of the board, with inertias of the motor library. Columns: data, top speed divided by
+# base speed, limits of the angle error on the way up and down [mrad], limits of its mean and SD at 5, 10, 30 and 80 % of the base speed
+# under 66 % of the current [mrad].
 REFERENCE = {
     "servo": (Data(3, 3.6, 36e-3, 51e-3, 0.545, 15e-3, 6.1), 1.5, (3, 18), ((0.4, 5.2), (0.4, 2.8), (0.2, 1.2), (0.1, 0.5))),
     "traction": (Data(3, 0.216, 4.44e-3, 14.4e-3, 0.066, 3.24e-3, 15.0), 3.0, (32, 44), ((29, 1.1), (14, 0.7), (4.2, 0.6), (1.7, 1.1))),

@@ -285,8 +285,8 @@ static void test_a_flash_that_does_not_follow_is_reported(void)
     TEST_ASSERT_TRUE(rec.interrupts_on);
 }
 
-/* The clock in the units of the API: 31457280 = 1048576 x 200 ns over 6.667 ns, as in TI's header for 150
- * MHz. The API gets no call-back function. */
+/* The clock in the units of the API: 31457280 = 1048576 x 200 ns/6.667 ns, as in TI's header for 150 MHz.
+ * The API gets no call-back function. */
 static void test_the_clock_is_given_to_the_flash_api(void)
 {
     start();

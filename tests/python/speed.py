@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Compares the speed of the package with that of the program for one scenario: simulated time over wall-clock time of the simulation alone.
+"""Compares the speed of the package with that of the program for one scenario. The speed is the simulated time divided by the wall-clock
+time of the simulation alone.
 The best of several alternating runs counts; both make the recording of the scenario.
 
 usage: PYTHONPATH=host_sim/python LAGLESS_LIBRARY=.../liblagless.so speed.py LAGLESS [SCENARIO [REPEATS]]

@@ -447,7 +447,7 @@ static void run_all(void)
     settings_lines = rig_value(rig, "params.encoder_lines");
     settings_mean_share = 1.0 - exp(-(double)SMO_GAIN_CUTOFF * RIG_PERIOD_SECONDS);
     pll_params_t pll = {.period = (float)RIG_PERIOD_SECONDS};
-    TEST_ASSERT_TRUE(pll_design(&pll, 200.0f, /* by the rule: at least 50 rad/s, and four times that */
+    TEST_ASSERT_TRUE(pll_design(&pll, 200.0f, /* by the rule four times the smallest bandwidth, 50 rad/s */
                                 (float)rig_value(rig, "pll_damping"), 50.0f, (float)RIG_PERIOD_SECONDS));
     settings_kp = (double)pll.kp;
     rig_free(rig);
@@ -611,7 +611,7 @@ static bool sensors_and_states(const stretch_t *s, uint32_t k)
     const double step = 2.0 * PI * POLE_PAIRS / ENCODER_N;
     EXPECT(encoder_theta_e, wrapped((V(encoder_count) + 0.5) * step), 2e-6)
     EXPECT_OF("encoder_count", wrapped(V(encoder_theta_e) - sample->true_theta_e), 0.0, 0.6 * step)
-    /* The lag is the acceleration over half the bandwidth; noise is 0.75 bandwidth times half a step
+    /* The lag is the acceleration divided by half the bandwidth; noise is 0.75 bandwidth times half a step
      * (encoder.h). */
     EXPECT(encoder_omega_e, sample->true_omega_e, 2.5)
     return true;

@@ -113,8 +113,8 @@ static void test_fast_rotor_is_caught_before_the_catch_is_over(void)
 }
 
 /* An observer that begins at zero lacks exp(-t/0.4 ms) of the EMF: 0.7 % after 2 ms, and later less than a
- * catch can measure. The loop has first taken a part of this lack for an error of psi_f and corrects it. A
- * fast rotor is caught after 10 ms, a slow one after 20 ms. */
+ * catch can measure. At first the loop explains a part of this lack by an error of psi_f, which it
+ * corrects later. A fast rotor is caught after 10 ms, a slow one after 20 ms. */
 static void test_a_settling_observer_does_not_reduce_the_speed(void)
 {
     static const double speeds[] = {500.0, 20.0};

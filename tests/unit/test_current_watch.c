@@ -18,7 +18,7 @@ static uint32_t ticks;              /* [periods] counter */
 static uint32_t seen;               /* [-] bits that the watch has reported so far */
 static uint32_t periods;            /* [periods] until the first bit */
 static double per_ampere;           /* [rad/s^2 per A] acceleration of the rotor */
-static double salience;             /* [-] L_q over L_d; the assumed inductance is their mean */
+static double salience;             /* [-] L_q/L_d; the assumed inductance is the mean of both */
 static bool forced;                 /* a forced frame moves the rotor */
 static bool contradicted;           /* the EMF along the axis of a phase is wrong */
 static bool elsewhere;              /* the EMF is wrong, but along the axis of no phase */

@@ -1,5 +1,5 @@
-/* The EMFs of a turning rotor, with the error of three legs with their signs if the assumed dead time is
- * wrong. The expected values follow from this algebra alone. */
+/* The input is the EMF of a turning rotor plus the error of the three legs that a wrong assumed dead time
+ * causes, each with the sign of its current. The expected values follow from this algebra alone. */
 #include "medium/adapt/dead_time_learn.h"
 #include "tests/unit/vectors.h"
 

@@ -118,8 +118,8 @@ static void make_inverter_ideal(void)
 
 #define CATCH DRIVE_PERIODS(20e-3f) /* longest duration of a catch */
 #define ACTS  (2u * DRIVE_WINDOW)   /* from the end of a window to the period in which its setpoint acts */
-/* After a relock the EMF must agree with the angle four times for 2 ms, in whole windows; the catch ends
- * one window and begins another. */
+/* After a relock the EMF must agree with the angle four times for 2 ms, each of which is counted in whole
+ * windows. Two windows more are the one in which the catch ends and the one after it. */
 #define PROVED ((4u * 3u + 2u) * DRIVE_WINDOW + ACTS)
 
 static void expect_manoeuvre(manoeuvre_t manoeuvre)

@@ -25,7 +25,7 @@ typedef struct {
     manoeuvre_t now;
     bool encoder;
     float omega;       /* share of the trip [-] */
-    float projection;  /* of 100 V along the axis [V]; of a rotor that is tracked */
+    float projection;  /* [V] EMF along the axis if the rotor is tracked, of the expected 100 V */
     float length;      /* [V] length of the EMF in a catch; 0: the rotor is tracked */
     float alpha, beta; /* [V] mean EMF */
     float cross;       /* at least 1 in magnitude: the EMF rotates */

@@ -43,8 +43,8 @@ static void test_zero_inputs_stay_finite_and_are_not_valid(void)
 
 /* Each input in turn is not a number for 20 periods. The bit is set at once, the angle continues with
  * omega T, and the loop locks again when the samples return. The observer has missed the change of the
- * current during this time, so that v is at its limit for at most a dozen samples (2 i_q over b k_s = 1.6
- * A each). This is a smaller disturbance than a wrong angle, and it decays as fast. */
+ * current during this time, so that v is at its limit for at most a dozen samples (2 i_q divided by b k_s
+ * = 1.6 A for each sample). This is a smaller disturbance than a wrong angle, and it decays as fast. */
 static void test_bad_samples_coast_and_recover(void)
 {
     static const float bad[] = {NAN, INFINITY, -INFINITY, 1e30f, -1e30f};

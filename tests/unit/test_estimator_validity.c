@@ -52,7 +52,7 @@ static void run_to_judged(int n, double way)
 }
 
 /* The value that each criterion judges in step JUDGED, computed from the truth: the speed of the ramp; the
- * same less kp eps for the smooth speed; the EMF over psi_hat; a/ki; and |x| of the settled observer
+ * same less kp eps for the smooth speed; the EMF divided by psi_hat; a/ki; and |x| of the settled observer
  * (oracle) at this speed. */
 static double judged(int n, double way)
 {

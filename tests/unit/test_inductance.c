@@ -263,9 +263,9 @@ static void test_r_goes_to_the_truth_whatever_the_loop_follows(void)
     }
 }
 
-/* L di_d/dt leads i_d by a quarter of a cycle, whatever has shifted i_d relative to the dither. An L that
- * is wrong by a twentieth, which nothing shows without torque, therefore leaves R right. In this test half
- * a period lies between the slope and the current: 0.5 %. */
+/* L di_d/dt leads i_d by a quarter of a cycle, whatever has shifted i_d relative to the dither. R is
+ * therefore learnt right although L is wrong by a twentieth, an error that has no effect without torque.
+ * In this test the slope is that of half a period before the current, which makes an error of 0.5 %. */
 static void test_r_is_learnt_right_with_a_wrong_l(void)
 {
     for (int n = 0; n < 4; n++) {

@@ -165,7 +165,7 @@ static void test_duties_make_up_for_the_share_of_the_loss_that_is_compensated(vo
                 odd += (int)nearbyint((double)made.duty.a * COUNTS) & 1;
             }
         }
-        TEST_ASSERT_TRUE(odd > 100); /* of 1258 or 442 cases, so that odd counts are used too */
+        TEST_ASSERT_TRUE(odd > 100); /* odd counts occur in enough of the 1258 or 442 cases */
     }
 }
 

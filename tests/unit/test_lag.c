@@ -193,8 +193,8 @@ static void test_switched_and_filtered_are_the_response(void)
     }
 }
 
-/* The error of the vector form that makes an EMF must give this EMF again in lag_emf(). ERROR_STEPS leave
- * 3e-5 of the largest EMF by the rule, 0.57 k_s. */
+/* lag_error() returns the current error that belongs to an EMF, in the vector form. lag_emf() must return
+ * this EMF from that error. ERROR_STEPS leave 3e-5 of the largest EMF by the rule, 0.57 k_s. */
 static void test_error_makes_the_emf_again(void)
 {
     for (int n = 0; n < MACHINE_COUNT; n++) {

@@ -483,7 +483,7 @@ static void test_quick_reversal_stays_in_run_and_is_not_judged_near_zero(void)
             masked += manoeuvres_judged(&m) ? 0u : 1u;
             TEST_ASSERT_FALSE(manoeuvres_steady(&m) && m.reversing != 0u);
         }
-        TEST_ASSERT_TRUE(sign && passed); /* without the mask a sign would have been judged */
+        TEST_ASSERT_TRUE(sign && passed); /* there was a sign while the loop was not judged */
         TEST_ASSERT_TRUE(masked > 1400u && masked < 1800u);
         TEST_ASSERT_TRUE(manoeuvres_judged(&m) && m.reversing == 0u);
         TEST_ASSERT_DOUBLE_WITHIN(0.5, way * -50.0, machine.omega_m);

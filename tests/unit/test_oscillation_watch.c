@@ -34,8 +34,8 @@ static double told(double hertz, double share, double rate, double most)
 }
 
 /* The watch needs three blocks of 16 half-waves, and one block in which the filters settle. A swing that
- * grows by a factor of e in 0.35 s is reported before it is large. One that is small and constant or
- * decreasing, slower than the speed loop, or beyond the band, does not count. */
+ * grows by a factor of e in 0.35 s is reported before it is large. A swing does not count if it is small
+ * and constant or decreasing, if it is slower than the speed loop, or if it is beyond the band. */
 static void test_an_oscillation_is_reported_if_it_is_large_or_grows(void)
 {
     static const struct {

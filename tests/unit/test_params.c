@@ -143,8 +143,8 @@ static const rule_t between_rows[] = {
     {"estimate_speed_min", 219.9f, 221.0f, 0.0f, 220.0f, ""},
     {"low_speed_current", 10.0f, 10.1f, 0.0f, 10.0f, ""},
     {"low_speed_current", 1.5f, 2.0f, 0.0f, 1.5f, "current_limit=1.5"},
-    /* The upper end is half of 220 rad/s. The lower end is a start_speed that is not by rule; the value 0,
-     * by rule, is separate. */
+    /* The upper end is half of 220 rad/s. The lower end is the configured start_speed. If start_speed is
+     * 0, its value follows from a rule, and the lower end is 0. */
     {"handover_speed", 8.0f, 110.1f, 8.0f, 110.0f, "start_speed=8"},
     {"handover_speed", 0.0f, 110.1f, 0.0f, 110.0f, ""},
     /* By rule it is 15.710 rad/s. */

@@ -104,9 +104,9 @@ static const float LOOPS[][2] = {{100.0f, 0.0f}, {100.0f, 8.0f},  {100.0f, 25.0f
 
 /* Steps of the angle, of its speed and of its acceleration, compared with the linear sampled loop. sin x
  * differs from x by x^3/6 < 1e-6 below 18 mrad. F stops STALL/(omega_c T) rad/s before its goal. This is a
- * step of the speed, which causes an angle error of at most 0.74 of itself over kp until the integrator
- * has compensated it. The limit of the speed is kp times the tolerance of the angle, plus this remainder,
- * plus two last digits of 400 rad/s. */
+ * step of the speed, which causes an angle error of at most 0.74 of itself divided by kp until the
+ * integrator has compensated it. The limit of the speed is kp times the tolerance of the angle, plus this
+ * remainder, plus two last digits of 400 rad/s. */
 static void test_responses_are_those_of_the_polynomials(void)
 {
     static const double scale[3] = {0.01, 1.0, 20.0};

@@ -45,7 +45,7 @@ static void test_a_relocked_rotor_against_the_request_keeps_its_speed_until_it_i
         TEST_ASSERT_EQUAL(m.windows > MANOEUVRE_MASKED, manoeuvres_judged(&m));
     }
     steps(0.02);
-    /* The reversal has begun: 120 rad/s times k_i, 475 A/s. */
+    /* The reversal has begun: the error of 120 rad/s increases i_q by 475 A/s through k_i. */
     TEST_ASSERT_TRUE((double)demand.current.q > 5.0);
     steps(0.75);
     TEST_ASSERT_TRUE(machine.omega_m > 0.0);

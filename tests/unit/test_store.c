@@ -32,8 +32,8 @@ static uint16_t word(uint32_t page, uint32_t at)
     return content.page[page][at];
 }
 
-/* One operation: the word gets its bits. The last word before the power failure gets some of them, and
- * later words get none. */
+/* Programs a word, which is one operation. In the last word before the power failure only some of the bits
+ * are programmed, and in later words none. */
 static void change(uint16_t *to, uint16_t value)
 {
     operations++;

@@ -78,8 +78,9 @@ static void test_rotation_limit_below_at_above(void)
     }
 }
 
-/* For the tracking loop. The limits are 1.4e-6 for the polynomials and 4e-7 for rounding of the angle, and
- * 6e-7 for the length (S^2 is up to 2). The values are exact at 0; the cosine is even and the sine odd. */
+/* The tracking loop uses this function. The limits are 1.4e-6 for the polynomials and 4e-7 for rounding of
+ * the angle, and 6e-7 for the length (S^2 is up to 2). The values are exact at 0; the cosine is even and
+ * the sine odd. */
 static void test_turn_of_a_wrapped_angle(void)
 {
     double length = 0.0;

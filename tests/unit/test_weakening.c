@@ -46,7 +46,8 @@ static void look(double omega)
     weakening_look(&weakening, (float)U_DC, (float)omega, (dq_t){(float)(USE * U_DC), 0.0f});
 }
 
-/* The largest torque over 1.5 p psi_f [A] at this flux [Wb], over every i_d within the current limit. */
+/* Returns the largest torque at this flux [Wb], divided by 1.5 p psi_f [A]. Every i_d within the current
+ * limit is tried. */
 static double most_torque(double flux)
 {
     double most = 0.0;

@@ -254,7 +254,7 @@ static void test_the_larger_the_emf_the_sooner_it_is_assumed(void)
     }
 }
 
-/* The first mean is that of 1 and 0.24. */
+/* The mean of the first judgement is that of one window with the whole EMF and one with 0.24 of it. */
 static void test_an_encoder_that_turns_without_an_emf_is_wrong(void)
 {
     for (int turn = -1; turn <= 1; turn += 2) {

@@ -122,9 +122,9 @@ static const rule_t between_rows[] = {
     {"turn_off_delay", 2.4e-6f, 2.6e-6f, 0.0f, 2.5e-6f, "dead_time=2e-6 turn_on_delay=0.5e-6"},
     {"motor_pole_pairs", 4.0f, 5.0f, 1.0f, 4.0f, "encoder_lines=256"},
     /* 0.63 rad/(4 pole pairs x 100 us), for a motor of 0.04 Wb, whose EMF does not charge the link. The
-     * observer covers its EMF with a slope by the rule. The lower end is estimate_speed_min, or, if
-     * start_speed is not by rule, the value of which 0.3, the largest hand-over speed by the rule, is
-     * start_speed. */
+     * observer covers its EMF with a slope by the rule. The lower end is estimate_speed_min. If
+     * start_speed is configured, the lower end is start_speed/0.3, because the largest hand-over speed by
+     * the rule is 0.3 of this parameter. */
     {"overspeed_trip", 1574.0f, 1576.0f, 3.0f, 1575.0f, FASTEST},
     {"overspeed_trip", 1574.0f, 1576.0f, 8.0f / 0.3f, 1575.0f, FASTEST "start_speed=8"},
     /* The link of the board withstands 450 V: sqrt3 x 0.183 Wb x 4 x 354.92 rad/s; the observer would

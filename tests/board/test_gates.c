@@ -528,7 +528,7 @@ static void test_lower_switches_charge_the_upper_gates(void)
                    "abc"[leg], charged * 1e6, BOARD_GATE_CHARGE_US, peak);
             TEST_ASSERT_TRUE(lower != 0u && upper > lower);
             TEST_ASSERT_TRUE(fast != 0 ||
-                             charged >= BOARD_GATE_CHARGE_US * 1e-6); /* less time where current flows */
+                             charged >= BOARD_GATE_CHARGE_US * 1e-6); /* shorter if the rotor turns */
             TEST_ASSERT_TRUE(charged <= BOARD_GATE_CHARGE_US * 1e-6 + 4.0 * RIG_PERIOD_SECONDS);
         }
         run_expect_no_fault(rig);

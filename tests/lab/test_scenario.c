@@ -250,7 +250,7 @@ static void test_a_ramp_is_tried_between_its_ends(void)
     /* The end of the ramp is a whole number, the values between are not. */
     expect_error(RUN "[[at]]\ntime = 0.1\nramp = 0.1\nplant.pole_pairs = 5\n",
                  "8:7: pole_pairs: a ramp passes values");
-    /* Not a float row: its value changes in one step. */
+    /* This row is not a float, so that its value changes in one step. */
     given(RUN "[[at]]\ntime = 0.1\nramp = 0.1\nparams.motor_pole_pairs = 3\n");
 }
 

@@ -308,8 +308,8 @@ static void test_history_begins_again_with_the_reset(void)
 
 /* ---- parameters ---- */
 
-/* There is no window yet at whose end the set could take effect, and until then no signal must show
- * another motor. */
+/* Before the first period no window exists at whose end the set could take effect, so that it takes effect
+ * at once. No signal may show another motor. */
 static void test_an_offer_before_the_first_period_acts_at_once(void)
 {
     params.motor_inductance_d = params.motor_inductance_q = 0.004f;

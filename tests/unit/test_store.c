@@ -512,8 +512,8 @@ static void test_values_out_of_a_new_range_get_the_default(void)
     TEST_ASSERT_EQUAL_FLOAT(50.0f, migrated.limit);
 }
 
-/* The table is the same, but a value that was valid when it was stored is now out of a narrower range, or
- * not a number. */
+/* The table is the same, but a value that was valid when it was stored is not a number, or is outside its
+ * range, which has become narrower. */
 static void test_a_table_that_means_the_same_is_still_judged(void)
 {
     table_row_t rows[4];
